@@ -1,0 +1,22 @@
+"""Turn a 3D scan of a warped page into the flat page it once was. This is the only public door."""
+
+from restore.errors import BadInput, NotEnoughSurface, RestoreError
+from restore.flatten import flatten
+from restore.formats import load_scan
+from restore.pipeline import restore
+from restore.scan import FlatMesh, RangeScan, RestoredPage, SurfaceMesh
+from restore.settings import Settings
+
+__all__ = [
+    "BadInput",
+    "FlatMesh",
+    "NotEnoughSurface",
+    "RangeScan",
+    "RestoreError",
+    "RestoredPage",
+    "Settings",
+    "SurfaceMesh",
+    "flatten",
+    "load_scan",
+    "restore",
+]

@@ -1,0 +1,28 @@
+"""What can go wrong in a restoration.
+
+RestoreError           anything below; carries the exit code and what to do now
+├── BadInput           a file or an argument is not usable (exit code 3)
+└── NotEnoughSurface   the scan holds too little of a page (exit code 5)
+"""
+
+
+class RestoreError(Exception):
+    """A restoration that cannot go on. `hint` says what to do now; `exit_code` is the command's."""
+
+    exit_code = 1
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.hint = hint
+
+
+class BadInput(RestoreError):
+    """Raised when a file is damaged or an argument is out of range; the message names the file and the fault."""
+
+    exit_code = 3
+
+
+class NotEnoughSurface(RestoreError):
+    """Raised when no connected piece of surface is large enough to be a page."""
+
+    exit_code = 5

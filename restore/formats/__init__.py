@@ -1,0 +1,80 @@
+"""Scan files. `load_scan(path)` reads any of them; each module holds one format, its reader and its writer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from restore.errors import BadInput
+from restore.formats.abs import read_abs, write_abs
+from restore.formats.folder import read_folder, save_scan
+from restore.formats.glb import read_glb
+from restore.formats.mesh import PaintedMesh
+from restore.formats.obj import read_obj, write_obj
+from restore.formats.picture import read_picture
+from restore.formats.ply import read_ply, write_ply
+from restore.formats.source import is_file, is_folder, scan_stem
+from restore.formats.stl import read_stl
+from restore.formats.vrml import read_vrml, write_vrml
+from restore.formats.vvd import read_vvd, write_vvd
+from restore.organise import organise
+from restore.scan import Bytes, RangeScan, SurfaceMesh
+
+__all__ = ["READERS", "load_scan", "read_picture", "save_scan", "scan_stem"]
+__all__ += ["write_abs", "write_obj", "write_ply", "write_vrml", "write_vvd"]
+
+Reader = Callable[[Path, Bytes | None], RangeScan | SurfaceMesh]
+
+READERS: dict[str, Reader] = {
+    ".abs": read_abs,
+    ".abs.gz": read_abs,
+    ".glb": read_glb,
+    ".obj": read_obj,
+    ".ply": read_ply,
+    ".stl": read_stl,
+    ".vvd": read_vvd,
+    ".wrl": read_vrml,
+}
+
+
+def load_scan(path: Path | str, texture: Path | str | None = None) -> RangeScan | SurfaceMesh:
+    """Read a scan file or a scan folder; a mesh that is one shot of a scanner comes back on its range grid.
+
+    path     a file with one of the extensions of READERS, or a folder that `save_scan` wrote.
+    texture  a picture to use instead of the file's own. Without it a file that names none takes the picture beside it
+             that is called like it.
+    Raises BadInput for whatever is wrong with them.
+    """
+    path = Path(path)
+    given = None if texture is None else read_picture(Path(texture))
+    if is_folder(path):
+        if given is not None:
+            raise BadInput(f"{path}: a scan folder has its own picture", "leave --texture out")
+        return read_folder(path)
+    scan = _reader(path)(path, given)
+    if isinstance(scan, SurfaceMesh):
+        scan = _placed(scan)
+    if given is not None and scan.texture is None:
+        raise BadInput(
+            f"{path} does not say where the picture {texture} lies on it",
+            "export it with texture coordinates, or unmoved in the frame of the scanner",
+        )
+    return scan
+
+
+def _reader(path: Path) -> Reader:
+    name = path.name.lower()
+    for extension, reader in READERS.items():
+        if name.endswith(extension):
+            return reader
+    if not is_file(path):
+        raise BadInput(f"{path} does not exist", "check the name and the folder")
+    kinds = ", ".join(sorted(READERS))
+    raise BadInput(f"{path}: scans of this kind are not known", f"use a scan folder or one of: {kinds}")
+
+
+def _placed(mesh: SurfaceMesh) -> RangeScan | SurfaceMesh:
+    """The mesh on its range grid; when it has none, without a picture that has no place on it."""
+    scan = organise(mesh, colours=mesh.colours if isinstance(mesh, PaintedMesh) else None)
+    texture = None if mesh.texcoords is None else mesh.texture
+    return scan or SurfaceMesh(mesh.vertices, mesh.faces, mesh.texcoords, texture, mesh.provenance)

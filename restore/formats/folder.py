@@ -1,0 +1,134 @@
+"""Planish's own scan folder: what the scanner saw, without loss.
+
+points.npz    points (rows, cols, 3) and texture_xy (rows, cols, 2), float64 as in RangeScan
+texture.png   the colour image, when there is one
+scan.json     version of the format, provenance, SHA-256 of the other files; written last
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import math
+import zipfile
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, Field, ValidationError
+
+from restore.errors import BadInput
+from restore.formats.grid import check_grid
+from restore.formats.picture import decode_picture, encode_png
+from restore.formats.source import DAMAGED, MAX_COORDINATE_MM, MAX_SAMPLES, is_file, read_bytes
+from restore.scan import Bytes, Floats, RangeScan
+
+VERSION = 1
+INDEX, POINTS, TEXTURE = "scan.json", "points.npz", "texture.png"
+MAX_INDEX_BYTES = 2**20  # provenance is a page of settings, never a megabyte
+MAX_ARRAY_HEADER = 1024  # NumPy pads the header of a plain array to 128 bytes
+
+
+class Index(BaseModel):
+    """The contents of scan.json."""
+
+    format: Literal["planish scan"] = "planish scan"
+    version: int = Field(default=VERSION, ge=1, le=VERSION)
+    files: dict[str, str]
+    provenance: dict[str, Any] = {}
+
+
+def save_scan(scan: RangeScan, folder: Path, *, overwrite: bool = False) -> None:
+    """Write a scan folder that `read_folder` gives back exactly.
+
+    Raises BadInput when the folder holds a scan already (unless told to overwrite it) or the provenance holds what JSON
+    does not, and OSError when the disk refuses.
+    """
+    folder = Path(folder)
+    if folder.exists() and not folder.is_dir():
+        raise BadInput(f"{folder} is a file", "give another folder")
+    if (folder / INDEX).exists() and not overwrite:
+        raise BadInput(f"{folder} holds a scan already", "give another folder, or say that it may be overwritten")
+    arrays = io.BytesIO()
+    points, texture_xy = (np.ascontiguousarray(grid, np.float64) for grid in (scan.points, scan.texture_xy))
+    np.savez_compressed(arrays, points=points, texture_xy=texture_xy)
+    files = {POINTS: arrays.getvalue()}
+    if scan.texture is not None:
+        files[TEXTURE] = encode_png(scan.texture)
+    index = Index(files={name: _sha256(data) for name, data in files.items()}, provenance=dict(scan.provenance))
+    try:
+        files[INDEX] = (json.dumps(index.model_dump(), indent=1, allow_nan=False) + "\n").encode()
+    except (TypeError, ValueError, RecursionError) as error:
+        raise BadInput(f"the scan's provenance is not plain JSON: {error}", "keep numbers, texts and lists") from error
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, data in files.items():  # the index comes last: a scan that is cut short has none, or one that disagrees
+        _replace(folder / name, data)
+    if TEXTURE not in files:
+        (folder / TEXTURE).unlink(missing_ok=True)
+
+
+def read_folder(folder: Path) -> RangeScan:
+    """Read a scan folder. Raises BadInput when a file is missing, damaged or not the one that was saved."""
+    index = _index(folder)
+    if POINTS not in index.files or not set(index.files) <= {POINTS, TEXTURE}:
+        raise BadInput(f"{folder / INDEX} lists the files {sorted(index.files)}", DAMAGED)
+    files = {name: _checked(folder / name, sha256) for name, sha256 in index.files.items()}
+    texture = decode_picture(files[TEXTURE], str(folder / TEXTURE)) if TEXTURE in files else None
+    return _scan(folder / POINTS, files[POINTS], texture, index.provenance)
+
+
+def _index(folder: Path) -> Index:
+    if not is_file(folder / INDEX):
+        raise BadInput(f"{folder} is no scan folder: it has no {INDEX}", "give a scan file or a saved scan")
+    try:
+        return Index.model_validate_json(read_bytes(folder / INDEX, MAX_INDEX_BYTES))
+    except ValidationError as error:
+        fault = error.errors()[0]
+        where = ".".join(map(str, fault["loc"])) or "its text"
+        raise BadInput(f"{folder / INDEX}: {where}: {fault['msg']}", DAMAGED) from error
+
+
+def _checked(path: Path, sha256: str) -> bytes:
+    data = read_bytes(path)
+    if _sha256(data) != sha256:
+        raise BadInput(f"{path} is not the file that was saved: its SHA-256 differs", "copy the folder again")
+    return data
+
+
+def _scan(path: Path, data: bytes, texture: Bytes | None, provenance: dict[str, Any]) -> RangeScan:
+    points, texture_xy = _array(path, data, "points", 3), _array(path, data, "texture_xy", 2)
+    check_grid(path, *points.shape[:2])
+    if points.shape[:2] != texture_xy.shape[:2]:
+        raise BadInput(f"{path}: points and texture_xy are of different grids", DAMAGED)
+    if (np.abs(points) > MAX_COORDINATE_MM).any() or not np.isfinite(texture_xy).all():
+        raise BadInput(f"{path} holds positions that cannot be", DAMAGED)
+    return RangeScan(points, texture, texture_xy, provenance)
+
+
+def _array(path: Path, archive: bytes, name: str, width: int) -> Floats:
+    """One float64 array (rows, cols, width) of an .npz, never more than its own header and the limits allow."""
+    limit = MAX_ARRAY_HEADER + MAX_SAMPLES * width * 8
+    try:
+        with zipfile.ZipFile(io.BytesIO(archive)) as members, members.open(name + ".npy") as file:
+            member = io.BytesIO(file.read(limit + 1))
+        version = np.lib.format.read_magic(member)
+        if version != (1, 0):
+            raise ValueError(f"version {version} of the array format")
+        shape, fortran, dtype = np.lib.format.read_array_header_1_0(member, max_header_size=MAX_ARRAY_HEADER)
+        body = member.read()
+    except Exception as error:  # zipfile, zlib and the parser of array headers raise whatever they trip over
+        raise BadInput(f"{path}: its array {name} cannot be read: {error}", DAMAGED) from error
+    if fortran or dtype != np.float64 or shape[2:] != (width,) or len(body) != 8 * math.prod(shape):
+        raise BadInput(f"{path}: {name} is not a whole array of float64 (rows, cols, {width})", DAMAGED)
+    return np.frombuffer(body, np.float64).reshape(shape).copy()
+
+
+def _replace(path: Path, data: bytes) -> None:
+    part = path.with_name(path.name + ".part")
+    part.write_bytes(data)
+    part.replace(path)
+
+
+def _sha256(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()

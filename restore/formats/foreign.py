@@ -1,0 +1,121 @@
+"""The border to trimesh: its mesh parsers on one side, whole arrays and BadInput on the other.
+
+trimesh gets bytes that were read within limits and never sees the disk; pictures are read by us.
+"""
+
+from __future__ import annotations
+
+import io
+import logging
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restore.errors import BadInput
+from restore.formats.mesh import MAX_ITEMS
+from restore.formats.source import DAMAGED, ONE_SHOT
+from restore.scan import Bytes
+
+# A full 640 × 480 shot has 1.5 million lines with normals and texture coordinates. A parser takes 100 bytes a line, be
+# it empty.
+MAX_LINES = 8_000_000
+NO_NUMBER = "string or file could not be read to its end"  # how NumPy complains of text
+
+
+@dataclass(frozen=True, eq=False)
+class Arrays:
+    """One mesh as trimesh gives it, its values not checked yet: (n, 3), (m, 3), (n, 2) or None, (n, 3) or None."""
+
+    vertices: NDArray[np.float64]
+    faces: NDArray[np.int64]
+    uv: NDArray[np.float64] | None
+    colours: Bytes | None
+
+
+class NoFiles:
+    """A trimesh resolver that opens nothing."""
+
+    def get(self, name: str) -> NoReturn:
+        """Refuse."""
+        raise FileNotFoundError(name)
+
+    __getitem__ = get
+
+
+def parse(path: Path, data: bytes, kind: str, **options: Any) -> Arrays:
+    """Let trimesh parse the bytes of a mesh file and join its pieces, in their places, to one mesh. Raises BadInput."""
+    import trimesh
+
+    if kind != "glb" and data.count(b"\n") > MAX_LINES:
+        raise BadInput(f"{path} has more than {MAX_LINES} lines", ONE_SHOT)
+    with _quiet(), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        # NumPy before 2.3 only warns of text that is no number, and goes on with what came before it.
+        warnings.filterwarnings("error", message=NO_NUMBER, category=DeprecationWarning)
+        try:
+            scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, resolver=NoFiles(), process=False, **options)
+            return _joined(path, _pieces(scene, trimesh))
+        except BadInput:
+            raise
+        except Exception as error:  # parsers raise whatever they trip over: IndexError, KeyError, AttributeError, …
+            words = NO_NUMBER in str(error)
+            reason = "a word stands where a number should be" if words else str(error) or type(error).__name__
+            raise BadInput(f"{path} is no readable {kind.upper()} file: {reason[:200]}", DAMAGED) from error
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """trimesh logs what it trips over, tracebacks and all; the caller gets it as the error."""
+    logger = logging.getLogger("trimesh")
+    before, logger.disabled = logger.disabled, True
+    try:
+        yield
+    finally:
+        logger.disabled = before
+
+
+def _pieces(scene: Any, trimesh: Any) -> list[tuple[NDArray[np.float64], Any]]:
+    """The vertices, moved to where the file puts them, and the mesh, of each piece that has faces."""
+    places = [scene.graph.get(node) for node in scene.graph.nodes_geometry]
+    meshes = [(matrix, scene.geometry[name]) for matrix, name in places]
+    meshes = [(matrix, mesh) for matrix, mesh in meshes if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
+    # One mesh may be placed in a file a thousand times.
+    if max(sum(len(mesh.vertices) for _, mesh in meshes), sum(len(mesh.faces) for _, mesh in meshes)) > MAX_ITEMS:
+        raise ValueError(f"it has more than {MAX_ITEMS} vertices or faces")
+    return [(trimesh.transform_points(mesh.vertices, matrix), mesh) for matrix, mesh in meshes]
+
+
+def _joined(path: Path, pieces: list[tuple[NDArray[np.float64], Any]]) -> Arrays:
+    if not pieces:
+        raise BadInput(f"{path} holds no surface: it has no triangle", "export the scan with its faces")
+    firsts = np.cumsum([0] + [len(vertices) for vertices, _ in pieces])
+    for vertices, mesh in pieces:  # a wrong number must not become a right one of the next piece
+        if mesh.faces.min() < 0 or mesh.faces.max() >= len(vertices):
+            raise BadInput(f"{path}: a face uses vertex {mesh.faces.max()} of {len(vertices)}", DAMAGED)
+    return Arrays(
+        np.concatenate([vertices for vertices, _ in pieces]),
+        np.concatenate([mesh.faces + first for (_, mesh), first in zip(pieces, firsts[:-1], strict=True)]),
+        _of_all(pieces, _uv),
+        _of_all(pieces, _colours),
+    )
+
+
+def _of_all(pieces: list[Any], attribute: Callable[[Any], Any]) -> Any:
+    """A vertex attribute of all pieces together, None when one of them lacks it."""
+    values = [attribute(mesh) for _, mesh in pieces]
+    whole = all(value is not None and len(value) == len(v) for value, (v, _) in zip(values, pieces, strict=True))
+    return np.concatenate(values) if whole else None
+
+
+def _uv(mesh: Any) -> Any:
+    return getattr(mesh.visual, "uv", None)
+
+
+def _colours(mesh: Any) -> Any:
+    return np.asarray(mesh.visual.vertex_colors)[:, :3] if mesh.visual.kind == "vertex" else None

@@ -1,0 +1,113 @@
+"""Bytes from a file, within limits. Every fault of a file is one BadInput that names it."""
+
+from __future__ import annotations
+
+import stat
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from restore.errors import BadInput
+from restore.scan import Floats
+
+# What to do now.
+ONE_SHOT = "export one shot of the scanner"
+MISSING = "put the file beside the scan, or give the picture with --texture"
+DAMAGED = "the file is damaged: export or copy it again"
+
+# A full 640 × 480 shot takes 100 MB in its longest form: OBJ text with normals and sixteen digits.
+MAX_FILE_BYTES = 128 * 2**20
+# The scanner gives 307,200 samples, the largest range cameras of its family 1280 × 1024; a little above those.
+MAX_SAMPLES = 2**21
+# The scanner sees 2.5 m; a coordinate beyond 100 m is a damaged number.
+MAX_COORDINATE_MM = 1e5
+
+
+def read_bytes(path: Path, limit: int = MAX_FILE_BYTES) -> bytes:
+    """Read a whole regular file. Raises BadInput when it is missing, unreadable, empty or larger than `limit` bytes."""
+    try:
+        state = path.stat()
+        if not stat.S_ISREG(state.st_mode):  # a pipe would block, a device never end
+            raise BadInput(f"{path} is no regular file", "give the scan file itself")
+        if state.st_size > limit:
+            raise BadInput(f"{path} is larger than {limit} bytes", ONE_SHOT)
+        with path.open("rb") as file:
+            data = file.read(state.st_size)
+    except FileNotFoundError as error:
+        raise BadInput(f"{path} does not exist", "check the name and the folder") from error
+    except (OSError, ValueError) as error:
+        raise BadInput(f"{path} cannot be read: {error}", "check the file's permissions and its disk") from error
+    if not data:
+        raise BadInput(f"{path} is empty", "export or copy the scan again")
+    return data
+
+
+def is_file(path: Path) -> bool:
+    """Is there a file? False also for names that no disk takes."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False
+
+
+def is_folder(path: Path) -> bool:
+    """Is there a folder? False also for names that no disk takes."""
+    try:
+        return path.is_dir()
+    except (OSError, ValueError):
+        return False
+
+
+def scan_stem(path: Path) -> str:
+    """The name of a scan without its folder and extension; `.abs.gz` is one extension, a folder has none."""
+    if is_folder(path):
+        return path.resolve().name
+    return Path(path.name[:-3] if path.name.lower().endswith(".abs.gz") else path.name).stem
+
+
+def beside(path: Path, name: str) -> Path:
+    """The file that `path` refers to by `name`: only files inside the scan's own folder are ever opened.
+
+    Raises BadInput for absolute names and names that leave the folder, by `..` or by a link.
+    """
+    folder = path.parent.resolve()
+    portable = name.replace("\\", "/")
+    try:
+        target = (folder / portable).resolve()
+        inside = target.is_relative_to(folder) and ":" not in portable
+    except (OSError, ValueError, RuntimeError):  # too long, a NUL, a circle of links
+        inside = False
+    if not inside:
+        raise BadInput(f"{path} refers to {name!r} outside its own folder", MISSING)
+    return target
+
+
+def numbers(text: bytes, path: Path, what: str) -> Floats:
+    """Parse numbers (n,) between white space. Raises BadInput naming the first word that is no number."""
+    text = text.strip()
+    if not text:
+        return np.empty(0)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", DeprecationWarning)  # how NumPy before 2.3 reports a bad word
+            return np.fromstring(text, sep=" ")
+    except (ValueError, DeprecationWarning) as error:
+        word = next((word for word in text.split() if not _is_number(word)), b"")
+        raise BadInput(f"{path}: {what} holds {word[:40]!r}, which is no number", DAMAGED) from error
+
+
+def whole_numbers(text: bytes, path: Path, what: str) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    """Parse whole numbers (n,) between white space. Raises BadInput for anything else."""
+    values = numbers(text, path, what)
+    if not (np.abs(values) < 2**31).all() or (values != np.rint(values)).any():
+        raise BadInput(f"{path}: {what} holds a number that cannot be an index", DAMAGED)
+    return values.astype(np.int64)
+
+
+def _is_number(word: bytes) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return b"_" not in word

@@ -1,0 +1,214 @@
+"""Put a mesh that came from one shot of the scanner back on its range grid.
+
+Every sample of a shot lies on the line of sight of one pixel, so (x/−z, y/−z) of its vertices falls on a lattice; the
+pitch of the lattice is one over the focal length in samples. A mesh that was moved, merged or decimated does not fit.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+from restore.scan import Bytes, Floats, Ints, Mask, RangeScan, SurfaceMesh
+
+# Focal lengths of the VIVID 910 in pixels of its 640 × 480 image, from the fields of view in its hardware manual p. 26.
+LENSES_PX = {"TELE": 3454.7, "MIDDLE": 1942.8, "WIDE": 1070.2}
+# Image pixels per sample: FINE takes every pixel, FAST every second; exports thin them further.
+PIXELS_PER_SAMPLE = (1, 2, 3, 4)
+# A lens differs from the nominal one by a percent or two; the candidates above lie 7 percent apart at least.
+FOCAL_TOLERANCE = 0.03
+IMAGE_SIZE = (640, 480)
+ASPECT_TOLERANCE = 0.01
+
+MIN_LINES = 4  # rows and columns; less is no grid
+MAX_LINES = 2048  # beyond the largest range cameras of the scanner's family (1280 × 1024)
+MIN_DEPTH_MM = 1.0  # in front of the lens
+# In pitches. Two decimals scatter samples by 0.02 at the shortest distance, an export of the scanner's own software by
+# 0.06; a mesh that is on no lattice scatters by 0.29 (uniform).
+MAX_SCATTER = 0.1
+SAME_PLACE_MM = 0.02  # corners that an export wrote more than once, rounded to 0.01 mm
+# Share of samples that have a right and a lower neighbour: holes and a jagged outline cost a tenth; on half of the
+# true pitch there are none, after decimation hardly any.
+MIN_NEIGHBOURS = 0.6
+MAX_CROWDED = 0.01  # share of vertices in a cell that another vertex has taken
+MIN_SHORT_EDGES = 0.9  # share of edges between neighbouring cells
+# Colour and range come from one camera: texture coordinates are an affine function of the grid to within the
+# registration of the two exposures.
+MAX_TEXTURE_SCATTER_PX = 2.0
+SPECTRUM_BINS = 2**15  # 16 bins to a line at MAX_LINES
+MIN_LINE_STRENGTH = 0.5  # of a perfect lattice; a scatter of 0.1 of the pitch leaves 0.82
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Parallel lines of a lattice: line k lies at first + k · pitch."""
+
+    first: float
+    pitch: float
+
+    def number(self, tangents: Floats) -> Floats:
+        """Line numbers of tangents, with fractions."""
+        return (tangents - self.first) / self.pitch
+
+
+@dataclass(frozen=True, eq=False)
+class Lattice:
+    """The grid of a mesh: its lines, the cell (row, col) of each vertex (n, 2), the vertex of each cell or −1."""
+
+    rows: Lines
+    columns: Lines
+    cells: Ints
+    vertex_at: Ints
+
+    @property
+    def occupied(self) -> Mask:
+        """(rows, cols) True where a cell has a vertex."""
+        return self.vertex_at >= 0
+
+    @property
+    def positions(self) -> Floats:
+        """(rows, cols, 2) of every cell: column and row."""
+        rows, cols = self.vertex_at.shape
+        return np.stack(np.meshgrid(np.arange(cols), np.arange(rows)), axis=-1).astype(float)
+
+
+def organise(mesh: SurfaceMesh, *, colours: Bytes | None = None) -> RangeScan | None:
+    """The range grid that a mesh was made from, or None when its vertices are not the samples of one shot.
+
+    Texture positions come from the mesh's texture coordinates; without them from the camera: the picture is taken
+    through the same lens, whose focal length the pitch tells. A picture that no lens fits is left out. `colours`
+    (n, 3) uint8 RGB, one a vertex, give a picture of the size of the grid when the mesh has none.
+    """
+    lattice = _find_lattice(mesh.vertices)
+    if lattice is None or not _is_grid(lattice.occupied) or not _joins_neighbours(lattice.cells, mesh.faces):
+        return None
+    lens = _lens(lattice)
+    if mesh.texcoords is not None:
+        texture, texture_xy = mesh.texture, _carried(mesh.texcoords, lattice)
+    elif mesh.texture is None and colours is not None:
+        texture, texture_xy = _painted(colours, lattice), lattice.positions
+    else:
+        texture, texture_xy = _photographed(mesh.texture, lattice, lens)
+    if texture_xy is None:
+        return None
+    points = np.where(lattice.occupied[..., None], mesh.vertices[lattice.vertex_at], np.nan)
+    return RangeScan(points, texture, texture_xy, {**mesh.provenance, **({"lens": lens[0]} if lens else {})})
+
+
+def _find_lattice(vertices: Floats) -> Lattice | None:
+    depth = -vertices[:, 2]
+    if depth.size < MIN_LINES**2 or depth.min() < MIN_DEPTH_MM:
+        return None
+    right, down = vertices[:, 0] / depth, -vertices[:, 1] / depth
+    columns, rows = _find_lines(right), _find_lines(down)
+    if columns is None or rows is None:
+        return None
+    cells = np.rint(np.column_stack([rows.number(down), columns.number(right)])).astype(np.int64)
+    vertex_at = _occupy(vertices, cells)
+    return None if vertex_at is None else Lattice(rows, columns, cells, vertex_at)
+
+
+def _find_lines(tangents: Floats) -> Lines | None:
+    """The lines that one coordinate of all vertices falls on, the first one numbered 0, or None."""
+    low, span = float(tangents.min()), float(np.ptp(tangents))
+    if span <= 0:
+        return None
+    bins = np.minimum((tangents - low) * (SPECTRUM_BINS / span), SPECTRUM_BINS - 1).astype(np.int64)
+    histogram = np.bincount(bins, minlength=SPECTRUM_BINS).astype(float)
+    # Twice the length: the true frequency is then never further than a quarter of a cycle from a sampled one.
+    spectrum = np.fft.rfft(histogram, 2 * SPECTRUM_BINS)[: 2 * MAX_LINES + 1] / tangents.size
+    strength = np.abs(spectrum)
+    peaks = np.flatnonzero((strength[1:-1] > strength[:-2]) & (strength[1:-1] >= strength[2:])) + 1
+    # The fundamental comes before its harmonics.
+    for peak in peaks[(strength[peaks] > MIN_LINE_STRENGTH) & (peaks > 2 * (MIN_LINES - 2))]:
+        pitch = span / (0.5 * float(peak))
+        phase = -float(np.angle(spectrum[peak])) / (2.0 * np.pi)
+        lines = _fit_lines(tangents, Lines(low + span / (2 * SPECTRUM_BINS) + phase * pitch, pitch))
+        if lines is not None:
+            return lines
+    return None
+
+
+def _fit_lines(tangents: Floats, lines: Lines) -> Lines | None:
+    for _ in range(3):  # numbering and fitting by turns; the first numbering is right already for nearly all
+        number = np.rint(lines.number(tangents))
+        centred = number - number.mean()
+        square = float(centred @ centred)
+        if square == 0:
+            return None
+        pitch = float(centred @ tangents) / square
+        if pitch <= 0:
+            return None
+        lines = Lines(float(tangents.mean() - pitch * number.mean()), pitch)
+    number = np.rint(lines.number(tangents))
+    if np.std(lines.number(tangents) - number) > MAX_SCATTER or not MIN_LINES - 1 <= np.ptp(number) < MAX_LINES:
+        return None
+    return Lines(lines.first + lines.pitch * float(number.min()), lines.pitch)
+
+
+def _occupy(vertices: Floats, cells: Ints) -> Ints | None:
+    """(rows, cols) number of the vertex in each cell, −1 for none; None when vertices crowd in one cell."""
+    shape = cells.max(axis=0) + 1
+    flat = cells[:, 0] * shape[1] + cells[:, 1]
+    taken, first, inverse = np.unique(flat, return_index=True, return_inverse=True)
+    apart = np.abs(vertices - vertices[first[inverse]]).max(axis=1) > SAME_PLACE_MM
+    if apart.mean() > MAX_CROWDED:
+        return None
+    vertex_at = np.full(int(shape.prod()), -1, dtype=np.int64)
+    vertex_at[taken] = first
+    return vertex_at.reshape(shape)
+
+
+def _is_grid(occupied: Mask) -> bool:
+    """Do most samples have a neighbour to the right and one below?"""
+    right, below = occupied[:, 1:] & occupied[:, :-1], occupied[1:] & occupied[:-1]
+    return bool(min(right.sum(), below.sum()) > MIN_NEIGHBOURS * occupied.sum())
+
+
+def _joins_neighbours(cells: Ints, faces: Ints) -> bool:
+    corners = cells[faces]
+    step = np.abs(corners - np.roll(corners, 1, axis=1)).max(axis=2)
+    return bool((step <= 1).mean() > MIN_SHORT_EDGES)
+
+
+def _lens(lattice: Lattice) -> tuple[str, int] | None:
+    """The lens and the image pixels per sample that the pitch tells, or None."""
+    samples = 2.0 / (lattice.columns.pitch + lattice.rows.pitch)
+    candidates = itertools.product(LENSES_PX, PIXELS_PER_SAMPLE)
+    error = {(lens, k): abs(np.log(k * samples / LENSES_PX[lens])) for lens, k in candidates}
+    best = min(error, key=error.__getitem__)
+    return best if error[best] < FOCAL_TOLERANCE else None
+
+
+def _carried(texcoords: Floats, lattice: Lattice) -> Floats | None:
+    """Texture coordinates on the grid: the mesh's own where it has a vertex, their affine continuation elsewhere.
+
+    None when they do not follow the grid, or mirrored: the picture is not the camera's view.
+    """
+    design = np.column_stack([lattice.cells[:, ::-1], np.ones(len(lattice.cells))])
+    affine, *_ = np.linalg.lstsq(design, texcoords, rcond=None)
+    scatter = np.sqrt(np.mean((design @ affine - texcoords) ** 2))
+    if scatter > MAX_TEXTURE_SCATTER_PX or np.linalg.det(affine[:2]) <= 0:
+        return None
+    continued = lattice.positions @ affine[:2] + affine[2]
+    return np.where(lattice.occupied[..., None], texcoords[lattice.vertex_at], continued)
+
+
+def _painted(colours: Bytes, lattice: Lattice) -> Bytes:
+    """(rows, cols, 3) picture with a pixel for each cell; empty cells take the nearest colour."""
+    nearest = distance_transform_edt(~lattice.occupied, return_distances=False, return_indices=True)
+    return colours[lattice.vertex_at[tuple(nearest)]]
+
+
+def _photographed(picture: Bytes | None, lattice: Lattice, lens: tuple[str, int] | None) -> tuple[Bytes | None, Floats]:
+    """The picture and where the camera sees every cell in it; no picture when it is not what that lens gives."""
+    width, height = IMAGE_SIZE if picture is None else picture.shape[1::-1]
+    same_view = abs(width * IMAGE_SIZE[1] / (height * IMAGE_SIZE[0]) - 1.0) < ASPECT_TOLERANCE
+    if lens is None or not same_view:
+        return None, lattice.positions
+    scale = lens[1] * width / IMAGE_SIZE[0]
+    axis = np.array([lattice.columns.number(np.zeros(1))[0], lattice.rows.number(np.zeros(1))[0]])
+    return picture, np.array([width - 1, height - 1]) / 2.0 + scale * (lattice.positions - axis)

@@ -1,0 +1,91 @@
+"""The data that travels from the scanner to the page.
+
+Frame of every position: the scanner's. Origin at the lens, X right, Y up, the object at negative Z, millimetres.
+Texture pixels: (x right, y down), the centre of the top left pixel is (0, 0).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bytes = NDArray[np.uint8]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, eq=False)
+class RangeScan:
+    """One shot of the scanner: a grid of surface points and the colour image.
+
+    points      (rows, cols, 3) float64 mm, NaN where nothing was measured; row 0 is the top of the image.
+    texture     (h, w, 3) uint8 RGB, or None for a scan without colour.
+    texture_xy  (rows, cols, 2) float64, position of each sample in the texture, in pixels.
+    provenance  what is known of the shot: device, lens, distance_mm, mode, settings, time, … (JSON values only).
+    """
+
+    points: Floats
+    texture: Bytes | None
+    texture_xy: Floats
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    @property
+    def measured(self) -> Mask:
+        """(rows, cols) bool, True where the scanner measured a point."""
+        return np.asarray(np.isfinite(self.points).all(axis=2))
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceMesh:
+    """A triangle mesh of the warped page.
+
+    vertices   (n, 3) float64 mm.
+    faces      (m, 3) int64, counter-clockwise seen from the printed side.
+    texcoords  (n, 2) float64 texture pixels, or None.
+    texture    (h, w, 3) uint8 RGB, or None.
+    """
+
+    vertices: Floats
+    faces: Ints
+    texcoords: Floats | None = None
+    texture: Bytes | None = None
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class FlatMesh(SurfaceMesh):
+    """A surface mesh together with the flat page it unrolls to.
+
+    flat     (n, 2) float64 mm, x right, y up, never mirrored, upright as the scanner saw the page.
+    steps    time steps that the flattening took.
+    lengths  (e,) float64 mm: what the edges measure on the surface, in the order of `restore.flatten.network.edges_of`.
+    """
+
+    flat: Floats = field(default_factory=lambda: np.empty((0, 2)))
+    steps: int = 0
+    lengths: Floats = field(default_factory=lambda: np.empty(0))
+
+
+@dataclass(frozen=True, eq=False)
+class RestoredPage:
+    """The flat page, painted true to scale.
+
+    image     (h, w, 3) uint8 RGB.
+    dpi       one inch of paper is `dpi` pixels.
+    mask      (h, w) bool, True where the page was seen.
+    flat      the mesh that carried the paint.
+    report    what was done and how well it went (JSON values only).
+    page_map  (h, w, 2) float32, the texture pixel that each page pixel came from, NaN outside the page.
+    """
+
+    image: Bytes
+    dpi: float
+    mask: Mask
+    flat: FlatMesh
+    report: Mapping[str, Any]
+    page_map: NDArray[np.float32]

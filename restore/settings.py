@@ -1,0 +1,18 @@
+"""The options of a restoration, the same for the library and the command line."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+
+class Settings(BaseModel):
+    """How to restore a page."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+    points: int = Field(1000, ge=50, le=400_000, description="points that the sheet is reduced to before flattening")
+    dpi: float = Field(150.0, ge=30, le=1200, description="pixels of the page for one inch of paper")
+    method: Literal["sticks", "springs", "conformal"] = Field("sticks", description="how the sheet is flattened")
+    shading: Literal["keep", "remove"] = Field("keep", description="leave light and shadow, or divide them out")

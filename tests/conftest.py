@@ -1,0 +1,81 @@
+"""No test may leave a thread, a child process or an open file behind."""
+
+from __future__ import annotations
+
+import gc
+import site
+import sys
+import sysconfig
+import threading
+import time
+from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager, contextmanager
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import psutil
+import pytest
+
+GRACE_SECONDS = 2.0  # a thread that was told to end may need a moment
+# Opened once for the life of the process, on first use: devices, the kernel's own tables, parts of installed libraries
+# (fonts, kernel caches). They are no leak of the test that happens to come first.
+LIBRARIES = tuple({sys.prefix, sys.base_prefix, sysconfig.get_paths()["stdlib"], *site.getsitepackages()})
+LASTING = ("/dev/", "/proc/", "/sys/", "/usr/lib", "/usr/share", "/lib", *LIBRARIES)
+
+
+class Resources(NamedTuple):
+    """What a process holds: threads of Python, child processes, open files as (descriptor, what it is)."""
+
+    threads: frozenset[str]
+    children: frozenset[str]
+    files: frozenset[str]
+
+    @classmethod
+    def now(cls) -> Resources:
+        threads = frozenset(f"thread {thread.name} ({thread.ident})" for thread in threading.enumerate())
+        children = frozenset(f"process {child.pid}" for child in psutil.Process().children(recursive=True))
+        return cls(threads, children, frozenset(_open_files()))
+
+    def gained_since(self, before: Resources) -> list[str]:
+        return sorted(gained for mine, theirs in zip(self, before, strict=True) for gained in mine - theirs)
+
+
+def _open_files() -> Iterator[str]:
+    for descriptor in Path("/proc/self/fd").iterdir():
+        try:
+            target = str(descriptor.readlink())
+        except OSError:  # the listing's own
+            continue
+        if not target.startswith(LASTING):
+            yield f"file {descriptor.name} → {target}"
+
+
+@contextmanager
+def no_leaks(grace: float = GRACE_SECONDS) -> Iterator[None]:
+    """Fail if the block leaves a thread, a child process or an open file behind."""
+    before = Resources.now()
+    yield
+    deadline = time.monotonic() + grace
+    while leaked := Resources.now().gained_since(before):
+        gc.collect()  # what only waits for the collector is no leak
+        if time.monotonic() > deadline:
+            pytest.fail("left behind: " + ", ".join(leaked))
+        time.sleep(0.01)
+
+
+@pytest.fixture(autouse=True)
+def _no_leaks() -> Iterator[None]:
+    with no_leaks():
+        yield
+
+
+@pytest.fixture
+def leak_check() -> Callable[[], AbstractContextManager[None]]:
+    """The check itself, for the tests that show it can fail."""
+    return partial(no_leaks, grace=0.0)
+
+
+@pytest.fixture(scope="session")
+def repository() -> Path:
+    return Path(__file__).parent.parent

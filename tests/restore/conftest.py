@@ -1,0 +1,105 @@
+"""What a pinhole sees of planes, roofs and cylinders, exact to the last bits."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from restore.rays import Rays
+from restore.scan import Bytes, Floats, Mask, RangeScan
+from restore.surface import Sheet
+
+FOCAL_PX = 1942.8  # MIDDLE lens of the VIVID 910, from the fields of view in its hardware manual p. 26
+BASELINE_MM = 250.0  # the same manual's dimension drawing, p. 58
+DISTANCE_MM = 921.5  # 0.9 m before the front of the lens
+LEAST_NOISE = 1e-9  # 1/mm: far below any slope here, so that every crease counts
+NOISE_LINES = 0.02  # the manual's precision of Z (p. 60) in lines of the sensor, the same for all three lenses
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A part of the MIDDLE lens's picture, `rows` × `cols` samples round its centre, 0.47 mm apart on the page."""
+
+    rows: int = 160
+    cols: int = 200
+
+    # One line of the sensor is a step of inverse depth, everywhere the same: 1.75 mm at 0.9 m.
+    line = 1.0 / (FOCAL_PX * BASELINE_MM)
+    noise = NOISE_LINES * line
+    pitch_mm = DISTANCE_MM / FOCAL_PX
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        return self.rows, self.cols
+
+    @property
+    def rays(self) -> Rays:
+        return Rays(-(self.cols - 1) / 2 / FOCAL_PX, 1 / FOCAL_PX, (self.rows - 1) / 2 / FOCAL_PX, -1 / FOCAL_PX)
+
+    @property
+    def indices(self) -> tuple[Floats, Floats]:
+        rows, cols = np.indices(self.shape).astype(float)
+        return rows, cols
+
+    @property
+    def directions(self) -> Floats:
+        """(rows, cols, 3) lines of sight, one millimetre deep."""
+        return self.rays.points(*self.indices, np.ones(self.shape))
+
+    def plane(self, normal: tuple[float, float, float] = (0, 0, 1), distance: float = DISTANCE_MM) -> Floats:
+        """Inverse depth (rows, cols) of the plane with this normal through (0, 0, −distance)."""
+        return self.directions @ np.asarray(normal, float) / (-distance * normal[2])
+
+    def walls(self, fold_deg: float, angle_deg: float, column: float) -> tuple[Floats, Floats]:
+        """Two planes that fold away from the scanner by `fold_deg`.
+
+        They meet at a ridge that runs at angle_deg from the picture's vertical, past the middle row at `column`.
+        """
+        half, angle = np.deg2rad(fold_deg) / 2, np.deg2rad(angle_deg)
+        across = np.array([np.cos(angle), np.sin(angle), 0.0])
+        start = self.rays.points(np.array((self.rows - 1) / 2), np.array(column), np.array(1 / DISTANCE_MM))
+        left, right = (np.cos(half) * np.array([0, 0, 1.0]) + side * np.sin(half) * across for side in (-1, 1))
+        return self.directions @ left / (start @ left), self.directions @ right / (start @ right)
+
+    def roof(self, fold_deg: float, angle_deg: float, column: float) -> Floats:
+        """Inverse depth (rows, cols) of such a fold, its ridge towards the scanner."""
+        return np.minimum(*self.walls(fold_deg, angle_deg, column))
+
+    def about_ridge(self, angle_deg: float, column: float) -> tuple[Floats, Floats]:
+        """How far every sample lies from such a ridge, and where along it, in samples of the picture."""
+        rows, cols = self.indices
+        right, up = cols - column, (self.rows - 1) / 2 - rows
+        cos, sin = np.cos(np.deg2rad(angle_deg)), np.sin(np.deg2rad(angle_deg))
+        return right * cos + up * sin, up * cos - right * sin
+
+    def cylinder(self, radius: float, *, distance: float = DISTANCE_MM, hollow: bool = False) -> Floats:
+        """Inverse depth of an upright cylinder, its nearest line (hollow: its farthest) at this distance."""
+        x = self.directions[..., 0]
+        axis = distance - radius if hollow else distance + radius
+        # (depth·x)² + (depth − axis)² = radius²
+        root = np.sqrt(axis**2 - (1 + x**2) * (axis**2 - radius**2))
+        return (1 + x**2) / (axis + (root if hollow else -root))
+
+    def shot(self, inverse_depth: Floats, texture: Bytes | None = None) -> RangeScan:
+        """A scan of inverse depth (rows, cols), NaN for none, with a texture pixel for each sample."""
+        rows, cols = self.indices
+        points = self.rays.points(rows, cols, inverse_depth)
+        return RangeScan(points, texture, np.dstack([cols, rows]))
+
+    def facets(self, inverse_depth: Floats) -> Floats:
+        """(rows, cols, 3): with its change per column and per row, exact for planes."""
+        down, right = np.gradient(inverse_depth)
+        return np.dstack([inverse_depth, right, down])
+
+    def sheet(self, planes: Floats, inside: Mask | None = None) -> Sheet:
+        """A prepared sheet of these facets (rows, cols, 3), with a texture pixel for each sample."""
+        rows, cols = self.indices
+        inside = np.ones(self.shape, bool) if inside is None else inside
+        return Sheet(self.rays, inside, inside, planes, LEAST_NOISE, np.dstack([cols, rows]), self.shot(planes[..., 0]))
+
+
+@pytest.fixture(scope="session")
+def camera() -> Camera:
+    return Camera()

@@ -1,0 +1,128 @@
+"""Binary glTF."""
+
+import json
+import struct
+
+import numpy as np
+import pytest
+import trimesh
+from PIL import Image
+
+from restore.errors import BadInput
+from restore.formats import load_scan
+from restore.formats.mesh import texture_uv
+
+HALF_FLOAT_MM = 3.1e-5  # half the last place of a float32 between 512 and 1024
+FLOAT_PX = 1e-4  # a float32 of the picture's width
+
+
+@pytest.fixture
+def exported(mesh, tmp_path):
+    """A textured .glb, and the way to change its header before it is written again."""
+
+    def export(change=lambda header: None, **options):
+        sheet = mesh(**options)
+        picture = trimesh.visual.TextureVisuals(
+            texture_uv(sheet.texcoords, sheet.texture), image=Image.fromarray(sheet.texture)
+        )
+        data = trimesh.Trimesh(sheet.vertices, sheet.faces, visual=picture, process=False).export(file_type="glb")
+        size = struct.unpack_from("<I", data, 12)[0]
+        header = json.loads(data[20 : 20 + size])
+        change(header)
+        text = json.dumps(header).encode()
+        text += b" " * (-len(text) % 4)
+        body = struct.pack("<I4s", len(text), b"JSON") + text + data[20 + size :]
+        (tmp_path / "page.glb").write_bytes(struct.pack("<4sII", b"glTF", 2, 12 + len(body)) + body)
+        return tmp_path / "page.glb"
+
+    return export
+
+
+def test_a_mesh_comes_back_on_its_grid_with_its_picture(exported, shot):
+    back, scan = load_scan(exported(rows=24, cols=32)), shot(24, 32)
+    seen = back.measured
+    np.testing.assert_allclose(back.points[seen], scan.points[seen], atol=HALF_FLOAT_MM, rtol=0)
+    np.testing.assert_allclose(back.texture_xy, scan.texture_xy, atol=FLOAT_PX, rtol=0)
+    np.testing.assert_array_equal(back.texture, scan.texture)
+
+
+def test_a_mesh_is_where_its_node_puts_it(exported):
+    def shrink(header):
+        header["nodes"][0]["matrix"] = [0.001, 0, 0, 0, 0, 0.001, 0, 0, 0, 0, 0.001, 0, 0, 0, 0, 1]
+
+    def grow(header):
+        shrink(header)
+        header["nodes"].append({"children": [0], "scale": [1000, 1000, 1000]})
+        header["scenes"][0]["nodes"] = [len(header["nodes"]) - 1]
+
+    there, back = load_scan(exported()), load_scan(exported(grow))
+    np.testing.assert_allclose(back.points, there.points, rtol=1e-12)
+
+
+def set_in(*keys, value):
+    def change(header):
+        target = header
+        for key in keys[:-1]:
+            target = target[key]
+        target[keys[-1]] = value
+
+    return change
+
+
+def drop(*keys):
+    def change(header):
+        target = header
+        for key in keys[:-1]:
+            target = target[key]
+        del target[keys[-1]]
+
+    return change
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        (set_in("accessors", 0, "count", value=10**9), "an array is longer than its buffer view"),
+        (set_in("accessors", 0, "count", value=-1), "accessors.0.count"),
+        (set_in("accessors", 0, "bufferView", value=99), "an array is longer than its buffer view"),
+        (drop("accessors", 0, "bufferView"), "accessors.0.bufferView: Field required"),
+        (set_in("bufferViews", 0, "byteLength", value=10**9), "a buffer view ends behind the data"),
+        (set_in("bufferViews", 0, "buffer", value=1), "bufferViews.0.buffer"),
+        (set_in("meshes", 0, "primitives", 0, "indices", value=77), "uses an array that is not there"),
+        (set_in("textures", 0, "source", value=5), "a picture that is not there"),
+        (set_in("images", 0, value={"uri": "page.png"}), "does not hold its picture"),
+        (
+            set_in("images", 0, "bufferView", value=0),
+            "the picture inside is no readable picture: its kind is not known",
+        ),
+        (set_in("nodes", value=[{}] * 1000), "nodes: List should have at most 256"),
+        (set_in("scene", value=7), "is no readable GLB file"),
+        (drop("meshes"), "no triangle"),
+        (
+            lambda header: header["meshes"][0]["primitives"].extend(header["meshes"][0]["primitives"] * 5000),
+            "again and again",
+        ),
+    ],
+)
+def test_damage_is_named(exported, change, fault):
+    with pytest.raises(BadInput, match=f"page.glb.*{fault}"):
+        load_scan(exported(change))
+
+
+def test_a_circle_of_nodes_has_an_end(exported):
+    there = load_scan(exported(set_in("nodes", value=[{"mesh": 0, "children": [0]}])))
+    assert there.measured.any()
+
+
+def test_another_picture_replaces_the_one_inside(exported, tmp_path):
+    Image.new("RGB", (64, 48), (9, 9, 9)).save(tmp_path / "other.png")
+    scan = load_scan(exported(set_in("images", 0, value={"uri": "page.png"})), tmp_path / "other.png")
+    assert scan.texture.shape == (48, 64, 3)
+
+
+@pytest.mark.parametrize("size", [4, 12, 30, 3000])
+def test_a_cut_file_is_named(exported, size):
+    path = exported()
+    path.write_bytes(path.read_bytes()[:size])
+    with pytest.raises(BadInput, match=r"page\.glb is no whole glTF 2 binary file"):
+        load_scan(path)

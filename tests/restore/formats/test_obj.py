@@ -1,0 +1,137 @@
+"""Wavefront text."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from PIL import Image
+
+from restore.errors import BadInput
+from restore.formats import load_scan, write_obj
+from restore.formats.obj import read_obj
+from restore.scan import RangeScan
+
+HALF_DIGIT_MM = 0.51e-4  # four decimals
+HALF_DIGIT_PX = 0.51e-7 * 640  # seven decimals of the picture's width
+
+SQUARE = "v 0 0 -700\nv 9 0 -700\nv 9 9 -700\nv 0 9 -700\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\nvt 0.5 0.5\n"
+MATERIAL = "newmtl other\nmap_Kd missing.png\nnewmtl page\nmap_Kd picture.png\n"
+FACE = "f 1/1 2/2 3/3\n"
+
+
+@pytest.fixture
+def written(tmp_path):
+    """Write an OBJ text, its material and its picture of 20 × 10 pixels; returns the path."""
+
+    def write(text, material=MATERIAL):
+        (tmp_path / "a.obj").write_text(text)
+        (tmp_path / "a.mtl").write_text(material)
+        Image.new("RGB", (20, 10), (1, 2, 3)).save(tmp_path / "picture.png")
+        return tmp_path / "a.obj"
+
+    return write
+
+
+def test_a_mesh_comes_back_on_its_grid(mesh, shot, tmp_path):
+    write_obj(mesh(rows=24, cols=32), tmp_path / "page.obj")
+    back, scan = load_scan(tmp_path / "page.obj"), shot(24, 32)
+    assert isinstance(back, RangeScan)
+    seen = back.measured
+    np.testing.assert_allclose(back.points[seen], scan.points[seen], atol=HALF_DIGIT_MM, rtol=0)
+    np.testing.assert_allclose(back.texture_xy, scan.texture_xy, atol=HALF_DIGIT_PX, rtol=0)
+    np.testing.assert_array_equal(back.texture, scan.texture)
+
+
+def test_a_texture_coordinate_counts_from_the_lower_left(written):
+    mesh = load_scan(written("mtllib a.mtl\nusemtl page\n" + SQUARE + FACE))
+    assert mesh.texcoords.tolist() == [[-0.5, 9.5], [19.5, 9.5], [19.5, -0.5]]
+    assert mesh.texture.shape == (10, 20, 3)
+
+
+def test_a_vertex_on_a_seam_is_split_and_unused_ones_are_left_out(written):
+    mesh = load_scan(written("mtllib a.mtl\nusemtl page\n" + SQUARE + FACE + "f 1/5 2/2 3/3\n"))
+    assert len(mesh.vertices) == len(mesh.texcoords) == 4
+    assert {tuple(t) for t in mesh.texcoords[np.all(mesh.vertices[:, :2] == 0, axis=1)]} == {(-0.5, 9.5), (9.5, 4.5)}
+
+
+def test_quads_and_triangles_together(written):
+    mesh = load_scan(written("mtllib a.mtl\nusemtl page\n" + SQUARE + "f 1/1 2/2 3/3 4/4\n" + FACE))
+    assert len(mesh.faces) == 3
+    area = np.cross(*(mesh.vertices[mesh.faces[:, k]] - mesh.vertices[mesh.faces[:, 0]] for k in (1, 2)))[:, 2] / 2
+    assert area.tolist() == [40.5] * 3
+    u = (mesh.texcoords[:, 0] + 0.5) / 20
+    assert u.tolist() == (mesh.vertices[:, 0] / 9).tolist()
+
+
+@pytest.mark.parametrize("name", ["./picture.png", ".\\picture.png", "-s 1 1 1 picture.png", "-clamp on picture.png"])
+def test_ways_to_name_the_picture(written, name):
+    text = "mtllib a.mtl\r\nusemtl page\r\n" + SQUARE + FACE
+    assert load_scan(written(text, f"newmtl page\r\nmap_Kd {name}\r\n")).texture.shape == (10, 20, 3)
+
+
+@pytest.mark.parametrize(
+    ("head", "material", "fault"),
+    [
+        ("mtllib gone.mtl\n", MATERIAL, "its material file 'gone.mtl' is missing"),
+        ("mtllib a.mtl\nusemtl other\n", MATERIAL, "its picture 'missing.png' is missing"),
+        ("mtllib a.mtl\nusemtl other\nusemtl page\n", MATERIAL, "uses 2 pictures"),
+        ("mtllib ../a.mtl\n", MATERIAL, r"'\.\./a\.mtl' outside its own folder"),
+        ("mtllib /etc/passwd\n", MATERIAL, "'/etc/passwd' outside its own folder"),
+        ("mtllib a.mtl\n", "newmtl page\nmap_Kd C:\\scans\\page.png\n", "outside its own folder"),
+        ("mtllib a.mtl\n", "newmtl page\nmap_Kd a.mtl\n", "no readable picture"),
+    ],
+)
+def test_a_picture_that_cannot_be_had_is_named_unless_another_is_given(written, tmp_path, head, material, fault):
+    path = written(head + SQUARE + FACE, material)
+    with pytest.raises(BadInput, match=f"a.*{fault}"):
+        load_scan(path)
+    assert load_scan(path, tmp_path / "picture.png").texture.shape == (10, 20, 3)
+
+
+def test_a_link_out_of_the_folder_is_not_followed(written, tmp_path):
+    secret = tmp_path / "secret.png"
+    Image.new("RGB", (4, 3)).save(secret)
+    (tmp_path / "scan").mkdir()
+    (tmp_path / "scan" / "page.png").symlink_to(secret)
+    (tmp_path / "scan" / "a.mtl").write_text("newmtl page\nmap_Kd page.png\n")
+    (tmp_path / "scan" / "a.obj").write_text("mtllib a.mtl\n" + SQUARE + FACE)
+    with pytest.raises(BadInput, match="outside its own folder"):
+        load_scan(tmp_path / "scan" / "a.obj")
+
+
+def test_the_material_of_a_mesh_without_texture_coordinates_is_of_no_interest(written):
+    assert load_scan(written("mtllib gone.mtl\n" + SQUARE + "f 1 2 3\n")).texture is None
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("hello\n", "no triangle"),
+        (SQUARE, "no triangle"),
+        (SQUARE + "f 1 2 99\n", "out of bounds"),
+        (SQUARE + "f 1 2 -99\n", "out of bounds"),
+        (SQUARE.replace("9", "nine", 1) + FACE, "a word stands where a number should be"),
+        (SQUARE.replace("9", "inf", 1) + FACE, r"at \(inf, 0, -700\) mm"),
+        (SQUARE.replace("9", "1e9", 1) + FACE, r"at \(1e\+09, 0, -700\) mm"),
+        (SQUARE + "f 1/1 2/2\n", "no triangle"),
+    ],
+)
+def test_damage_is_named(written, text, fault):
+    with pytest.raises(BadInput, match=f"a.obj.*{fault}"):
+        load_scan(written(text))
+
+
+@settings(deadline=None, max_examples=30)
+@given(
+    order=st.permutations(range(4)),
+    faces=st.lists(st.permutations(range(4)).map(lambda p: p[:3]), min_size=1, max_size=6),
+)
+def test_every_triangle_keeps_its_place(order, faces, tmp_path_factory):
+    corners = np.array([[0, 0, -700], [9, 0, -701], [9, 9, -702], [0, 9, -703.25]])[order]
+    text = "".join("v {} {} {}\n".format(*v) for v in corners) + "".join(
+        "f {} {} {}\n".format(*(np.add(f, 1))) for f in faces
+    )
+    path = tmp_path_factory.mktemp("obj") / "a.obj"
+    path.write_text(text)
+    mesh = read_obj(path)
+    np.testing.assert_array_equal(mesh.vertices[mesh.faces], corners[np.array(faces)])

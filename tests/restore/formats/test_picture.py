@@ -1,0 +1,48 @@
+"""Pictures of a scan."""
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from restore.errors import BadInput
+from restore.formats import picture, read_picture
+from restore.formats.picture import encode_png
+
+PAINT = np.arange(5 * 7 * 3, dtype=np.uint8).reshape(5, 7, 3)
+
+
+@pytest.mark.parametrize("name", ["a.png", "a.ppm", "a.tif", "a.bmp"])
+def test_lossless_kinds_come_back_exactly(tmp_path, name):
+    Image.fromarray(PAINT).save(tmp_path / name)
+    np.testing.assert_array_equal(read_picture(tmp_path / name), PAINT)
+
+
+def test_a_png_of_ours_comes_back_exactly(tmp_path):
+    (tmp_path / "a.png").write_bytes(encode_png(PAINT))
+    np.testing.assert_array_equal(read_picture(tmp_path / "a.png"), PAINT)
+
+
+def test_grey_palette_and_transparency_become_rgb(tmp_path):
+    grey = np.arange(256, dtype=np.uint8).reshape(16, 16)
+    for mode in ("L", "P", "LA", "RGBA"):
+        Image.fromarray(grey).convert(mode).save(tmp_path / "a.png")
+        np.testing.assert_array_equal(read_picture(tmp_path / "a.png"), np.dstack([grey] * 3))
+
+
+def test_sixteen_bits_of_grey_keep_their_upper_eight(tmp_path):
+    Image.fromarray(np.array([[0, 257, 65535]], dtype=np.uint16)).save(tmp_path / "a.png")
+    assert read_picture(tmp_path / "a.png")[0, :, 0].tolist() == [0, 1, 255]
+
+
+def test_a_picture_with_too_many_pixels_is_refused(tmp_path, monkeypatch):
+    monkeypatch.setattr(picture, "MAX_PIXELS", 30)
+    Image.fromarray(PAINT).save(tmp_path / "a.png")
+    with pytest.raises(BadInput, match=r"a\.png has too many pixels: 7 × 5"):
+        read_picture(tmp_path / "a.png")
+
+
+@pytest.mark.parametrize("data", [b"no picture", encode_png(PAINT)[:50], b"GIF89a" + b"\0" * 50])
+def test_damage_is_named(tmp_path, data):
+    (tmp_path / "a.png").write_bytes(data)
+    with pytest.raises(BadInput, match=r"a\.png is no readable picture"):
+        read_picture(tmp_path / "a.png")

@@ -1,0 +1,120 @@
+"""Stanford polygon files."""
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from restore.errors import BadInput
+from restore.formats import load_scan, write_ply
+from restore.scan import RangeScan, SurfaceMesh
+
+EXACT_PX = 1e-9  # rounding of a division by the picture's size and back
+
+HEAD = "ply\nformat ascii 1.0\ncomment made by hand\n"
+POINTS = "element vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+FACES = "element face 2\nproperty list uchar int vertex_indices\n"
+SQUARE = ("0 0 -700", "9 0 -700", "9 9 -700", "0 9 -700")
+TRIANGLES = ("3 0 1 2", "3 0 2 3")
+
+
+def text(*lines, head=HEAD + POINTS + FACES):
+    return head + "end_header\n" + "\n".join(lines) + "\n"
+
+
+def test_a_mesh_comes_back_exactly_on_its_grid(mesh, shot, tmp_path):
+    write_ply(mesh(rows=24, cols=32), tmp_path / "page.ply")
+    back, scan = load_scan(tmp_path / "page.ply"), shot(24, 32)
+    assert isinstance(back, RangeScan)
+    seen = back.measured
+    np.testing.assert_array_equal(back.points[seen], scan.points[seen])
+    np.testing.assert_allclose(back.texture_xy, scan.texture_xy, atol=EXACT_PX, rtol=0)
+    np.testing.assert_array_equal(back.texture, scan.texture)
+
+
+@pytest.mark.parametrize("names", [("s", "t"), ("u", "v"), ("texture_u", "texture_v")])
+def test_texture_coordinates_of_vertices(tmp_path, names):
+    extra = "".join(f"property float {name}\n" for name in names)
+    head = HEAD + "comment TextureFile the picture.png\n" + POINTS + extra + FACES
+    lines = [f"{xyz} {uv}" for xyz, uv in zip(SQUARE, ("0 0", "1 0", "1 1", "0 1"), strict=True)]
+    (tmp_path / "a.ply").write_text(text(*lines, *TRIANGLES, head=head))
+    Image.new("RGB", (20, 10)).save(tmp_path / "the picture.png")
+    mesh = load_scan(tmp_path / "a.ply")
+    expected = np.column_stack([mesh.vertices[:, 0] / 9 * 20 - 0.5, (1 - mesh.vertices[:, 1] / 9) * 10 - 0.5])
+    np.testing.assert_allclose(mesh.texcoords, expected, atol=EXACT_PX)
+
+
+def test_texture_coordinates_of_faces_split_the_seam(tmp_path):
+    head = HEAD + "comment TextureFile a.png\n" + POINTS + FACES + "property list uchar float texcoord\n"
+    (tmp_path / "a.ply").write_text(text(*SQUARE, "3 0 1 2 6 0 0 1 0 1 1", "3 0 2 3 6 0.5 0.5 1 1 0 1", head=head))
+    Image.new("RGB", (20, 10)).save(tmp_path / "a.png")
+    mesh = load_scan(tmp_path / "a.ply")
+    at_origin = np.all(mesh.vertices[:, :2] == 0, axis=1)
+    assert sorted(map(tuple, mesh.texcoords[at_origin])) == [(-0.5, 9.5), (9.5, 4.5)]
+
+
+def with_colours(mesh, colours):
+    """A PLY text of a mesh with a colour for each vertex."""
+    rgb = "".join(f"property uchar {name}\n" for name in ("red", "green", "blue"))
+    head = (HEAD + POINTS.replace("float", "double") + rgb + FACES).replace("vertex 4", f"vertex {len(mesh.vertices)}")
+    points = [f"{x} {y} {z} {r} {g} {b}" for (x, y, z), (r, g, b) in zip(mesh.vertices, colours, strict=True)]
+    faces = ["3 {} {} {}".format(*face) for face in mesh.faces]
+    return text(*points, *faces, head=head.replace("face 2", f"face {len(mesh.faces)}"))
+
+
+def test_colours_of_a_shot_become_its_picture(mesh, tmp_path):
+    sheet = mesh()
+    colours = np.random.default_rng(1).integers(0, 256, (len(sheet.vertices), 3))
+    (tmp_path / "a.ply").write_text(with_colours(sheet, colours))
+    scan = load_scan(tmp_path / "a.ply")
+    assert scan.texture.shape == (12, 16, 3)
+    assert scan.texture_xy[3, 5].tolist() == [5, 3]
+    order = {tuple(p): c.tolist() for p, c in zip(sheet.vertices, colours, strict=True)}
+    seen = scan.measured
+    assert [order[tuple(p)] for p in scan.points[seen]] == scan.texture[seen].tolist()
+
+
+def test_colours_of_any_other_mesh_are_left_out(mesh, tmp_path):
+    sheet = mesh()
+    moved = SurfaceMesh(sheet.vertices + [60.0, 0, 300], sheet.faces)
+    (tmp_path / "a.ply").write_text(with_colours(moved, np.zeros((len(sheet.vertices), 3), int)))
+    scan = load_scan(tmp_path / "a.ply")
+    assert isinstance(scan, SurfaceMesh)
+    assert scan.texture is None
+
+
+@pytest.mark.parametrize(
+    ("content", "fault"),
+    [
+        ("plywood\n", "no PLY header"),
+        ("ply\nformat ascii 1.0\n", "no PLY header"),
+        (text(*SQUARE), "promises 6 vertices and faces and ends before"),
+        (text(*SQUARE, "3 0 1 9", "3 0 2 3"), "uses vertex 9 of 4"),
+        (text(*SQUARE, "3 0 1 -1", "3 0 2 3"), "a face uses vertex"),
+        (text("nan 0 0", *SQUARE[1:], *TRIANGLES), "vertex 0 lies at"),
+        (text("zero 0 0", *SQUARE[1:], *TRIANGLES), "a word stands where a number should be"),
+        (text(*SQUARE, head=HEAD + POINTS), "no triangle"),
+        (text(*SQUARE, *TRIANGLES).replace("vertex 4", "vertex 4000000000"), "promises 4000000002"),
+    ],
+)
+def test_damage_is_named(tmp_path, content, fault):
+    (tmp_path / "bad.ply").write_text(content)
+    with pytest.raises(BadInput, match=f"bad.ply.*{fault}"):
+        load_scan(tmp_path / "bad.ply")
+
+
+@pytest.mark.parametrize(
+    ("name", "fault"), [("gone.png", "its picture 'gone.png' is missing"), ("../a.png", "outside")]
+)
+def test_a_picture_that_cannot_be_had_is_named(mesh, tmp_path, name, fault):
+    write_ply(mesh(), tmp_path / "a.ply")
+    data = (tmp_path / "a.ply").read_bytes().replace(b"TextureFile a.png", b"TextureFile " + name.encode())
+    (tmp_path / "a.ply").write_bytes(data)
+    with pytest.raises(BadInput, match=fault):
+        load_scan(tmp_path / "a.ply")
+
+
+def test_a_cut_binary_file_is_named(mesh, tmp_path):
+    write_ply(mesh(), tmp_path / "cut.ply")
+    (tmp_path / "cut.ply").write_bytes((tmp_path / "cut.ply").read_bytes()[:-3])
+    with pytest.raises(BadInput, match=r"cut\.ply is no readable PLY file"):
+        load_scan(tmp_path / "cut.ply")

@@ -1,0 +1,48 @@
+"""The options have limits, and no others are taken."""
+
+import pytest
+from pydantic import ValidationError
+
+from restore.flatten import METHODS
+from restore.settings import Settings
+
+
+def test_what_is_not_asked_for_is_a_thousand_points_at_150_dpi_with_the_light_as_it_was():
+    expected = {"points": 1000, "dpi": 150.0, "method": "sticks", "shading": "keep"}
+    assert Settings().model_dump(include=set(expected)) == expected
+
+
+@pytest.mark.parametrize(
+    "options",
+    [{"points": 50}, {"points": 400_000}, {"dpi": 30}, {"dpi": 1200}, {"shading": "remove"}]
+    + [{"method": method} for method in METHODS],
+)
+def test_all_within_the_limits_is_taken(options):
+    assert Settings(**options).model_dump(include=set(options)) == options
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"points": 49},
+        {"points": 400_001},
+        {"points": 99.5},
+        {"dpi": 29.9},
+        {"dpi": 1201},
+        {"dpi": float("nan")},
+        {"dpi": float("inf")},
+        {"method": "ironing"},
+        {"shading": "half"},
+        {"colour": "grey"},
+    ],
+)
+def test_all_beyond_them_is_refused_by_name(options):
+    with pytest.raises(ValidationError) as caught:
+        Settings(**options)
+    (error,) = caught.value.errors()
+    assert error["loc"] == tuple(options)
+
+
+def test_they_do_not_change_under_way():
+    with pytest.raises(ValidationError, match="frozen"):
+        Settings().points = 500
