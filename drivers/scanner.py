@@ -1,0 +1,91 @@
+"""What every scanner can do, and what can go wrong with one.
+
+ScannerError            anything below; carries the exit code and what to do now (exit code 4)
+├── SettingsError       the caller asked for something the scanner cannot do
+├── DeviceError         the scanner reports a fault of its own
+└── TransportError      the way to the scanner failed
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import TracebackType
+from typing import Literal, Protocol, Self
+
+from restore.scan import RangeScan
+
+Progress = Callable[[str, float], None]
+"""Called with the name of the step and how much of it is done, 0 to 1."""
+
+MIN_DISTANCE_MM, MAX_DISTANCE_MM = 500.0, 2500.0  # hardware manual p. 56, and the error "out of distance range"
+MAX_LASER_POWER = 255
+MAX_GAIN = 7
+
+
+class ScannerError(Exception):
+    """A capture that cannot go on. `hint` says what to do now."""
+
+    exit_code = 4
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.hint = hint
+
+
+class SettingsError(ScannerError):
+    """Raised before anything is sent when a setting is outside what the scanner takes."""
+
+
+class DeviceError(ScannerError):
+    """Raised when the scanner reports a fault of its own."""
+
+
+class TransportError(ScannerError):
+    """Raised when the scanner cannot be reached or the way to it breaks."""
+
+
+@dataclass(frozen=True)
+class CaptureSettings:
+    """One shot.
+
+    mode         "fine": 640×480 samples in 2.5 s; "fast": 320×240 samples in 0.3 s.
+    distance_mm  distance from the front of the lens to the page, 500 to 2500; None focuses by itself.
+    laser_power  1 to 255; None lets the scanner choose.
+    gain         CCD gain, 0 to 7; None lets the scanner choose.
+    """
+
+    mode: Literal["fine", "fast"] = "fine"
+    distance_mm: float | None = None
+    laser_power: int | None = None
+    gain: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.mode not in ("fine", "fast"):
+            raise SettingsError(f"mode {self.mode!r} is not known", "use 'fine' or 'fast'")
+        _check("distance_mm", self.distance_mm, MIN_DISTANCE_MM, MAX_DISTANCE_MM)
+        _check("laser_power", self.laser_power, 1, MAX_LASER_POWER)
+        _check("gain", self.gain, 0, MAX_GAIN)
+
+
+def _check(name: str, value: float | None, low: float, high: float) -> None:
+    if value is not None and not low <= value <= high:
+        raise SettingsError(f"{name} = {value} is out of range", f"use a value from {low:g} to {high:g}")
+
+
+class Scanner(Protocol):
+    """A range scanner. Use it as a context manager: leaving switches the laser off."""
+
+    def capture(self, settings: CaptureSettings, progress: Progress = ...) -> RangeScan:
+        """Shoot once and return the range grid with its colour image."""
+        ...
+
+    def close(self) -> None:
+        """Switch the laser off and let the device go. Safe to call twice."""
+        ...
+
+    def __enter__(self) -> Self: ...
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None: ...

@@ -1,0 +1,87 @@
+"""The `[scanner]` table of a station configuration, checked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from drivers.scanner import MAX_DISTANCE_MM, MIN_DISTANCE_MM, SettingsError
+from drivers.simulated.artwork import ARTWORK, Artwork
+from drivers.simulated.scene import Pose, Table
+from drivers.simulated.sheets import SHEETS, Sheet
+
+Side = Annotated[float, Field(ge=20, le=1200)]  # the widest lens sees 1196 mm at its farthest (hardware manual p. 56)
+Part = TypeVar("Part")
+
+
+class SceneConfig(BaseModel):
+    """The table `[scanner.scene]`. `sheet` and `artwork` are a name, or a table of a name and its parameters."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    sheet: str | dict[str, Any] = "binding"
+    artwork: str | dict[str, Any] = "markers"
+    page_mm: tuple[Side, Side] = (280.0, 200.0)
+    pose: Pose = Pose()
+    table: Table = "dark"
+    gap_mm: Annotated[float, Field(ge=0, le=500)] = 3.0
+
+    def build(self) -> tuple[Sheet, Artwork]:
+        """The sheet and the artwork that are named. Raises SettingsError."""
+        return _named(SHEETS, self.sheet, "scanner.scene.sheet"), _named(ARTWORK, self.artwork, "scanner.scene.artwork")
+
+
+class ScannerConfig(BaseModel):
+    """The table `[scanner]`. `distance_mm` is where the page lies, and where the scanner focuses by itself."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    driver: Literal["simulated"] = "simulated"
+    lens: Literal["TELE", "MIDDLE", "WIDE"] = "MIDDLE"
+    distance_mm: Annotated[float, Field(ge=MIN_DISTANCE_MM, le=MAX_DISTANCE_MM)] = 900.0
+    seed: Annotated[int, Field(ge=0)] = 0
+    scene: SceneConfig = SceneConfig()
+
+
+def _parameters(kind: Any) -> list[str]:
+    return [field.name for field in fields(kind)]
+
+
+SETTINGS: dict[tuple[int | str, ...], list[str]] = {
+    (): list(ScannerConfig.model_fields),
+    ("scene",): list(SceneConfig.model_fields),
+    ("scene", "pose"): _parameters(Pose),
+}
+"""Where in the table → the settings that there may be."""
+
+
+def read(config: Mapping[str, Any]) -> ScannerConfig:
+    """Check the table. Raises SettingsError that names the setting, and what there may be in its place."""
+    try:
+        return ScannerConfig.model_validate(dict(config))
+    except ValidationError as error:
+        place = error.errors()[0]["loc"]
+        known = next(SETTINGS[place[:i]] for i in range(len(place) - 1, -1, -1) if place[:i] in SETTINGS)
+        raise _refusal(error, "scanner", known) from error
+
+
+def _named(table: Mapping[str, type[Part]], spec: str | dict[str, Any], where: str) -> Part:
+    parameters = {"name": spec} if isinstance(spec, str) else dict(spec)
+    name = str(parameters.pop("name", ""))
+    if name not in table:
+        raise SettingsError(f"{where}: there is no {name!r}", f"use one of: {', '.join(sorted(table))}")
+    kind: Any = table[name]
+    try:
+        part: Part = kind(**parameters)
+    except ValidationError as error:
+        raise _refusal(error, where, _parameters(kind)) from error
+    return part
+
+
+def _refusal(error: ValidationError, where: str, known: list[str]) -> SettingsError:
+    first = error.errors()[0]
+    setting = ".".join([where, *map(str, first["loc"])])
+    return SettingsError(f"{setting}: {first['msg']}, not {first['input']!r}", f"settings here: {', '.join(known)}")

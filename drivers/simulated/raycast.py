@@ -1,0 +1,54 @@
+"""The only door to open3d: where rays first meet a triangle mesh."""
+
+from __future__ import annotations
+
+import ctypes
+from functools import cache
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restore.scan import Floats, Ints
+
+Vectors = NDArray[np.floating[Any]]
+"""Single precision will do wherever the answer need not be exact."""
+
+
+@cache
+def load_open3d() -> ModuleType:
+    """open3d, with the libusb that its wheel expects from the system taken from the libusb-package wheel."""
+    import libusb_package
+
+    ctypes.CDLL(str(libusb_package.get_library_path()), mode=ctypes.RTLD_GLOBAL)
+    import open3d
+
+    return open3d
+
+
+class RayCaster:
+    """Answers, for a fixed mesh of vertices (n, 3) mm and faces (m, 3), where rays first meet it.
+
+    Raises ValueError when a face names a vertex that is not there (open3d would crash).
+    """
+
+    def __init__(self, vertices: Floats, faces: Ints) -> None:
+        if faces.size == 0 or faces.min() < 0 or faces.max() >= len(vertices):
+            raise ValueError(f"faces must name vertices 0 to {len(vertices) - 1}")
+        o3d = load_open3d()
+        self._tensor = o3d.core.Tensor
+        self._scene = o3d.t.geometry.RaycastingScene()
+        self._scene.add_triangles(self._tensor(vertices.astype(np.float32)), self._tensor(faces.astype(np.uint32)))
+
+    def first_hit(self, origin: Floats, directions: Vectors) -> tuple[Ints, NDArray[np.float32]]:
+        """Face and distance of the first hit along rays from one origin (3,) mm in directions (…, 3).
+
+        Returns (…) int64 face, −1 where a ray meets nothing, and (…) float32 distance in lengths of the direction, inf
+        there.
+        """
+        rays = np.empty((*directions.shape[:-1], 6), np.float32)
+        rays[..., :3], rays[..., 3:] = origin, directions
+        hit = self._scene.cast_rays(self._tensor(rays))
+        # open3d's mark for a ray that meets nothing, 0xFFFFFFFF, is −1 as a signed number.
+        return hit["primitive_ids"].numpy().view(np.int32).astype(np.int64), hit["t_hit"].numpy()

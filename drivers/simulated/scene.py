@@ -1,0 +1,108 @@
+"""What stands before the scanner: a printed, warped page in its place, on a table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field
+from scipy.spatial.transform import Rotation
+
+from drivers.scanner import SettingsError
+from drivers.simulated.artwork import Print
+from drivers.simulated.sheets import PageSize, Sheet
+from drivers.simulated.sheets.sheet import parameters
+from restore.scan import Floats, Ints, Mask
+
+Table = Literal["none", "dark", "light"]
+TABLE_HALF_MM = 3000.0  # farther out than any lens sees
+STEEPEST_DEG = 85.0  # a steeper wall is as good as an overhang: nothing can be read from it
+
+
+@parameters
+class Pose:
+    """How the page, and the table with it, lies under the scanner.
+
+    tilt_deg  its upper edge away from the scanner.
+    turn_deg  counter-clockwise in its own plane, seen from the scanner.
+    shift_mm  right, up and towards the scanner.
+    """
+
+    tilt_deg: Annotated[float, Field(ge=-60, le=60)] = 0.0
+    turn_deg: Annotated[float, Field(ge=-180, le=180)] = 0.0
+    shift_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Surface:
+    """The exact surface of the page in the scanner's frame: the warped sheet, then a rigid motion."""
+
+    sheet: Sheet
+    page_mm: PageSize
+    rotation: Floats
+    shift: Floats
+
+    def __call__(self, page_uv: Floats) -> Floats:
+        """(…, 3) mm in the scanner's frame of points (…, 2) mm from the lower left corner of the page."""
+        return self.sheet.warp(page_uv - np.asarray(self.page_mm) / 2, self.page_mm) @ self.rotation.T + self.shift
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A triangle mesh in the scanner's frame.
+
+    vertices  (n, 3) mm.
+    page_uv   (n, 2) mm from the lower left corner of the page; for the table, mm on it from below the middle of the
+              page.
+    faces     (m, 3).
+    on_page   (m,) bool, False for the faces of the table.
+    """
+
+    vertices: Floats
+    page_uv: Floats
+    faces: Ints
+    on_page: Mask
+    printed: Print
+    table: Table
+    surface: Surface
+
+
+def lay(
+    sheet: Sheet,
+    printed: Print,
+    *,
+    depth_mm: float,
+    pose: Pose | None = None,
+    table: Table = "dark",
+    gap_mm: float = 3.0,
+) -> Scene:
+    """Lay a printed sheet before the scanner, its middle on the axis at a depth from the lens centre, the table
+    `gap_mm` below its lowest point.
+
+    Raises SettingsError when the sheet folds over itself, so that no scanner could see all of it.
+    """
+    pose = pose or Pose()
+    page_mm = printed.page_mm
+    paper, faces = sheet.mesh(page_mm)
+    warped = sheet.warp(paper, page_mm)
+    _check_slopes(sheet, warped, faces)
+    low, high = warped.min(axis=0), warped.max(axis=0)
+    rotation = Rotation.from_euler("zx", [pose.turn_deg, -pose.tilt_deg], degrees=True).as_matrix()
+    shift = np.asarray(pose.shift_mm) - [0, 0, depth_mm] - rotation @ (low + high) / 2
+    surface = Surface(sheet, page_mm, rotation, shift)
+    uv, on_page = paper + np.asarray(page_mm) / 2, np.ones(len(faces), bool)
+    if table != "none":
+        square = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * TABLE_HALF_MM
+        board = np.column_stack([square + (low + high)[:2] / 2, np.full(4, low[2] - gap_mm)])
+        warped, uv = np.concatenate([warped, board]), np.concatenate([uv, square])
+        faces = np.concatenate([faces, np.array([[0, 1, 2], [0, 2, 3]]) + len(paper)])
+        on_page = np.append(on_page, [False, False])
+    return Scene(warped @ rotation.T + shift, uv, faces, on_page, printed, table, surface)
+
+
+def _check_slopes(sheet: Sheet, warped: Floats, faces: Ints) -> None:
+    a, b, c = (warped[faces[:, i]] for i in range(3))
+    normals = np.cross(b - a, c - a)
+    if (normals[:, 2] < np.cos(np.radians(STEEPEST_DEG)) * np.linalg.norm(normals, axis=1)).any():
+        raise SettingsError(f"the sheet {sheet.name!r} folds over itself", "bend it less, or make the page smaller")

@@ -1,0 +1,1 @@
+"""The Minolta Vivid 900 laser range scanner."""

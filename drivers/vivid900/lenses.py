@@ -1,0 +1,125 @@
+"""Optical constants of the Vivid 900 and 910, and the triangulation that follows from them.
+
+The camera looks along −Z from the origin; the galvano mirror that sweeps the horizontal laser stripe stands BASELINE_MM
+below it. A sample is seen at the tangents (t_u, t_v) = (x, y) / depth and lit by the stripe plane of tangent t_θ = (y +
+baseline) / depth, hence depth = baseline / (t_θ − t_v).
+
+Source of every number, unless said otherwise: VIVID 910 hardware manual (Minolta 9222-1888-19), pages as given.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from restore.scan import Floats
+
+TEXTURE_ROWS, TEXTURE_COLS = 480, 640
+"""The colour image is 640×480 in every mode (p. 56)."""
+
+BASELINE_MM = 250.0
+"""From the lens axis down to the axis of the galvano mirror, read off the dimension drawing (p. 58); good to ±5 mm."""
+
+REFERENCE_MM = 600.0
+"""The distance at which the manual states precision and smallest depth range (p. 56)."""
+
+
+@dataclass(frozen=True)
+class Lens:
+    """One of the three exchangeable lenses.
+
+    focal_px      focal length in texture pixels, from the straight line through the fields of view of p. 26.
+    pupil_mm      how far the entrance pupil lies behind the front of the lens, from the same line.
+    depth_mm      depth that one FINE shot covers at REFERENCE_MM: the lower end of the Z range (p. 56).
+    precision_mm  standard deviation of z on white paper at REFERENCE_MM (p. 56).
+    """
+
+    name: str
+    focal_px: float
+    pupil_mm: float
+    depth_mm: float
+    precision_mm: float
+
+    def line_mm(self, distance_mm: float) -> float:
+        """Depth that one line of the CCD stands for, mm, at a distance from the front of the lens: depth² / (f·b)."""
+        return (distance_mm + self.pupil_mm) ** 2 / (self.focal_px * BASELINE_MM)
+
+    @property
+    def usable_lines(self) -> float:
+        """Lines of the 125-line block that carry depth; the rest goes to the width of the stripe."""
+        return self.depth_mm / self.line_mm(REFERENCE_MM)
+
+    @property
+    def line_noise(self) -> float:
+        """Standard deviation of the stripe's position on white paper, in CCD lines; close to 0.02 for every lens."""
+        return self.precision_mm / self.line_mm(REFERENCE_MM)
+
+
+LENSES = {
+    lens.name: lens
+    for lens in (
+        Lens("TELE", focal_px=3454.7, pupil_mm=14.9, depth_mm=40.0, precision_mm=0.008),
+        Lens("MIDDLE", focal_px=1942.8, pupil_mm=21.5, depth_mm=70.0, precision_mm=0.016),
+        Lens("WIDE", focal_px=1070.2, pupil_mm=13.7, depth_mm=110.0, precision_mm=0.032),
+    )
+}
+
+
+@dataclass(frozen=True)
+class Mode:
+    """A way to sweep: samples, their spacing in texture pixels, and the block of CCD lines read per frame (p. 59)."""
+
+    name: str
+    rows: int
+    cols: int
+    step: int
+    block_lines: int
+    seconds: float
+
+
+FINE = Mode("fine", rows=480, cols=640, step=1, block_lines=125, seconds=2.5)
+# The FAST block is 36 rows of two lines each: 480 + 72 lines at 2 lines a frame take 276 frames, and the manual counts
+# about 270; for FINE the same sum gives 605 frames, and it counts about 600.
+FAST = Mode("fast", rows=240, cols=320, step=2, block_lines=72, seconds=0.3)
+MODES = {mode.name: mode for mode in (FINE, FAST)}
+
+
+def texture_grid(mode: Mode) -> Floats:
+    """(rows, cols, 2) texture pixel (x, y) of every sample: its own pixel in FINE, the middle of four in FAST."""
+    row, col = np.mgrid[: mode.rows, : mode.cols].astype(float)
+    return np.stack([col, row], axis=-1) * mode.step + (mode.step - 1) / 2
+
+
+def tangents(lens: Lens, texture_xy: Floats) -> Floats:
+    """(…, 2) tangents (t_u right, t_v up) of the lines of sight through texture pixels (…, 2)."""
+    centre = np.array([TEXTURE_COLS - 1, TEXTURE_ROWS - 1]) / 2
+    return (texture_xy - centre) * np.array([1.0, -1.0]) / lens.focal_px
+
+
+def project(lens: Lens, points: Floats) -> Floats:
+    """(…, 2) texture pixels (x, y) at which points (…, 3) mm in the scanner's frame are seen."""
+    centre = np.array([TEXTURE_COLS - 1, TEXTURE_ROWS - 1]) / 2
+    return centre + points[..., :2] / -points[..., 2:] * np.array([1.0, -1.0]) * lens.focal_px
+
+
+def stripe_tangent(points: Floats) -> Floats:
+    """(…) tangent t_θ of the stripe plane through points (…, 3) mm in the scanner's frame."""
+    return (points[..., 1] + BASELINE_MM) / -points[..., 2]
+
+
+def triangulate(sight: Floats, stripe: Floats) -> Floats:
+    """(…, 3) mm: where lines of sight (…, 2) tangents meet stripe planes (…) tangents. NaN in either gives NaN."""
+    depth = BASELINE_MM / (stripe - sight[..., 1])
+    return np.concatenate([sight * depth[..., None], -depth[..., None]], axis=-1)
+
+
+def depth_window(lens: Lens, mode: Mode, distance_mm: float) -> tuple[float, float]:
+    """(near, far) depth from the lens centre, mm, that one shot focused at `distance_mm` can measure.
+
+    The stripe must fall on the block of lines that is read out around the line where it lies at the reference distance,
+    which bounds 1/depth.
+    """
+    lines = lens.usable_lines * mode.block_lines / FINE.block_lines
+    centre, half = 1 / (distance_mm + lens.pupil_mm), lines / 2 / (lens.focal_px * BASELINE_MM)
+    return 1 / (centre + half), 1 / max(centre - half, np.finfo(float).tiny)

@@ -1,0 +1,64 @@
+"""A range sensor alone, without the colour exposure, for tests that shoot many times."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from drivers.simulated.artwork import Artwork
+from drivers.simulated.facemaps import FaceMaps
+from drivers.simulated.optics import Sighting, expose, ideal, look
+from drivers.simulated.raycast import RayCaster
+from drivers.simulated.scene import Pose, Scene, Table, lay
+from drivers.simulated.sheets import Sheet
+from drivers.simulated.shot import printed
+from drivers.vivid900.lenses import LENSES, MODES, tangents, texture_grid, triangulate
+
+
+@dataclass(frozen=True, eq=False)
+class RangeShot:
+    scene: Scene
+    sighting: Sighting
+    sight: np.ndarray
+    exact: np.ndarray
+    points: np.ndarray
+
+    @property
+    def measured(self) -> np.ndarray:
+        return np.isfinite(self.points[..., 2])
+
+    @property
+    def on_page(self) -> np.ndarray:
+        return np.isfinite(self.sighting.flat[..., 0])
+
+
+@pytest.fixture(scope="session")
+def range_shot() -> Callable[..., RangeShot]:
+    def shoot(
+        sheet: Sheet,
+        artwork: Artwork,
+        *,
+        lens: str = "MIDDLE",
+        distance: float = 900.0,
+        focus: float | None = None,
+        mode: str = "fine",
+        pose: Pose | None = None,
+        table: Table = "dark",
+        gap: float = 3.0,
+        page: tuple[float, float] = (280.0, 200.0),
+        exposure: float = 1.0,
+        seed: int = 0,
+    ) -> RangeShot:
+        optics, focus = LENSES[lens], focus or distance
+        scene = lay(
+            sheet, printed(artwork, page), depth_mm=distance + optics.pupil_mm, pose=pose, table=table, gap_mm=gap
+        )
+        sight = tangents(optics, texture_grid(MODES[mode]))
+        caster = RayCaster(scene.vertices, scene.faces)
+        sighting = look(scene, caster, FaceMaps.of(scene), sight, focus + optics.pupil_mm)
+        exact = triangulate(sight, ideal(sighting, optics, MODES[mode], focus))
+        stripe = expose(sighting, optics, MODES[mode], focus, np.random.default_rng(seed), exposure)
+        return RangeShot(scene, sighting, sight, exact, triangulate(sight, stripe))
+
+    return shoot

@@ -1,0 +1,154 @@
+"""The simulated scanner behind the door of all scanners."""
+
+import json
+import tomllib
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+import pytest
+
+from drivers import CaptureSettings, SettingsError, open_scanner
+from drivers.scanner import TransportError
+from drivers.simulated.artwork import ARTWORK
+from drivers.simulated.scanner import GAIN_STEP, connect, expose_for_paper
+from drivers.simulated.sheets import SHEETS
+
+NOON = datetime(2024, 5, 17, 12, 0, tzinfo=UTC)
+FAST = CaptureSettings(mode="fast")
+STATION = """
+driver = "simulated"
+lens = "WIDE"
+distance_mm = 650
+seed = 7
+
+[scene]
+page_mm = [297, 210]
+artwork = "white"
+table = "light"
+gap_mm = 10
+
+[scene.sheet]
+name = "multifold"
+creases = [[-60, 5, 30], [40, -3, -35]]
+
+[scene.pose]
+tilt_deg = 4
+shift_mm = [2, 3, 0]
+"""
+
+
+def noon() -> datetime:
+    return NOON
+
+
+def small(**settings: Any) -> dict[str, Any]:
+    return {"driver": "simulated", "scene": {"sheet": "flat", "artwork": "white", "table": "none"}, **settings}
+
+
+def test_a_station_configuration_opens_it() -> None:
+    with open_scanner(tomllib.loads(STATION)) as scanner:
+        scan = scanner.capture(FAST)
+    assert scan.points.shape == (240, 320, 3)
+    assert scan.measured.mean() > 0.5
+    assert scan.provenance["lens"] == "WIDE"
+    assert scan.provenance["distance_mm"] == 650
+
+
+@pytest.mark.parametrize(("sheet", "artwork"), [(s, "white") for s in SHEETS] + [("flat", a) for a in ARTWORK])
+def test_every_sheet_and_artwork_can_be_asked_for_by_name(sheet: str, artwork: str) -> None:
+    connect(small(scene={"sheet": sheet, "artwork": {"name": artwork}})).close()
+
+
+def test_provenance_tells_all_and_is_json() -> None:
+    noted = connect(small(seed=5), now=noon).capture(FAST).provenance
+    assert json.loads(json.dumps(dict(noted))) == noted
+    assert noted["time"] == NOON.isoformat()
+    assert {"device", "lens", "distance_mm", "mode", "seed", "shot", "laser_power", "gain"} <= noted.keys()
+
+
+def test_shots_differ_and_the_series_repeats() -> None:
+    series = []
+    for _ in range(2):
+        scanner = connect(small(seed=1), now=noon)
+        series.append([scanner.capture(FAST).points for _ in range(2)])
+    np.testing.assert_array_equal(series[0], series[1])
+    assert not np.array_equal(series[0][0], series[0][1], equal_nan=True)
+
+
+def test_the_truth_of_the_last_shot_is_kept() -> None:
+    scanner = connect(small())
+    assert scanner.truth is None
+    scan = scanner.capture(FAST)
+    assert scanner.truth is not None
+    assert scanner.truth.page_mm == (280.0, 200.0)
+    assert np.nanmax(np.abs(scan.points - scanner.truth.points)) < 20
+
+
+def test_progress_is_told() -> None:
+    steps: list[tuple[str, float]] = []
+    connect(small()).capture(FAST, lambda step, done: steps.append((step, done)))
+    assert [step for step, done in steps if done == 1.0] == ["focus", "scan"]
+
+
+def test_a_closed_scanner_shoots_no_more() -> None:
+    scanner = connect(small())
+    scanner.close()
+    scanner.close()
+    with pytest.raises(TransportError, match="closed"):
+        scanner.capture(FAST)
+
+
+def test_focus_elsewhere_finds_nothing() -> None:
+    scan = connect(small()).capture(CaptureSettings(mode="fast", distance_mm=600))
+    assert not scan.measured.any()
+
+
+@pytest.mark.parametrize("distance", [500.0, 900.0, 2500.0])
+def test_what_is_left_open_is_chosen_to_suit_white_paper(distance: float) -> None:
+    exposure, power, gain = expose_for_paper(distance, CaptureSettings())
+    assert 1 / GAIN_STEP < exposure < GAIN_STEP
+    assert 1 <= power <= 255
+    assert 0 <= gain <= 7
+
+
+def test_laser_and_gain_are_obeyed() -> None:
+    dim, bright = (
+        connect(small()).capture(CaptureSettings(mode="fast", laser_power=p, gain=g)) for p, g in ((1, 0), (255, 7))
+    )
+    assert dim.measured.mean() < 0.05
+    assert not bright.measured.any()
+    assert (bright.provenance["laser_power"], bright.provenance["gain"]) == (255, 7)
+
+
+@pytest.mark.parametrize(
+    ("settings", "setting", "choice"),
+    [
+        ({"lens": "FISHEYE"}, "scanner.lens", "TELE"),
+        ({"distance_mm": 100}, "scanner.distance_mm", "500"),
+        ({"colour": 1}, "scanner.colour", "distance_mm"),
+        ({"scene": {"sheet": "origami"}}, "scene.sheet", "miura"),
+        ({"scene": {"sheet": {"name": "curl", "radius": 3}}}, "scene.sheet.radius", "radius_mm"),
+        ({"scene": {"sheet": {"name": "curl", "radius_mm": 0}}}, "scene.sheet.radius_mm", "20 or more"),
+        ({"scene": {"sheet": {"name": "spread", "slope_deg": 95}}}, "scene.sheet.slope_deg", "80"),
+        ({"scene": {"sheet": {"slope_deg": 95}}}, "scene.sheet", "binding"),
+        ({"scene": {"artwork": "mona lisa"}}, "scene.artwork", "markers"),
+        ({"scene": {"artwork": {"name": "text", "face": "gothic"}}}, "scene.artwork.face", "serif"),
+        ({"scene": {"table": "glass"}}, "scene.table", "dark"),
+        ({"scene": {"page_mm": [5, 200]}}, "scene.page_mm.0", "20"),
+        ({"scene": {"pose": {"roll": 3}}}, "scene.pose.roll", "tilt_deg"),
+        ({"scene": {"sheet": {"name": "curl", "radius_mm": 70}}}, "curl", "bend it less"),
+        (
+            {"scene": {"sheet": {"name": "multifold", "creases": [[0, 40, 20], [9, -40, 20]]}}},
+            "creases",
+            "do not cross",
+        ),
+    ],
+)
+def test_an_impossible_setting_is_refused_by_name_with_the_choices(
+    settings: dict[str, Any], setting: str, choice: str
+) -> None:
+    with pytest.raises(SettingsError) as refused:
+        open_scanner({"driver": "simulated", **settings})
+    assert setting in str(refused.value)
+    assert choice in f"{refused.value} {refused.value.hint}"
