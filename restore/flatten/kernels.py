@@ -1,0 +1,96 @@
+"""The inner loops of the particle system, compiled. Run with `.py_func` they are the same in plain Python."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from restore.scan import Floats, Ints
+
+MOMENTUM = 0.9  # carries long waves of strain out of a 1,000-point mesh in 100 sweeps instead of 1,000
+SMALL = 1e-12  # keeps two particles at one place from dividing by zero
+
+
+@numba.njit(cache=True)
+def advance(now: Floats, before: Floats, gravity: float, drag: float, damping: float, step: float) -> None:
+    """One Verlet step (eq. 5), in place: now and before (n, 3); drag pulls outward in x and y (eq. 4)."""
+    for i in range(len(now)):
+        for axis in range(3):
+            force = drag * now[i, axis] if axis < 2 else -gravity
+            velocity = now[i, axis] - before[i, axis]
+            before[i, axis] = now[i, axis]
+            now[i, axis] += damping * velocity + force * step * step
+
+
+@numba.njit(cache=True)
+def relax(now: Floats, edges: Ints, lengths: Floats, hinges: Ints, spans: Floats, sweeps: int) -> None:
+    """Put sticks (eq. 3), hinges and table back in order, one after the other, `sweeps` times, in place."""
+    for _ in range(sweeps):
+        _project(now, edges, lengths)
+        _project(now, hinges, spans)
+        for i in range(len(now)):
+            now[i, 2] = max(now[i, 2], 0.0)
+
+
+@numba.njit(cache=True)
+def _project(now: Floats, pairs: Ints, lengths: Floats) -> None:
+    for k in range(len(pairs)):
+        a, b = pairs[k, 0], pairs[k, 1]
+        x, y, z = now[b, 0] - now[a, 0], now[b, 1] - now[a, 1], now[b, 2] - now[a, 2]
+        distance = np.sqrt(x * x + y * y + z * z) + SMALL
+        share = 0.5 * (distance - lengths[k]) / distance
+        now[a, 0] += share * x
+        now[a, 1] += share * y
+        now[a, 2] += share * z
+        now[b, 0] -= share * x
+        now[b, 1] -= share * y
+        now[b, 2] -= share * z
+
+
+@numba.njit(cache=True)
+def relax_in_plane(flat: Floats, edges: Ints, lengths: Floats, sweeps: int, change: float) -> int:
+    """Relax sticks in the plane, flat (n, 2) in place, until no particle moves more than `change`; sweeps taken.
+
+    Each sweep starts from where the last one was heading; when the strain grows the momentum is dropped.
+    """
+    before = flat.copy()
+    last = np.inf
+    momentum = 0.0
+    for sweep in range(sweeps):
+        for i in range(len(flat)):
+            for axis in range(2):
+                velocity = flat[i, axis] - before[i, axis]
+                before[i, axis] = flat[i, axis]
+                flat[i, axis] += momentum * velocity
+        error = 0.0
+        for k in range(len(edges)):
+            a, b = edges[k, 0], edges[k, 1]
+            x, y = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
+            distance = np.sqrt(x * x + y * y) + SMALL
+            share = 0.5 * (distance - lengths[k]) / distance
+            error += (distance - lengths[k]) ** 2
+            flat[a, 0] += share * x
+            flat[a, 1] += share * y
+            flat[b, 0] -= share * x
+            flat[b, 1] -= share * y
+        momentum = MOMENTUM if error < last else 0.0
+        last = error
+        if np.abs(flat - before).max() < change:
+            return sweep + 1
+    return sweeps
+
+
+@numba.njit(cache=True)
+def area_of(positions: Floats, faces: Ints) -> float:
+    """Area of faces (m, 3) over positions (n, 3), or of their shadow when positions are (n, 2)."""
+    total = 0.0
+    for f in range(len(faces)):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        ux, uy = positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1]
+        vx, vy = positions[c, 0] - positions[a, 0], positions[c, 1] - positions[a, 1]
+        x, y, z = 0.0, 0.0, ux * vy - uy * vx
+        if positions.shape[1] == 3:
+            uz, vz = positions[b, 2] - positions[a, 2], positions[c, 2] - positions[a, 2]
+            x, y = uy * vz - uz * vy, uz * vx - ux * vz
+        total += 0.5 * np.sqrt(x * x + y * y + z * z)
+    return total

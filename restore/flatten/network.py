@@ -1,0 +1,122 @@
+"""The sticks of a mesh: which particles are joined, and how far apart they belong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from restore.errors import BadInput
+from restore.scan import Floats, Ints
+
+TINY = 1e-9  # of the mean edge: shorter edges would divide by zero
+
+
+@dataclass(frozen=True, eq=False)
+class Network:
+    """Sticks and hinges.
+
+    faces          (m, 3)
+    edges, lengths (e, 2), (e,) mm: sticks, each edge of the mesh once.
+    hinges, spans  (b, 2), (b,) mm: the two corners that face each other over every inner edge, and how far apart they
+                   are when the hinge lies flat. Keeping them there is the bending resistance.
+    """
+
+    faces: Ints
+    edges: Ints
+    lengths: Floats
+    hinges: Ints
+    spans: Floats
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A connected part of a mesh: its vertices (k,) in the whole, and its own faces and network."""
+
+    vertices: Ints
+    faces: Ints
+    network: Network
+
+
+def edges_of(faces: Ints) -> Ints:
+    """(e, 2): each edge of faces (m, 3) once, the smaller vertex first, in ascending order."""
+    return _edges_and_apexes(faces)[0]
+
+
+def make_network(vertices: Floats, faces: Ints, lengths: Floats | None = None) -> Network:
+    """Join vertices (n, 3) mm along the edges of faces (m, 3); lengths (e,) as in `edges_of`, or measured here.
+
+    Raises BadInput when the lengths are not one for each edge.
+    """
+    edges, inner, hinges = _edges_and_apexes(faces)
+    if lengths is None:
+        lengths = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
+    if lengths.shape != (len(edges),) or not (lengths >= 0).all() or not 0 < lengths.sum() < np.inf:
+        raise BadInput(f"{len(edges)} edges need {len(edges)} finite lengths", "give them in the order of `edges_of`")
+    lengths = np.maximum(lengths, TINY * lengths.mean())
+    return Network(faces, edges, lengths, hinges, _spans(edges, lengths, inner, hinges))
+
+
+def _edges_and_apexes(faces: Ints) -> tuple[Ints, Ints, Ints]:
+    """Edges (e, 2); which of them are inner (b,); the two corners facing each inner edge (b, 2)."""
+    half = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    apexes = faces[:, [2, 0, 1]].ravel()
+    real = half[:, 0] < half[:, 1]  # a face that names a vertex twice has an edge that is none
+    half, apexes = half[real], apexes[real]
+    order = np.lexsort((half[:, 1], half[:, 0]))
+    half, apexes = half[order], apexes[order]
+    first = np.flatnonzero(np.r_[True, (half[1:] != half[:-1]).any(axis=1)])
+    count = np.diff(np.r_[first, len(half)])
+    inner = np.flatnonzero(count == 2)  # an edge of three faces is a flaw of the mesh and no hinge
+    return half[first], inner, np.stack([apexes[first[inner]], apexes[first[inner] + 1]], axis=1)
+
+
+def _spans(edges: Ints, lengths: Floats, inner: Ints, hinges: Ints) -> Floats:
+    """Distance of the two corners when both triangles are unfolded into one plane, from the five edge lengths."""
+    count = edges.max(initial=0) + 1
+    keys = edges[:, 0] * count + edges[:, 1]
+
+    def length(a: Ints, b: Ints) -> Floats:
+        found: Floats = lengths[np.searchsorted(keys, np.minimum(a, b) * count + np.maximum(a, b))]
+        return found
+
+    base = lengths[inner]
+    start, end = edges[inner].T
+
+    def corner(apex: Ints) -> tuple[Floats, Floats]:
+        near, far = length(start, apex), length(end, apex)
+        # Never farther along than the side is long, or a sliver would throw its corner off the page.
+        along = np.clip((near**2 - far**2 + base**2) / (2 * base), -near, near)
+        return along, np.sqrt(np.maximum(near**2 - along**2, 0.0))
+
+    (x0, y0), (x1, y1) = corner(hinges[:, 0]), corner(hinges[:, 1])
+    return np.hypot(x0 - x1, y0 + y1)
+
+
+def pieces(network: Network) -> Iterator[Piece]:
+    """The connected parts, largest first. Vertices without a face belong to none."""
+    count = network.faces.max() + 1
+    graph = coo_matrix((np.ones(len(network.edges)), network.edges.T), shape=(count, count))
+    _, label = connected_components(graph, directed=False)
+    sizes = np.bincount(label[network.faces[:, 0]], minlength=label.max() + 1)
+    for part in np.argsort(-sizes, kind="stable"):
+        if sizes[part] == 0:
+            break
+        if sizes[part] == len(network.faces) and (label == part).all():
+            yield Piece(np.arange(count), network.faces, network)
+            break
+        yield _piece(network, label == part)
+
+
+def _piece(network: Network, member: np.ndarray) -> Piece:
+    index = np.cumsum(member) - 1
+    faces = index[network.faces[member[network.faces[:, 0]]]]
+    sticks = member[network.edges[:, 0]]
+    bends = member[network.hinges[:, 0]]
+    part = Network(
+        faces, index[network.edges[sticks]], network.lengths[sticks], index[network.hinges[bends]], network.spans[bends]
+    )
+    return Piece(np.flatnonzero(member), faces, part)

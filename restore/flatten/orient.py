@@ -1,0 +1,42 @@
+"""Make all faces of a mesh run the same way round, counter-clockwise on the printed side."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from restore.scan import Floats, Ints
+from restore.strain import signed_areas
+
+
+def orient(faces: Ints, texcoords: Floats | None = None) -> Ints:
+    """The faces (m, 3), those turned round that run against their neighbours.
+
+    Of each connected piece the printed side is where its texture, texcoords (n, 2) pixels, is not mirrored; without
+    texture, where most of its faces run counter-clockwise already. A one-sided piece stays as it is.
+    """
+    count = len(faces)
+    # As it is and turned round, every face is there twice; those that agree over an edge are of one sheet.
+    first, second, agree = _neighbours(faces)
+    other = np.where(agree, second, second + count)
+    joined = coo_matrix(
+        (np.ones(2 * len(first)), (np.r_[first, first + count], np.r_[other, (other + count) % (2 * count)])),
+        shape=(2 * count, 2 * count),
+    )
+    _, sheet = connected_components(joined, directed=False)
+    votes = np.ones(count) if texcoords is None else -signed_areas(texcoords, faces)  # its pixels run downwards
+    as_it_is, turned = sheet[:count], sheet[count:]
+    score = np.bincount(sheet, np.r_[votes, -votes])
+    return np.where((score[turned] > score[as_it_is])[:, None], faces[:, ::-1], faces)
+
+
+def _neighbours(faces: Ints) -> tuple[Ints, Ints, np.ndarray]:
+    """The two faces on every inner edge, (b,) and (b,), and whether they run the same way round."""
+    half = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    forward, ends = half[:, 0] < half[:, 1], np.sort(half, axis=1)
+    order = np.lexsort((ends[:, 1], ends[:, 0]))
+    ends, forward, owner = ends[order], forward[order], order // 3
+    start = np.flatnonzero(np.r_[True, (ends[1:] != ends[:-1]).any(axis=1)])
+    inner = start[np.diff(np.r_[start, len(ends)]) == 2]
+    return owner[inner], owner[inner + 1], forward[inner] != forward[inner + 1]

@@ -1,0 +1,43 @@
+"""How far a page was stretched, on triangles that can be reckoned by hand."""
+
+import numpy as np
+import pytest
+
+from restore.strain import edge_strain, flipped_faces, signed_areas, surface_area
+
+SQUARE = np.array([[0.0, 0.0], [3.0, 0.0], [0.0, 4.0], [3.0, 4.0]])
+FACES = np.array([[0, 1, 2], [1, 3, 2]])
+EXACT = 1e-12
+
+
+def test_strain_is_the_relative_change_of_length():
+    edges = np.array([[0, 1], [0, 2], [1, 2]])
+    np.testing.assert_allclose(edge_strain(SQUARE, edges, np.array([3.0, 4.0, 4.0])), [0.0, 0.0, 0.25], atol=EXACT)
+    np.testing.assert_allclose(edge_strain(0.99 * SQUARE, edges, np.array([3.0, 4.0, 5.0])), -0.01, atol=EXACT)
+
+
+def test_areas_are_negative_where_a_face_is_flipped():
+    np.testing.assert_allclose(signed_areas(SQUARE, FACES), [6.0, 6.0])
+    np.testing.assert_allclose(signed_areas(SQUARE, FACES[:, ::-1]), [-6.0, -6.0])
+    np.testing.assert_allclose(signed_areas(SQUARE * [-1, 1], FACES), [-6.0, -6.0])
+
+
+@pytest.mark.parametrize("mirror", [1.0, -1.0])
+def test_the_side_of_most_of_the_area_is_the_right_one(mirror):
+    strip = np.stack(np.meshgrid(np.arange(6.0), [0.0, 1.0]), axis=-1).reshape(-1, 2)
+    k = np.arange(5)
+    faces = np.vstack([np.column_stack([k, k + 1, k + 6]), np.column_stack([k + 1, k + 7, k + 6])])
+    assert flipped_faces(strip * [mirror, 1], faces) == 0
+    folded = strip.copy()
+    folded[5] = [3.5, 1.5]  # the lower right corner, over its neighbours
+    assert flipped_faces(folded * [mirror, 1], faces) == 2
+    flat = strip.copy()
+    flat[0] = flat[1]  # a face without area has no side
+    assert flipped_faces(flat * [mirror, 1], faces) == 0
+
+
+def test_the_area_of_a_warped_surface():
+    roof = np.array([[0, 0, 0], [3, 0, 4], [6, 0, 0], [0, 2, 0], [3, 2, 4], [6, 2, 0]], float)
+    faces = np.array([[0, 1, 3], [1, 4, 3], [1, 2, 4], [2, 5, 4]])
+    assert surface_area(roof, faces) == pytest.approx(20.0)
+    assert surface_area(roof, faces[:, ::-1]) == pytest.approx(20.0)
