@@ -1,0 +1,79 @@
+"""From a raw scan to a clean sheet: one surface, without outliers, holes or noise, its creases sharp."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+
+from restore.facets import fit_facets
+from restore.flatten import check
+from restore.rays import Rays, find_rays
+from restore.resample import resample
+from restore.scan import Floats, RangeScan, SurfaceMesh
+from restore.segment import find_sheet
+from restore.surface import Sheet, make_sheet
+from restore.triangulate import triangulate
+
+CONTINUED = 3.0  # samples: reaches over a drop-out
+MARGIN = 4  # samples: one cell of the lattices
+AFFINE_SUBSET = 7  # every seventh sample tells three unknowns well enough
+
+
+def prepare(scan: RangeScan | SurfaceMesh) -> Sheet | SurfaceMesh:
+    """The sheet on its range grid; or the mesh as it came, when no single view tells its surface.
+
+    Raises NotEnoughSurface when the scan holds no piece of surface that could be a page, BadInput for a broken mesh.
+    """
+    if isinstance(scan, RangeScan):
+        rays = find_rays(scan)
+        if rays is not None:
+            return _on_grid(scan, rays)
+        scan = triangulate(scan)
+    check(scan)
+    view = resample(scan)
+    return scan if view is None else _on_grid(*view, framed=False)
+
+
+def _on_grid(scan: RangeScan, rays: Rays, *, framed: bool = True) -> Sheet:
+    """Find the sheet, fill its holes and take the noise out."""
+    samples, inside = find_sheet(scan, rays, framed=framed)
+    scan, rays = _with_margin(scan, rays)
+    samples, inside = np.pad(samples, MARGIN), np.pad(inside, MARGIN)
+    inverse_depth = np.where(samples, -1.0 / np.where(samples, scan.points[..., 2], -1.0), np.nan)
+    facets = fit_facets(inverse_depth, samples, inside, _red(scan))
+    return make_sheet(rays, facets, samples, inside, _pixels(scan), scan)
+
+
+def _with_margin(scan: RangeScan, rays: Rays) -> tuple[RangeScan, Rays]:
+    """The scan with an empty margin: a sheet that reaches the border of its grid still ends half a sample beyond it."""
+    margin = ((MARGIN, MARGIN), (MARGIN, MARGIN), (0, 0))
+    points, texture_xy = (np.pad(a, margin, constant_values=np.nan) for a in (scan.points, scan.texture_xy))
+    rays = replace(rays, x0=rays.x0 - MARGIN * rays.dx, y0=rays.y0 - MARGIN * rays.dy)
+    return replace(scan, points=points, texture_xy=texture_xy), rays
+
+
+def _red(scan: RangeScan) -> Floats | None:
+    """How bright each sample (rows, cols) is in the red of the laser, or None for a scan without colour."""
+    if scan.texture is None:
+        return None
+    where = np.nan_to_num(scan.texture_xy, nan=-1.0).astype(np.float32)
+    red: Floats = cv2.remap(np.ascontiguousarray(scan.texture[..., 0]), where, None, cv2.INTER_LINEAR).astype(
+        np.float64
+    )
+    return red
+
+
+def _pixels(scan: RangeScan) -> Floats:
+    """Texture position of every grid position; where nothing was measured, continued from the samples round it."""
+    known = np.asarray(np.isfinite(scan.texture_xy).all(axis=2))
+    rows, cols = np.indices(known.shape)
+    terms = np.stack([np.ones(known.shape), rows, cols], axis=-1)
+    fit, *_ = np.linalg.lstsq(terms[known][::AFFINE_SUBSET], scan.texture_xy[known][::AFFINE_SUBSET], rcond=None)
+    affine = terms @ fit
+    # A scanner's own grid is affine; on a mesh seen from another side the rest varies, but slowly.
+    rest = np.where(known[..., None], scan.texture_xy - affine, 0.0)
+    near = cv2.GaussianBlur(known.astype(np.float64), (0, 0), CONTINUED)
+    rest_near = cv2.GaussianBlur(rest, (0, 0), CONTINUED) / np.maximum(near, np.finfo(float).tiny)[..., None]
+    return affine + np.where(known[..., None], rest, rest_near)

@@ -1,0 +1,106 @@
+"""Fit a quadratic to the window round every sample of a grid at once."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import cv2
+import numba
+import numpy as np
+
+from restore.scan import Floats, Ints, Mask
+
+# Powers of (col, row) of the six terms.
+POWERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+MOMENTS = tuple((p, q) for p in range(5) for q in range(5 - p))
+# Which moment stands at each place of the normal matrix's lower triangle, row by row.
+PACKED = np.array([MOMENTS.index((a + c, b + d)) for i, (a, b) in enumerate(POWERS) for c, d in POWERS[: i + 1]])
+MIN_SAMPLES = 12  # twice the unknowns
+SINGULAR = 1e-5  # of the weight: with less left to tell a term, samples lie on one side only
+MAX_LEVERAGE = 1.0  # variance of the centre over that of the window's mean sample: a fit worse than it is a wild guess
+
+
+class Quadratics(NamedTuple):
+    """One quadratic a sample, NaN where its window holds too few samples.
+
+    terms     (rows, cols, 6) coefficients in the order of POWERS, in samples from the centre of the window.
+    variance  (rows, cols) weighted variance of the samples about the quadratic.
+    """
+
+    terms: Floats
+    variance: Floats
+
+
+def fit_quadratics(data: Floats, weight: Floats, wanted: Mask, radius: int) -> Quadratics:
+    """Fit data (rows, cols) in windows of 2·radius + 1 samples round every wanted one; weight 0 leaves a sample out."""
+    offsets = np.arange(-radius, radius + 1) / radius
+
+    def moment(image: Floats, p: int, q: int) -> Floats:
+        filtered: Floats = cv2.sepFilter2D(image, cv2.CV_64F, offsets**p, offsets**q, borderType=cv2.BORDER_CONSTANT)
+        return filtered
+
+    weights = np.stack([moment(weight, p, q) for p, q in MOMENTS])
+    weighted = data * weight
+    right = np.stack([moment(weighted, p, q) for p, q in POWERS])
+    square = moment(data * weighted, 0, 0)
+    count = moment((weight > 0).astype(float), 0, 0)
+    scale = np.array([float(radius) ** (p + q) for p, q in POWERS])
+    return Quadratics(*_solve(weights, PACKED, right, square, count, wanted & (count >= MIN_SAMPLES), scale))
+
+
+@numba.njit(cache=True)
+def _factor(packed: Floats, factor: Floats) -> bool:
+    """Cholesky factor (6, 6) of a packed symmetric matrix; False when the window does not determine a quadratic."""
+    k = 0
+    for i in range(6):
+        for j in range(i + 1):
+            entry = packed[k]
+            k += 1
+            for m in range(j):
+                entry -= factor[i, m] * factor[j, m]
+            if i > j:
+                factor[i, j] = entry / factor[j, j]
+            elif entry > SINGULAR * packed[0]:
+                factor[i, i] = np.sqrt(entry)
+            else:
+                return False
+    return True
+
+
+@numba.njit(cache=True)
+def _solve(
+    moments: Floats, packed: Ints, right: Floats, square: Floats, count: Floats, wanted: Mask, scale: Floats
+) -> tuple[Floats, Floats]:
+    _, rows, cols = right.shape
+    terms = np.full((rows, cols, 6), np.nan)
+    variance = np.full((rows, cols), np.nan)
+    normal, factor = np.empty(21), np.zeros((6, 6))
+    solution, unit = np.empty(6), np.empty(6)
+    for r in range(rows):
+        for c in range(cols):
+            if not wanted[r, c]:
+                continue
+            for k in range(21):
+                normal[k] = moments[packed[k], r, c]
+            if not _factor(normal, factor):
+                continue
+            # solution and unit run through the same triangle: the fit, and how much one sample moves its centre.
+            explained, leverage = 0.0, 0.0
+            for i in range(6):
+                entry, trace = right[i, r, c], 1.0 if i == 0 else 0.0
+                for m in range(i):
+                    entry -= factor[i, m] * solution[m]
+                    trace -= factor[i, m] * unit[m]
+                solution[i], unit[i] = entry / factor[i, i], trace / factor[i, i]
+                explained += solution[i] ** 2
+                leverage += unit[i] ** 2
+            if leverage * normal[0] > MAX_LEVERAGE * count[r, c]:
+                continue
+            for i in range(5, -1, -1):
+                entry = solution[i]
+                for m in range(i + 1, 6):
+                    entry -= factor[m, i] * solution[m]
+                solution[i] = entry / factor[i, i]
+            variance[r, c] = max(square[r, c] - explained, 0.0) / (count[r, c] - 6.0)
+            terms[r, c] = solution / scale
+    return terms, variance

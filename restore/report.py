@@ -1,0 +1,56 @@
+"""What was done to the page, and how well it went: plain values for a JSON file."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from restore.align import border_of, page_size
+from restore.flatten.network import edges_of
+from restore.scan import SurfaceMesh
+from restore.settings import Settings
+from restore.strain import edge_strain, flipped_faces, signed_areas, surface_area
+from restore.surface import Sheet
+from restore.texture import Painting
+from restore.unroll import Unrolled
+
+NOT_DEVELOPABLE = 0.01  # rms strain: paper itself gives less than half a per cent before it tears
+
+
+def describe(
+    surface: Sheet | SurfaceMesh, unrolled: Unrolled, painting: Painting, settings: Settings
+) -> dict[str, Any]:
+    """The report of a restoration, all but its times."""
+    fine = unrolled.fine
+    strain = edge_strain(fine.flat, edges_of(fine.faces), fine.lengths)
+    rms = float(np.sqrt(np.mean(strain**2)))
+    width, height = page_size(fine.flat[border_of(fine.faces)])
+    report: dict[str, Any] = {
+        "points": len(unrolled.coarse.vertices),
+        "method": settings.method,
+        "dpi": settings.dpi,
+        "shading": settings.shading,
+        "steps": unrolled.coarse.steps,
+        "flipped_faces": flipped_faces(fine.flat, fine.faces),
+        "area_ratio": float(np.abs(signed_areas(fine.flat, fine.faces)).sum())
+        / surface_area(fine.vertices, fine.faces),
+        "strain": {"rms": rms, "max": float(np.abs(strain).max())},
+        "page_mm": [width, height],
+        "effective_ppi": painting.resolution_ppi,
+        "decimation": unrolled.distance,
+        "warnings": _warnings(fine, rms),
+    }
+    if isinstance(surface, Sheet):
+        report["samples"] = int(surface.measured.sum())
+        report["filled_share"] = float(1.0 - surface.measured[surface.inside].mean())
+    return report
+
+
+def _warnings(fine: SurfaceMesh, rms_strain: float) -> list[str]:
+    warnings = []
+    if fine.texture is None or fine.texcoords is None:
+        warnings.append("the scan has no colour image: the page shows the relief of its surface")
+    if rms_strain > NOT_DEVELOPABLE:
+        warnings.append(f"the surface cannot be laid flat without stretching: {rms_strain:.1%} rms strain remains")
+    return warnings

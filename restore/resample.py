@@ -1,0 +1,60 @@
+"""Look at a dense mesh as a scanner would, so that it gets the same care as a range grid."""
+
+from __future__ import annotations
+
+from math import ceil, sqrt
+
+import numpy as np
+
+from restore.flatten.lay import lay
+from restore.flatten.orient import orient
+from restore.raster import rasterise
+from restore.rays import Rays
+from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
+from restore.strain import signed_areas, surface_area
+
+MIN_VERTICES = 40_000  # a window of seven samples is then 4 % of the page; coarser meshes would lose their bends in it
+MAX_GRID = 1000  # samples along the longer side
+DISTANCE = 5.0  # page sizes: far enough that walls do not hide behind each other, near enough for exact arithmetic
+MAX_HIDDEN = 0.01  # of the area may be turned away or covered; more, and one view does not tell the surface
+
+
+def resample(mesh: SurfaceMesh) -> tuple[RangeScan, Rays] | None:
+    """Cast the mesh onto the range grid of a pinhole in front of the page.
+
+    Returns the scan, in the pinhole's frame, and its rays, which know the mesh's own frame; or None when the mesh is
+    too coarse or one view does not see all of it.
+    """
+    if len(mesh.vertices) < MIN_VERTICES:
+        return None
+    faces = orient(mesh.faces, mesh.texcoords)
+    laid = lay(mesh.vertices, faces)
+    size = float(np.ptp(laid.positions, axis=0).max())
+    eye = np.array([0.0, 0.0, laid.positions[:, 2].max() + DISTANCE * size])
+    camera = laid.positions - eye
+    tangents = camera[:, :2] / -camera[:, 2:]
+    pitch = max(sqrt(surface_area(mesh.vertices, mesh.faces) / len(mesh.vertices)), size / MAX_GRID) / (DISTANCE * size)
+    low = tangents.min(axis=0)
+    cols, rows = (ceil(extent / pitch) + 1 for extent in np.ptp(tangents, axis=0))
+    corners = np.stack([(tangents[:, 0] - low[0]) / pitch, rows - 1 - (tangents[:, 1] - low[1]) / pitch], axis=1)
+    inverse_depth = -1.0 / camera[:, 2]
+    pixels = np.zeros((len(corners), 2)) if mesh.texcoords is None else mesh.texcoords
+    # Divided by depth, everything on a plane is affine over the picture: the perspective-correct interpolation.
+    values = np.column_stack([inverse_depth, pixels * inverse_depth[:, None]])
+    grid = rasterise(corners, faces, values, rows, cols).astype(np.float64)
+    if _hidden(corners, faces, np.isfinite(grid[..., 0])) > MAX_HIDDEN:
+        return None
+    at_rows, at_cols = np.indices((rows, cols))
+    depth = 1.0 / grid[..., 0]
+    x = (low[0] + pitch * at_cols) * depth
+    y = (low[1] + pitch * (rows - 1 - at_rows)) * depth
+    scan = RangeScan(np.dstack([x, y, -depth]), mesh.texture, grid[..., 1:] * depth[..., None], mesh.provenance)
+    y0 = low[1] + pitch * (rows - 1)
+    return scan, Rays(low[0], pitch, y0, -pitch, laid.axes, laid.origin + eye @ laid.axes)
+
+
+def _hidden(corners: Floats, faces: Ints, seen: Mask) -> float:
+    """Share of the mesh's shadow that is turned away or lies behind something else."""
+    areas = signed_areas(corners * [1.0, -1.0], faces)
+    total = float(np.abs(areas).sum())
+    return max(1.0 - float(seen.sum()) / total, float(np.maximum(-areas, 0.0).sum()) / total)

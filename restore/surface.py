@@ -1,0 +1,123 @@
+"""The prepared sheet: a surface that can be asked for points and lengths anywhere on the grid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from scipy.ndimage import distance_transform_edt, map_coordinates
+
+from restore.facets import Facets
+from restore.rays import Rays
+from restore.scan import Floats, Ints, Mask, RangeScan
+
+# Slopes that differ by more than this many times the noise are two sides of a crease, not noise of one facet.
+CREASE_SIGMAS = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """Facets on the grid of rays, continued a little past the outline so that border samples have neighbours.
+
+    inside   (rows, cols) True on the sheet, interior holes included.
+    measured (rows, cols) True where the surface was seen and not filled in.
+    planes   (rows, cols, 3) inverse depth and its change per column and per row.
+    noise    standard deviation of one measured sample, 1/mm.
+    pixels   (rows, cols, 2) texture position of every grid position.
+    scan     what the surface was made from: its texture and provenance go on to the page.
+    """
+
+    rays: Rays
+    inside: Mask
+    measured: Mask
+    planes: Floats
+    noise: float
+    pixels: Floats
+    scan: RangeScan
+
+    def inverse_depth(self, nodes: Floats) -> Floats:
+        """(n,) 1/mm at grid positions (n, 2) (row, col), fractions allowed."""
+        return _evaluate(self.planes, nodes)
+
+    def points(self, nodes: Floats) -> Floats:
+        """(n, 3) mm at grid positions (n, 2) (row, col), fractions allowed."""
+        return self.rays.points(nodes[:, 0], nodes[:, 1], self.inverse_depth(nodes))
+
+    def texcoords(self, nodes: Floats) -> Floats:
+        """(n, 2) texture pixels at grid positions (n, 2) (row, col), fractions allowed."""
+        return np.stack(
+            [map_coordinates(self.pixels[..., k], nodes.T, order=1, mode="nearest") for k in (0, 1)], axis=1
+        )
+
+    def lengths(self, nodes: Floats, edges: Ints) -> Floats:
+        """(e,) mm: how far two nodes are apart along the surface, for edges (e, 2) between grid positions (n, 2).
+
+        The path is straight in the picture; on each sample it runs in that sample's facet, and where two facets meet
+        at an angle it runs over the line where they meet, not over the chord.
+        """
+        r = self.rays
+        return _path_lengths(self.planes, nodes, edges, r.x0, r.dx, r.y0, r.dy, CREASE_SIGMAS * self.noise)
+
+
+def make_sheet(rays: Rays, facets: Facets, samples: Mask, inside: Mask, pixels: Floats, scan: RangeScan) -> Sheet:
+    """Continue the facets of the sheet over the rest of the grid, each sample from the nearest facet."""
+    known = inside & np.isfinite(facets.value)
+    rows, cols = distance_transform_edt(~known, return_distances=False, return_indices=True)
+    own_rows, own_cols = np.indices(known.shape)
+    slope = facets.slope[rows, cols]
+    value = facets.value[rows, cols] + slope[..., 0] * (own_cols - cols) + slope[..., 1] * (own_rows - rows)
+    return Sheet(rays, inside, samples, np.dstack([value, slope]), facets.noise, pixels, scan)
+
+
+@numba.njit(cache=True)
+def _nearest(position: float, count: int) -> int:
+    return min(max(int(np.floor(position + 0.5)), 0), count - 1)
+
+
+@numba.njit(cache=True)
+def _evaluate(planes: Floats, nodes: Floats) -> Floats:
+    rows, cols, _ = planes.shape
+    value = np.empty(len(nodes))
+    for n in range(len(nodes)):
+        i, j = _nearest(nodes[n, 0], rows), _nearest(nodes[n, 1], cols)
+        value[n] = planes[i, j, 0] + planes[i, j, 1] * (nodes[n, 1] - j) + planes[i, j, 2] * (nodes[n, 0] - i)
+    return value
+
+
+@numba.njit(cache=True)
+def _distance(
+    ra: float, ca: float, wa: float, rb: float, cb: float, wb: float, x0: float, dx: float, y0: float, dy: float
+) -> float:
+    x = (x0 + dx * ca) / wa - (x0 + dx * cb) / wb
+    y = (y0 + dy * ra) / wa - (y0 + dy * rb) / wb
+    z = 1.0 / wa - 1.0 / wb
+    return np.sqrt(x * x + y * y + z * z)
+
+
+@numba.njit(cache=True)
+def _path_lengths(
+    planes: Floats, nodes: Floats, edges: Ints, x0: float, dx: float, y0: float, dy: float, tolerance: float
+) -> Floats:
+    rows, cols, _ = planes.shape
+    lengths = np.zeros(len(edges))
+    for e in range(len(edges)):
+        r0, c0 = nodes[edges[e, 0]]
+        r1, c1 = nodes[edges[e, 1]]
+        steps = max(1, int(np.ceil(max(abs(r1 - r0), abs(c1 - c0)))))
+        dr, dc = (r1 - r0) / steps, (c1 - c0) / steps
+        for k in range(steps):
+            ra, ca = r0 + k * dr, c0 + k * dc
+            rb, cb = ra + dr, ca + dc
+            i, j = _nearest(ra, rows), _nearest(ca, cols)
+            m, n = _nearest(rb, rows), _nearest(cb, cols)
+            wa = planes[i, j, 0] + planes[i, j, 1] * (ca - j) + planes[i, j, 2] * (ra - i)
+            wb = planes[m, n, 0] + planes[m, n, 1] * (cb - n) + planes[m, n, 2] * (rb - m)
+            sa = planes[i, j, 1] * dc + planes[i, j, 2] * dr
+            sb = planes[m, n, 1] * dc + planes[m, n, 2] * dr
+            bend = sa - sb
+            t = min(max((wb - sb - wa) / bend, 0.0), 1.0) if abs(bend) > tolerance else 0.5
+            rm, cm = ra + t * dr, ca + t * dc
+            lengths[e] += _distance(ra, ca, wa, rm, cm, wa + t * sa, x0, dx, y0, dy)
+            lengths[e] += _distance(rm, cm, wb - (1.0 - t) * sb, rb, cb, wb, x0, dx, y0, dy)
+    return lengths

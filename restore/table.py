@@ -1,0 +1,130 @@
+"""Tell the table that a sheet lies on from the sheet."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from scipy.ndimage import binary_erosion, binary_fill_holes
+
+from restore.scan import Floats, Mask, RangeScan
+
+BAND = 12  # samples: the table reaches the border of the picture, the sheet should not
+MIN_SHARE = 0.25  # of the band's samples on one plane; less is no table
+TRIALS = 200  # of three samples: with a quarter on the plane, one trial in 64 hits it
+TRIED = 2000  # samples that judge a trial
+ON_PLANE_SIGMAS = 4.0
+SAME_COLOUR = 3.5  # Mahalanobis distance; 1 % of a normal colour cloud lies outside
+COLOUR_FLOOR = np.array([8.0, 3.0, 3.0])  # least spread of L, a, b: uneven light changes L most
+CLEARLY_OTHER = 12.0  # ΔE between the table and the brightest of the rest, below which the "table" is part of the page
+BRIGHT = 75  # percentile: paper, not ink
+LEAST_NOISE_MM = 0.01  # coordinates are written to a hundredth of a millimetre
+FRINGE = 3  # samples: how far lens and drop-outs blur the edge of the sheet
+MIN_SHEET = 0.05  # of the picture, in one piece; what is left of a page that fills the picture are letters and lines
+
+
+def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed: bool = True) -> Mask:
+    """Samples (rows, cols) that lie on the table: in its plane and of its colour. None when no table is seen.
+
+    inverse_depth (rows, cols) 1/mm: there a plane is an affine function of row and column. A table fills the picture to
+    its frame; where the picture's frame means nothing, as for a mesh that was turned since (`framed` False), it goes to
+    the outer border of what was measured, and most of the rest has to stand off its plane.
+    """
+    nothing = np.zeros_like(measured)
+    outer = np.ones_like(measured) if framed else binary_fill_holes(measured)
+    band = measured & ~binary_erosion(outer, iterations=BAND)
+    if band.sum() < MIN_SHARE * (outer & ~binary_erosion(outer, iterations=BAND)).sum():
+        return nothing
+    residual, tolerance = _plane(inverse_depth, band)
+    on_plane = measured & (residual < tolerance)
+    if on_plane[band].mean() < MIN_SHARE:
+        return nothing
+    colour = _colours(scan)
+    if colour is None:
+        return on_plane
+    centre, spread = _cloud(colour[on_plane & band])
+    table = on_plane & (_distance(colour, centre, spread) < SAME_COLOUR)
+    rest = measured & ~table
+    if not rest.any():
+        return nothing
+    paper = _paper_colour(colour[rest])
+    if np.linalg.norm(paper - centre) < CLEARLY_OTHER or _largest_piece(rest) < MIN_SHEET * rest.size:
+        return nothing
+    if not framed and on_plane[rest].mean() > 0.5:
+        return nothing
+    return table | _fringe(table, on_plane, colour, centre, paper)
+
+
+def _fringe(table: Mask, on_plane: Mask, colour: Floats, centre: Floats, paper: Floats) -> Mask:
+    """Samples in the plane of the table and beside it whose colour, mixed at the sheet's edge, is more the table's."""
+    beside = cv2.dilate(table.astype(np.uint8), np.ones((2 * FRINGE + 1, 2 * FRINGE + 1), np.uint8)).astype(bool)
+    nearer = np.linalg.norm(colour - centre, axis=2) < np.linalg.norm(colour - paper, axis=2)
+    return beside & on_plane & nearer
+
+
+def _plane(inverse_depth: Floats, band: Mask) -> tuple[Floats, float]:
+    """Distance of every sample from the plane that most of the band lies on (RANSAC), and what noise explains of it."""
+    rows, cols = np.nonzero(band)
+    terms = np.stack([np.ones(len(rows)), rows, cols], axis=1)
+    values = inverse_depth[band]
+    noise = _noise(inverse_depth, band)
+    random = np.random.default_rng(0)  # fixed: the same scan gives the same page
+    judges = random.choice(len(values), min(TRIED, len(values)), replace=False)
+    triples = random.integers(len(values), size=(TRIALS, 3))
+    best, most = np.zeros(3), -1
+    for triple in triples:
+        if abs(np.linalg.det(terms[triple])) < 1.0:
+            continue
+        plane = np.linalg.solve(terms[triple], values[triple])
+        count = int((np.abs(terms[judges] @ plane - values[judges]) < ON_PLANE_SIGMAS * noise).sum())
+        if count > most:
+            best, most = plane, count
+    for _ in range(3):
+        near = np.abs(terms @ best - values) < ON_PLANE_SIGMAS * noise
+        if near.sum() < 3:
+            break
+        best, *_ = np.linalg.lstsq(terms[near], values[near], rcond=None)
+    all_rows, all_cols = np.indices(band.shape)
+    return np.abs(best[0] + best[1] * all_rows + best[2] * all_cols - inverse_depth), ON_PLANE_SIGMAS * noise
+
+
+def _noise(inverse_depth: Floats, band: Mask) -> float:
+    """Standard deviation of one sample, from second differences down the columns, where noise is not correlated."""
+    second = np.where(band, inverse_depth, np.nan)
+    second = second[2:] - 2 * second[1:-1] + second[:-2]
+    floor = LEAST_NOISE_MM * float(np.nanmedian(inverse_depth)) ** 2
+    return max(float(1.4826 * np.nanmedian(np.abs(second)) / np.sqrt(6.0)), floor)
+
+
+def _colours(scan: RangeScan) -> Floats | None:
+    """L*a*b* of every sample (rows, cols, 3), or None for a scan without colour."""
+    if scan.texture is None:
+        return None
+    smooth = cv2.medianBlur(scan.texture, 3).astype(np.float32) / 255.0
+    lab = cv2.cvtColor(smooth, cv2.COLOR_RGB2LAB)
+    where = np.nan_to_num(scan.texture_xy, nan=-1.0).astype(np.float32)
+    colours: Floats = cv2.remap(lab, where, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(np.float64)
+    return colours
+
+
+def _cloud(colours: Floats) -> tuple[Floats, Floats]:
+    centre = np.median(colours, axis=0)
+    spread = 1.4826 * np.median(np.abs(colours - centre), axis=0)
+    return centre, np.maximum(spread, COLOUR_FLOOR)
+
+
+def _distance(colours: Floats, centre: Floats, spread: Floats) -> Floats:
+    distance: Floats = np.linalg.norm((colours - centre) / spread, axis=-1)
+    return distance
+
+
+def _paper_colour(rest: Floats) -> Floats:
+    """L*a*b* of the paper: the brighter part of all colours (n, 3) off the table."""
+    colour: Floats = np.median(rest[rest[:, 0] >= np.percentile(rest[:, 0], BRIGHT)], axis=0)
+    return colour
+
+
+def _largest_piece(rest: Mask) -> int:
+    """Samples of the largest connected piece, threads of one or two samples cut."""
+    solid = cv2.morphologyEx(rest.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    _, _, stats, _ = cv2.connectedComponentsWithStats(solid)
+    return int(stats[1:, cv2.CC_STAT_AREA].max(initial=0))

@@ -1,0 +1,80 @@
+"""From grid positions to triangles."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+
+from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
+
+MAX_DRAWN_OUT = 0.5  # of the stride: nodes nearer to the outline move onto it, so that no thin triangles line it
+MIN_HEIGHT = 0.2  # of the stride; where thinner triangles lie is mostly noise
+
+
+def lattice(inside: Mask, stride: int) -> tuple[Floats, Ints]:
+    """Triangulate the masked part of a grid with one node every `stride` samples.
+
+    The border follows the outline, half a sample beyond the outermost samples, since the sheet ends somewhere between
+    those and their neighbours: nodes just inside are drawn out to it, and where none is so near, the next ones outside
+    are drawn in.
+    Returns nodes (n, 2) as (row, col) and faces (m, 3), counter-clockwise seen by the scanner.
+    """
+    padded = np.pad(inside, ((0, stride), (0, stride)))
+    rows, cols = np.arange(0, padded.shape[0], stride)[:, None], np.arange(0, padded.shape[1], stride)[None, :]
+    nodes = np.stack(np.broadcast_arrays(rows, cols), axis=-1).astype(float)
+    kept = padded[rows, cols]
+    # To the nearest sample on the other side of the outline.
+    across = np.where(kept[..., None], _nearest(~padded, rows, cols), _nearest(padded, rows, cols)) - nodes
+    distance = np.linalg.norm(across, axis=2)
+    outline = nodes + across * (1.0 - 0.5 / np.maximum(distance, 1.0))[..., None]
+    drawn = np.where(kept, distance < MAX_DRAWN_OUT * stride, True)
+    usable = kept | (np.abs(across).max(axis=2) <= stride)
+    return _triangles(np.where(drawn[..., None], outline, nodes), usable, stride)
+
+
+def _nearest(wanted: Mask, rows: Ints, cols: Ints) -> Floats:
+    """(…, 2) position of the wanted sample nearest to each grid position; far away when there is none."""
+    if not wanted.any():
+        return np.full((*np.broadcast_shapes(rows.shape, cols.shape), 2), np.inf)
+    nearest = distance_transform_edt(~wanted, return_distances=False, return_indices=True)
+    return np.moveaxis(nearest[:, rows, cols], 0, -1).astype(float)
+
+
+def _triangles(nodes: Floats, usable: Mask, stride: int) -> tuple[Floats, Ints]:
+    index = np.arange(usable.size).reshape(usable.shape)
+    a, b = index[:-1, :-1], index[:-1, 1:]
+    c, d = index[1:, :-1], index[1:, 1:]
+    # Alternating diagonals leave no direction stiffer than another.
+    even = (np.add.outer(np.arange(a.shape[0]), np.arange(a.shape[1])) % 2 == 0)[..., None]
+    first = np.where(even, np.stack([a, c, d], -1), np.stack([a, c, b], -1))
+    second = np.where(even, np.stack([a, d, b], -1), np.stack([b, c, d], -1))
+    faces = np.concatenate([first.reshape(-1, 3), second.reshape(-1, 3)])
+    faces = faces[usable.ravel()[faces].all(axis=1)]
+    flat = nodes.reshape(-1, 2)
+    return compact(flat, faces[_heights(flat, faces) > MIN_HEIGHT * stride])
+
+
+def _heights(nodes: Floats, faces: Ints) -> Floats:
+    """(m,) least height of each triangle, in samples, negative where it runs clockwise."""
+    p, q, r = (nodes[faces[:, k]] for k in range(3))
+    doubled = (q[:, 0] - p[:, 0]) * (r[:, 1] - p[:, 1]) - (q[:, 1] - p[:, 1]) * (r[:, 0] - p[:, 0])
+    longest = np.max([np.linalg.norm(a - b, axis=1) for a, b in ((p, q), (q, r), (r, p))], axis=0)
+    return np.divide(doubled, longest, out=np.zeros(len(faces)), where=longest > 0)
+
+
+def compact(values: NDArray[Any], faces: Ints) -> tuple[NDArray[Any], Ints]:
+    """Drop the values that no face uses."""
+    used, inverse = np.unique(faces, return_inverse=True)
+    return values[used], inverse.reshape(faces.shape).astype(np.int64)
+
+
+def triangulate(scan: RangeScan) -> SurfaceMesh:
+    """Join neighbouring measured samples of a scan to a mesh, nothing filled and nothing smoothed."""
+    measured = scan.measured
+    rows, cols = np.indices(measured.shape)
+    nodes, faces = _triangles(np.dstack([rows, cols]).astype(float), measured, 1)
+    r, c = nodes.astype(int).T
+    return SurfaceMesh(scan.points[r, c], faces, scan.texture_xy[r, c], scan.texture, scan.provenance)

@@ -1,0 +1,189 @@
+"""The whole way on the simulated scanner: pages whose flat truth is known to the micrometre."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from bench.markers import MarkerError, marker_error, rigid_residual
+from bench.sheets import CASES
+from drivers.simulated import Flat, MultiFold, Pose, Truth, White, shoot
+from restore import NotEnoughSurface, RangeScan, RestoredPage, Settings, flatten, load_scan, restore
+from restore.formats import write_abs, write_obj, write_ply, write_vrml
+from restore.triangulate import triangulate
+
+SIZE_TOLERANCE = 0.001  # of the page: the outline is known to a quarter of a sample, 0.12 mm, on either side
+FLAT_TOLERANCE_MM = 0.02  # noise of 0.035 mm a sample, averaged over windows of 49
+# Two ways to the same page: coordinates in the files are rounded to 0.01 mm, less than the scanner's noise.
+SAME_PAGE_MM = 0.1
+# Another pose is another noise and another sampling: the error itself may differ by half of its limit.
+POSE_SPREAD_MM = 0.06
+
+
+@cache
+def shot(name: str, *, tilt: float = 3.0, turn: float = 0.0, shift: tuple = (0.0, 0.0, 0.0), mode: str = "fine"):
+    pose = Pose(tilt_deg=tilt, turn_deg=turn, shift_mm=shift)
+    return shoot(CASES[name].sheet, seed=11, pose=pose, mode=mode)
+
+
+@cache
+def page(name: str, **pose) -> RestoredPage:
+    return restore(shot(name, **pose)[0], Settings())
+
+
+def error(page: RestoredPage, truth: Truth) -> MarkerError:
+    return marker_error(page.image, page.dpi, truth.markers)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_marker_page(name):
+    truth, restored = shot(name)[1], page(name)
+    measured = error(restored, truth)
+    assert measured.found == measured.of
+    assert not measured.mirrored
+    assert measured.rms_mm <= CASES[name].limit_mm
+    assert restored.report["page_mm"] == pytest.approx(truth.page_mm, rel=SIZE_TOLERANCE)
+    assert restored.report["flipped_faces"] == 0
+    assert restored.report["points"] == pytest.approx(1000, rel=0.05)
+
+
+def test_the_measure_can_fail():
+    truth = shot("curl")[1]
+    stretched = replace(page("curl"), dpi=150 / 1.01)  # a page one per cent too large
+    assert error(stretched, truth).rms_mm > 4 * CASES["curl"].limit_mm
+    assert error(replace(stretched, image=stretched.image[:, ::-1]), truth).mirrored
+
+
+@pytest.mark.parametrize("name", ["curl", "multi-fold"])
+@pytest.mark.parametrize(
+    "pose",
+    [
+        {"tilt": 0.0, "turn": 8.0},
+        {"tilt": 6.0, "shift": (3.0, -4.0, 10.0)},
+        {"tilt": -5.0, "turn": -4.0, "shift": (0.0, 0.0, -15.0)},
+    ],
+    ids=["turned", "tilted and moved", "all"],
+)
+def test_the_page_does_not_depend_on_how_the_sheet_lies(name, pose):
+    measured = error(page(name, **pose), shot(name, **pose)[1])
+    assert measured.rms_mm <= CASES[name].limit_mm
+    assert abs(measured.rms_mm - error(page(name), shot(name)[1]).rms_mm) < POSE_SPREAD_MM
+
+
+def test_a_flat_sheet_stays_flat_and_at_its_place():
+    scan, truth = shoot(Flat(), seed=2, table="none")
+    restored = restore(scan)
+    inner = restored.flat.texcoords[:, ::-1]
+    known = truth.flat[tuple(np.round(inner).astype(int).T)]
+    on_sample = np.isfinite(known).all(axis=1)
+    # The flat page lies where the scanner saw it: in the scanner's x and y, up to the turn that squares it.
+    rest, scale = rigid_residual(restored.flat.flat[on_sample], restored.flat.vertices[on_sample, :2])
+    assert np.sqrt((rest**2).sum(axis=1).mean()) < FLAT_TOLERANCE_MM
+    assert scale == pytest.approx(1.0, abs=2e-4)
+    assert np.abs(restored.flat.flat.mean(axis=0) - restored.flat.vertices[:, :2].mean(axis=0)).max() < 1.0
+
+
+def test_two_runs_give_the_same_bytes():
+    scan = shot("cone")[0]
+    first, second = restore(scan), page("cone")
+    assert first.image.tobytes() == second.image.tobytes()
+    assert first.flat.flat.tobytes() == second.flat.flat.tobytes()
+
+
+def test_every_format_gives_the_same_page(tmp_path):
+    scan, truth = shot("curl")
+    mesh = triangulate(scan)
+    write_abs(scan, tmp_path / "page.abs")
+    write_vrml(scan, tmp_path / "page.wrl")
+    write_obj(mesh, tmp_path / "mesh.obj")
+    write_ply(mesh, tmp_path / "mesh.ply")
+    reference = page("curl")
+    assert reference.flat.texture is not None
+    from PIL import Image
+
+    picture = tmp_path / "colour.png"
+    Image.fromarray(scan.texture).save(picture)
+    for name in ("page.abs", "page.wrl", "mesh.obj", "mesh.ply"):
+        texture = picture if name.startswith("page") else None
+        other = restore(load_scan(tmp_path / name, texture))
+        assert error(other, truth).rms_mm <= CASES["curl"].limit_mm, name
+        assert _apart(reference, other) < SAME_PAGE_MM, name
+
+
+def _apart(one: RestoredPage, other: RestoredPage) -> float:
+    """RMS mm between the places that two pages give the same texture pixels, after a rigid fit."""
+    places = []
+    for restored in (one, other):
+        rows, cols = np.nonzero(restored.mask)
+        source = np.round(restored.page_map[rows, cols]).astype(int)
+        total, count = np.zeros((480, 640, 2)), np.zeros((480, 640, 1))
+        np.add.at(total, (source[:, 1], source[:, 0]), np.stack([cols, -rows], axis=1) * 25.4 / restored.dpi)
+        np.add.at(count, (source[:, 1], source[:, 0]), 1.0)
+        places.append(np.where(count > 0, total / np.maximum(count, 1), np.nan))
+    both = np.isfinite(places[0] + places[1]).all(axis=2)
+    rest, _ = rigid_residual(places[0][both], places[1][both])
+    return float(np.sqrt((rest**2).sum(axis=1).mean()))
+
+
+def test_fast_mode():
+    measured = error(page("multi-fold", mode="fast"), shot("multi-fold", mode="fast")[1])
+    assert measured.found == measured.of
+    assert measured.rms_mm <= 2 * CASES["multi-fold"].limit_mm  # a quarter of the samples: twice the error at most
+
+
+def test_a_mesh_turned_in_space_is_as_true():
+    scan, truth = shoot(MultiFold(), seed=4, table="none")
+    mesh = triangulate(scan)
+    turn = np.array([[0.8, 0.0, 0.6], [0.0, 1.0, 0.0], [-0.6, 0.0, 0.8]])
+    moved = replace(mesh, vertices=(mesh.vertices - mesh.vertices.mean(axis=0)) @ turn.T + [5.0, 900.0, 40.0])
+    assert error(restore(moved), truth).rms_mm <= CASES["multi-fold"].limit_mm
+
+
+def test_the_report_tells_every_stage():
+    report = page("curl").report
+    for key in ("points", "method", "dpi", "shading", "steps", "area_ratio", "effective_ppi", "decimation", "source"):
+        assert key in report
+    assert set(report["seconds"]) >= {"prepare", "decimate", "flatten", "texture", "shade"}
+    assert report["area_ratio"] == pytest.approx(1.0, abs=0.005)
+    assert report["effective_ppi"] == pytest.approx(1942.8 / 900 * 25.4, rel=0.1)
+    assert report["decimation"]["mean_mm"] < 0.1
+
+
+def test_progress_and_steps_can_be_followed():
+    told, steps = [], []
+    restore(
+        shot("curl")[0],
+        progress=lambda stage, done: told.append((stage, done)),
+        on_step=lambda step, positions, faces: steps.append((step, positions.shape, len(faces))),
+    )
+    assert [stage for stage, done in told if done == 1.0] == [
+        "prepare",
+        "decimate",
+        "flatten",
+        "refine",
+        "texture",
+        "shade",
+    ]
+    assert [step for step, _, _ in steps] == list(range(1, len(steps) + 1))
+
+
+def test_light_can_be_divided_out():
+    scan, _ = shoot(CASES["curl"].sheet, White(), seed=3)
+    kept, removed = (restore(scan, Settings(shading=choice)) for choice in ("keep", "remove"))
+    spread = [np.ptp(np.percentile(p.image[p.mask].mean(axis=1), [2, 98])) for p in (kept, removed)]
+    assert spread[1] < 0.25 * spread[0]  # a curl has smooth light; what is left is the noise of the colour image
+
+
+def test_nothing_but_a_table_is_no_page():
+    points = np.full((480, 640, 3), np.nan)
+    scan = RangeScan(points, None, np.zeros((480, 640, 2)))
+    with pytest.raises(NotEnoughSurface):
+        restore(scan)
+
+
+def test_flatten_a_scan_that_came_as_a_mesh():
+    mesh = page("curl").flat
+    assert flatten(mesh).flat == pytest.approx(mesh.flat, abs=5.0)  # chords of 9 mm over a bend of 100 mm, unsquared

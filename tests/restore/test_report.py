@@ -1,0 +1,93 @@
+"""The report says what was done: known values from a page whose strain, size and holes are known."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from restore.flatten.network import edges_of
+from restore.report import NOT_DEVELOPABLE, describe
+from restore.scan import FlatMesh
+from restore.settings import Settings
+from restore.texture import Painting
+from restore.triangulate import lattice
+from restore.unroll import Unrolled
+
+SINGLE = 1e-6  # relative
+
+
+@pytest.fixture
+def page():
+    """A page of 120 × 80 mm, stretched by 1 % across: what lies flat is longer than the surface was."""
+    nodes, faces = lattice(np.ones((41, 61), bool), 4)
+    upright = nodes[:, ::-1] * [1, -1]
+    surface = (upright - upright.min(axis=0)) / np.ptp(upright, axis=0) * [120.0, 80.0]
+    edges = edges_of(faces)
+    vertices = np.column_stack([surface, np.full(len(surface), -900.0)])
+    lengths = np.linalg.norm(np.diff(surface[edges], axis=1)[:, 0], axis=1)
+    return FlatMesh(
+        vertices, faces, surface, np.zeros((9, 9, 3), np.uint8), flat=surface * [1.01, 1.0], lengths=lengths, steps=57
+    )
+
+
+def described(fine, *, surface=None, settings=None, distance=None):
+    coarse = replace(fine, vertices=fine.vertices[:50], flat=fine.flat[:50])
+    image = np.zeros((4, 5, 3), np.uint8)
+    painting = Painting(image, image[..., 0] == 0, np.zeros((4, 5, 2), np.float32), 141.5)
+    return describe(surface or fine, Unrolled(coarse, fine, distance or {}), painting, settings or Settings())
+
+
+def test_it_holds_what_the_options_were_and_how_well_it_went(page):
+    settings = Settings(points=500, dpi=200, shading="remove")
+    report = described(page, settings=settings, distance={"mean_mm": 0.1, "sd_mm": 0.2, "max_mm": 0.3})
+    assert json.loads(json.dumps(report)) == report
+    assert {key: report[key] for key in ("method", "dpi", "shading")} == settings.model_dump(exclude={"points"})
+    assert report["points"] == 50
+    assert report["steps"] == 57
+    assert report["effective_ppi"] == 141.5
+    assert report["decimation"] == {"mean_mm": 0.1, "sd_mm": 0.2, "max_mm": 0.3}
+    assert report["flipped_faces"] == 0
+    assert report["area_ratio"] == pytest.approx(1.01, rel=SINGLE)
+    np.testing.assert_allclose(report["page_mm"], [121.2, 80.0], rtol=SINGLE)
+    assert report["warnings"] == []
+
+
+def test_strain_is_measured_against_the_lengths_on_the_surface(page):
+    strain = described(page)["strain"]
+    edges = edges_of(page.faces)
+    along = np.abs(np.diff(page.vertices[edges], axis=1)[:, 0, 0]) / page.lengths
+    expected = np.sqrt(1 + (1.01**2 - 1) * along**2) - 1
+    assert strain["max"] == pytest.approx(0.01, rel=SINGLE)
+    assert strain["rms"] == pytest.approx(np.sqrt(np.mean(expected**2)), rel=SINGLE)
+    assert described(replace(page, lengths=2 * page.lengths))["strain"]["max"] == pytest.approx(0.5, rel=SINGLE)
+
+
+def test_a_flipped_face_is_counted(page):
+    flat = page.flat.copy()
+    corner = np.argmin(flat.sum(axis=1))
+    flat[corner] = flat.mean(axis=0)
+    assert described(replace(page, flat=flat))["flipped_faces"] >= 1
+
+
+def test_a_sheet_that_had_to_be_stretched_is_warned_of(page):
+    (warning,) = described(replace(page, flat=page.flat * (1 + 2 * NOT_DEVELOPABLE)))["warnings"]
+    assert "cannot be laid flat without stretching" in warning
+
+
+@pytest.mark.parametrize("without", ["texture", "texcoords"])
+def test_a_page_without_colour_says_that_it_shows_its_relief(page, without):
+    (warning,) = described(replace(page, **{without: None}))["warnings"]
+    assert "relief" in warning
+
+
+def test_of_a_sheet_on_its_grid_it_tells_how_much_was_filled_in(camera, page):
+    inside = np.zeros(camera.shape, bool)
+    inside[20:120, 30:130] = True
+    sheet = camera.sheet(camera.facets(camera.plane()), inside)
+    measured = inside.copy()
+    measured[40:60, 50:100] = False
+    report = described(page, surface=replace(sheet, measured=measured))
+    assert report["samples"] == 9000
+    assert report["filled_share"] == pytest.approx(0.1)
+    assert "samples" not in described(page)
