@@ -1,0 +1,12 @@
+"""Sessions at the scanner: capture, restore, export, look.
+
+cli         the command `planish`
+config      a station's TOML file, and settings checked with the option's name in the message
+session     one page: open → capture → store → restore → export
+export      what can be written, one file a format, all or nothing
+pictures    the pictures to look at: side by side, strain, frames
+progress    bars on a terminal, silence elsewhere
+telling     results on stdout, faults on stderr
+originals   what a run must never overwrite
+errors      every fault with its exit code and what to do now
+"""

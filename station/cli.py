@@ -1,0 +1,139 @@
+"""The command `planish`: options in, exit code out. The work is in `session`."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from station.progress import progress_on
+from station.telling import faults_told, say
+
+if TYPE_CHECKING:
+    from station.session import Outcome
+
+# `session` and what it needs take a second to import: inside the commands, so that `--help` answers at once.
+app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None)
+
+Out = Annotated[Path, typer.Option("--output", "-o", metavar="OUT", help="Folder for the results.", show_default=False)]
+Tiff = Annotated[bool, typer.Option("--tiff", help="Write the page as TIFF, too.")]
+Map = Annotated[bool, typer.Option("--map", help="Write the map: the source pixel of every page pixel.")]
+Mesh = Annotated[bool, typer.Option("--mesh", help="Write the mesh as OBJ, flat and as it was measured.")]
+Strain = Annotated[bool, typer.Option("--strain", help="Draw where the flattening stretched the page.")]
+Frames = Annotated[bool, typer.Option("--frames", help="Draw eight frames of the flattening.")]
+Review = Annotated[bool, typer.Option("--review", help="Draw colour image, 3D view and page side by side.")]
+Force = Annotated[bool, typer.Option("--force", help="Overwrite the results of an earlier run.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the report as JSON.")]
+Debug = Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command with the given arguments, the process's own when None. Returns the exit code."""
+    try:
+        app(None if arguments is None else list(arguments), prog_name="planish")
+    except SystemExit as end:
+        return int(end.code or 0)
+    return 0
+
+
+def _print_version(wanted: bool) -> None:
+    if not wanted:
+        return
+    try:
+        text = f"planish {version('planish')}"
+    except PackageNotFoundError:
+        text = "planish, from the sources, not installed"
+    with faults_told():
+        say(text)
+    raise typer.Exit
+
+
+@app.callback()
+def _planish(
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version.", callback=_print_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Turn a 3D scan of a warped page into the flat page it once was."""
+
+
+@app.command("scan")
+def _scan(
+    config: Annotated[Path, typer.Option(help="The station's configuration (TOML).", show_default=False)],
+    output: Out,
+    tiff: Tiff = False,
+    map_: Map = False,
+    mesh: Mesh = False,
+    strain: Strain = False,
+    frames: Frames = False,
+    force: Force = False,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Capture a page, store the scan, restore the page."""
+    with faults_told(debug=debug), progress_on(sys.stderr) as progress:
+        from station.config import load_config
+        from station.session import Destination, scan_page
+
+        kinds = _kinds(tiff=tiff, map=map_, mesh=mesh, strain=strain, frames=frames, review=True)
+        outcome = scan_page(load_config(config), Destination(output, kinds, force), progress=progress)
+    _tell(outcome, as_json=as_json, debug=debug)
+
+
+@app.command("restore")
+def _restore(
+    scan: Annotated[
+        Path,
+        typer.Argument(metavar="SCAN", help="A scan: .abs[.gz], .obj, .ply, .stl, .glb, .wrl, .vvd or a scan folder."),
+    ],
+    output: Out,
+    texture: Annotated[Path | None, typer.Option(help="The colour image, where the scan has none.")] = None,
+    points: Annotated[int | None, typer.Option(help="Points kept for the flattening (1000).")] = None,
+    dpi: Annotated[float | None, typer.Option(help="Page pixels to an inch of paper (150).")] = None,
+    method: Annotated[str | None, typer.Option(help="How to flatten: sticks, springs or conformal (sticks).")] = None,
+    shading: Annotated[str | None, typer.Option(help="Light and shadow: keep or remove (keep).")] = None,
+    tiff: Tiff = False,
+    map_: Map = False,
+    mesh: Mesh = False,
+    strain: Strain = False,
+    frames: Frames = False,
+    review: Review = False,
+    force: Force = False,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Restore the page from a stored scan."""
+    with faults_told(debug=debug), progress_on(sys.stderr) as progress:
+        from restore import Settings
+        from station.config import checked
+        from station.session import Destination, restore_file
+
+        kinds = _kinds(tiff=tiff, map=map_, mesh=mesh, strain=strain, frames=frames, review=review)
+        chosen = _given(points=points, dpi=dpi, method=method, shading=shading)
+        outcome = restore_file(
+            scan,
+            Destination(output, kinds, force),
+            settings=checked(Settings, chosen, name="--{}".format),
+            texture=texture,
+            progress=progress,
+        )
+    _tell(outcome, as_json=as_json, debug=debug)
+
+
+def _kinds(**wanted: bool) -> frozenset[str]:
+    return frozenset(kind for kind, on in wanted.items() if on)
+
+
+def _given(**options: Any) -> dict[str, Any]:
+    return {name: value for name, value in options.items() if value is not None}
+
+
+def _tell(outcome: Outcome, *, as_json: bool, debug: bool) -> None:
+    from station.export.report import encode_report, summary
+
+    with faults_told(debug=debug):
+        say(encode_report(outcome.report).rstrip() if as_json else summary(outcome.report, outcome.files))

@@ -1,0 +1,75 @@
+"""A station's configuration, and settings checked with the operator's name for them in the message."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+
+from drivers import DRIVERS, CaptureSettings, SettingsError
+from restore import Settings
+from station.errors import UsageError
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+class OutputSettings(BaseModel):
+    """stem: first part of the name of every file that a scan leaves."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    stem: str = Field(default="page", pattern=r"^[^./\\\x00][^/\\\x00]*$", max_length=200)
+
+
+class StationConfig(BaseModel):
+    """scanner: for the driver that it names; capture, restore, output: as the models of the same names."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    scanner: dict[str, Any]
+    capture: CaptureSettings = CaptureSettings()
+    restore: Settings = Settings()
+    output: OutputSettings = OutputSettings()
+
+    @field_validator("scanner")
+    @classmethod
+    def _names_a_driver(cls, scanner: dict[str, Any]) -> dict[str, Any]:
+        if scanner.get("driver") not in DRIVERS:
+            raise ValueError(f"driver = {scanner.get('driver')!r} is not known, use one of: {', '.join(DRIVERS)}")
+        return scanner
+
+
+def load_config(path: Path) -> StationConfig:
+    """Read a station's TOML file. Raises UsageError that names the file and the key."""
+    try:
+        table = tomllib.loads(path.read_text("utf-8"))
+    except OSError as error:
+        raise UsageError(f"cannot read {path}: {error.strerror}", "check the path after --config") from error
+    except ValueError as error:  # TOMLDecodeError and UnicodeDecodeError
+        raise UsageError(f"{path} is not a TOML file: {error}", "compare it with configs/simulated.toml") from error
+    try:
+        return checked(StationConfig, table, name=lambda key: f"{path}: {key}")
+    except SettingsError as error:
+        raise UsageError(f"{path}: capture.{error}", error.hint) from error
+
+
+def checked(model: type[Model], values: Mapping[str, Any], *, name: Callable[[str], str]) -> Model:
+    """Build the model. Raises UsageError for the first value that does not fit, under the name the caller knows."""
+    try:
+        return model.model_validate(values)
+    except ValidationError as error:
+        first = error.errors(include_url=False)[0]
+        key = ".".join(str(part) for part in first["loc"])
+        raise UsageError(f"{name(key)}: {_complaint(first)}") from error
+
+
+def _complaint(error: Mapping[str, Any]) -> str:
+    match error["type"]:
+        case "missing":
+            return "is missing"
+        case "extra_forbidden" | "unexpected_keyword_argument":
+            return "is not a known setting"
+        case "value_error":
+            return str(error["ctx"]["error"])
+    return f"{error['input']!r} is not usable: {error['msg'][0].lower()}{error['msg'][1:]}"

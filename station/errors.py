@@ -1,0 +1,111 @@
+"""What can go wrong at the station, and how every fault is told to the operator.
+
+StationError        anything below; carries the exit code and what to do now
+└── UsageError      the command or the configuration asks for something that cannot be (exit code 2)
+    └── OverwriteError  a file that would be written is there already
+
+Stopped             the process was asked to end
+"""
+
+from __future__ import annotations
+
+import errno
+import signal
+from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
+
+UNEXPECTED, USAGE, DISK = 1, 2, 6
+SIGNAL_BASE = 128  # a shell reports a process that signal n has ended as 128 + n
+
+
+class StationError(Exception):
+    """A session that cannot go on. `hint` says what to do now; `exit_code` is the command's."""
+
+    exit_code = UNEXPECTED
+
+    def __init__(self, message: str, hint: str = "") -> None:
+        super().__init__(message)
+        self.hint = hint
+
+
+class UsageError(StationError):
+    """Raised before any work when an option or a key of the configuration is not usable; the message names it."""
+
+    exit_code = USAGE
+
+
+class OverwriteError(UsageError):
+    """Raised instead of overwriting a file."""
+
+
+class Stopped(BaseException):
+    """Raised when the process receives a signal to end, so that the scanner is let go and half files are removed."""
+
+    def __init__(self, number: int) -> None:
+        super().__init__(signal.Signals(number).name)
+        self.exit_code = SIGNAL_BASE + number
+
+
+@runtime_checkable
+class Told(Protocol):
+    """What an error of the station, of restore or of the drivers tells about itself."""
+
+    exit_code: int
+    hint: str
+
+
+@dataclass(frozen=True)
+class Fault:
+    """A fault in the operator's words: the command's exit code, what is wrong, what to do now (one line each)."""
+
+    exit_code: int
+    message: str
+    hints: tuple[str, ...]
+
+
+DISK_HINTS = {
+    errno.ENOSPC: "free some space, or choose another disk with -o",
+    errno.EDQUOT: "free some of your quota, or choose another disk with -o",
+    errno.EFBIG: "the disk takes no file this large: lower --dpi, or choose another disk with -o",
+    errno.EROFS: "the disk is read-only: choose another with -o",
+    errno.EACCES: "you may not write there: choose another folder with -o, or ask for the right to write",
+    errno.EPERM: "you may not write there: choose another folder with -o, or ask for the right to write",
+    errno.ENOTDIR: "part of that path is a file: choose another folder with -o",
+    errno.EEXIST: "that path is a file: choose another folder with -o",
+    errno.ENAMETOOLONG: "the name is too long for this disk: choose a shorter one",
+    errno.EIO: "the disk fails: choose another with -o, and save what is on this one",
+}
+
+
+def explain(error: BaseException) -> Fault:
+    """Put any error into the operator's words. Notes added to the error (`add_note`) become further hints."""
+    code, message, hint = _tell(_interruption(error) or error)
+    return Fault(code, message, tuple(line for line in (hint, *getattr(error, "__notes__", ())) if line))
+
+
+def _interruption(error: BaseException | None) -> BaseException | None:
+    """The wish to stop that led to the error, if one did: native libraries turn it into errors of their own."""
+    while error and not isinstance(error, KeyboardInterrupt | Stopped):
+        error = error.__cause__ or error.__context__
+    return error
+
+
+def _tell(error: BaseException) -> tuple[int, str, str]:
+    match error:
+        case Told():
+            return error.exit_code, str(error), error.hint
+        case OSError():
+            return DISK, _disk_message(error), DISK_HINTS.get(error.errno or 0, "choose another folder with -o")
+        case KeyboardInterrupt():
+            return SIGNAL_BASE + signal.SIGINT, "stopped by Ctrl-C", "run the same command again to start over"
+        case Stopped():
+            return error.exit_code, f"stopped by {error}", "run the same command again to start over"
+        case MemoryError():
+            return UNEXPECTED, "the memory is full", "lower --dpi or --points, or close other programs"
+    told = f"unexpected fault: {type(error).__name__}: {error}".splitlines()[0]
+    return UNEXPECTED, told, "run again with --debug to see where it happened"
+
+
+def _disk_message(error: OSError) -> str:
+    reason = error.strerror or str(error)
+    return f"cannot write {error.filename}: {reason}" if error.filename else f"cannot write: {reason}"

@@ -1,0 +1,80 @@
+"""Everything that a run can write: one table, one file a format."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from restore.scan import RangeScan, RestoredPage, SurfaceMesh
+from station.export.mesh import encode_flat, encode_material, encode_warped
+from station.export.png import encode_png
+from station.export.report import encode_report
+from station.export.tiff import encode_map, encode_tiff
+from station.pictures.frames import Frame, frames_sheet
+from station.pictures.review import review
+from station.pictures.strain import strain_picture
+
+ALWAYS = frozenset({"page", "report"})
+
+
+@dataclass(frozen=True, eq=False)
+class Restoration:
+    """One restored page and what it came from.
+
+    stem    first part of every file's name.
+    page    the restored page.
+    source  the scan.
+    frames  steps of the flattening; empty unless they were asked for.
+    report  the page's report with what the station adds (JSON values only).
+    """
+
+    stem: str
+    page: RestoredPage
+    source: RangeScan | SurfaceMesh
+    frames: Sequence[Frame]
+    report: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Output:
+    """One file of a run: kind is what the operator asks for, the name is the stem and the suffix."""
+
+    kind: str
+    suffix: str
+    encode: Callable[[Restoration], bytes]
+    needs_colour: bool = False
+
+
+def _texture(done: Restoration) -> bytes:
+    assert done.page.flat.texture is not None
+    return encode_png(done.page.flat.texture)
+
+
+OUTPUTS = (
+    Output("page", ".png", lambda done: encode_png(done.page.image, done.page.dpi)),
+    Output("tiff", ".tif", lambda done: encode_tiff(done.page.image, done.page.dpi)),
+    Output("map", "-map.tif", lambda done: encode_map(done.page.page_map, done.page.dpi)),
+    Output("mesh", "-flat.obj", lambda done: encode_flat(done.page.flat, f"{done.stem}-mesh.mtl")),
+    Output("mesh", "-warped.obj", lambda done: encode_warped(done.page.flat, f"{done.stem}-mesh.mtl")),
+    Output("mesh", "-mesh.mtl", lambda done: encode_material(f"{done.stem}-texture.png"), needs_colour=True),
+    Output("mesh", "-texture.png", _texture, needs_colour=True),
+    Output("strain", "-strain.png", lambda done: encode_png(strain_picture(done.page))),
+    Output("frames", "-frames.png", lambda done: encode_png(frames_sheet(done.frames, done.page.flat))),
+    Output("review", "-review.png", lambda done: encode_png(review(done.page, done.source.texture))),
+    Output("report", ".json", lambda done: encode_report(done.report).encode()),  # last: its presence tells of the rest
+)
+
+
+def names(stem: str, kinds: frozenset[str], *, colour: bool = True) -> list[str]:
+    """Names of the files that a run writes. colour: whether the page has a colour image."""
+    return [stem + output.suffix for output in _wanted(kinds, colour=colour)]
+
+
+def encoded(done: Restoration, kinds: frozenset[str]) -> Iterator[bytes]:
+    """The contents of the files of `names`, made one at a time."""
+    return (output.encode(done) for output in _wanted(kinds, colour=done.page.flat.texture is not None))
+
+
+def _wanted(kinds: frozenset[str], *, colour: bool) -> list[Output]:
+    return [out for out in OUTPUTS if out.kind in kinds | ALWAYS and (colour or not out.needs_colour)]

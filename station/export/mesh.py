@@ -1,0 +1,46 @@
+"""Wavefront OBJ: the page as it was measured and as it lies flat, both with the colour image on them."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+
+from restore.scan import FlatMesh, Floats, SurfaceMesh
+
+
+def encode_flat(mesh: FlatMesh, material_file: str) -> bytes:
+    """The flat page as OBJ, mm, in the plane z = 0 with y up."""
+    return _encode(np.column_stack([mesh.flat, np.zeros(len(mesh.flat))]), mesh, material_file)
+
+
+def encode_warped(mesh: SurfaceMesh, material_file: str) -> bytes:
+    """The page as it was measured as OBJ, mm, in the scanner's frame."""
+    return _encode(mesh.vertices, mesh, material_file)
+
+
+def encode_material(texture_file: str) -> bytes:
+    """The MTL file that both meshes refer to."""
+    return f"newmtl page\nKd 1 1 1\nmap_Kd {texture_file}\n".encode()
+
+
+def _encode(vertices: Floats, mesh: SurfaceMesh, material_file: str) -> bytes:
+    out = io.BytesIO()
+    painted = mesh.texcoords is not None and mesh.texture is not None
+    if painted:
+        out.write(f"mtllib {material_file}\nusemtl page\n".encode())
+    np.savetxt(out, vertices, "v %.6f %.6f %.6f")
+    if mesh.texcoords is not None and mesh.texture is not None:
+        np.savetxt(out, _unit_square(mesh.texcoords, *mesh.texture.shape[:2]), "vt %.8f %.8f")
+    corners = mesh.faces + 1  # OBJ counts from 1
+    if painted:
+        np.savetxt(out, np.repeat(corners, 2, axis=1), "f %d/%d %d/%d %d/%d")
+    else:
+        np.savetxt(out, corners, "f %d %d %d")
+    return out.getvalue()
+
+
+def _unit_square(pixels: Floats, height: int, width: int) -> Floats:
+    """Texture pixels to OBJ's texture coordinates: 0 to 1 from edge to edge of the image, v upwards."""
+    x, y = pixels.T
+    return np.column_stack([(x + 0.5) / width, 1 - (y + 0.5) / height])

@@ -1,0 +1,42 @@
+"""The report of a run: as a JSON file, and as a few lines for people."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+Report = Mapping[str, Any]
+
+
+def encode_report(report: Report) -> str:
+    """The report as strict JSON."""
+    return json.dumps(report, indent=2, allow_nan=False) + "\n"
+
+
+def summary(report: Report, files: Iterable[Path]) -> str:
+    """The report in a few lines for people."""
+    width, height = report["page_mm"]
+    ppi, strain = report["effective_ppi"], report["strain"]
+    rows = [
+        ("page", f"{width:.1f} × {height:.1f} mm at {report['dpi']:g} dpi, shading: {report['shading']}"),
+        ("source", "no colour image" if not ppi else f"resolves {ppi:.0f} pixels per inch"),
+        ("flattened", f"{report['points']} points by {report['method']} in {report['steps']} steps"),
+        ("strain", f"rms {strain['rms'] * 100:.3f} %, max {strain['max'] * 100:.2f} %"),
+        ("area", f"ratio {report['area_ratio']:.4f}, {report['flipped_faces']} flipped faces"),
+        ("seconds", ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in report["seconds"].items())),
+        *(("warning", text) for text in report.get("warnings", ())),
+        *(("file", str(path)) for path in files),
+    ]
+    return "\n".join(f"{name:<10} {text}" for name, text in rows)
+
+
+def finite(value: Any) -> Any:
+    """The value with None in the place of every number that JSON cannot hold: NaN, infinity."""
+    if isinstance(value, Mapping):
+        return {str(key): finite(item) for key, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

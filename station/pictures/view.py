@@ -1,0 +1,127 @@
+"""The page in space, from an oblique viewpoint."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
+from station.pictures.raster import Visible, rasterise
+
+GROUND = np.array([58.0, 63.0, 70.0])  # darker than any paper, so that the page stands out
+UNPAINTED = np.array([205.0, 203.0, 198.0])  # paper of a mesh without colour, and the back of any page
+LAMP = np.array([-0.4, 0.25, 0.9])  # direction to the lamp in the page's frame: above, from the left and the far side
+AMBIENT = 0.4  # light on a surface that is edge-on to the lamp
+SHADOW = 0.65  # what is left of the ground's light in the page's shadow
+PENUMBRA = 0.012  # of the picture's width, blur of the shadow's edge
+SUPERSAMPLING = 2  # drawn twice as large and shrunk: smooth edges
+MARGIN = 0.04  # of the picture's size, left free round the page
+MAX_ROWS = 32_000  # of a map for cv2.remap, which counts in 16 bits
+EYE_DISTANCE = 3.0  # in radii of the page: perspective as of a photograph
+
+
+@dataclass(frozen=True)
+class Camera:
+    """Looks at `centre` (3,) mm. rotation (3, 3): the page's frame → right, up, towards the eye; radius mm."""
+
+    centre: Floats
+    rotation: Floats
+    radius: float
+
+    def see(self, points: Floats) -> tuple[Floats, Floats]:
+        """Points (n, 3) mm → position in the picture (n, 2), x right and y up, without unit; depth (n,) mm."""
+        right, up, towards = self.rotation @ (points - self.centre).T
+        depth = EYE_DISTANCE * self.radius - towards
+        return np.column_stack([right, up]) / depth[:, None], depth
+
+
+def oblique(points: Floats, *, azimuth: float = 28.0, elevation: float = 42.0) -> Camera:
+    """A camera before the page: points (n, 3) mm whose z points to the scanner, angles in degrees.
+
+    elevation 90 looks straight down on the page as the scanner does, 0 along it from its lower edge.
+    """
+    turn, tilt = np.radians(azimuth), np.radians(90 - elevation)
+    about_z = np.array([[np.cos(turn), -np.sin(turn), 0], [np.sin(turn), np.cos(turn), 0], [0, 0, 1]])
+    about_x = np.array([[1, 0, 0], [0, np.cos(tilt), np.sin(tilt)], [0, -np.sin(tilt), np.cos(tilt)]])
+    low, high = points.min(axis=0), points.max(axis=0)
+    return Camera((low + high) / 2, about_x @ about_z, float(np.linalg.norm(high - low)) / 2)
+
+
+def draw(mesh: SurfaceMesh, camera: Camera, *, height: int, width: int, extent: Floats | None = None) -> Bytes:
+    """The mesh as the camera sees it, lit, with its shadow on the ground: (height, width, 3) uint8 RGB.
+
+    extent (k, 3) mm: points that have to fit into the picture, and whose lowest lies on the ground; the mesh's own
+    when not given.
+    """
+    rows, cols = height * SUPERSAMPLING, width * SUPERSAMPLING
+    extent = mesh.vertices if extent is None else extent
+    ground = float(extent[:, 2].min())
+    frame, _ = camera.see(np.concatenate([extent, _thrown_down(extent, ground)]))
+
+    def cast(points: Floats) -> Visible:
+        seen, depth = camera.see(points)
+        return rasterise(_fit(seen, frame, rows, cols), depth, mesh.faces, height=rows, width=cols)
+
+    shadow = cast(_thrown_down(mesh.vertices, ground)).covered.astype(np.float32)
+    shadow = cv2.GaussianBlur(shadow, (0, 0), PENUMBRA * cols)
+    picture = GROUND * (1 - (1 - SHADOW) * shadow)[..., None]
+    visible = cast(mesh.vertices)
+    light = visible.interpolate(_light(mesh), mesh.faces)
+    picture[visible.covered] = light * _colour(mesh, camera, visible)
+    shrunk = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
+    return np.clip(np.rint(shrunk), 0, 255).astype(np.uint8)
+
+
+def _fit(seen: Floats, frame: Floats, height: int, width: int) -> Floats:
+    low, high, size = frame.min(axis=0), frame.max(axis=0), np.array([width, height])
+    scale = (size * (1 - 2 * MARGIN) / (high - low)).min()
+    return (seen - (low + high) / 2) * [scale, -scale] + (size - 1) / 2
+
+
+def _thrown_down(points: Floats, ground: float) -> Floats:
+    """Where the lamp throws the shadow of points (n, 3) on the plane z = ground."""
+    return points - LAMP * ((points[:, 2:] - ground) / LAMP[2])
+
+
+def _light(mesh: SurfaceMesh) -> Floats:
+    """(n, 1) 0 to 1. A sheet is thin: its back takes the light that its front would."""
+    cosine = np.abs(vertex_normals(mesh.vertices, mesh.faces) @ LAMP) / np.linalg.norm(LAMP)
+    lit: Floats = AMBIENT + (1 - AMBIENT) * cosine[:, None]
+    return lit
+
+
+def _colour(mesh: SurfaceMesh, camera: Camera, visible: Visible) -> Floats:
+    colour = np.tile(UNPAINTED, (int(visible.covered.sum()), 1))
+    if mesh.texture is None or mesh.texcoords is None:
+        return colour
+    at = visible.interpolate(mesh.texcoords, mesh.faces).astype(np.float32)[:, None]
+    painted = _sample(mesh.texture, at)
+    front = _front(mesh, camera)[visible.face[visible.covered]]
+    colour[front] = painted[front]
+    return colour
+
+
+def _sample(texture: Bytes, at: NDArray[np.float32]) -> Floats:
+    strips = np.array_split(at, len(at) // MAX_ROWS + 1)
+    return np.concatenate([cv2.remap(texture, strip, None, cv2.INTER_LINEAR)[:, 0] for strip in strips]).astype(float)
+
+
+def _front(mesh: SurfaceMesh, camera: Camera) -> Mask:
+    a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
+    eye = camera.centre + camera.rotation[2] * EYE_DISTANCE * camera.radius
+    front: Mask = np.einsum("fk,fk->f", np.cross(b - a, c - a), eye - a) > 0
+    return front
+
+
+def vertex_normals(vertices: Floats, faces: Ints) -> Floats:
+    """Normals (n, 3) of unit length: the mean over the triangles round a vertex, weighed by area."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    of_faces = np.cross(b - a, c - a)
+    normals = np.zeros_like(vertices)
+    for k in range(3):
+        np.add.at(normals, faces[:, k], of_faces)
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    return normals / np.where(length > 0, length, 1.0)

@@ -1,0 +1,150 @@
+"""One page: open the scanner → capture → store → restore → export."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import drivers
+from restore import RangeScan, Settings, SurfaceMesh, restore
+from restore.errors import BadInput
+from restore.formats import load_scan, save_scan, scan_stem
+from station import export
+from station.config import StationConfig
+from station.errors import UsageError
+from station.export.atomic import make_writable, new_folder, refuse_existing, write_all
+from station.export.report import finite
+from station.originals import check_outputs
+from station.pictures.frames import Recorder
+from station.progress import Progress, silent
+
+SCAN_SUFFIX = ".scan"
+
+Clock = Callable[[], float]
+
+
+@dataclass(frozen=True)
+class Destination:
+    """Where a run writes and what. kinds: those of `export.OUTPUTS` on top of the page and its report."""
+
+    folder: Path
+    kinds: frozenset[str] = frozenset()
+    force: bool = False
+
+    def files(self, stem: str, *, colour: bool = True) -> list[Path]:
+        """The files that a run writes, the report last. colour: whether the scan has a colour image."""
+        return [self.folder / name for name in export.names(stem, self.kinds, colour=colour)]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The report of a run and the files that it wrote."""
+
+    report: Mapping[str, Any]
+    files: tuple[Path, ...]
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What goes before the restoration: what the report says of it, and the seconds of each stage."""
+
+    facts: Mapping[str, Any]
+    seconds: Mapping[str, float]
+
+
+def restore_file(
+    source: Path,
+    destination: Destination,
+    *,
+    settings: Settings,
+    texture: Path | None = None,
+    progress: Progress = silent,
+    clock: Clock = perf_counter,
+) -> Outcome:
+    """Restore a stored scan.
+
+    Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
+    """
+    stem = stem_of(source)
+    originals = [source] if texture is None else [source, texture]
+    check_outputs(destination.files(stem), originals, force=destination.force)
+    start = clock()
+    try:
+        scan = load_scan(source, texture=texture)
+    except OSError as error:
+        raise BadInput(f"cannot read {error.filename or source}: {error.strerror}", "check the path") from error
+    facts = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
+    origin = Origin(facts, {"load": clock() - start})
+    make_writable(destination.folder)
+    return _restore(scan, destination, stem, origin, settings=settings, progress=progress, clock=clock)
+
+
+def scan_page(
+    config: StationConfig, destination: Destination, *, progress: Progress = silent, clock: Clock = perf_counter
+) -> Outcome:
+    """Capture a page, store the scan in `<stem>.scan`, then restore it. What was captured outlives every later fault.
+
+    Raises OverwriteError or UsageError before any work, ScannerError, NotEnoughSurface, OSError when the disk refuses.
+    """
+    stem = config.output.stem
+    stored = destination.folder / (stem + SCAN_SUFFIX)
+    refuse_existing([stored, *destination.files(stem)], force=destination.force)
+    make_writable(destination.folder)
+    start = clock()
+    scan = _capture(config, progress)
+    captured = clock()
+    with new_folder(stored, force=destination.force) as folder:
+        save_scan(scan, folder)
+    origin = Origin({"scan": str(stored)}, {"load": 0.0, "capture": captured - start, "store": clock() - captured})
+    try:
+        outcome = _restore(scan, destination, stem, origin, settings=config.restore, progress=progress, clock=clock)
+    except BaseException as error:
+        force = ["--force"] if destination.force else []
+        again = shlex.join(["planish", "restore", str(stored), "-o", str(destination.folder), *force])
+        error.add_note(f"the scan is safe in {stored}; restore it with: {again}")
+        raise
+    return replace(outcome, files=(stored, *outcome.files))
+
+
+def stem_of(source: Path) -> str:
+    """A scan file's name without the endings of its format (book.abs.gz → book), a scan folder's without `.scan`."""
+    if source.is_dir():
+        name = source.resolve().name
+        return name.removesuffix(SCAN_SUFFIX) or name
+    return scan_stem(source)
+
+
+def _capture(config: StationConfig, progress: Progress) -> RangeScan:
+    try:
+        scanner = drivers.open_scanner(config.scanner)
+    except drivers.SettingsError as error:
+        raise UsageError(f"configuration: {error}", error.hint) from error
+    with scanner:
+        return scanner.capture(config.capture, progress)
+
+
+def _restore(
+    scan: RangeScan | SurfaceMesh,
+    destination: Destination,
+    stem: str,
+    origin: Origin,
+    *,
+    settings: Settings,
+    progress: Progress,
+    clock: Clock,
+) -> Outcome:
+    recorder = Recorder() if "frames" in destination.kinds else None
+    start = clock()
+    page = restore(scan, settings, progress=progress, on_step=recorder)
+    seconds = {**origin.seconds, **page.report["seconds"]}
+    seconds["total"] = sum(origin.seconds.values()) + clock() - start
+    files = destination.files(stem, colour=page.flat.texture is not None)
+    report = finite({**page.report, **origin.facts, "seconds": seconds, "files": [path.name for path in files]})
+    done = export.Restoration(stem, page, scan, recorder.frames() if recorder else (), report)
+    contents = export.encoded(done, destination.kinds)
+    written = write_all(zip(files, contents, strict=True), force=destination.force)
+    return Outcome(report, tuple(written))

@@ -1,0 +1,59 @@
+"""What the command says: results on stdout, faults on stderr."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import FrameType
+
+import typer
+
+from station.errors import Stopped, explain
+
+# Sent by a service manager, and by a terminal that closes: both leave time to let the scanner go.
+ENDING_SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
+
+
+@contextmanager
+def faults_told(*, debug: bool = False) -> Iterator[None]:
+    """Run the block; tell a fault on stderr in the operator's words and leave with its exit code, without a traceback.
+
+    With `debug` the traceback comes first.
+    """
+    try:
+        with _ending_signals_raise():
+            yield
+    except (typer.Exit, SystemExit, BrokenPipeError):  # BrokenPipeError: whoever read the output has gone
+        raise
+    except BaseException as error:
+        if debug:
+            traceback.print_exception(error)
+        fault = explain(error)
+        print(f"planish: {fault.message}", *(f"  {hint}" for hint in fault.hints), sep="\n", file=sys.stderr)
+        raise typer.Exit(fault.exit_code) from None
+
+
+def say(text: str) -> None:
+    """Print on stdout, whatever letters it can show. Raises OSError when it goes to a disk that is full."""
+    encoding = sys.stdout.encoding or "utf-8"
+    try:
+        print(text.encode(encoding, "backslashreplace").decode(encoding), flush=True)
+    except OSError:
+        sys.stdout = None  # the interpreter would try again at exit, and change the exit code
+        raise
+
+
+@contextmanager
+def _ending_signals_raise() -> Iterator[None]:
+    def stop(number: int, _frame: FrameType | None) -> None:
+        raise Stopped(number)
+
+    before = {number: signal.signal(number, stop) for number in ENDING_SIGNALS}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

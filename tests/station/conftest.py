@@ -1,0 +1,163 @@
+"""A small page whose truth is known, and stand-ins for the library and the scanner to fail on demand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drivers import CaptureSettings
+from restore import FlatMesh, RangeScan, RestoredPage, Settings
+from restore.flatten.network import make_network
+from station import session
+
+COLS, ROWS = 24, 16
+WIDTH_MM, HEIGHT_MM, RADIUS_MM = 120.0, 80.0, 60.0
+DISTANCE_MM = 900.0
+
+
+def curl_scan() -> RangeScan:
+    """A page rolled round a vertical cylinder, seen from the front; sample (row, col) on texture pixel 4·(col, row)."""
+    across, down = np.meshgrid(np.linspace(-0.5, 0.5, COLS) * WIDTH_MM, np.linspace(0.5, -0.5, ROWS) * HEIGHT_MM)
+    angle = across / RADIUS_MM
+    points = np.stack([RADIUS_MM * np.sin(angle), down, RADIUS_MM * np.cos(angle) - DISTANCE_MM], axis=2)
+    texture_xy = np.stack(np.meshgrid(np.arange(COLS) * 4.0, np.arange(ROWS) * 4.0), axis=2)
+    rng = np.random.default_rng(7)
+    texture = rng.integers(0, 256, (ROWS * 4, COLS * 4, 3), np.uint8)
+    return RangeScan(points, texture, texture_xy, {"device": "stand-in"})
+
+
+def curl_mesh(scan: RangeScan) -> FlatMesh:
+    """The scan as a mesh with its exact flat page."""
+    index = np.arange(ROWS * COLS).reshape(ROWS, COLS)
+    a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, :-1], index[1:, 1:]
+    faces = np.concatenate([np.stack(corners, axis=-1).reshape(-1, 3) for corners in ((a, c, d), (a, d, b))])
+    flat = np.stack(np.meshgrid(np.linspace(0, WIDTH_MM, COLS), np.linspace(HEIGHT_MM, 0, ROWS)), axis=2)
+    texcoords = scan.texture_xy.reshape(-1, 2)
+    vertices = scan.points.reshape(-1, 3)
+    lengths = make_network(vertices, faces).lengths
+    return FlatMesh(vertices, faces, texcoords, scan.texture, {}, flat.reshape(-1, 2), 40, lengths)
+
+
+@pytest.fixture
+def scan() -> RangeScan:
+    return curl_scan()
+
+
+@pytest.fixture
+def page(scan: RangeScan) -> RestoredPage:
+    return restored(scan, Settings())
+
+
+def restored(scan: RangeScan, settings: Settings) -> RestoredPage:
+    """What the library would give for the scan, with the scan's texture as the page."""
+    assert scan.texture is not None
+    height, width = scan.texture.shape[:2]
+    page_map = np.stack(np.meshgrid(np.arange(width), np.arange(height)), axis=2).astype(np.float32)
+    report = {
+        "points": ROWS * COLS,
+        "method": settings.method,
+        "dpi": settings.dpi,
+        "shading": settings.shading,
+        "steps": 40,
+        "flipped_faces": 0,
+        "area_ratio": 1.0,
+        "strain": {"rms": 0.001, "max": 0.012},
+        "page_mm": [WIDTH_MM, HEIGHT_MM],
+        "effective_ppi": 20.3,
+        "seconds": dict.fromkeys(("prepare", "decimate", "flatten", "texture", "shade"), 0.5),
+    }
+    mask = np.ones((height, width), bool)
+    return RestoredPage(scan.texture, settings.dpi, mask, curl_mesh(scan), report, page_map)
+
+
+@dataclass
+class Library:
+    """Stands in for load_scan and restore. `fault` is raised by the restoration, `calls` tells what was asked for."""
+
+    fault: BaseException | None = None
+    load_fault: BaseException | None = None
+    calls: list[Settings] = field(default_factory=list)
+
+    def load_scan(self, path: Path, texture: Path | None = None) -> RangeScan:
+        if self.load_fault:
+            raise self.load_fault
+        return curl_scan()
+
+    def restore(
+        self,
+        scan: RangeScan,
+        settings: Settings,
+        *,
+        progress: Callable[[str, float], None],
+        on_step: Callable[..., None] | None,
+    ) -> RestoredPage:
+        self.calls.append(settings)
+        progress("flatten", 0.5)
+        if self.fault:
+            raise self.fault
+        page = restored(scan, settings)
+        for step in range(1, 41):
+            if on_step:
+                on_step(step, page.flat.vertices * (1, 1, 1 - step / 40), page.flat.faces)
+        progress("flatten", 1.0)
+        return page
+
+
+@pytest.fixture
+def library(monkeypatch: pytest.MonkeyPatch) -> Library:
+    """The station with stand-ins in the library's place."""
+    library = Library()
+    monkeypatch.setattr(session, "load_scan", library.load_scan)
+    monkeypatch.setattr(session, "restore", library.restore)
+    return library
+
+
+@dataclass
+class StandInScanner:
+    """Gives the curl, or `fault`; `closed` counts how often it was let go."""
+
+    fault: BaseException | None = None
+    closed: int = 0
+
+    def capture(self, settings: CaptureSettings, progress: Callable[[str, float], None]) -> RangeScan:
+        progress("scan", 1.0)
+        if self.fault:
+            raise self.fault
+        return curl_scan()
+
+    def close(self) -> None:
+        self.closed += 1
+
+    def __enter__(self) -> StandInScanner:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+@pytest.fixture
+def scanner(monkeypatch: pytest.MonkeyPatch) -> StandInScanner:
+    """The scanner that every configuration opens."""
+    scanner = StandInScanner()
+    monkeypatch.setattr(session.drivers, "open_scanner", lambda _config: scanner)
+    return scanner
+
+
+@pytest.fixture
+def scan_file(tmp_path: Path) -> Path:
+    """A scan to restore, for the stand-in library: its contents are never read."""
+    path = tmp_path / "scans" / "book.abs.gz"
+    path.parent.mkdir()
+    path.write_bytes(b"original")
+    return path
+
+
+@pytest.fixture
+def config_file(tmp_path: Path) -> Path:
+    path = tmp_path / "station.toml"
+    path.write_text('[scanner]\ndriver = "simulated"\n')
+    return path

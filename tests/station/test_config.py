@@ -1,0 +1,66 @@
+"""The station's configuration: what is read, and that every fault names its key."""
+
+from __future__ import annotations
+
+import pytest
+
+from station.config import load_config
+from station.errors import UsageError
+
+SCANNER = '[scanner]\ndriver = "simulated"\n'
+
+
+def load(tmp_path, text):
+    path = tmp_path / "station.toml"
+    path.write_text(text, "utf-8")
+    return load_config(path)
+
+
+def test_what_is_left_out_has_a_default(tmp_path):
+    config = load(tmp_path, SCANNER)
+    assert (config.output.stem, config.restore.points, config.capture.mode) == ("page", 1000, "fine")
+
+
+def test_what_is_given_is_taken(tmp_path):
+    text = SCANNER + 'seed = 4\n[capture]\nmode = "fast"\ngain = 3\n[restore]\ndpi = 300\n[output]\nstem = "Blatt 7"\n'
+    config = load(tmp_path, text)
+    assert config.scanner == {"driver": "simulated", "seed": 4}
+    assert (config.capture.mode, config.capture.gain, config.restore.dpi) == ("fast", 3, 300)
+    assert config.output.stem == "Blatt 7"
+
+
+def test_the_demonstration_is_well_formed(repository):
+    assert load_config(repository / "configs" / "simulated.toml").scanner["lens"] == "MIDDLE"
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("", "scanner: is missing"),
+        ("[scanner]\n", "driver = None"),
+        ('[scanner]\ndriver = "kinect"\n', "driver = 'kinect'"),
+        (SCANNER + "[restore]\npoints = -5\n", "restore.points: -5 is not usable"),
+        (SCANNER + "[restore]\npionts = 5\n", "restore.pionts: is not a known setting"),
+        (SCANNER + "[capture]\ngain = 70\n", "capture.gain = 70 is out of range"),
+        (SCANNER + '[capture]\nmode = "slow"\n', "capture.mode: 'slow' is not usable"),
+        (SCANNER + "[capture]\nspeed = 1\n", "capture.speed: is not a known setting"),
+        (SCANNER + '[output]\nstem = "../page"\n', "output.stem"),
+        (SCANNER + '[output]\nstem = ".page"\n', "output.stem"),
+        (SCANNER + '[output]\nstem = "a/b"\n', "output.stem"),
+        (SCANNER + "[scaner]\n", "scaner: is not a known setting"),
+        ("[scanner\n", "is not a TOML file"),
+    ],
+)
+def test_a_fault_names_the_file_and_the_key(tmp_path, text, named):
+    with pytest.raises(UsageError) as caught:
+        load(tmp_path, text)
+    assert named in str(caught.value)
+    assert "station.toml" in str(caught.value)
+
+
+def test_a_file_that_cannot_be_read(tmp_path):
+    with pytest.raises(UsageError, match=r"none\.toml"):
+        load_config(tmp_path / "none.toml")
+    (tmp_path / "bytes.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(UsageError, match="is not a TOML file"):
+        load_config(tmp_path / "bytes.toml")

@@ -1,0 +1,180 @@
+"""The pictures: that they show what is there."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from restore import FlatMesh, SurfaceMesh
+from restore.flatten.network import make_network
+from station.pictures import view
+from station.pictures.canvas import Panel, fit, side_by_side
+from station.pictures.frames import COLUMNS, FRAMES, HEIGHT, KEPT, WIDTH, Recorder, frames_sheet
+from station.pictures.raster import _rasterise, rasterise
+from station.pictures.review import review
+from station.pictures.strain import COLOURS, edge_strain, round_up, strain_picture
+
+ROUNDING = 1e-9  # of sums of a few numbers of size 1 to 100
+SQUARE = np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]])
+TWO = np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def test_raster_covers_every_pixel_once():
+    seen = rasterise(SQUARE, np.ones(4), TWO, height=12, width=12)
+    np.testing.assert_array_equal(seen.covered, np.pad(np.ones((10, 10), bool), (0, 2)))
+    np.testing.assert_allclose(seen.weight[seen.covered].sum(axis=1), 1, atol=ROUNDING)
+
+
+def test_raster_interpolates_what_is_linear_exactly():
+    seen = rasterise(SQUARE, np.ones(4), TWO, height=10, width=10)
+    at = seen.interpolate(SQUARE, TWO).reshape(10, 10, 2)
+    np.testing.assert_allclose(at, np.stack(np.meshgrid(np.arange(10), np.arange(10)), axis=2), atol=ROUNDING)
+
+
+@pytest.mark.parametrize("order", [[0, 1], [1, 0]])
+def test_raster_shows_the_nearest(order):
+    xy, depth = np.concatenate([SQUARE, SQUARE]), np.repeat([5.0, 2.0], 4)
+    faces = np.concatenate([TWO, TWO + 4])
+    near_first = np.concatenate([faces[[2, 3]], faces[[0, 1]]]) if order == [1, 0] else faces
+    seen = rasterise(xy, depth, near_first, height=10, width=10)
+    np.testing.assert_allclose(seen.interpolate(depth[:, None], near_first), 2, atol=ROUNDING)
+
+
+def test_raster_is_true_in_space_not_in_the_picture():
+    """Half way across the picture of a strip that runs away from the eye is nearer than half way along it."""
+    xy = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 8.0], [0.0, 8.0]])
+    seen = rasterise(xy, np.array([1.0, 3.0, 3.0, 1.0]), TWO, height=9, width=9)
+    along = seen.interpolate(np.array([[0.0], [1.0], [1.0], [0.0]]), TWO).reshape(9, 9)
+    np.testing.assert_allclose(along[:, 4], 0.25, atol=ROUNDING)  # 1/depth is half way: depth 1.5 of 1 to 3
+
+
+def test_raster_compiled_and_plain_agree():
+    rng = np.random.default_rng(3)
+    xy, depth, faces = rng.uniform(-5, 25, (12, 2)), rng.uniform(1, 2, 12), rng.integers(0, 12, (9, 3))
+    compiled = _rasterise(xy, 1 / depth, faces, 20, 24)
+    plain = _rasterise.py_func(xy, 1 / depth, faces, 20, 24)
+    np.testing.assert_array_equal(compiled[0], plain[0])
+    np.testing.assert_allclose(compiled[1], plain[1], atol=ROUNDING)
+
+
+def test_the_camera_sees_the_page_upright_and_not_mirrored(page):
+    vertices = page.flat.vertices
+    camera = view.oblique(vertices, azimuth=0)
+    seen, depth = camera.see(vertices)
+    grid, far = seen.reshape(16, 24, 2), depth.reshape(16, 24)
+    assert (np.diff(grid[..., 0], axis=1) > 0).all()  # left to right
+    assert (np.diff(grid[..., 1], axis=0) < 0).all()  # top to bottom
+    assert far[0].min() > far[-1].min()  # the upper edge is the far one
+    assert (far > 0).all()
+
+
+def test_the_view_shows_the_texture_on_the_front_and_paper_on_the_back(page):
+    red = np.zeros_like(page.image)
+    red[..., 0] = 255
+    mesh = replace(page.flat, texture=red)
+    camera = view.oblique(mesh.vertices)
+
+    def red_pixels(mesh: SurfaceMesh) -> int:
+        picture = view.draw(mesh, camera, height=90, width=120).astype(int)
+        return int((picture[..., 0] > picture[..., 1] + 60).sum())
+
+    front = red_pixels(mesh)
+    assert front > 90 * 120 / 5
+    assert red_pixels(replace(mesh, faces=mesh.faces[:, ::-1])) < front / 100  # where the page turns away from the eye
+    assert red_pixels(replace(mesh, texture=None)) == 0
+
+
+def test_normals_point_to_the_scanner(page):
+    normals = view.vertex_normals(page.flat.vertices, page.flat.faces)
+    np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=ROUNDING)
+    assert (normals[:, 2] > 0).all()
+
+
+def test_review_puts_three_panels_in_a_row(page, scan):
+    with_colour, without = review(page, scan.texture), review(page, None)
+    assert with_colour.shape[0] == without.shape[0]
+    assert with_colour.shape[1] > without.shape[1]
+
+
+def test_side_by_side_keeps_every_picture_whole():
+    pictures = [np.full((40, 30, 3), 250, np.uint8), np.full((20, 50, 3), 5, np.uint8)]
+    sheet = side_by_side([Panel(picture, "") for picture in pictures])
+    for picture in pictures:
+        assert (sheet == picture[0, 0]).all(axis=2).sum() == picture.shape[0] * picture.shape[1]
+
+
+@pytest.mark.parametrize(("shape", "fitted"), [((480, 640), (75, 100)), ((1000, 10), (80, 1)), ((8, 4), (80, 40))])
+def test_fit_keeps_the_proportions(shape, fitted):
+    assert fit(np.zeros((*shape, 3), np.uint8), height=80, width=100).shape[:2] == fitted
+
+
+def test_strain_of_a_sheet_stretched_one_way():
+    vertices = np.column_stack([SQUARE, np.zeros(4)])
+    lengths = make_network(vertices, TWO).lengths
+    mesh = FlatMesh(vertices, TWO, flat=SQUARE * (1.1, 1.0), lengths=lengths)
+    strain = edge_strain(mesh)
+    assert strain.max() == pytest.approx(0.1)
+    assert np.abs(strain).min() == pytest.approx(0)
+
+
+def test_strain_picture_shows_stretch_in_red_and_compression_in_blue(page):
+    def mean_colour(factor: float) -> np.ndarray:
+        picture = strain_picture(replace(page, flat=replace(page.flat, flat=page.flat.flat * factor)))
+        return picture[300, 300].astype(float)
+
+    assert np.abs(mean_colour(1.05) - COLOURS[-1]).max() < np.abs(mean_colour(1.05) - COLOURS[0]).max()
+    assert np.abs(mean_colour(0.95) - COLOURS[0]).max() < np.abs(mean_colour(0.95) - COLOURS[-1]).max()
+
+
+@pytest.mark.parametrize(("value", "scale"), [(0.0011, 0.002), (0.002, 0.002), (0.03, 0.05), (7.0, 10.0), (0.0, 1e-6)])
+def test_scales_end_in_a_round_number(value, scale):
+    assert round_up(value) == pytest.approx(scale)
+
+
+def recorded(steps: int, height_after=lambda share: 1 - share) -> Recorder:
+    recorder = Recorder()
+    positions, faces = np.zeros((4, 3)), TWO
+    for step in range(1, steps + 1):
+        positions[:] = np.column_stack([SQUARE, np.full(4, height_after(step / steps))])
+        recorder(step, positions, faces)  # the same array every time, as a solver does
+    return recorder
+
+
+@pytest.mark.parametrize("steps", [1, 2, 7, 8, 9, 40, 1000])
+def test_frames_run_from_the_first_step_to_the_last(steps):
+    frames = recorded(steps).frames()
+    numbers = [frame.step for frame in frames]
+    assert numbers[0] == 1
+    assert numbers[-1] == steps
+    assert numbers == sorted(set(numbers))
+    assert len(frames) == min(steps, FRAMES)
+
+
+def test_frames_are_spread_over_the_movement_not_over_the_time():
+    frames = recorded(200, lambda share: np.exp(-8 * share)).frames()
+    heights = np.array([frame.positions[0, 2] for frame in frames])
+    assert [frame.step for frame in frames][4] < 100  # most of it happens early
+    assert np.abs(np.diff(heights)).max() < 3 / FRAMES
+
+
+def test_frames_do_not_fill_the_memory():
+    assert len(recorded(1000)._kept) <= KEPT
+
+
+def test_a_page_that_never_moves_has_frames_all_the_same():
+    assert [frame.step for frame in recorded(50, lambda share: 0.0).frames()] == [1, 50]
+
+
+def test_no_steps_no_frames():
+    assert Recorder().frames() == []
+
+
+def test_frames_sheet_has_a_place_for_each(page):
+    recorder = Recorder()
+    for step in range(1, 9):
+        recorder(step, page.flat.vertices * (1, 1, 1 - step / 8), page.flat.faces)
+    sheet = frames_sheet(recorder.frames(), page.flat)
+    assert sheet.shape == (HEIGHT * FRAMES // COLUMNS, WIDTH * COLUMNS, 3)
+    assert not np.array_equal(sheet[:HEIGHT, :WIDTH], sheet[:HEIGHT, WIDTH : 2 * WIDTH])

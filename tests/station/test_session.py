@@ -1,0 +1,98 @@
+"""One page, from the scanner to the files."""
+
+from __future__ import annotations
+
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from restore import Settings
+from restore.formats import load_scan
+from station.config import StationConfig
+from station.errors import OverwriteError
+from station.session import Destination, restore_file, scan_page, stem_of
+
+CONFIG = StationConfig(scanner={"driver": "simulated"})
+
+
+def ticking():
+    """A clock on which one second passes every time somebody looks."""
+    seconds = count()
+    return lambda: float(next(seconds))
+
+
+@pytest.mark.parametrize(
+    ("name", "stem"),
+    [
+        ("book.abs.gz", "book"),
+        ("book.abs", "book"),
+        ("a.b.obj", "a.b"),
+        ("02463d562.abs.gz", "02463d562"),
+        ("page", "page"),
+    ],
+)
+def test_the_stem_is_the_name_without_the_endings_of_the_format(tmp_path, name, stem):
+    assert stem_of(tmp_path / name) == stem
+
+
+def test_the_stem_of_a_scan_folder(tmp_path, monkeypatch):
+    (tmp_path / "letter 2.5.scan").mkdir()
+    (tmp_path / "plain.folder").mkdir()
+    assert stem_of(tmp_path / "letter 2.5.scan") == "letter 2.5"
+    assert stem_of(tmp_path / "plain.folder") == "plain.folder"
+    monkeypatch.chdir(tmp_path / "letter 2.5.scan")
+    assert stem_of(Path()) == "letter 2.5"
+
+
+def test_the_seconds_of_a_restoration(library, scan_file, tmp_path):
+    outcome = restore_file(scan_file, Destination(tmp_path / "out"), settings=Settings(), clock=ticking())
+    seconds = outcome.report["seconds"]
+    assert (seconds["load"], seconds["flatten"], seconds["total"]) == (1, 0.5, 2)  # 1 + 1
+
+
+def test_the_seconds_of_a_scan(library, scanner, tmp_path):
+    seconds = scan_page(CONFIG, Destination(tmp_path / "out"), clock=ticking()).report["seconds"]
+    assert (seconds["load"], seconds["capture"], seconds["store"], seconds["total"]) == (0, 1, 1, 3)
+
+
+def test_the_report_tells_where_the_page_came_from_and_went(library, scan_file, tmp_path):
+    texture = tmp_path / "colour.png"
+    outcome = restore_file(scan_file, Destination(tmp_path / "out"), settings=Settings(), texture=texture)
+    assert (outcome.report["scan"], outcome.report["texture"]) == (str(scan_file), str(texture))
+    assert outcome.report["files"] == [path.name for path in outcome.files] == ["book.png", "book.json"]
+
+
+def test_the_stored_scan_is_the_captured_one(library, scanner, scan, tmp_path):
+    outcome = scan_page(CONFIG, Destination(tmp_path))
+    stored = load_scan(outcome.files[0])
+    np.testing.assert_array_equal(stored.points, scan.points)
+    np.testing.assert_array_equal(stored.texture, scan.texture)
+    assert stored.provenance == scan.provenance
+
+
+def test_the_scanner_is_let_go_before_the_restoration(library, scanner, tmp_path, monkeypatch):
+    closed = []
+    restoring = library.restore
+    monkeypatch.setattr("station.session.restore", lambda *a, **k: closed.append(scanner.closed) or restoring(*a, **k))
+    scan_page(CONFIG, Destination(tmp_path))
+    assert closed == [1]
+
+
+def test_a_scan_does_not_begin_when_its_result_would_overwrite(library, scanner, tmp_path):
+    scan_page(CONFIG, Destination(tmp_path))
+    before = (tmp_path / "page.scan" / "scan.json").stat().st_mtime_ns
+    with pytest.raises(OverwriteError):
+        scan_page(CONFIG, Destination(tmp_path))
+    assert scanner.closed == 1
+    assert (tmp_path / "page.scan" / "scan.json").stat().st_mtime_ns == before
+    scan_page(CONFIG, Destination(tmp_path, force=True))
+    assert scanner.closed == 2
+
+
+def test_the_original_stays_as_it_was(library, scan_file, tmp_path):
+    before = scan_file.read_bytes(), scan_file.stat().st_mtime_ns
+    restore_file(scan_file, Destination(scan_file.parent), settings=Settings())
+    restore_file(scan_file, Destination(scan_file.parent, force=True), settings=Settings())
+    assert (scan_file.read_bytes(), scan_file.stat().st_mtime_ns) == before
