@@ -1,0 +1,1 @@
+"""The paper's tables and ours, printed by `make bench`."""
