@@ -13,7 +13,8 @@ from drivers.scanner import MAX_GAIN, MAX_LASER_POWER, CaptureSettings, Progress
 from drivers.simulated import config as settings_table
 from drivers.simulated.scene import Scene, lay
 from drivers.simulated.shot import Truth, printed, shoot_scene
-from drivers.vivid900.lenses import LENSES, MODES, REFERENCE_MM, Lens
+from drivers.vivid900.calibration import Calibration, nominal
+from drivers.vivid900.lenses import LENSES, MODES, REFERENCE_MM
 from restore.scan import RangeScan
 
 PAPER_POWER = 30.0  # laser power for white paper at REFERENCE_MM; operators report 23 for a bright plate
@@ -35,10 +36,10 @@ class SimulatedScanner:
     """
 
     def __init__(
-        self, scene: Scene, lens: Lens, distance_mm: float, seed: int, now: Callable[[], datetime] = _utc
+        self, scene: Scene, body: Calibration, distance_mm: float, seed: int, now: Callable[[], datetime] = _utc
     ) -> None:
         self.truth: Truth | None = None
-        self._scene, self._lens, self._distance_mm, self._seed, self._now = scene, lens, distance_mm, seed, now
+        self._scene, self._body, self._distance_mm, self._seed, self._now = scene, body, distance_mm, seed, now
         self._shots, self._open = 0, True
 
     def capture(self, settings: CaptureSettings, progress: Progress = _silent) -> RangeScan:
@@ -58,7 +59,7 @@ class SimulatedScanner:
         }
         progress("scan", 0.0)
         scan, self.truth = shoot_scene(
-            self._scene, self._lens, MODES[settings.mode], distance, rng, exposure=exposure, provenance=noted
+            self._scene, self._body, MODES[settings.mode], distance, rng, exposure=exposure, provenance=noted
         )
         progress("scan", 1.0)
         self._shots += 1
@@ -106,4 +107,4 @@ def connect(config: Mapping[str, Any], now: Callable[[], datetime] = _utc) -> Si
         table=wanted.scene.table,
         gap_mm=wanted.scene.gap_mm,
     )
-    return SimulatedScanner(scene, lens, wanted.distance_mm, wanted.seed, now)
+    return SimulatedScanner(scene, nominal(lens), wanted.distance_mm, wanted.seed, now)
