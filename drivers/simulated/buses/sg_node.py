@@ -8,8 +8,9 @@ import os
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from drivers.vivid900.scsi import REQUEST_SENSE, request_sense
+from drivers.vivid900.sense import SENSE_LENGTH
 from drivers.vivid900.transports import CHECK_CONDITION, Target
-from drivers.vivid900.transports.command import REQUEST_SENSE, SENSE_LENGTH
 from drivers.vivid900.transports.sg import FROM_DEVICE, SCSI_GENERIC, SG_IO, TO_DEVICE, SgIoHeader
 
 Fault = Callable[[SgIoHeader], None]
@@ -45,7 +46,7 @@ class SimulatedSgNode:
             ctypes.memmove(header.dxferp, reply.data, len(reply.data))
             header.resid = header.dxfer_len - len(reply.data)
         if reply.status == CHECK_CONDITION and cdb[0] != REQUEST_SENSE:
-            request = bytes([REQUEST_SENSE, 0, 0, 0, SENSE_LENGTH, 0])
-            sense = self._target.execute(request, b"", SENSE_LENGTH).data[: header.mx_sb_len]
+            reply = self._target.execute(request_sense(SENSE_LENGTH), b"", SENSE_LENGTH)
+            sense = reply.data[: header.mx_sb_len]
             ctypes.memmove(header.sbp, sense, len(sense))
             header.sb_len_wr = len(sense)

@@ -64,10 +64,10 @@ def run_round(pipes: Pipes, wrapper: CommandWrapper, data_out: bytes, deadline: 
         if data_out:
             _send_data(pipes, data_out, deadline)
         arrived = _read_data(pipes, wrapper, deadline) if wrapper.from_device else _Arrived(b"")
-        if _is_status(arrived.data, wrapper):  # the USB2Xchange skips the data phase when a command fails
+        if _is_status(arrived.data, wrapper.tag):  # the USB2Xchange skips the data phase when a command fails
             status, arrived = parse_status(arrived.data), _Arrived(b"")
         else:
-            status = _read_status(pipes, deadline)
+            status = _read_status(pipes, wrapper, deadline)
     except Stall as stall:
         raise TransportError(f"{stall}: the bridge refuses", "try again") from stall
     _check_status(status, wrapper)
@@ -92,26 +92,34 @@ def _send_data(pipes: Pipes, data: bytes, deadline: Deadline) -> None:
 def _read_data(pipes: Pipes, wrapper: CommandWrapper, deadline: Deadline) -> _Arrived:
     buffer = array("B", bytes(max(wrapper.length, STATUS_LENGTH)))  # so that a status in place of data fits
     try:
-        came = pipes.read(buffer, deadline.left_ms())
+        came = _read(pipes, buffer, wrapper, deadline)
     except Stall:
         pipes.clear_in()
         return _Arrived(buffer[: wrapper.length].tobytes(), whole=False)
     return _Arrived(buffer[:came].tobytes())
 
 
-def _is_status(data: bytes, wrapper: CommandWrapper) -> bool:
-    """Whether these bytes are this command's status: nothing else bears its tag behind the signature."""
-    return len(data) == STATUS_LENGTH and data[:8] == STATUS_SIGNATURE + wrapper.tag.to_bytes(4, "little")
+def _read(pipes: Pipes, buffer: array[int], wrapper: CommandWrapper, deadline: Deadline) -> int:
+    """Fill the buffer; how many bytes came. A status that a bridge tells twice is passed over."""
+    came = pipes.read(buffer, deadline.left_ms())
+    if _is_status(buffer[:came].tobytes(), wrapper.tag - 1):
+        came = pipes.read(buffer, deadline.left_ms())
+    return came
 
 
-def _read_status(pipes: Pipes, deadline: Deadline) -> StatusWrapper:
+def _is_status(data: bytes, tag: int) -> bool:
+    """Whether these bytes are the status of the command with this tag: nothing else bears it behind the signature."""
+    return len(data) == STATUS_LENGTH and data[:8] == STATUS_SIGNATURE + tag.to_bytes(4, "little")
+
+
+def _read_status(pipes: Pipes, wrapper: CommandWrapper, deadline: Deadline) -> StatusWrapper:
     """Read the status; after a halt, once more (§5.3, figure 2)."""
     buffer = array("B", bytes(STATUS_LENGTH))
     try:
-        came = pipes.read(buffer, deadline.left_ms())
+        came = _read(pipes, buffer, wrapper, deadline)
     except Stall:
         pipes.clear_in()
-        came = pipes.read(buffer, deadline.left_ms())
+        came = _read(pipes, buffer, wrapper, deadline)
     return parse_status(buffer[:came].tobytes())
 
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from drivers.scanner import SettingsError
+from drivers.vivid900.scsi import REQUEST_SENSE, request_sense
+from drivers.vivid900.sense import SENSE_LENGTH
 from drivers.vivid900.transports import CHECK_CONDITION, Reply, Transport
 
 MAX_CDB_LENGTH = 16  # bytes; the command block of a Bulk-Only wrapper and of SG_IO's ordinary commands ends there
 SAFE_TRANSFER = 32 * 1024
 """Bytes that every bridge known to us takes in one command (the USB2Xchange is the narrowest)."""
-
-REQUEST_SENSE = 0x03
-SENSE_LENGTH = 18  # bytes of fixed-format sense data (SCSI-2 §8.2.14)
 
 
 def check_command(transport: Transport, cdb: bytes, data_out: bytes, data_in_length: int, timeout: float) -> None:
@@ -32,6 +31,5 @@ def with_sense(transport: Transport, cdb: bytes, reply: Reply, timeout: float) -
     """The reply with its sense data, asked of the device where the bus has not brought any. Raises TransportError."""
     if reply.status != CHECK_CONDITION or reply.sense or cdb[0] == REQUEST_SENSE:
         return reply
-    request = bytes([REQUEST_SENSE, 0, 0, 0, SENSE_LENGTH, 0])
-    sense = transport.execute(request, data_in_length=SENSE_LENGTH, timeout=timeout).data
+    sense = transport.execute(request_sense(SENSE_LENGTH), data_in_length=SENSE_LENGTH, timeout=timeout).data
     return Reply(reply.status, reply.data, sense)
