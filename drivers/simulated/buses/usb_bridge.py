@@ -28,7 +28,7 @@ from drivers.vivid900.transports.bulk_only import RESET_REQUEST, RESET_REQUEST_T
 MICROTECH = (0x07AF, 0x0005)
 
 
-class SimulatedBridge(IBackend):  # type: ignore[misc]
+class SimulatedBridge(IBackend):
     """A bridge with one SCSI device, and the cable to it.
 
     numbers         USB vendor and product number: they decide how the bridge takes SCSI IDs.

@@ -12,13 +12,13 @@ import usb.core
 import usb.util
 
 from drivers.scanner import TransportError
-from drivers.vivid900.transports.bulk_only import RESET_REQUEST, RESET_REQUEST_TYPE
 from drivers.vivid900.transports.bridges import (
     MULTI_TARGET_ON,
     MULTI_TARGET_REQUEST,
     MULTI_TARGET_REQUEST_TYPE,
     Bridge,
 )
+from drivers.vivid900.transports.bulk_only import RESET_REQUEST, RESET_REQUEST_TYPE
 
 CONTROL_TIMEOUT_MS = 5000  # what the kernel's driver gives the same requests
 
