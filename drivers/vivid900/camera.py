@@ -188,7 +188,6 @@ class Vivid900:
             "laser_power": parameters.laser_power,
             "gain": parameters.gain,
             "average": settings.average,
-            "shot": status.shot,
             "time": self._now().isoformat(),
         }
 

@@ -171,7 +171,9 @@ class BulkOnlyDevice:
     def _answer(self, wrapper: CommandWrapper, data_out: bytes) -> None:
         status, data = self._ask(wrapper, data_out)
         residue = wrapper.length - (len(data) if wrapper.from_device else len(data_out))
-        answer = Answer(data if wrapper.from_device else None, build_status(StatusWrapper(wrapper.tag, residue, status)))
+        answer = Answer(
+            data if wrapper.from_device else None, build_status(StatusWrapper(wrapper.tag, residue, status))
+        )
         fault = self.faults.get(len(self.wrappers) - 1, "")
         self._queue(ANSWER_FAULTS[fault](answer) if fault else answer, wrapper.length)
         if fault == "phase error":

@@ -89,9 +89,7 @@ class Pipes:
         """
         try:
             with translated("the bridge does not reset"):
-                self._device.ctrl_transfer(
-                    RESET_REQUEST_TYPE, RESET_REQUEST, 0, self._number, None, CONTROL_TIMEOUT_MS
-                )
+                self._device.ctrl_transfer(RESET_REQUEST_TYPE, RESET_REQUEST, 0, self._number, None, CONTROL_TIMEOUT_MS)
             self.clear_in()
             self.clear_out()
         except (Stall, TransportError):
