@@ -73,14 +73,9 @@ def parse_pitch(profile: Profile, mode: Mode, data: bytes) -> Pitch:
         raise BadReply(f"a range image of {values['cols']}×{values['rows']} samples came, not {mode.cols}×{mode.rows}")
     record = np.frombuffer(data, pixel, offset=header).reshape(mode.rows, mode.cols)
     total, moment = record["sum"].astype(float), record["moment"].astype(float)
-    seen = (total > 0) & (moment <= total * sweep_frames(mode))
+    seen = (total > 0) & (moment <= total * (mode.rows + mode.frames))
     frames = np.divide(moment, total, out=np.full(total.shape, np.nan), where=seen)
     return Pitch(frames, np.ascontiguousarray(record["intensity"], np.uint8), values["shot"])
-
-
-def sweep_frames(mode: Mode) -> int:
-    """Frames that are read while the stripe sweeps the picture: every line, and once more the block that is read."""
-    return (mode.rows * mode.step + mode.block_lines) // mode.step
 
 
 def _pixel(encoding: PitchEncoding) -> np.dtype[np.void]:
