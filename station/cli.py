@@ -12,6 +12,7 @@ import typer
 
 from station.progress import progress_on
 from station.telling import faults_told, say
+from station.trace import trace
 
 if TYPE_CHECKING:
     from station.session import Outcome
@@ -122,6 +123,9 @@ def _restore(
             progress=progress,
         )
     _tell(outcome, as_json=as_json, debug=debug)
+
+
+app.command()(trace)
 
 
 def _kinds(**wanted: bool) -> frozenset[str]:

@@ -170,6 +170,8 @@ class BulkOnlyDevice:
 
     def _answer(self, wrapper: CommandWrapper, data_out: bytes) -> None:
         status, data = self._ask(wrapper, data_out)
+        if status is None:
+            return
         residue = wrapper.length - (len(data) if wrapper.from_device else len(data_out))
         answer = Answer(
             data if wrapper.from_device else None, build_status(StatusWrapper(wrapper.tag, residue, status))
@@ -179,12 +181,16 @@ class BulkOnlyDevice:
         if fault == "phase error":
             self.waits_for_reset = True
 
-    def _ask(self, wrapper: CommandWrapper, data_out: bytes) -> tuple[int, bytes]:
+    def _ask(self, wrapper: CommandWrapper, data_out: bytes) -> tuple[int | None, bytes]:
+        """Status and data; None for a device that does not answer: nor does the bridge then."""
         addressing = self._bridge.addressing if self._bridge else Addressing.NONE
         multi_target = self.multi_target or not (self._bridge and self._bridge.multi_target)
         if multi_target and wrapper.lun != addressing.lun_byte(self._scsi_id):
             return (NO_SUCH_TARGET if addressing is Addressing.WHOLE_BYTE else FAILED), b""
-        reply = self._target.execute(wrapper.cdb, data_out, wrapper.length if wrapper.from_device else 0)
+        try:
+            reply = self._target.execute(wrapper.cdb, data_out, wrapper.length if wrapper.from_device else 0)
+        except TransportError:  # the device is off, or its cable is out
+            return None, b""
         return (PASSED if reply.status == GOOD else FAILED), reply.data
 
     def _queue(self, answer: Answer, asked: int) -> None:

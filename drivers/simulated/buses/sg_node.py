@@ -8,10 +8,13 @@ import os
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from drivers.scanner import TransportError
 from drivers.vivid900.scsi import REQUEST_SENSE, request_sense
 from drivers.vivid900.sense import SENSE_LENGTH
 from drivers.vivid900.transports import CHECK_CONDITION, Target
 from drivers.vivid900.transports.sg import FROM_DEVICE, SCSI_GENERIC, SG_IO, TO_DEVICE, SgIoHeader
+
+NO_CONNECTION = 0x01  # DID_NO_CONNECT
 
 Fault = Callable[[SgIoHeader], None]
 """Spoils what the kernel reports, or raises OSError as the ioctl would."""
@@ -40,7 +43,11 @@ class SimulatedSgNode:
         moved = ctypes.string_at(header.dxferp, header.dxfer_len) if header.dxferp else b""
         inward = header.dxfer_direction == FROM_DEVICE
         data_out = moved if header.dxfer_direction == TO_DEVICE else b""
-        reply = self._target.execute(cdb, data_out, header.dxfer_len if inward else 0)
+        try:
+            reply = self._target.execute(cdb, data_out, header.dxfer_len if inward else 0)
+        except TransportError:  # the device is off, or its cable is out
+            header.host_status = NO_CONNECTION
+            return
         header.status = reply.status
         if inward:
             ctypes.memmove(header.dxferp, reply.data, len(reply.data))

@@ -52,7 +52,7 @@ def _opening(exchanges: Sequence[Exchange], name: str) -> Iterator[str]:
     yield "# an unknown command may move parts or switch the laser on."
     yield f"\nname = {_quoted(name)}"
     yield 'about = "drafted from a capture, not verified"'
-    yield f"chunk_bytes = {max(512, *(exchange.asked for exchange in exchanges))}  # the most that was seen in one command"
+    yield f"chunk_bytes = {max(512, *(exchange.asked for exchange in exchanges))}  # the most in one command"
     yield "\n[firmware]"
     identities = list(dict.fromkeys(_identities(exchanges)))
     if not identities:

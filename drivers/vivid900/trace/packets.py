@@ -62,7 +62,7 @@ def usbmon_transfer(record: bytes, *, header: int, order: str) -> Transfer | Non
 
 
 def usbpcap_transfer(record: bytes) -> Transfer | None:
-    """The transfer in a record of USBPcap, None for one that moves nothing. Raises CaptureError when it is too short."""
+    """The transfer in a record of USBPcap, None for one that moves nothing. Raises CaptureError."""
     if len(record) < _USBPCAP.size:
         raise CaptureError(f"a USBPcap record of {len(record)} bytes, {_USBPCAP.size} are the least", DAMAGED)
     header, _, status, _, info, bus, device, endpoint, kind, length = _USBPCAP.unpack_from(record)

@@ -58,7 +58,7 @@ def _still(vendors: Sequence[Exchange], images: Sequence[Group]) -> Iterator[Gue
     for cdb in dict.fromkeys(exchange.cdb for exchange in still):
         kind = Group(tuple(exchange for exchange in still if exchange.cdb == cdb))
         if cdb == releasing:
-            yield Guess(kind, "release", f"the last command without data before an image, {before[cdb]} times")
+            yield Guess(kind, "release", f"the last command without data before each of {before[cdb]} images")
         else:
             yield Guess(kind, None, "moves no data: passive_autofocus, active_autofocus or something else")
 
