@@ -40,15 +40,16 @@ class Rig:
     sensor: SceneSensor
 
 
-def rig(config: Mapping[str, Any]) -> Rig:
+def rig(config: Mapping[str, Any], *, clock: Callable[[], float] | None = None) -> Rig:
     """The device that the `[scanner]` table of a station configuration describes, with no driver above it.
 
+    clock  the device's time; a virtual one unless told otherwise.
     Raises SettingsError when a setting is not known or not possible.
     """
     wanted = settings_table.read(config)
-    clock, sensor = VirtualClock(), _sensor(wanted)
+    virtual, sensor = VirtualClock(), _sensor(wanted)
     lens = Lens(wanted.lens, LENS_SERIALS[wanted.lens], sensor)
-    return Rig(SimulatedDevice(lens, load_profile(wanted.profile), clock), clock, sensor)
+    return Rig(SimulatedDevice(lens, load_profile(wanted.profile), clock or virtual), virtual, sensor)
 
 
 def _sensor(wanted: ScannerConfig) -> SceneSensor:
