@@ -12,7 +12,9 @@ from station.telling import faults_told, say
 
 
 def trace(
-    capture: Annotated[Path, typer.Argument(metavar="CAPTURE", help="A pcapng file from usbmon, Wireshark or USBPcap.")],
+    capture: Annotated[
+        Path, typer.Argument(metavar="CAPTURE", help="A pcapng file from usbmon, Wireshark or USBPcap.")
+    ],
     profile: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a draft of a command profile (TOML).", show_default=False)
     ] = None,

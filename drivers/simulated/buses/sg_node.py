@@ -14,7 +14,7 @@ from drivers.vivid900.sense import SENSE_LENGTH
 from drivers.vivid900.transports import CHECK_CONDITION, Target
 from drivers.vivid900.transports.sg import FROM_DEVICE, SCSI_GENERIC, SG_IO, TO_DEVICE, SgIoHeader
 
-NO_CONNECTION = 0x01  # DID_NO_CONNECT
+NO_CONNECTION, CARD_FAULT = 0x01, 0x07  # DID_NO_CONNECT; DID_ERROR, which is what more data than asked for ends with
 
 Fault = Callable[[SgIoHeader], None]
 """Spoils what the kernel reports, or raises OSError as the ioctl would."""
@@ -50,8 +50,11 @@ class SimulatedSgNode:
             return
         header.status = reply.status
         if inward:
-            ctypes.memmove(header.dxferp, reply.data, len(reply.data))
-            header.resid = header.dxfer_len - len(reply.data)
+            data = reply.data[: header.dxfer_len]
+            ctypes.memmove(header.dxferp, data, len(data))
+            header.resid = header.dxfer_len - len(data)
+            if len(data) < len(reply.data):
+                header.host_status = CARD_FAULT
         if reply.status == CHECK_CONDITION and cdb[0] != REQUEST_SENSE:
             reply = self._target.execute(request_sense(SENSE_LENGTH), b"", SENSE_LENGTH)
             sense = reply.data[: header.mx_sb_len]

@@ -4,34 +4,22 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
 import pytest
 import usb.core
 
 from drivers.scanner import CaptureSettings
 from drivers.simulated.buses.capture import TappedBridge, Urb, write_capture
+from drivers.simulated.buses.usb_bridge import SimulatedBridge
 from drivers.simulated.clock import VirtualClock
 from drivers.simulated.device import Lens, SimulatedDevice
+from drivers.simulated.plate import PlateSensor
 from drivers.vivid900.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link
-from drivers.vivid900.pitch import Sums
 from drivers.vivid900.profile import SIMULATED, Profile, load_profile
 from drivers.vivid900.trace.packets import LINKTYPE_USB_LINUX_MMAPPED
 from drivers.vivid900.transports.usb import UsbBulkOnly
-
-
-class Plate:
-    """A white plate that fills the picture, without optics: what matters here is how many bytes it makes."""
-
-    distance_mm, contrast = 900.0, True
-
-    def sweep(self, mode, distance_mm, power, gain, shot) -> Sums:
-        size = (mode.rows, mode.cols)
-        return Sums(np.full(size, 100, np.uint32), np.full(size, 6000, np.uint32), np.full(size, 200, np.uint8))
-
-    def colour(self, shot):
-        return np.full((480, 640, 3), 200, np.uint8)
+from restore.scan import RangeScan
 
 
 @pytest.fixture(scope="session")
@@ -39,17 +27,24 @@ def profile() -> Profile:
     return load_profile(SIMULATED)
 
 
+def scan_through(bridge_kind, profile: Profile, settings: CaptureSettings) -> tuple[RangeScan, SimulatedBridge]:
+    clock = VirtualClock()
+    bridge = bridge_kind(SimulatedDevice(Lens("MIDDLE", 1, PlateSensor()), load_profile(SIMULATED), clock))
+    transport = UsbBulkOnly(usb.core.find(backend=bridge), target=5)
+    with Vivid900(Link(transport, None, clock, clock.sleep), profile, calibrations(None)) as scanner:
+        return scanner.capture(settings), bridge
+
+
 @pytest.fixture(scope="session")
 def urbs(profile) -> list[Urb]:
     """Every transfer of connecting, one FAST shot and letting go."""
-    clock = VirtualClock()
-    device = SimulatedDevice(Lens("MIDDLE", 1, Plate()), profile, clock)
-    bridge = TappedBridge(device)
-    transport = UsbBulkOnly(usb.core.find(backend=bridge), target=5)
-    link = Link(transport, None, clock, clock.sleep)
-    with Vivid900(link, profile, calibrations(None)) as scanner:
-        scanner.capture(CaptureSettings(mode="fast"))
-    return bridge.urbs
+    return scan_through(TappedBridge, profile, CaptureSettings(mode="fast"))[1].urbs
+
+
+@pytest.fixture(scope="session")
+def scan_with():
+    """Scan with a profile of one's own."""
+    return lambda profile, settings: scan_through(SimulatedBridge, profile, settings)[0]
 
 
 @pytest.fixture(scope="session")

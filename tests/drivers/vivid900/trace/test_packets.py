@@ -18,7 +18,8 @@ WRAPPER = bytes.fromhex("55534243 ad000000 00800000 80010a28 20000000 20000040 0
 
 def usbmon(order="<", *, event=b"S", kind=3, endpoint=0x02, status=-115, length=31, data=WRAPPER, padding=16) -> bytes:
     head = struct.pack(
-        order + "QcBBBHBBqiiII", 0xDD65F0E8, event, kind, endpoint, 5, 1, 0x2D, 0, 4128, 379752, status, length, len(data)
+        order + "QcBBBHBBqiiII",
+        0xDD65F0E8, event, kind, endpoint, 5, 1, 0x2D, 0, 4128, 379752, status, length, len(data),
     )  # fmt: skip
     assert len(head) == 40
     return head + bytes(8 + padding) + data
