@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from station.devices import devices
+from station.doctor import doctor
 from station.progress import progress_on
 from station.telling import faults_told, say
 from station.trace import trace
@@ -130,7 +132,8 @@ def _restore(
     _tell(outcome, as_json=as_json, debug=debug)
 
 
-app.command()(trace)
+for command in (devices, doctor, trace):
+    app.command()(command)
 
 
 def _kinds(**wanted: bool) -> frozenset[str]:
