@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -123,7 +124,7 @@ def find_scsi(host: Host, likeness: Likeness) -> list[ScsiDevice]:
     for entry in sorted(host.scsi_generic.glob("sg*"), key=lambda entry: (len(entry.name), entry.name)):
         node, told = host.dev / entry.name, _as_the_kernel_says(entry / "device")
         if likeness.fits(told):
-            found.append(_ask(str(node), told, lambda node=node: host.open_sg(node)))
+            found.append(_ask(str(node), told, partial(host.open_sg, node)))
         else:
             found.append(ScsiDevice(str(node), told, is_scanner=False))
     return found

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
 from typing import Literal
 
 from drivers.scanner import TransportError
@@ -99,7 +98,7 @@ def read_exchanges(transfers: Iterable[Transfer]) -> list[Exchange]:
     if not exchanges:
         hint = "start the capture before the vendor's program, and use a bridge that speaks Bulk-Only"
         raise CaptureError("the capture has no SCSI commands in Bulk-Only wrappers", hint)
-    return list(_with_sense(exchanges))
+    return _with_sense(exchanges)
 
 
 def _command(transfer: Transfer, current: _Started | None) -> CommandWrapper | None:
@@ -121,10 +120,15 @@ def _status(transfer: Transfer, current: _Started) -> StatusWrapper | None:
     return status if status.tag == current.wrapper.tag else None
 
 
-def _with_sense(exchanges: list[Exchange]) -> Iterator[Exchange]:
-    for index, exchange in enumerate(exchanges):
-        after = next((later for later in islice(exchanges, index + 1, None) if later.where == exchange.where), None)
-        if exchange.outcome == "failed" and after and after.cdb[0] == REQUEST_SENSE and after.lun == exchange.lun:
-            yield replace(exchange, sense=after.head)
-        else:
-            yield exchange
+def _with_sense(exchanges: Sequence[Exchange]) -> list[Exchange]:
+    """Give each failed command the sense data that was asked for right after it."""
+    following: dict[tuple[int, int], Exchange] = {}
+    found = []
+    for exchange in reversed(exchanges):
+        after = following.get(exchange.where)
+        following[exchange.where] = exchange
+        asked = after and after.cdb[0] == REQUEST_SENSE and after.lun == exchange.lun
+        found.append(
+            replace(exchange, sense=after.head) if after and asked and exchange.outcome == "failed" else exchange
+        )
+    return found[::-1]
