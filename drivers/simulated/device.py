@@ -68,7 +68,7 @@ class SimulatedDevice:
     def __init__(self, lens: Lens, profile: Profile, clock: Callable[[], float], *, body_serial: int = 9000001) -> None:
         self.lens, self.profile, self.body_serial = lens, profile, body_serial
         self.log, self.barrier, self.fails = Log(clock), False, ""
-        self.parameters, self.panel, self.shot = Parameters(), "", 0
+        self.parameters, self.panel, self.shot, self.focused = Parameters(), "", 0, 0
         self._clock, self._on, self._ready_at = clock, True, clock()
         self._attentions, self._sense = [POWER_ON], Sense(Key.NO_SENSE)
         self._busy_until, self._ending, self._record = clock(), _nothing, Record()
@@ -100,7 +100,7 @@ class SimulatedDevice:
 
     def power_on(self) -> None:
         """Switch it on: it tests itself, and tells that it was switched on."""
-        self._on, self._ready_at, self.shot = True, self._clock() + SELF_TEST_S, 0
+        self._on, self._ready_at, self.shot, self.focused = True, self._clock() + SELF_TEST_S, 0, 0
         self._forget("power on")
         self._attentions = [POWER_ON]
 
@@ -155,7 +155,12 @@ class SimulatedDevice:
     def _status(self, _data: bytes, **_values: int) -> bytes:
         state = self.state
         assert state != "off"  # nobody would answer
-        numbers = {"shot": self.shot, "lens_serial": self.lens.serial, "body_serial": self.body_serial}
+        numbers = {
+            "shot": self.shot,
+            "focused": self.focused,
+            "lens_serial": self.lens.serial,
+            "body_serial": self.body_serial,
+        }
         return commands.build_status(self.profile, Status(state, self.lens.name, panel=self.panel, **numbers))
 
     def _read_parameters(self, _data: bytes, **_values: int) -> bytes:
@@ -176,7 +181,9 @@ class SimulatedDevice:
             self.panel = self.panel or ("" if self.lens.sensor.contrast else LOW_CONTRAST)
             self._take_distance()
 
-        return self._begin("autofocus", PASSIVE_AF_S, focus)
+        self._begin("autofocus", PASSIVE_AF_S, focus)
+        self.focused += 1
+        return b""
 
     def _active_autofocus(self, _data: bytes) -> bytes:
         def focus() -> None:
@@ -186,6 +193,7 @@ class SimulatedDevice:
                 self.parameters = replace(self.parameters, laser_power=power, gain=gain)
 
         self._begin("autofocus", ACTIVE_AF_S, focus)
+        self.focused += 1
         self.log.burn(self._clock(), ACTIVE_AF_S, AF_POWER)
         return b""
 
@@ -226,7 +234,7 @@ class SimulatedDevice:
             raise _Refused(BAD_FIELD)
         return block[offset : offset + length]
 
-    def _begin(self, what: str, seconds: float, ending: Callable[[], None]) -> bytes:
+    def _begin(self, what: str, seconds: float, ending: Callable[[], None]) -> None:
         """Start an operation that needs the laser's way free; `ending` does its work when the time is over."""
         self._require_free()
         if self.barrier:
@@ -234,7 +242,6 @@ class SimulatedDevice:
         self.log.add(what)
         self.panel, self.fails = self.fails, ""
         self._busy_until, self._ending = self._clock() + seconds, ending
-        return b""
 
     def _end_operation(self) -> None:
         ending, self._ending = self._ending, _nothing

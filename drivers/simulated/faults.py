@@ -81,6 +81,15 @@ def sense(key: Key, code: int = 0, qualifier: int = 0) -> Fault:
     return fault
 
 
+def recovered(way: FaultyDevice, call: Call) -> Reply:
+    """The device does the command, and says that it had to try more than once."""
+    reply = way.passed_on(call)
+    if reply.status != GOOD:
+        return reply
+    way.sense = Sense(Key.RECOVERED_ERROR, 0x17, 0x01)
+    return Reply(CHECK_CONDITION, reply.data)
+
+
 def status(value: int) -> Fault:
     """The device does not do the command, and answers with a status alone."""
     return lambda _way, _call: Reply(value)
@@ -175,13 +184,14 @@ def power_cycled(way: FaultyDevice, call: Call) -> Reply:
 
 def _damaged(data: bytes) -> bytes:
     damaged = bytearray(data)
-    for at in range(min(len(data) - 1, DAMAGED_EVERY // 2), len(data), DAMAGED_EVERY):
-        damaged[max(at, 0)] ^= FLIPPED
+    for at in range(min(DAMAGED_EVERY, len(data)) // 2, len(data), DAMAGED_EVERY):
+        damaged[at] ^= FLIPPED
     return bytes(damaged)
 
 
 FAULTS: dict[str, Fault] = {
     **{f"sense {key.name.lower().replace('_', ' ')}": sense(key) for key in Key},
+    "sense recovered error": recovered,
     "becoming ready": sense(Key.NOT_READY, 0x04, 0x01),
     "barrier": sense(Key.NOT_READY, 0x80, 0x01),
     "parity": sense(Key.ABORTED_COMMAND, 0x47),

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
-from drivers.scanner import Progress, SettingsError
+from drivers.scanner import Progress, ScannerError
 from drivers.vivid900 import commands
 from drivers.vivid900.colour import ColourImage, colour_length, parse_colour
 from drivers.vivid900.commands import Focus, Parameters, ShotMode, Status
@@ -63,10 +63,17 @@ class Body:
             raise BadReply("the scanner did not take its parameters")
 
     def autofocus(self, kind: Focus) -> Parameters:
-        """Focus and return the parameters with what was found. Raises PanelError, BarrierClosed."""
+        """Focus and return the parameters with what was found.
+
+        Raises PanelError, BarrierClosed, Interrupted when the scanner has not focused.
+        """
         self.progress("focus", 0.0)
+        before = self.status().focused
         self.link.run(commands.autofocus(self.profile, kind))
-        self._raise_panel(self._wait("focus", lambda status: status.state != "busy", FOCUS_S))
+        status = self._wait("focus", lambda status: status.state != "busy", FOCUS_S)
+        self._raise_panel(status)
+        if "focused" in self.profile.blocks.status.fields and status.focused != before + 1:
+            raise Interrupted("the scanner has not focused", AGAIN)
         self.progress("focus", 1.0)
         return self.read_parameters()
 
@@ -93,17 +100,18 @@ class Body:
     def laser_off(self) -> None:
         """Set the laser's power to 0, whatever the scanner is doing; it waits out a shot that is under way.
 
-        Raises the last fault when the scanner does not take it.
+        A scanner that does not come ready does not shoot either. Raises the last of several faults in a row.
         """
-        for attempt in range(PARK_ATTEMPTS):
+        for last, pause in zip(reversed(range(PARK_ATTEMPTS)), pauses(), strict=False):
             try:
                 self.set_parameters(replace(Parameters(), laser_power=0))
                 return
-            except NotReady:  # what is not ready does not shoot, and comes up with the power at 0
-                return
-            except (BadReply, Interrupted, SettingsError):
-                if attempt == PARK_ATTEMPTS - 1:
+            except NotReady:
+                pass
+            except ScannerError:
+                if not last:
                     raise
+            self.link.sleep(pause)
 
     def _pitch(self, mode: Mode) -> Pitch:
         read = partial(commands.read_pitch, self.profile)

@@ -85,7 +85,7 @@ class Status:
 
     panel        message that the last operation left on the panel, empty when it went well.
     lens         name of the mounted lens; lens_serial, body_serial: calibrations are made for such a pair.
-    shot         counts releases since power-on.
+    shot         counts releases since power-on; focused counts autofocuses, where the profile has such a field.
     """
 
     state: State
@@ -93,6 +93,7 @@ class Status:
     lens_serial: int = 0
     body_serial: int = 0
     shot: int = 0
+    focused: int = 0
     panel: str = ""
 
 
@@ -184,7 +185,7 @@ def build_status(profile: Profile, told: Status) -> bytes:
         "state": profile.states[told.state],
         "panel": panels[told.panel],
         "lens": profile.lenses[told.lens],
-        **{name: getattr(told, name) for name in ("shot", "lens_serial", "body_serial")},
+        **{name: getattr(told, name) for name in ("shot", "focused", "lens_serial", "body_serial")},
     }
     return profile.blocks.status.build(values)
 
@@ -192,7 +193,7 @@ def build_status(profile: Profile, told: Status) -> bytes:
 def parse_status(profile: Profile, data: bytes) -> Status:
     """Read the status block. Raises BadReply, also for a state, message or lens that the profile does not have."""
     values = profile.blocks.status.parse(data)
-    numbers = {name: values[name] for name in ("lens_serial", "body_serial", "shot")}
+    numbers = {name: values.get(name, 0) for name in ("lens_serial", "body_serial", "shot", "focused")}
     return Status(
         state=_name_of(profile.states, values["state"], "state"),
         lens=_name_of(profile.lenses, values["lens"], "lens"),
