@@ -18,6 +18,7 @@ from drivers.vivid900 import discovery
 from drivers.vivid900.discovery import Host, Likeness
 from drivers.vivid900.scsi import Identity
 from drivers.vivid900.transports import GOOD, Reply
+from drivers.vivid900.transports.bridges import BRIDGES
 from drivers.vivid900.transports.sg import SgDevice
 from station import doctor
 from station.cli import main
@@ -190,3 +191,9 @@ def test_what_a_scanner_is_called_can_be_told(whole, this_computer, capsys):
     told = json.loads(capsys.readouterr().out)
     assert told["scanners"] == []
     assert len(told["other_scsi"]) == 1
+
+
+def test_the_rules_that_come_along_are_those_that_doctor_asks_for(repository):
+    lines = (repository / "configs/60-planish.rules").read_text().splitlines()
+    rules = {line for line in lines if line and not line.startswith("#")}
+    assert rules == {doctor.scsi_rule(Likeness()), *(doctor.usb_rule(*numbers) for numbers in BRIDGES)}
