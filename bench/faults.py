@@ -9,7 +9,7 @@ from __future__ import annotations
 import random
 import sys
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 from time import perf_counter
@@ -26,6 +26,7 @@ from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.lenses import LENSES
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile import SIMULATED, Profile, load_profile
+from drivers.vivid900.transports import Target, Transport
 from drivers.vivid900.transports.in_process import InProcess
 from restore.scan import RangeScan
 
@@ -48,11 +49,11 @@ class Verdict:
 class Stand:
     """A simulated device with a plate before it, a faulty way to it, and the real driver over them."""
 
-    def __init__(self, profile: Profile) -> None:
+    def __init__(self, profile: Profile, connect: Callable[[Target], Transport] = InProcess) -> None:
         self.clock, self.sensor, self.stops, self.settings = VirtualClock(), PlateSensor(), 0, SETTINGS
         self.device = SimulatedDevice(Lens("MIDDLE", 14, self.sensor), profile, self.clock)
         self.way = FaultyDevice(self.device)
-        link = Link(InProcess(self.way), None, self.clock, self.clock.sleep)
+        link = Link(connect(self.way), None, self.clock, self.clock.sleep)
         self.camera = Vivid900(link, profile, calibrations(None), park=[self._stop])
         self.camera.capture(SETTINGS)  # so that there is an earlier shot to be confused with
 

@@ -11,8 +11,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from station.devices import devices
+from station.doctor import doctor
 from station.progress import progress_on
 from station.telling import faults_told, say
+from station.trace import trace
 
 if TYPE_CHECKING:
     from station.session import Outcome
@@ -127,6 +130,10 @@ def _restore(
             progress=progress,
         )
     _tell(outcome, as_json=as_json, debug=debug)
+
+
+for command in (devices, doctor, trace):
+    app.command()(command)
 
 
 def _kinds(**wanted: bool) -> frozenset[str]:
