@@ -8,6 +8,7 @@ import socket
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -29,6 +30,17 @@ from drivers.vivid900.transports.tcp import TcpDevice
 
 SET = CaptureSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)
 CONFIG = '[scanner]\ndriver = "simulated"\n[scanner.scene]\nsheet = "flat"\nartwork = "white"\ntable = "none"\n'
+WORKER = """
+[scanner]
+driver = "vivid900"
+profile = "planish-simulated-0"
+transport = {{ kind = "socket", port = {port} }}
+[capture]
+distance_mm = 900
+laser_power = 68
+average = 50
+"""
+LONGEST_SWEEP_S = 2.5
 
 
 class Ticking(VirtualClock):
@@ -40,8 +52,12 @@ class Ticking(VirtualClock):
 
 
 @pytest.fixture
-def port() -> Iterator[int]:
-    device = SimulatedDevice(Lens("MIDDLE", 14, PlateSensor()), load_profile(SIMULATED), Ticking())
+def device() -> SimulatedDevice:
+    return SimulatedDevice(Lens("MIDDLE", 14, PlateSensor()), load_profile(SIMULATED), Ticking())
+
+
+@pytest.fixture
+def port(device: SimulatedDevice) -> Iterator[int]:
     listener = listen()
     thread = threading.Thread(target=serve, args=(device, listener))
     thread.start()
@@ -100,8 +116,12 @@ def test_a_silent_device_times_out() -> None:
         transport = TcpDevice("127.0.0.1", listener.getsockname()[1])
         with pytest.raises(TransportError, match="does not answer"):
             transport.execute(bytes(6), timeout=0.05)
-        with pytest.raises(TransportError, match="closed"):  # a late answer would be another command's
-            transport.execute(bytes(6))
+        first, _ = listener.accept()
+        with first, pytest.raises(TransportError, match="does not answer"):
+            transport.execute(bytes(6), timeout=0.05)
+        second, _ = listener.accept()  # a late answer to the first would have been taken for the second's
+        second.close()
+        transport.close()
 
 
 def test_two_processes(tmp_path: Path, repository: Path) -> None:
@@ -120,6 +140,29 @@ def test_two_processes(tmp_path: Path, repository: Path) -> None:
         assert process.wait(10) == 130
     assert scan.measured.mean() > 0.5
     assert scan.provenance["device"] == "PLANISH SIM VIVID 900 0.9"
+
+
+@pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_a_worker_that_is_ended_in_the_middle_of_a_shot(
+    device: SimulatedDevice, port: int, tmp_path: Path, repository: Path, ending: signal.Signals
+) -> None:
+    """Told to end, it parks the scanner; killed, the laser goes out with the sweep, and the next driver parks it."""
+    (tmp_path / "station.toml").write_text(WORKER.format(port=port))
+    command = [sys.executable, "-m", "station", "scan", "--config", "station.toml", "-o", "out"]
+    environment = {**os.environ, "PYTHONPATH": str(repository)}
+    with subprocess.Popen(command, cwd=tmp_path, env=environment, stderr=subprocess.DEVNULL) as worker:
+        while not any(device.log.named("release")):
+            assert worker.poll() is None
+            time.sleep(0.01)
+        worker.send_signal(ending)
+        code = worker.wait(60)
+    assert code in (130, 128 + ending, -ending)
+    if ending == signal.SIGKILL:
+        device.log.clock.sleep(LONGEST_SWEEP_S)
+        assert not device.log.laser_is_on
+        open_scanner(table(port)).close()
+    assert device.is_parked
+    assert not (tmp_path / "out").exists() or not list((tmp_path / "out").iterdir())
 
 
 def test_a_configuration_that_is_none_is_told_of(tmp_path: Path, repository: Path) -> None:
