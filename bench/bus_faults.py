@@ -39,9 +39,9 @@ class BridgedStand(Stand):
         self.bridge.device.faults = dict(faults)
         return self.run({})
 
-    def _unrest(self, start: float) -> str:
+    def unrest(self, start: float) -> str:
         self.way.connected = not self.bridge.device.unplugged
-        return super()._unrest(start)
+        return super().unrest(start)
 
     def _unusable(self) -> str:
         self.bridge.device.faults = {}
