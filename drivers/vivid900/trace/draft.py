@@ -90,7 +90,7 @@ def _commands(guesses: Sequence[Guess]) -> Iterator[str]:
 def _layout(kind: Group, role: str | None) -> tuple[str, tuple[int, ...]]:
     """The CDB in a profile's notation, and the places that vary and nobody knows why."""
     fields: dict[str, Span] = {}
-    if kind.length and len(kind.lengths) > 0:
+    if kind.length:
         fields["length"] = kind.length
     if kind.offset:
         fields["offset"] = kind.offset

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from drivers.scanner import CaptureSettings
+from drivers.scanner import CaptureSettings, SettingsError
 from drivers.simulated.buses.capture import RECORDS, Urb, write_capture
 from drivers.simulated.buses.usb_descriptors import BULK_IN, BULK_OUT
 from drivers.vivid900.cdb import Layout
@@ -110,8 +110,6 @@ def test_a_draft_that_was_completed_drives_the_scanner(exchanges, profile, scan_
 
 
 def test_a_draft_as_it_is_is_no_profile(exchanges):
-    from drivers.scanner import SettingsError
-
     with pytest.raises(SettingsError):
         parse_profile(tomllib.loads(draft_profile(exchanges, name="x")))
 
