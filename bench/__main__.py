@@ -1,8 +1,10 @@
 """`python -m bench`: run everything."""
 
-from bench import paper, peers, scan_to_page
+from bench import bus_faults, faults, paper, peers, scan_to_page
 
 if __name__ == "__main__":
     scan_to_page.main()
     paper.main()
     peers.main()
+    faults.main()
+    bus_faults.main()
