@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from station.calibrate import board, calibrate
 from station.progress import progress_on
 from station.telling import faults_told, say
 
@@ -127,6 +128,10 @@ def _restore(
             progress=progress,
         )
     _tell(outcome, as_json=as_json, debug=debug)
+
+
+for command in (board, calibrate):
+    app.command()(command)
 
 
 def _kinds(**wanted: bool) -> frozenset[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -25,8 +26,8 @@ def plate_shot(scan: RangeScan, board: Board, *, front_mm: float | None = None) 
     front_mm  as in PlateShot.
     Raises SettingsError for a scan that does not tell how it was taken, or was merged from several distances.
     """
+    calibration = _told(scan)
     try:
-        calibration = calibration_of(scan.provenance["calibration"], "the scan")
         mode, distance = MODES[scan.provenance["mode"]], float(scan.provenance["distance_mm"])
     except (KeyError, TypeError, ValueError) as error:
         raise SettingsError(f"the scan does not tell how it was taken: {error}", AS_SCANNED) from error
@@ -43,15 +44,19 @@ def plate_shot(scan: RangeScan, board: Board, *, front_mm: float | None = None) 
     return shot if sighted is None else replace(shot, pixels=sighted.pixels, on_board=sighted.on_board)
 
 
-def body_of_scans(scans: list[RangeScan]) -> Calibration:
+def body_of_scans(scans: Sequence[RangeScan]) -> Calibration:
     """The manual's figures for the body and lens that took all of the scans.
 
-    Raises SettingsError when they are not of one body and lens.
+    Raises SettingsError when they are not of one body and lens, or there are none.
     """
-    seen = {tuple(scan.provenance.get(key, "") for key in ("lens", "body", "lens_serial")) for scan in scans}
-    if len(seen) != 1:
+    seen = {_told(scan) for scan in scans}
+    if len({(told.lens, told.body, told.lens_serial) for told in seen}) != 1:
         raise SettingsError("the scans are not all of one body and lens", "calibrate each lens on each body by itself")
-    lens, body, lens_serial = next(iter(seen))
-    if lens not in LENSES:
-        raise SettingsError(f"the scans are of no lens that is known: {lens!r}", AS_SCANNED)
-    return nominal(LENSES[lens], body=str(body), lens_serial=str(lens_serial))
+    told = seen.pop()
+    return nominal(LENSES[told.lens], body=told.body, lens_serial=told.lens_serial)
+
+
+def _told(scan: RangeScan) -> Calibration:
+    if "calibration" not in scan.provenance:
+        raise SettingsError("the scan does not tell by which calibration its points were made", AS_SCANNED)
+    return calibration_of(scan.provenance["calibration"], "the calibration in the scan")

@@ -12,9 +12,9 @@ from drivers.vivid900.calibration import (
     MAX_FILE_BYTES,
     Calibration,
     calibration_of,
+    encode_calibration,
     nominal,
     read_calibration,
-    save_calibration,
 )
 from drivers.vivid900.lenses import LENSES
 
@@ -40,7 +40,7 @@ def path(tmp_path: Path) -> Path:
 
 
 def test_a_file_gives_back_what_was_saved(path: Path) -> None:
-    save_calibration(BODY, path, comments=("taken on a Monday",))
+    path.write_text(encode_calibration(BODY, comments=["taken on a Monday"]), "utf-8")
     assert read_calibration(path) == BODY
     assert path.read_text("utf-8").splitlines()[1] == "# taken on a Monday"
 
@@ -54,7 +54,7 @@ def test_provenance_gives_back_what_was_noted(focal: float, plane: tuple, serial
 @given(serial=st.text(st.characters(exclude_categories=["Cs"]), max_size=64))
 def test_any_serial_number_can_be_written(tmp_path_factory: pytest.TempPathFactory, serial: str) -> None:
     path = tmp_path_factory.mktemp("calibration") / "body.toml"
-    save_calibration(replace(BODY, body=serial), path)
+    path.write_text(encode_calibration(replace(BODY, body=serial)), "utf-8")
     assert read_calibration(path).body == serial
 
 
@@ -88,8 +88,7 @@ DAMAGES = {
 
 @pytest.mark.parametrize("damage", DAMAGES)
 def test_a_damaged_file_is_refused(path: Path, damage: str) -> None:
-    save_calibration(BODY, path)
-    whole = path.read_text("utf-8")
+    whole = encode_calibration(BODY)
     damaged = DAMAGES[damage](whole)
     assert damaged != whole
     path.write_text(damaged, "utf-8")
