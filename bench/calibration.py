@@ -12,6 +12,7 @@ from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from bench.markers import marker_error
 from drivers import CaptureSettings, open_scanner
@@ -70,6 +71,16 @@ def field_errors(found: Calibration) -> dict[float, tuple[float, float]]:
     return errors
 
 
+def shape_error(found: Calibration) -> float:
+    """Largest error, mm, of the shape of a scene that fills field and window at 900 mm: after the best rigid motion."""
+    lines = np.linspace(-40, 40, 480 * 640).reshape(480, 640, order="F")
+    pitch = np.arange(480.0)[:, None] + 62 + lines
+    here, there = (points_of(pitch, body, FINE, 900.0)[::16, ::16].reshape(-1, 3) for body in (HIDDEN, found))
+    here, there = here - here.mean(axis=0), there - there.mean(axis=0)
+    turn, _ = Rotation.align_vectors(here, there)
+    return float(np.linalg.norm(turn.apply(there) - here, axis=1).max())
+
+
 def page_error(calibration: Calibration) -> float:
     """rms error, mm, of a page that curls from its binding, scanned by the hidden body and read by a calibration."""
     scan, truth = shoot(Binding(), Markers(), seed=1, body=HIDDEN, calibration=calibration)
@@ -107,7 +118,7 @@ def main() -> None:
     print("error over field and window, mm (rms, largest)")
     for label, calibration in (("manual", NOMINAL), ("calibrated", found)):
         cells = "  ".join(f"{d:.0f} mm: {rms:.3f} {most:.3f}" for d, (rms, most) in field_errors(calibration).items())
-        print(f"  {label:10}  {cells}")
+        print(f"  {label:10}  {cells}  shape at 900 mm: {shape_error(calibration):.3f}")
     print("restored marker page, rms mm")
     for label, calibration in (("manual", NOMINAL), ("calibrated", found), ("true", HIDDEN)):
         print(f"  {label:10}  {page_error(calibration):.3f}")

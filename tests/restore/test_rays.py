@@ -103,6 +103,7 @@ def seen_through(rays, camera, inverse_depth):
     return replace(camera.shot(inverse_depth), points=points)
 
 
+@settings(deadline=None)
 @given(bends)
 def test_a_lens_that_bends_the_picture_comes_back_from_its_points(camera, bend):
     rays = replace(camera.rays, x0=-0.16, y0=0.12, dx=0.32 / camera.cols, dy=-0.24 / camera.rows, distortion=bend)

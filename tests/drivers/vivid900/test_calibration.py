@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivers.scanner import SettingsError
@@ -45,12 +45,14 @@ def test_a_file_gives_back_what_was_saved(path: Path) -> None:
     assert path.read_text("utf-8").splitlines()[1] == "# taken on a Monday"
 
 
+@settings(deadline=None)
 @given(focal=st.floats(500, 5000), plane=st.tuples(small, small, small, small), serial=st.text(max_size=64))
 def test_provenance_gives_back_what_was_noted(focal: float, plane: tuple, serial: str) -> None:
     body = replace(BODY, focal_px=focal, plane=plane, body=serial, distortion=(0.0, 0.0))
     assert calibration_of(body.as_json(), "provenance") == body
 
 
+@settings(deadline=None)
 @given(serial=st.text(st.characters(exclude_categories=["Cs"]), max_size=64))
 def test_any_serial_number_can_be_written(tmp_path_factory: pytest.TempPathFactory, serial: str) -> None:
     path = tmp_path_factory.mktemp("calibration") / "body.toml"
@@ -97,6 +99,7 @@ def test_a_damaged_file_is_refused(path: Path, damage: str) -> None:
     assert "planish calibrate" in refusal.value.hint
 
 
+@settings(deadline=None)
 @given(data=st.binary(max_size=200))
 def test_any_bytes_are_refused(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
     path = tmp_path_factory.mktemp("calibration") / "body.toml"

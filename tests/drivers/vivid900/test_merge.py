@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivers.simulated import Flat, Markers, Pose, White
@@ -83,6 +83,7 @@ def test_faint_ink_gains_as_much_as_paper(markers: View, repeated: list[Floats])
     assert one / four == pytest.approx(2, rel=4 * SPREAD)
 
 
+@settings(deadline=None)
 @given(order=st.permutations(range(4)))
 def test_the_order_of_the_shots_does_not_matter(repeated: list[Floats], order: Sequence[int]) -> None:
     some = [pitch[100:140] for pitch in repeated]
