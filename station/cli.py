@@ -12,8 +12,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from station.calibrate import board, calibrate
+from station.devices import devices
+from station.doctor import doctor
 from station.progress import progress_on
 from station.telling import faults_told, say
+from station.trace import trace
 
 if TYPE_CHECKING:
     from station.session import Outcome
@@ -130,7 +133,7 @@ def _restore(
     _tell(outcome, as_json=as_json, debug=debug)
 
 
-for command in (board, calibrate):
+for command in (devices, doctor, trace, board, calibrate):
     app.command()(command)
 
 

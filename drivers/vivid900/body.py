@@ -75,7 +75,10 @@ class Body:
         if "focused" in self.profile.blocks.status.fields and status.focused != before + 1:
             raise Interrupted("the scanner has not focused", AGAIN)
         self.progress("focus", 1.0)
-        return self.read_parameters()
+        found = self.read_parameters()
+        if self.read_parameters() != found:  # nothing else would tell that one answer was an old one
+            raise BadReply("the scanner tells two distances for one autofocus")
+        return found
 
     def shoot(self, parameters: Parameters) -> Shot:
         """Write the parameters, release, wait, and fetch what the shot left.

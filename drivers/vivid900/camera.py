@@ -141,6 +141,7 @@ class Vivid900:
         for left in reversed(range(ATTEMPTS)):
             try:
                 with self._rest():
+                    self._link.clear_attentions()
                     return work(self._body(progress))
             except (Interrupted, BadReply):
                 if not left:

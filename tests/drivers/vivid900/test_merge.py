@@ -1,153 +1,140 @@
-"""Merged shots against the simulator's truth."""
+"""Averages, depths and exposures of shots, without a scanner."""
 
-from collections.abc import Sequence
+from __future__ import annotations
 
-import cv2
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
-from drivers.simulated import Flat, Markers, Pose, White
-from drivers.simulated.facemaps import FaceMaps
-from drivers.simulated.optics import expose, look
-from drivers.simulated.raycast import RayCaster
-from drivers.simulated.scene import lay
-from drivers.simulated.shot import printed
+from drivers.scanner import DeviceError
 from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import FAST, LENSES
-from drivers.vivid900.merge import ASTRAY_LINES, average, cover_depths, merge_depths
-from drivers.vivid900.triangulation import lines_of_sight, pitch_of, points_of
-from restore.scan import Floats, Mask
+from drivers.vivid900.commands import Parameters
+from drivers.vivid900.exposure import GAIN_STEP, PAPER_LEVEL, brightness, expose, is_well_exposed, middle_of
+from drivers.vivid900.lenses import FINE, LENSES, depth_window
+from drivers.vivid900.merge import average, cover_depths, merge_depths, next_depth
+from drivers.vivid900.pitch import Pitch
+from drivers.vivid900.rest import at_rest
 
-MIDDLE = LENSES["MIDDLE"]
-SPREAD = 0.03  # relative error of a ratio of two σ from 40,000 samples correlated by 0.3, with room for four of its own
-ROUNDING = 1e-9  # lines
-SIGHT = 1e-12  # tangents
-
-
-class View:
-    """A page before the scanner, sighted once and shot as often as wanted."""
-
-    def __init__(self, artwork, *, page_mm=(280.0, 200.0), pose: Pose | None = None, table="dark") -> None:
-        self.body = nominal(MIDDLE)
-        depth = 900 + MIDDLE.pupil_mm
-        scene = lay(Flat(), printed(artwork, page_mm), depth_mm=depth, pose=pose, table=table)
-        caster = RayCaster(scene.vertices, scene.faces)
-        self.truth = look(scene, caster, FaceMaps.of(scene), self.body, FAST, depth)
-        on_page = np.isfinite(self.truth.flat[..., 0]).astype(np.uint8)
-        self.paper: Mask = cv2.erode(on_page, np.ones((7, 7)), borderValue=0) > 0
-
-    def shoot(self, seed: int, distance: float = 900.0) -> Floats:
-        """(rows, cols) pitch."""
-        return expose(self.truth, self.body, FAST, distance, np.random.default_rng(seed))
-
-    def error(self, pitch: Floats, distance: float = 900.0) -> Floats:
-        """(rows, cols) lines by which a shot is wrong."""
-        return (pitch - pitch_of(self.truth.points, self.body, FAST, distance)) * FAST.step
+LENS = LENSES["MIDDLE"]
+BODY = nominal(LENS)
+SHAPE = (60, 80)
+# Four standard errors of a standard deviation estimated from 4,800 samples.
+SPREAD = 4 / np.sqrt(2 * SHAPE[0] * SHAPE[1])
 
 
-@pytest.fixture(scope="module")
-def markers() -> View:
-    return View(Markers())
+@pytest.mark.parametrize("number", [2, 4, 9])
+def test_noise_falls_with_the_square_root(number: int) -> None:
+    rng = np.random.default_rng(4)
+    shots = [100 + rng.normal(0, 0.02, SHAPE) for _ in range(number)]
+    assert np.std(average(shots, FINE)) == pytest.approx(0.02 / np.sqrt(number), rel=SPREAD)
 
 
-@pytest.fixture(scope="module")
-def repeated(markers: View) -> list[Floats]:
-    return [markers.shoot(seed) for seed in range(4)]
+def test_strays_and_gaps_do_not_count() -> None:
+    shots = [np.full(SHAPE, 10.0) for _ in range(4)]
+    shots[1][0, 0] = 13.0
+    shots[2][1, :] = np.nan
+    for shot in shots:
+        shot[2, :] = np.nan
+    mean = average(shots, FINE)
+    assert (mean[:2] == 10).all()
+    assert np.isnan(mean[2]).all()
 
 
-@pytest.mark.parametrize("shots", [2, 4, 9])
-def test_noise_falls_with_the_root_of_the_shots(shots: int) -> None:
-    view = View(White())
-    taken = [view.shoot(seed) for seed in range(shots)]
-    one, several = (np.nanstd(view.error(pitch)[view.paper]) for pitch in (taken[0], average(taken, FAST)))
-    assert one / several == pytest.approx(np.sqrt(shots), rel=SPREAD)
+def test_one_shot_is_its_own_average() -> None:
+    shot = np.arange(6.0).reshape(2, 3)
+    assert average([shot], FINE) is shot
 
 
-def test_outliers_are_left_out_and_drop_outs_filled(markers: View, repeated: list[Floats]) -> None:
-    mean = average(repeated, FAST)
-    far_off = [(np.abs(markers.error(pitch)) > 1.5 * ASTRAY_LINES).sum() for pitch in (*repeated, mean)]
-    assert min(far_off[:4]) > 50
-    assert far_off[4] < 3  # an outlier that is the only one to see its sample stays
-    lost = [(np.isnan(pitch) & markers.paper).sum() for pitch in (*repeated, mean)]
-    assert lost[4] < min(lost[:4]) / 20
-    assert np.isfinite(mean)[np.isfinite(repeated).sum(axis=0) == 1].all()
+def plane(depth: float) -> np.ndarray:
+    points = np.zeros((*SHAPE, 3))
+    points[..., 2] = -depth
+    return points
 
 
-def test_faint_ink_gains_as_much_as_paper(markers: View, repeated: list[Floats]) -> None:
-    ink = markers.paper & (markers.truth.signal < 0.1) & np.isfinite(repeated).all(axis=0)
-    errors = (markers.error(pitch)[ink] for pitch in (repeated[0], average(repeated, FAST)))
-    one, four = (np.percentile(np.abs(error), 68) for error in errors)  # outliers at the edges of the ink aside
-    assert ink.sum() > 1000
-    assert one / four == pytest.approx(2, rel=4 * SPREAD)
+def test_the_next_depth_adjoins() -> None:
+    near, far = depth_window(LENS, FINE, 900)
+    assert next_depth(plane(921.5), LENS, FINE, 900, nearer=True) is None
+    nearer = next_depth(plane(near + 1), LENS, FINE, 900, nearer=True)
+    farther = next_depth(plane(far - 1), LENS, FINE, 900, nearer=False)
+    assert nearer is not None
+    assert farther is not None
+    assert near < depth_window(LENS, FINE, nearer)[1] < near + 0.3 * (far - near)
+    assert far - 0.3 * (far - near) < depth_window(LENS, FINE, farther)[0] < far
 
 
-@settings(deadline=None)
-@given(order=st.permutations(range(4)))
-def test_the_order_of_the_shots_does_not_matter(repeated: list[Floats], order: Sequence[int]) -> None:
-    some = [pitch[100:140] for pitch in repeated]
-    np.testing.assert_allclose(average(some, FAST), average([some[i] for i in order], FAST), atol=ROUNDING)
+def test_beyond_the_scanners_range_there_is_no_next() -> None:
+    near, _ = depth_window(LENS, FINE, 510)
+    assert next_depth(plane(near + 0.1), LENS, FINE, 510, nearer=True) is None
+    assert next_depth(np.full((*SHAPE, 3), np.nan), LENS, FINE, 900, nearer=True) is None
 
 
-@pytest.mark.parametrize(
-    ("shots", "mean"),
-    [
-        ([5.0], 5.0),
-        ([5.0, np.nan], 5.0),
-        ([np.nan, np.nan], np.nan),
-        ([5.0, 5.1], 5.05),
-        ([5.0, 6.0], np.nan),  # who of the two is right?
-        ([5.0, 6.0, 5.1], 5.05),
-        ([5.0, 5.1, np.nan, 7.0], 5.05),
-    ],
-)
-def test_by_hand(shots: list[float], mean: float) -> None:
-    np.testing.assert_allclose(average([np.full((1, 1), pitch) for pitch in shots], FAST), mean)
+def test_depths_are_covered_as_far_as_the_surface_goes() -> None:
+    depth = np.broadcast_to(np.linspace(800, 1050, SHAPE[1]), SHAPE)
+
+    def shoot(distance: int) -> np.ndarray:
+        near, far = depth_window(LENS, FINE, distance)
+        points = np.zeros((*SHAPE, 3))
+        points[..., 2] = np.where((depth > near) & (depth < far), -depth, np.nan)
+        return points
+
+    shots = cover_depths(shoot, 900, LENS, FINE)
+    assert shots[0][0] == 900
+    np.testing.assert_allclose(-merge_depths(shots, BODY, FINE)[..., 2], depth)
 
 
-@pytest.fixture(scope="module")
-def deep() -> View:
-    """A page tilted through three windows."""
-    return View(White(), page_mm=(150.0, 240.0), pose=Pose(tilt_deg=50), table="none")
+def test_of_two_shots_the_better_focused_counts() -> None:
+    merged = merge_depths([(900, plane(940.0)), (950, plane(941.0))], BODY, FINE)
+    # 921.5 is nearer to it than 971.5, and the two differ by more than any noise.
+    np.testing.assert_allclose(merged[..., 2], -940)
+    gap = plane(940.0)
+    gap[0] = np.nan
+    np.testing.assert_allclose(merge_depths([(900, gap), (950, plane(941.0))], BODY, FINE)[0, :, 2], -941)
 
 
-@pytest.fixture(scope="module")
-def windows(deep: View) -> list[tuple[int, Floats]]:
-    def shoot(distance: int) -> Floats:
-        return points_of(deep.shoot(distance, distance), deep.body, FAST, distance)
-
-    return cover_depths(shoot, 900, MIDDLE, FAST)
-
-
-def lines_off(view: View, points: Floats) -> Floats:
-    """(rows, cols) lines by which points are wrong."""
-    return MIDDLE.focal_px * view.body.baseline_mm * (1 / -points[..., 2] - 1 / -view.truth.points[..., 2])
+@given(st.integers(1, 255), st.integers(0, 7), st.floats(0.5, 254), st.booleans())
+def test_exposure_comes_out_right_as_far_as_the_laser_goes(power: int, gain: int, level: float, fixed: bool) -> None:
+    before = Parameters(laser_power=power, gain=gain)
+    after = expose(before, level, gain_is_fixed=fixed)
+    comes_out = level * after.laser_power / power * GAIN_STEP ** (after.gain - gain)
+    limited = after.laser_power in (1, 255) and (fixed or after.gain in (0, 7))
+    assert limited or is_well_exposed(comes_out) or after.laser_power < 3  # steps of the power are coarse there
+    assert not fixed or after.gain == gain
 
 
-def test_focus_steps_measure_the_whole_of_a_deep_page(deep: View, windows: list[tuple[int, Floats]]) -> None:
-    points = merge_depths(windows, deep.body, FAST)
-    assert len(windows) == 3
-    seen = [np.isfinite(shot[..., 2])[deep.paper].mean() for _, shot in windows]
-    assert max(seen) < 0.6
-    assert np.isfinite(points[..., 2])[deep.paper].mean() > 0.998  # one in a thousand is lost wherever it lies
-    assert np.nanmax(np.abs(lines_off(deep, points)[deep.paper])) < 6 * MIDDLE.line_noise
-    sight = lines_of_sight(deep.body, FAST).tangents[deep.paper]
-    found = (points[..., :2] / -points[..., 2:])[deep.paper]
-    np.testing.assert_allclose(found[np.isfinite(found[:, 0])], sight[np.isfinite(found[:, 0])], atol=SIGHT)
+def test_paper_is_what_is_bright() -> None:
+    intensity = np.full(SHAPE, PAPER_LEVEL, np.uint8)
+    intensity[:20] = 8  # a third is ink
+    intensity[0] = 255  # and a line is gloss
+    pitch = Pitch(np.zeros(SHAPE), intensity)
+    assert brightness(pitch) == PAPER_LEVEL
+    assert brightness(replace(pitch, intensity=np.zeros(SHAPE, np.uint8))) == 0
 
 
-def test_where_windows_overlap_both_shots_count(deep: View, windows: list[tuple[int, Floats]]) -> None:
-    both = deep.paper & (np.stack([np.isfinite(shot[..., 2]) for _, shot in windows]).sum(axis=0) == 2)
-    assert both.sum() > 500
-    merged = np.std(lines_off(deep, merge_depths(windows, deep.body, FAST))[both])
-    single = np.nanstd(np.stack([lines_off(deep, shot)[both] for _, shot in windows]))
-    assert merged < 0.85 * single  # the root of one half where both lie alike
+def test_the_middle_of_the_depth() -> None:
+    points = plane(900.0)
+    points[:30, :, 2] = -1000
+    middle = middle_of(points, 21.5)
+    assert middle == pytest.approx(2 / (1 / 900 + 1 / 1000) - 21.5)
+    assert middle_of(np.full((*SHAPE, 3), np.nan), 21.5) is None
+    assert middle_of(plane(100.0), 21.5) == 500
 
 
-def test_a_stray_of_another_window_is_left_out(deep: View, windows: list[tuple[int, Floats]]) -> None:
-    strayed = [(distance, points * (1.0 if k else 1.01)) for k, (distance, points) in enumerate(windows)]
-    inner = np.isfinite(windows[0][1][..., 2]) & np.isfinite(windows[1][1][..., 2])
-    merged = merge_depths(strayed, deep.body, FAST)[inner]
-    apart = np.minimum(*(np.abs(merged - shot[inner]).max(axis=1) for _, shot in strayed[:2]))
-    assert apart.max() < ROUNDING
+def test_everything_comes_to_rest_in_order_whatever_fails() -> None:
+    done: list[str] = []
+
+    def jam() -> None:
+        done.append("stage")
+        raise DeviceError("jammed")
+
+    with (
+        pytest.raises(DeviceError, match="jammed"),
+        at_rest([lambda: done.append("laser"), jam, lambda: done.append("lamp")]),
+    ):
+        done.append("work")
+    assert done == ["work", "laser", "stage", "lamp"]
+    with pytest.raises(KeyboardInterrupt) as stopped, at_rest([jam]):
+        raise KeyboardInterrupt
+    assert stopped.value.__notes__ == ["and the scanner could not be brought to rest: jammed"]
