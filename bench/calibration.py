@@ -36,7 +36,7 @@ HIDDEN = replace(
     tilt=8e-4,
     bow=1.5e-3,
 )
-"""A body as bodies may be: half a per cent off in most things, and a lens with one per cent of distortion."""
+"""A body as bodies may be: half a per cent off in most things, and a lens that bends the corners by 1.1 pixels."""
 
 TILTS = ((0.0, 0.0), (25.0, 90.0), (-25.0, 0.0), (20.0, 45.0))
 POSES = [(distance, *tilt) for distance in (700.0, 900.0, 1150.0) for tilt in TILTS]

@@ -11,7 +11,7 @@ crossed its pixel: the temporal centre of gravity of the light (VIVID 910 hardwa
     pitch f therefore saw the mirror sent to the tangent s(f) = t(f − (n − 1)/2) + baseline / (distance + pupil), t(r)
     being the tangent up at which row r looks; baseline, focal length and pupil are here the manual's, which the driver
     can know, and what the body makes of them is its calibration. That the drive follows the tangent and not the angle
-    is our assumption; the cubic of the calibration takes up the difference.
+    is our assumption; the cubic of the calibration takes up the difference at any one distance.
 
 A direction of sight is the tangents (u right, v up) = (x, y) / depth. The stripe plane of tangent T meets it where
 y + baseline = depth·(T + tilt·u + bow·u²), hence depth = baseline / (T + tilt·u + bow·u² − v).
