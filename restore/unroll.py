@@ -11,10 +11,10 @@ import numpy as np
 from restore.align import border_of, square_up
 from restore.clean import clean
 from restore.decimate import decimate, depth_distance
-from restore.flatten import OnStep, flatten
+from restore.flatten import OnStep, flatten_points
 from restore.flatten.network import edges_of
 from restore.refine import carry, refine
-from restore.scan import FlatMesh, SurfaceMesh
+from restore.scan import FlatMesh, Floats, SurfaceMesh
 from restore.settings import Settings
 from restore.strain import signed_areas
 from restore.surface import Sheet
@@ -31,11 +31,13 @@ class Unrolled:
 
     coarse    the points that settled, where the fine mesh has them.
     fine      the mesh that carries the picture.
+    nodes     (k, 2) grid positions of the vertices of the fine mesh; none for a mesh without a grid.
     distance  how far the coarse mesh lies from the surface, mm; empty for a mesh without a grid.
     """
 
     coarse: FlatMesh
     fine: FlatMesh
+    nodes: Floats
     distance: dict[str, float]
 
 
@@ -55,20 +57,20 @@ def _unroll_sheet(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnSte
         distance = depth_distance(sheet, nodes, faces)
     with clock("flatten"):
         lengths = sheet.lengths(nodes, edges_of(faces))
-        coarse = flatten(mesh, settings.method, lengths=lengths, on_step=on_step)
+        coarse = flatten_points(mesh, settings.method, lengths=lengths, on_step=on_step)
     with clock("refine"):
         fine, fine_nodes = refine(sheet, coarse, nodes)
         fine = _square(fine)
         flat = carry(sheet.inside.shape, fine_nodes, fine.faces, fine.flat, nodes)
-    return Unrolled(replace(coarse, flat=flat), fine, distance)
+    return Unrolled(replace(coarse, flat=flat), fine, fine_nodes, distance)
 
 
 def _unroll_mesh(mesh: SurfaceMesh, settings: Settings, clock: Clock, on_step: OnStep | None) -> Unrolled:
     with clock("decimate"):
         mesh = clean(mesh, settings.points)
     with clock("flatten"):
-        flat = _square(flatten(mesh, settings.method, on_step=on_step))
-    return Unrolled(flat, flat, {})
+        flat = _square(flatten_points(mesh, settings.method, on_step=on_step))
+    return Unrolled(flat, flat, np.empty((0, 2)), {})
 
 
 def _square(flat: FlatMesh) -> FlatMesh:
