@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from station.calibrate import board, calibrate
 from station.devices import devices
 from station.doctor import doctor
 from station.progress import progress_on
@@ -132,7 +133,7 @@ def _restore(
     _tell(outcome, as_json=as_json, debug=debug)
 
 
-for command in (devices, doctor, trace):
+for command in (devices, doctor, trace, board, calibrate):
     app.command()(command)
 
 

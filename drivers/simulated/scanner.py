@@ -8,6 +8,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from drivers.scanner import SettingsError
 from drivers.simulated import config as settings_table
 from drivers.simulated.clock import VirtualClock
 from drivers.simulated.config import ScannerConfig
@@ -15,7 +16,7 @@ from drivers.simulated.device import Lens, SimulatedDevice
 from drivers.simulated.scene import lay
 from drivers.simulated.sensor import SceneSensor
 from drivers.simulated.shot import printed
-from drivers.vivid900.calibration import nominal
+from drivers.vivid900.calibration import Calibration, nominal, read_calibration
 from drivers.vivid900.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.lenses import LENSES
@@ -54,17 +55,27 @@ def rig(config: Mapping[str, Any], *, clock: Callable[[], float] | None = None) 
 
 def _sensor(wanted: ScannerConfig) -> SceneSensor:
     sheet, artwork = wanted.scene.build()
-    lens = LENSES[wanted.lens]
+    body = _body(wanted)
     scene = lay(
         sheet,
         printed(artwork, wanted.scene.page_mm),
-        depth_mm=wanted.distance_mm + lens.pupil_mm,
+        depth_mm=wanted.distance_mm + body.pupil_mm,
         pose=wanted.scene.pose,
         table=wanted.scene.table,
         gap_mm=wanted.scene.gap_mm,
     )
     contrast = artwork.name not in BLANK
-    return SceneSensor(scene, nominal(lens), wanted.distance_mm, seed=wanted.seed, contrast=contrast)
+    return SceneSensor(scene, body, wanted.distance_mm, seed=wanted.seed, contrast=contrast)
+
+
+def _body(wanted: ScannerConfig) -> Calibration:
+    """What the simulated body really is."""
+    if wanted.body is None:
+        return nominal(LENSES[wanted.lens])
+    body = read_calibration(Path(wanted.body))
+    if body.lens != wanted.lens:
+        raise SettingsError(f"scanner.body: {wanted.body} is of the lens {body.lens}", f"set lens = {body.lens!r}")
+    return body
 
 
 def connect(config: Mapping[str, Any], now: Callable[[], datetime] = _utc) -> Vivid900:

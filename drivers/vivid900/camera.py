@@ -165,7 +165,7 @@ class Vivid900:
         first = parameters.distance_mm
         shots = merge.cover_depths(shoot, first, lens, mode) if settings.multi_depth else [(first, shoot(first))]
         body.progress("scan", 1.0)
-        points = merge.merge_depths(shots, calibration.pupil_mm)
+        points = merge.merge_depths(shots, calibration, mode)
         noted = self._provenance(settings, parameters, status, calibration, [distance for distance, _ in shots])
         return RangeScan(points, textures[0], texture_grid(mode), noted)
 

@@ -17,7 +17,7 @@ from drivers.simulated.exposing import GAIN_STEP, exposure_of, suiting_paper
 from drivers.simulated.scanner import connect, rig
 from drivers.simulated.sheets import SHEETS
 from drivers.simulated.shot import Truth
-from drivers.vivid900.calibration import nominal, save_calibration
+from drivers.vivid900.calibration import encode_calibration, nominal
 from drivers.vivid900.camera import Vivid900
 from drivers.vivid900.lenses import LENSES, MODES
 from restore.scan import RangeScan
@@ -186,7 +186,7 @@ def test_the_station_configuration_that_comes_along_runs_the_real_driver(reposit
 
 def test_a_calibration_of_another_lens_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "wide.toml"
-    save_calibration(nominal(LENSES["WIDE"]), path)
+    path.write_text(encode_calibration(nominal(LENSES["WIDE"])), "utf-8")
     with connect(small(calibration=str(path))) as scanner, pytest.raises(SettingsError, match="MIDDLE"):
         scanner.capture(FAST)
 
@@ -194,8 +194,24 @@ def test_a_calibration_of_another_lens_is_refused(tmp_path: Path) -> None:
 def test_a_calibration_is_used(tmp_path: Path) -> None:
     path = tmp_path / "middle.toml"
     longer = replace(nominal(LENSES["MIDDLE"]), baseline_mm=255.0)
-    save_calibration(longer, path)
+    path.write_text(encode_calibration(longer), "utf-8")
     with connect(small()) as plain, connect(small(calibration=str(path))) as other:
         one, two = (scanner.capture(FAST) for scanner in (plain, other))
     assert two.provenance["calibration"]["baseline_mm"] == 255.0
     assert np.nanmean(two.points[..., 2] / one.points[..., 2]) == pytest.approx(255 / 250, rel=1e-3)
+
+
+def test_a_body_hides_its_geometry_from_the_driver(tmp_path: Path) -> None:
+    path = tmp_path / "hidden.toml"
+    hidden = replace(nominal(LENSES["MIDDLE"]), baseline_mm=255.0)
+    path.write_text(encode_calibration(hidden), "utf-8")
+    flat = {"sheet": "flat", "artwork": "white"}
+    with connect(small(body=str(path), scene=flat)) as told_nothing:
+        wrong = told_nothing.capture(FAST)
+    with connect(small(body=str(path), calibration=str(path), scene=flat)) as told_all:
+        right = told_all.capture(FAST)
+    assert wrong.provenance["calibration"]["baseline_mm"] == 250.0
+    assert np.nanmedian(right.points[..., 2]) == pytest.approx(-921.5, abs=0.1)
+    assert np.nanmedian(wrong.points[..., 2]) == pytest.approx(-921.5 * 250 / 255, rel=2e-3)
+    with pytest.raises(SettingsError, match=r"of the lens MIDDLE"):
+        connect(small(body=str(path), lens="WIDE"))
