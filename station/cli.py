@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -65,6 +66,7 @@ def _planish(
 def _scan(
     config: Annotated[Path, typer.Option(help="The station's configuration (TOML).", show_default=False)],
     output: Out,
+    average: Annotated[int | None, typer.Option(min=1, max=64, help="Shots to average (1).")] = None,
     tiff: Tiff = False,
     map_: Map = False,
     mesh: Mesh = False,
@@ -80,7 +82,10 @@ def _scan(
         from station.session import Destination, scan_page
 
         kinds = _kinds(tiff=tiff, map=map_, mesh=mesh, strain=strain, frames=frames, review=True)
-        outcome = scan_page(load_config(config), Destination(output, kinds, force), progress=progress)
+        station = load_config(config)
+        capture = replace(station.capture, **_given(average=average))
+        station = station.model_copy(update={"capture": capture})
+        outcome = scan_page(station, Destination(output, kinds, force), progress=progress)
     _tell(outcome, as_json=as_json, debug=debug)
 
 

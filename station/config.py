@@ -48,10 +48,19 @@ def load_config(path: Path) -> StationConfig:
         raise UsageError(f"cannot read {path}: {error.strerror}", "check the path after --config") from error
     except ValueError as error:  # TOMLDecodeError and UnicodeDecodeError
         raise UsageError(f"{path} is not a TOML file: {error}", "compare it with configs/simulated.toml") from error
+    _beside(path, table.get("scanner"))
     try:
         return checked(StationConfig, table, name=lambda key: f"{path}: {key}")
     except SettingsError as error:
         raise UsageError(f"{path}: capture.{error}", error.hint) from error
+
+
+def _beside(path: Path, scanner: Any) -> None:
+    """Make the names of files in a scanner's table, which are beside the configuration, paths from here."""
+    if isinstance(scanner, dict):
+        for key in ("profile", "calibration"):
+            if str(scanner.get(key, "")).endswith(".toml"):
+                scanner[key] = str(path.parent / scanner[key])
 
 
 def checked(model: type[Model], values: Mapping[str, Any], *, name: Callable[[str], str]) -> Model:

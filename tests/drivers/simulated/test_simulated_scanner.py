@@ -1,4 +1,4 @@
-"""The simulated scanner behind the door of all scanners."""
+"""The real driver over the simulated device, behind the door of all scanners."""
 
 import json
 import tomllib
@@ -11,8 +11,10 @@ import pytest
 from drivers import CaptureSettings, SettingsError, open_scanner
 from drivers.scanner import TransportError
 from drivers.simulated.artwork import ARTWORK
-from drivers.simulated.scanner import GAIN_STEP, connect, expose_for_paper
+from drivers.simulated.exposing import GAIN_STEP, exposure_of, suiting_paper
+from drivers.simulated.scanner import connect, rig
 from drivers.simulated.sheets import SHEETS
+from drivers.vivid900.lenses import MODES
 
 NOON = datetime(2024, 5, 17, 12, 0, tzinfo=UTC)
 FAST = CaptureSettings(mode="fast")
@@ -64,7 +66,8 @@ def test_provenance_tells_all_and_is_json() -> None:
     noted = connect(small(seed=5), now=noon).capture(FAST).provenance
     assert json.loads(json.dumps(dict(noted))) == noted
     assert noted["time"] == NOON.isoformat()
-    assert {"device", "lens", "distance_mm", "mode", "seed", "shot", "laser_power", "gain"} <= noted.keys()
+    assert {"device", "lens", "distance_mm", "mode", "profile", "calibration", "laser_power", "gain"} <= noted.keys()
+    assert "SIM" in noted["device"]
 
 
 def test_shots_differ_and_the_series_repeats() -> None:
@@ -76,19 +79,18 @@ def test_shots_differ_and_the_series_repeats() -> None:
     assert not np.array_equal(series[0][0], series[0][1], equal_nan=True)
 
 
-def test_the_truth_of_the_last_shot_is_kept() -> None:
-    scanner = connect(small())
-    assert scanner.truth is None
-    scan = scanner.capture(FAST)
-    assert scanner.truth is not None
-    assert scanner.truth.page_mm == (280.0, 200.0)
-    assert np.nanmax(np.abs(scan.points - scanner.truth.points)) < 20
+def test_the_truth_about_its_shots_is_known() -> None:
+    scan, standing = connect(small()).capture(FAST), rig(small())
+    truth = standing.sensor.truth(MODES["fast"])
+    assert truth.page_mm == (280.0, 200.0)
+    assert np.nanmax(np.abs(scan.points - truth.points)) < 20
 
 
 def test_progress_is_told() -> None:
     steps: list[tuple[str, float]] = []
     connect(small()).capture(FAST, lambda step, done: steps.append((step, done)))
     assert [step for step, done in steps if done == 1.0] == ["focus", "scan"]
+    assert all(0 <= done <= 1 for _, done in steps)
 
 
 def test_a_closed_scanner_shoots_no_more() -> None:
@@ -105,9 +107,9 @@ def test_focus_elsewhere_finds_nothing() -> None:
 
 
 @pytest.mark.parametrize("distance", [500.0, 900.0, 2500.0])
-def test_what_is_left_open_is_chosen_to_suit_white_paper(distance: float) -> None:
-    exposure, power, gain = expose_for_paper(distance, CaptureSettings())
-    assert 1 / GAIN_STEP < exposure < GAIN_STEP
+def test_the_device_chooses_what_suits_white_paper(distance: float) -> None:
+    power, gain = suiting_paper(distance)
+    assert 1 / GAIN_STEP < exposure_of(distance, power, gain) < GAIN_STEP
     assert 1 <= power <= 255
     assert 0 <= gain <= 7
 
