@@ -122,7 +122,7 @@ def _restore(
         outcome = restore_file(
             scan,
             Destination(output, kinds, force),
-            settings=checked(Settings, chosen, name="--{}".format),
+            settings=checked(Settings, chosen, name="--{}".format, hint="see planish restore --help"),
             texture=texture,
             progress=progress,
         )
