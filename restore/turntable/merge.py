@@ -124,7 +124,7 @@ class _Frame:
             count = same.sum(axis=0)
             mean = np.where(same, stack, 0.0).sum(axis=0) / np.maximum(count, 1)
             inverse = np.where(hole & (count > 0), mean, inverse)
-        rows, cols = np.indices(inverse.shape)
+        rows, cols = (index.astype(np.float64) for index in np.indices(inverse.shape))
         return np.where(hole[..., None], self.rays.points(rows, cols, inverse), self.scan.points)
 
 

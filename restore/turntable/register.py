@@ -12,7 +12,7 @@ import numpy as np
 
 from restore.scan import Floats, RangeScan
 
-REACHES = (4.0, 1.7)  # samples: how far apart partners may be, first for an axis that is a little off, then for the end
+REACHES = (4.0, 1.7, 1.0)  # samples: how far apart partners may be, at first for an axis that is a little off
 NORMAL_REACH, NORMAL_POINTS = 6.0, 40  # samples round a point that give it its normal
 MOST_MOVED = 18_000  # samples of the view; more do not lower the error, which is that of the fixed grid
 BY_SURFACE = 0.9  # weight of the surface against the print: the surface alone lets a flat page slide

@@ -12,6 +12,7 @@ from contextlib import suppress
 from types import TracebackType
 from typing import Literal, Self
 
+from drivers.simulated.clock import VirtualClock
 from drivers.simulated.stage.controller import Machine
 
 TICK_S = 0.01  # real time between looks at the clock
@@ -27,7 +28,7 @@ class PtyStage:
 
     port    name of the serial port.
     faults  index of an answer, counted from 0 → what goes wrong with it.
-    clock   seconds that the machine's moves take; by default they pass only when `sleep` is called.
+    clock   seconds that the machine's moves take; they may be the world's, by default they pass only in `sleep`.
     heard, answered  how many bytes came in, and how many answers were due.
     """
 
@@ -37,7 +38,7 @@ class PtyStage:
         self.machine = machine
         self.heard = self.answered = 0
         self._faults = dict(faults or {})
-        self._passed, self._clock = 0.0, clock or (lambda: self._passed)
+        self.clock = clock or VirtualClock()
         self._late: list[tuple[float, bytes]] = []
         self._lock, self._closing = threading.Lock(), threading.Event()
         # The other end stays open here too: the port outlives the programs that use it.
@@ -48,16 +49,15 @@ class PtyStage:
         self._thread = threading.Thread(target=self._run, name=f"stage on {self.port}", daemon=True)
         self._thread.start()
 
-    def clock(self) -> float:
-        """The machine's time."""
-        return self._clock()
-
     def sleep(self, seconds: float) -> None:
-        """Let simulated time pass, and answer what became due in it."""
+        """Let time pass, and answer what became due in it."""
+        if isinstance(self.clock, VirtualClock):
+            self.clock.sleep(seconds)
+        else:
+            time.sleep(seconds)
         with self._lock:
-            self._passed += seconds
             self._serve()
-        time.sleep(0)  # the thread and the kernel may want a turn
+        time.sleep(0)  # the kernel, which carries the bytes, may want a turn
 
     @property
     def angle_deg(self) -> float:

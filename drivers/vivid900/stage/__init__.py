@@ -16,10 +16,12 @@ __all__ = ["CONTROLLERS", "Controller", "RotaryStage", "controller_named", "open
 WRITE_TIMEOUT_S = 5.0  # the longest string takes 50 ms; with RTS/CTS a controller that is off takes none of it
 
 
-def controller_named(model: str) -> Controller:
-    """The row of the table. Raises SettingsError that lists the models."""
+def controller_named(model: str, *, relative: bool = False) -> Controller:
+    """The row of the table. Raises SettingsError that lists the models, or when this one cannot be relative."""
     if model not in CONTROLLERS:
         raise SettingsError(f"there is no stage controller {model!r}", f"use one of: {', '.join(CONTROLLERS)}")
+    if relative and not CONTROLLERS[model].ambiguous:
+        raise SettingsError(f"the controller {model} counts from home", "leave `relative` out of [stage]")
     return CONTROLLERS[model]
 
 
@@ -29,12 +31,9 @@ def open_stage(model: str, port: str, *, relative: bool = False) -> RotaryStage:
     model     a model of the table.
     port      serial port, such as /dev/ttyUSB0.
     relative  see `RotaryStage`.
-    Raises SettingsError for an unknown model, or one that cannot be relative, TransportError when the port cannot be
-    opened.
+    Raises SettingsError as `controller_named`, TransportError when the port cannot be opened.
     """
-    controller = controller_named(model)
-    if relative and not controller.ambiguous:
-        raise SettingsError(f"the controller {model} counts from home", "leave `relative` out of [stage]")
+    controller = controller_named(model, relative=relative)
     return RotaryStage(open_port(port, controller), controller, relative=relative)
 
 
