@@ -118,7 +118,7 @@ def _merge(
 def _axis(
     config: Annotated[Path, typer.Option(help="The station's configuration (TOML).", show_default=False)],
     output: Out,
-    turns: Annotated[int, typer.Option(min=2, max=72, help="Views of the board.")] = 4,
+    turns: Annotated[int, typer.Option(min=3, max=72, help="Views of the board.")] = 4,
     force: Force = False,
     debug: Debug = False,
 ) -> None:

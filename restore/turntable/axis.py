@@ -18,7 +18,7 @@ from restore.scan import Floats
 
 LEAST_CORNERS = 8  # two markers: four corners of one lie too close together to tell a tilt
 MOST_OFF_DEG = 0.5  # a stage turns to a hundredth of a degree; more, and the angles are not what the stage did
-LEAST_TURN_DEG = 5.0  # for less, the axis lies too far from what the views tell
+LEAST_TURN_DEG = 5.0  # off 0° and 180°: for less, the views do not tell where the axis is, or which way it turns
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +54,11 @@ def fit_axis(views: Sequence[Mapping[int, Floats]], turns_deg: Sequence[float]) 
     """
     first, turns = views[0], np.asarray(turns_deg, float) - turns_deg[0]
     pairs = [_shared(first, view) for view in views[1:]]
-    if not pairs or np.abs(_wrapped(turns)).max() < LEAST_TURN_DEG:
-        raise BadInput("the axis cannot be seen in views from one side", "turn the board between the views")
+    if not pairs or np.abs(np.sin(np.radians(turns))).max() < np.sin(np.radians(LEAST_TURN_DEG)):
+        raise BadInput(
+            "the views do not tell where the axis is and which way it turns",
+            "turn the board between them by something else than half a turn: three views or more do",
+        )
     rotations, shifts = zip(*(_rigid(before, after) for before, after in pairs), strict=True)
     start = _first_guess(np.array(rotations), np.array(shifts), turns[1:], np.concatenate([p[0] for p in pairs]))
 
@@ -98,8 +101,7 @@ def _first_guess(rotations: Floats, shifts: Floats, turns: Floats, corners: Floa
     """(6,) point and direction: what all rotations leave as it is."""
     rest = rotations - np.eye(3)
     direction = np.linalg.eigh(np.einsum("kji,kjl->il", rest, rest))[1][:, 0]
-    told = np.sin(np.radians(turns)) @ [np.sin(np.radians(_angle(r, direction))) for r in rotations]
-    if told < 0:
+    if np.sin(np.radians(turns)) @ [np.sin(np.radians(_angle(r, direction))) for r in rotations] < 0:
         direction = -direction
     middle = corners.mean(axis=0)  # the point is sought from here: along the axis nothing tells where
     system = np.concatenate([-rest.reshape(-1, 3), direction[None]])

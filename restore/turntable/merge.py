@@ -124,8 +124,8 @@ class _Frame:
             count = same.sum(axis=0)
             mean = np.where(same, stack, 0.0).sum(axis=0) / np.maximum(count, 1)
             inverse = np.where(hole & (count > 0), mean, inverse)
-        rows, cols = (index.astype(np.float64) for index in np.indices(inverse.shape))
-        return np.where(hole[..., None], self.rays.points(rows, cols, inverse), self.scan.points)
+        index = np.indices(inverse.shape, dtype=np.float64)
+        return np.where(hole[..., None], self.rays.points(index[0], index[1], inverse), self.scan.points)
 
 
 def _rays(scan: RangeScan) -> Rays:

@@ -29,6 +29,7 @@ def register(view: RangeScan, reference: RangeScan, start: Floats, spacing: floa
     spacing  mm between samples.
     With colour in both, iterative closest points with colour (Park, Zhou, Koltun, "Colored Point Cloud Registration
     Revisited", ICCV 2017), where the colour is what is printed, freed of light and shadow; else by planes.
+    Views that have nothing near each other stay where the turntable puts them.
     """
     o3d = load_open3d()
     registration = o3d.pipelines.registration
@@ -36,14 +37,18 @@ def register(view: RangeScan, reference: RangeScan, start: Floats, spacing: floa
     still.estimate_normals(o3d.geometry.KDTreeSearchParamHybrid(NORMAL_REACH * spacing, NORMAL_POINTS))
     moved = _cloud(view, most=MOST_MOVED)
     criteria = registration.ICPConvergenceCriteria(SETTLED, SETTLED, ROUNDS)
+    coloured = still.has_colors() and moved.has_colors()
     motion = start
-    for reach in REACHES:
-        if still.has_colors() and moved.has_colors():
-            how = registration.TransformationEstimationForColoredICP(lambda_geometric=BY_SURFACE)
-            found = registration.registration_colored_icp(moved, still, reach * spacing, motion, how, criteria)
-        else:
-            how = registration.TransformationEstimationPointToPlane(registration.TukeyLoss(reach * spacing))
-            found = registration.registration_icp(moved, still, reach * spacing, motion, how, criteria)
+    for reach in (reach * spacing for reach in REACHES):
+        try:
+            if coloured:
+                how = registration.TransformationEstimationForColoredICP(lambda_geometric=BY_SURFACE)
+                found = registration.registration_colored_icp(moved, still, reach, motion, how, criteria)
+            else:
+                how = registration.TransformationEstimationPointToPlane(registration.TukeyLoss(reach))
+                found = registration.registration_icp(moved, still, reach, motion, how, criteria)
+        except RuntimeError:  # no point has a partner
+            return start
         motion = np.asarray(found.transformation)
     return motion
 

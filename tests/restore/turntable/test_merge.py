@@ -15,7 +15,7 @@ SPACING_MM = 0.95  # of the samples of a FAST scan at 900 mm
 FILLED = 0.9  # of the shadow; the rest is ink that no view sees
 ERROR_MM = 0.1  # rms along the normal: twice the noise; the crease, a sample wide, counts more than all the rest
 REGISTERED_MM = SPACING_MM / 4  # sub-sample
-SIZE_MM = 1.5  # the outline is known to a sample and a half
+SIZE_MM = 3.0  # a FAST sample on the steep wall beside the gutter covers so much paper
 OFF_AXIS = np.array([0.4, -0.3, 0.3])  # mm: an axis that was calibrated carelessly
 
 
@@ -60,7 +60,7 @@ def test_the_report_tells_of_every_view(book, merged) -> None:
 
 def test_the_page_that_fell_in_two_is_whole_again(book, merged) -> None:
     one, both = (sorted(restore(scan).report["page_mm"]) for scan in (book.scans[0], merged.scan))
-    assert one[1] < 170 - 10 * SIZE_MM
+    assert one[1] < 170 - 5 * SIZE_MM
     assert both == pytest.approx((140, 170), abs=SIZE_MM)
 
 
@@ -87,17 +87,12 @@ def test_a_page_that_moved_is_left_out(book) -> None:
     np.testing.assert_array_equal(merged.scan.points, book.scans[0].points)
 
 
-def test_a_wrong_axis_is_told_of(book) -> None:
-    far = RotationAxis(book.axis.point + [60.0, 0.0, 40.0], book.axis.direction)
-    merged = merge_views(book.scans, book.turns, far)
+def test_a_wrong_axis_is_told_of_and_the_view_nearest_to_the_front_is_the_reference(book) -> None:
+    far = RotationAxis(book.axis.point + [0.0, 30.0, 0.0], book.axis.direction)
+    merged = merge_views(book.scans[::-1], [180.0, 360.0], far)
     assert len(merged.warnings) == 1
-    np.testing.assert_array_equal(merged.scan.points, book.scans[0].points)
-
-
-def test_the_view_nearest_to_the_front_is_the_reference(book) -> None:
-    merged = merge_views(book.scans[::-1], [180.0, 360.0], book.axis)
     assert merged.reference == 1
-    assert merged.scan.texture is book.scans[0].texture
+    np.testing.assert_array_equal(merged.scan.points, book.scans[0].points)
 
 
 def test_one_view_is_its_own_merger(book) -> None:
@@ -114,5 +109,5 @@ def test_angles_and_views_must_match(book) -> None:
 
 def bend(scan: RangeScan) -> RangeScan:
     """The view after somebody pressed on one side of the page: every sample moved along its ray."""
-    share = 1.0 + 3e-3 * (np.arange(scan.points.shape[1]) / scan.points.shape[1])[None, :, None] ** 2
+    share = 1.0 + 0.02 * (np.arange(scan.points.shape[1]) / scan.points.shape[1])[None, :, None] ** 2
     return replace(scan, points=scan.points * share)
