@@ -12,7 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.markers import marker_error
-from drivers.simulated import Flat, Markers, MultiFold, Pose, Spread, Truth
+from drivers.simulated import Flat, Markers, Pose, Spread, Text, Truth
+from drivers.simulated.artwork import Artwork
 from drivers.simulated.scene import Axle, Scene, lay
 from drivers.simulated.sheets import Sheet
 from drivers.simulated.shot import printed, shoot_scene
@@ -23,7 +24,7 @@ from restore.scan import Floats, Mask
 from restore.turntable import RotationAxis, board_corners, fit_axis, merge_views
 from restore.turntable.register import register
 
-LENS, DISTANCE_MM, PAGE_MM = LENSES["MIDDLE"], 900.0, (240.0, 200.0)
+LENS, DISTANCE_MM, PAGE_MM = LENSES["MIDDLE"], 900.0, (220.0, 180.0)
 AXLE = Axle((8.0, -5.0, -915.0), (0.03, 0.05, 1.0))
 FAR_MM = 1.0  # off along the normal: twice a sample's spacing, so another surface, or an outlier
 OFF_AXIS = np.array([0.3, -0.2, 0.3])  # mm: a careless calibration, for the registration to make good
@@ -41,38 +42,38 @@ class Case:
 CASES = {
     "deep book": Case(Spread(slope_deg=68.0, reach_mm=120.0), Pose(turn_deg=90, tilt_deg=14)),
     "gutter": Case(Spread(slope_deg=72.0, reach_mm=40.0), Pose(turn_deg=90, tilt_deg=10)),
-    "multi-fold": Case(MultiFold(), Pose(turn_deg=90, tilt_deg=30)),
 }
 
 
 def main() -> None:
     """Print a line for every case, then the pages, then the axis."""
     print(f"turntable: two views half a turn apart, FINE, MIDDLE lens at {DISTANCE_MM:g} mm, simulated noise")
-    row = "{:<12}{:>9}{:>9}{:>9}{:>10}{:>9}{:>9}{:>9}{:>11}{:>8}{:>7}"
-    told = ("missing", "left", "filled", "seen rms", "rms", *(f"p{p}" for p in PERCENTILES), "residual", "regist.", "s")
-    print("of the page's samples, one view / merged; then mm off the truth along the normal, seen by one / filled")
-    print(row.format("sheet", *told))
-    pages = []
+    told = ("missing", "shadow", "filled", "ink", "filled", "seen rms", "rms", *(f"p{p}" for p in PERCENTILES))
+    row = "{:<12}" + "{:>9}" * (len(told) + 3)
+    print("shares of the page that one view misses, and of that what the other fills: shadow, and ink that drops out;")
+    print("mm off the truth along the normal, of what one view saw, and of what filled the shadow")
+    print(row.format("sheet", *told, "residual", "regist.", "s"))
     for name, case in CASES.items():
-        scans, truths = _views(_scene(case.sheet, case.pose), (0.0, 180.0))
-        print(row.format(name, *_merging(scans, truths)), flush=True)
-        pages.append((name, scans, truths[0]))
-    _pages(pages)
+        scene = _scene(case.sheet, case.pose, Text())
+        scans, truths = _views(scene, (0.0, 180.0))
+        print(row.format(name, *_merging(scans, truths, _lit(scene))), flush=True)
+    _pages()
     _axis()
 
 
-def _merging(scans: Sequence[RangeScan], truths: Sequence[Truth]) -> list[str]:
+def _merging(scans: Sequence[RangeScan], truths: Sequence[Truth], lit: Mask) -> list[str]:
     axis = RotationAxis(np.asarray(AXLE.point_mm) + OFF_AXIS, _axis_of(AXLE).direction)
     start = time.perf_counter()
-    merged = merge_views(scans, (0.0, 180.0), axis)
+    merged = merge_views(scans, (0.0, 180.0), axis, reference=0)
     seconds = time.perf_counter() - start
     truth, seen = truths[0], scans[0].measured
     page = np.isfinite(truth.flat[..., 0])
-    hole = page & ~seen
-    filled = hole & merged.scan.measured
+    shadow, ink = page & ~seen & ~lit, page & ~seen & lit
+    filled = shadow & merged.scan.measured
     off, off_seen = _off(merged.scan, truth, filled), _off(scans[0], truth, page & seen)
     near = [np.percentile(off, percentile) for percentile in PERCENTILES]
-    shares = [hole.sum() / page.sum(), (hole & ~filled).sum() / page.sum(), filled.sum() / hole.sum()]
+    shares = [(shadow | ink).sum() / page.sum(), shadow.sum() / page.sum(), filled.sum() / shadow.sum()]
+    shares += [ink.sum() / page.sum(), (ink & merged.scan.measured).sum() / ink.sum()]
     rms = [_rms(values[values < FAR_MM]) for values in (off_seen, off)]
     moved = _registration_error(scans, axis)
     return [
@@ -92,13 +93,15 @@ def _registration_error(scans: Sequence[RangeScan], axis: RotationAxis) -> float
     return _rms(np.linalg.norm(points @ wrong[:3, :3].T + wrong[:3, 3], axis=1))
 
 
-def _pages(pages: Sequence[tuple[str, Sequence[RangeScan], Truth]]) -> None:
-    row = "{:<12} {:<8}{:>10}{:>10}{:>10}{:>9}"
+def _pages() -> None:
+    row = "{:<12} {:<18}{:>10}{:>10}{:>10}{:>9}"
     print("\nthe page: marker corners against truth")
     print(row.format("sheet", "views", "rms mm", "found", "width", "height"))
-    for name, scans, truth in pages:
-        merged = merge_views(scans, (0.0, 180.0), _axis_of(AXLE)).scan
-        for views, scan in (("one", scans[0]), ("merged", merged)):
+    for name, case in CASES.items():
+        scans, (truth, _) = _views(_scene(case.sheet, case.pose, Markers()), (0.0, 180.0))
+        first = merge_views(scans, (0.0, 180.0), _axis_of(AXLE), reference=0).scan
+        chosen = merge_views(scans, (0.0, 180.0), _axis_of(AXLE)).scan
+        for views, scan in (("one", scans[0]), ("first, completed", first), ("as chosen", chosen)):
             page = restore(scan, Settings())
             error, (width, height) = marker_error(page.image, page.dpi, truth.markers), page.report["page_mm"]
             found = f"{error.found}/{error.of}"
@@ -108,7 +111,7 @@ def _pages(pages: Sequence[tuple[str, Sequence[RangeScan], Truth]]) -> None:
 def _axis() -> None:
     print("\naxis from a flat board of markers: degrees and mm off the truth, rms of the corners in mm")
     for turns in ((0.0, 120.0, 240.0), (0.0, 90.0, 180.0, 270.0), (0.0, 20.0, -20.0)):
-        scans, _ = _views(_scene(Flat(), Pose()), turns)
+        scans, _ = _views(_scene(Flat(), Pose(), Markers()), turns)
         fit, true = fit_axis([board_corners(scan) for scan in scans], turns), _axis_of(AXLE)
         off = fit.axis.point - true.point
         lean = np.degrees(np.arcsin(np.linalg.norm(np.cross(fit.axis.direction, true.direction))))
@@ -116,8 +119,8 @@ def _axis() -> None:
         print(f"{turns!s:<28} {lean:.4f}° {away:.4f} mm, corners {fit.rms_mm:.3f} mm", flush=True)
 
 
-def _scene(sheet: Sheet, pose: Pose) -> Scene:
-    return lay(sheet, printed(Markers(), PAGE_MM), depth_mm=DISTANCE_MM + LENS.pupil_mm, pose=pose)
+def _scene(sheet: Sheet, pose: Pose, artwork: Artwork) -> Scene:
+    return lay(sheet, printed(artwork, PAGE_MM), depth_mm=DISTANCE_MM + LENS.pupil_mm, pose=pose)
 
 
 def _views(scene: Scene, turns: Sequence[float]) -> tuple[list[RangeScan], list[Truth]]:
@@ -126,6 +129,12 @@ def _views(scene: Scene, turns: Sequence[float]) -> tuple[list[RangeScan], list[
         for index, turn in enumerate(turns)
     ]
     return [scan for scan, _ in shots], [truth for _, truth in shots]
+
+
+def _lit(scene: Scene) -> Mask:
+    """(rows, cols) what laser and camera both see in the first view, within the depth window."""
+    scan, _ = shoot_scene(scene, nominal(LENS), FINE, DISTANCE_MM, np.random.default_rng(0), noise=False)
+    return scan.measured
 
 
 def _axis_of(axle: Axle) -> RotationAxis:

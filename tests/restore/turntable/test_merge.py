@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -15,6 +16,7 @@ SPACING_MM = 0.95  # of the samples of a FAST scan at 900 mm
 FILLED = 0.9  # of the shadow; the rest is ink that no view sees
 ERROR_MM = 0.1  # rms along the normal: twice the noise; the crease, a sample wide, counts more than all the rest
 REGISTERED_MM = SPACING_MM / 4  # sub-sample
+CLEARLY = 0.1  # of a correlation: an open book's outline is much the same either way up
 SIZE_MM = 3.0  # a FAST sample on the steep wall beside the gutter covers so much paper
 OFF_AXIS = np.array([0.4, -0.3, 0.3])  # mm: an axis that was calibrated carelessly
 
@@ -22,7 +24,7 @@ OFF_AXIS = np.array([0.4, -0.3, 0.3])  # mm: an axis that was calibrated careles
 @pytest.fixture(scope="session")
 def merged(book):
     careless = replace(book.axis, point=book.axis.point + OFF_AXIS)
-    return merge_views(book.scans, book.turns, careless)
+    return merge_views(book.scans, book.turns, careless, reference=0)
 
 
 def missed(book):
@@ -59,9 +61,18 @@ def test_the_report_tells_of_every_view(book, merged) -> None:
 
 
 def test_the_page_that_fell_in_two_is_whole_again(book, merged) -> None:
-    one, both = (sorted(restore(scan).report["page_mm"]) for scan in (book.scans[0], merged.scan))
-    assert one[1] < 170 - 5 * SIZE_MM
-    assert both == pytest.approx((140, 170), abs=SIZE_MM)
+    _, height = restore(book.scans[0]).report["page_mm"]
+    assert height < 170 - 5 * SIZE_MM
+    assert restore(merged.scan).report["page_mm"] == pytest.approx((140, 170), abs=SIZE_MM)
+
+
+def test_a_view_that_shows_the_page_whole_becomes_the_reference_and_is_rolled_upright(book, merged) -> None:
+    chosen = merge_views(book.scans, book.turns, book.axis)
+    assert chosen.reference == 1
+    assert chosen.scan.measured.sum() > book.scans[1].measured.sum()
+    first, rolled = (cv2.resize(scan.texture, (64, 48)).astype(float) for scan in (merged.scan, chosen.scan))
+    upright, upside_down = (np.corrcoef(first.ravel(), r.ravel())[0, 1] for r in (rolled, rolled[::-1, ::-1]))
+    assert upright > upside_down + CLEARLY
 
 
 def test_registration_is_finer_than_a_sample(book) -> None:
@@ -75,7 +86,7 @@ def test_registration_is_finer_than_a_sample(book) -> None:
 
 def test_views_without_colour_are_registered_by_their_surface(book) -> None:
     grey = [replace(scan, texture=None) for scan in book.scans]
-    merged = merge_views(grey, book.turns, book.axis)
+    merged = merge_views(grey, book.turns, book.axis, reference=0)
     assert merged.warnings == []
     assert (missed(book) & merged.scan.measured).sum() > FILLED * missed(book).sum()
 
