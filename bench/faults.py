@@ -9,7 +9,7 @@ from __future__ import annotations
 import random
 import sys
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 from time import perf_counter
@@ -26,6 +26,7 @@ from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.lenses import LENSES
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile import SIMULATED, Profile, load_profile
+from drivers.vivid900.transports import Target, Transport
 from drivers.vivid900.transports.in_process import InProcess
 from restore.scan import RangeScan
 
@@ -48,11 +49,11 @@ class Verdict:
 class Stand:
     """A simulated device with a plate before it, a faulty way to it, and the real driver over them."""
 
-    def __init__(self, profile: Profile) -> None:
-        self.clock, self.sensor, self.stops = VirtualClock(), PlateSensor(), 0
+    def __init__(self, profile: Profile, connect: Callable[[Target], Transport] = InProcess) -> None:
+        self.clock, self.sensor, self.stops, self.settings = VirtualClock(), PlateSensor(), 0, SETTINGS
         self.device = SimulatedDevice(Lens("MIDDLE", 14, self.sensor), profile, self.clock)
         self.way = FaultyDevice(self.device)
-        link = Link(InProcess(self.way), None, self.clock, self.clock.sleep)
+        link = Link(connect(self.way), None, self.clock, self.clock.sleep)
         self.camera = Vivid900(link, profile, calibrations(None), park=[self._stop])
         self.camera.capture(SETTINGS)  # so that there is an earlier shot to be confused with
 
@@ -65,28 +66,27 @@ class Stand:
         self.stops, shot, start = 0, self.device.shot, self.clock()
         try:
             scan = self.camera.capture(SETTINGS)
-            verdict = Verdict("scan", self._wrong(scan, shot))
+            verdict = Verdict("scan", self.wrong(scan, shot))
         except ScannerError as error:
             verdict = Verdict(type(error).__name__, "" if error.hint else f"no hint: {error}")
         except Exception as error:  # anything else is what this looks for
             verdict = Verdict("escaped", f"{type(error).__name__}: {error}")
-        return replace(verdict, wrong=verdict.wrong or self._unrest(start) or self._unusable())
+        return replace(verdict, wrong=verdict.wrong or self.unrest(start) or self._unusable())
 
-    def _wrong(self, scan: RangeScan, shot: int) -> str:
+    def wrong(self, scan: RangeScan, shot: int) -> str:
         """What is not true about a scan: its depth and its colour tell of which shot they are."""
         if not scan.measured.all() or scan.texture is None:
             return "samples are missing"
         shade = int(scan.texture[0, 0, 0]) - DARKEST
-        taken = self.device.shot
-        while taken > 0 and taken % SHADES != shade:
-            taken -= 1
-        depth = self.sensor.place_mm(taken) + LENSES["MIDDLE"].pupil_mm
+        # A hundred shades, five places: the shade tells the place.
+        depth = self.sensor.place_mm(shade) + LENSES["MIDDLE"].pupil_mm
         if (scan.texture != DARKEST + shade).any() or np.abs(scan.points[..., 2] + depth).max() > TRUE_MM:
             return "range and colour are of different shots"
-        # A reset sets the count back: then any shot is new.
-        return "an earlier shot" if taken <= shot <= self.device.shot else ""
+        # A power cycle sets the count back: then the shot cannot be told by its number.
+        new = {number % SHADES for number in range(shot + 1, self.device.shot + 1)}
+        return "" if shade in new or self.device.shot < shot else "an earlier shot"
 
-    def _unrest(self, start: float) -> str:
+    def unrest(self, start: float) -> str:
         """What has not come to rest."""
         if self.clock() - start > MOST_SECONDS or self.way.count > MOST_COMMANDS:
             return f"it took {self.clock() - start:.0f} s and {self.way.count} commands"
@@ -103,7 +103,7 @@ class Stand:
         self.way.set_script({})
         shot = self.device.shot
         try:
-            wrong = self._wrong(self.camera.capture(SETTINGS), shot)
+            wrong = self.wrong(self.camera.capture(SETTINGS), shot)
         except ScannerError as error:
             return f"the next capture failed: {error}"
         return wrong and f"next capture: {wrong}"
@@ -114,7 +114,7 @@ def length_of_capture(profile: Profile) -> int:
     stand = Stand(profile)
     stand.run({})
     stand.way.set_script({})
-    stand.camera.capture(SETTINGS)
+    stand.camera.capture(stand.settings)
     return stand.way.count
 
 

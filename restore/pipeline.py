@@ -6,14 +6,19 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
+import numpy as np
+
+from restore.clean import clean
+from restore.dense import flatten
 from restore.flatten import OnStep
 from restore.prepare import prepare
 from restore.report import describe
 from restore.scan import RangeScan, RestoredPage, SurfaceMesh
 from restore.settings import Settings
 from restore.shade import remove_shading
+from restore.surface import Sheet
 from restore.texture import paint_page
-from restore.unroll import unroll
+from restore.unroll import Unrolled, square, unroll
 
 STAGES = ("prepare", "decimate", "flatten", "refine", "texture", "shade")
 
@@ -37,7 +42,7 @@ def restore(
     clock = Stopwatch(progress)
     with clock("prepare"):
         surface = prepare(scan)
-    unrolled = unroll(surface, settings, clock, on_step)
+    unrolled = _unroll(surface, settings, clock, on_step)
     with clock("texture"):
         painting = paint_page(unrolled.fine, settings.dpi)
     with clock("shade"):
@@ -47,6 +52,16 @@ def restore(
     report = describe(surface, unrolled, painting, settings)
     report |= {"source": dict(scan.provenance), "seconds": clock.seconds}
     return RestoredPage(image, settings.dpi, painting.mask, unrolled.coarse, report, painting.source, unrolled.fine)
+
+
+def _unroll(surface: Sheet | SurfaceMesh, settings: Settings, clock: Stopwatch, on_step: OnStep | None) -> Unrolled:
+    if isinstance(surface, Sheet):
+        return unroll(surface, settings, clock, on_step)
+    with clock("decimate"):
+        mesh = clean(surface, settings.points or len(surface.vertices))
+    with clock("flatten"):
+        flat = square(flatten(mesh, settings.method, on_step=on_step))
+    return Unrolled(flat, flat, np.empty((0, 2)), {})
 
 
 class Stopwatch:

@@ -11,8 +11,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from station.calibrate import board, calibrate
+from station.devices import devices
+from station.doctor import doctor
 from station.progress import progress_on
 from station.telling import faults_told, say
+from station.trace import trace
 
 if TYPE_CHECKING:
     from station.session import Outcome
@@ -140,7 +144,7 @@ def _restore(
     ],
     output: Out,
     texture: Annotated[Path | None, typer.Option(help="The colour image, where the scan has none.")] = None,
-    points: Annotated[int | None, typer.Option(help="Points kept for the flattening (1000).")] = None,
+    points: Annotated[int | None, typer.Option(help="Points kept for the flattening, 0 for all (1000).")] = None,
     dpi: Annotated[float | None, typer.Option(help="Page pixels to an inch of paper (150).")] = None,
     method: Annotated[str | None, typer.Option(help="How to flatten: sticks, springs or conformal (sticks).")] = None,
     shading: Annotated[str | None, typer.Option(help="Light and shadow: keep or remove (keep).")] = None,
@@ -170,6 +174,10 @@ def _restore(
             progress=progress,
         )
     _tell(outcome, as_json=as_json, debug=debug)
+
+
+for command in (devices, doctor, trace, board, calibrate):
+    app.command()(command)
 
 
 def _kinds(**wanted: bool) -> frozenset[str]:

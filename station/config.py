@@ -101,7 +101,7 @@ def load_config(path: Path) -> StationConfig:
 def _beside(path: Path, scanner: Any) -> None:
     """Make the names of files in a scanner's table, which are beside the configuration, paths from here."""
     if isinstance(scanner, dict):
-        for key in ("profile", "calibration"):
+        for key in ("profile", "calibration", "body"):
             if str(scanner.get(key, "")).endswith(".toml"):
                 scanner[key] = str(path.parent / scanner[key])
 

@@ -45,6 +45,7 @@ class ScannerConfig(BaseModel):
 
     profile      name or file of the command profile that device and driver speak.
     calibration  file that the driver takes for the body's; the manual's figures when there is none.
+    body         calibration file of what the simulated body really is; the driver is not told.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -55,6 +56,7 @@ class ScannerConfig(BaseModel):
     seed: Annotated[int, Field(ge=0)] = 0
     profile: str = SIMULATED
     calibration: str | None = None
+    body: str | None = None
     scene: SceneConfig = SceneConfig()
 
 

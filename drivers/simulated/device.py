@@ -113,7 +113,8 @@ class SimulatedDevice:
         """Mount another lens: data that was not read is lost, and it initialises itself anew (p. 27)."""
         self.lens, self._ready_at = lens, self._clock() + SELF_TEST_S
         self._forget("lens")
-        self._attentions.append(LENS_CHANGED)
+        if LENS_CHANGED not in self._attentions:  # it happened, however often
+            self._attentions.append(LENS_CHANGED)
 
     def execute(self, cdb: bytes, data_out: bytes, data_in_length: int) -> Reply:
         """See Target. Raises TransportError when it is off: nobody answers."""

@@ -28,13 +28,13 @@ class Log:
     """Events in their order, and when the laser burned."""
 
     def __init__(self, clock: Callable[[], float]) -> None:
-        self._clock = clock
+        self.clock = clock
         self.events: list[Event] = []
         self.beams: list[Beam] = []
 
     def add(self, what: str, detail: str = "") -> None:
         """Note what happens now."""
-        self.events.append(Event(self._clock(), what, detail))
+        self.events.append(Event(self.clock(), what, detail))
 
     def burn(self, start: float, seconds: float, power: int) -> None:
         """Note that the laser will burn, unless it is cut off before."""
@@ -43,14 +43,14 @@ class Log:
 
     def cut_off(self) -> None:
         """The laser goes off now, and what was still to come does not."""
-        now = self._clock()
+        now = self.clock()
         past = [Beam(beam.start, min(beam.end, now), beam.power) for beam in self.beams if beam.start < now]
         self.beams[:] = past
 
     @property
     def laser_is_on(self) -> bool:
         """Whether the laser burns now."""
-        return any(beam.start <= self._clock() < beam.end for beam in self.beams)
+        return any(beam.start <= self.clock() < beam.end for beam in self.beams)
 
     def named(self, what: str) -> Iterator[Event]:
         """The events of one kind."""

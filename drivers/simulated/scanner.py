@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from drivers.scanner import SettingsError
 from drivers.simulated import config as settings_table
 from drivers.simulated.clock import VirtualClock
 from drivers.simulated.config import ScannerConfig
@@ -17,7 +18,7 @@ from drivers.simulated.scene import lay
 from drivers.simulated.sensor import SceneSensor, TurnedSensor
 from drivers.simulated.shot import printed
 from drivers.simulated.stage import PtyStage, machine
-from drivers.vivid900.calibration import nominal
+from drivers.vivid900.calibration import Calibration, nominal, read_calibration
 from drivers.vivid900.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.lenses import LENSES
@@ -64,11 +65,11 @@ def rig(
 
 def _sensor(wanted: ScannerConfig, angle: Callable[[], float]) -> TurnedSensor:
     sheet, artwork = wanted.scene.build()
-    lens = LENSES[wanted.lens]
+    body = _body(wanted)
     scene = lay(
         sheet,
         printed(artwork, wanted.scene.page_mm),
-        depth_mm=wanted.distance_mm + lens.pupil_mm,
+        depth_mm=wanted.distance_mm + body.pupil_mm,
         pose=wanted.scene.pose,
         table=wanted.scene.table,
         gap_mm=wanted.scene.gap_mm,
@@ -77,9 +78,19 @@ def _sensor(wanted: ScannerConfig, angle: Callable[[], float]) -> TurnedSensor:
 
     def at(turned_deg: float) -> SceneSensor:
         seen = scene.turned(turned_deg, wanted.scene.axle) if turned_deg else scene
-        return SceneSensor(seen, nominal(lens), wanted.distance_mm, seed=wanted.seed, contrast=contrast)
+        return SceneSensor(seen, body, wanted.distance_mm, seed=wanted.seed, contrast=contrast)
 
     return TurnedSensor(at, angle)
+
+
+def _body(wanted: ScannerConfig) -> Calibration:
+    """What the simulated body really is."""
+    if wanted.body is None:
+        return nominal(LENSES[wanted.lens])
+    body = read_calibration(Path(wanted.body))
+    if body.lens != wanted.lens:
+        raise SettingsError(f"scanner.body: {wanted.body} is of the lens {body.lens}", f"set lens = {body.lens!r}")
+    return body
 
 
 def connect(config: Mapping[str, Any], now: Callable[[], datetime] = _utc) -> Vivid900:
@@ -101,13 +112,13 @@ def connect_turntable(
     Raises SettingsError for an unknown model as well.
     """
     controller = controller_named(model, relative=relative)
-    with ExitStack() as opened:
-        clock = VirtualClock()
-        fake = opened.enter_context(PtyStage(machine(model, relative=relative), clock=clock))
+    clock = VirtualClock()
+    with PtyStage(machine(model, relative=relative), clock=clock) as fake:
         standing = replace(rig(config, clock=clock, angle=lambda: fake.angle_deg), clock=clock)
         port = open_port(fake.port, controller)
         stage = RotaryStage(port, controller, relative=relative, clock=clock, sleep=fake.sleep)
-        yield opened.enter_context(_driven(standing, config, now)), opened.enter_context(stage)
+        with stage, _driven(standing, config, now) as scanner:
+            yield scanner, stage
 
 
 def _driven(standing: Rig, config: Mapping[str, Any], now: Callable[[], datetime]) -> Vivid900:

@@ -30,10 +30,11 @@ def aim(body: Body, settings: CaptureSettings, calibration: Calibration) -> Para
 
 
 def _focused(body: Body, settings: CaptureSettings) -> Parameters:
+    parameters = body.read_parameters()
     if settings.laser_power is None:
         return body.autofocus("active")
     if settings.distance_mm is not None:
-        return body.read_parameters()
+        return parameters
     try:
         return body.autofocus("passive")
     except PanelError as error:  # an even page has no contrast; the laser finds it nevertheless

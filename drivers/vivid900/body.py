@@ -17,9 +17,10 @@ from drivers.vivid900.panel import panel_error
 from drivers.vivid900.pitch import Pitch, parse_pitch, pitch_length
 from drivers.vivid900.profile import Profile
 
-WARM_UP_S = 30.0  # the self test takes ten seconds (manual p. 13)
-SHOT_S = 15.0  # a FINE shot takes 2.5 s, its colours 0.5 s (p. 59), the motor's turn before it a second or two
-FOCUS_S = 10.0
+# Seconds that an operation takes, and seconds after which it never will end.
+WARM_UP_S = (10.0, 30.0)  # the self test (manual p. 13)
+SHOT_S = (3.5, 15.0)  # a FINE shot takes 2.5 s, its colours 0.5 s (p. 59), the motor's turn before it a second or two
+FOCUS_S = (1.5, 10.0)
 PARK_ATTEMPTS = 5
 BARRIER = "AF/AE ERROR LASER BARRIER MAY BE CLOSED"
 RANGE_MODES: dict[ShotMode, Mode] = {ShotMode.FINE_COLOUR: FINE, ShotMode.FAST_COLOUR: FAST}
@@ -75,7 +76,10 @@ class Body:
         if "focused" in self.profile.blocks.status.fields and status.focused != before + 1:
             raise Interrupted("the scanner has not focused", AGAIN)
         self.progress("focus", 1.0)
-        return self.read_parameters()
+        found = self.read_parameters()
+        if self.read_parameters() != found:  # nothing else would tell that one answer was an old one
+            raise BadReply("the scanner tells two distances for one autofocus")
+        return found
 
     def shoot(self, parameters: Parameters) -> Shot:
         """Write the parameters, release, wait, and fetch what the shot left.
@@ -121,9 +125,9 @@ class Body:
         read = partial(commands.read_colour, self.profile, mode)
         return parse_colour(self.profile, mode, self.link.read(read, colour_length(self.profile, mode)))
 
-    def _wait(self, step: str, done: Callable[[Status], bool], limit: float) -> Status:
-        """Ask until it is done. Raises StillBusy after `limit` seconds, NotReady while it still warms up."""
-        start = self.link.clock()
+    def _wait(self, step: str, done: Callable[[Status], bool], seconds: tuple[float, float]) -> Status:
+        """Ask until it is done. Raises StillBusy after the longer time, NotReady while it still warms up."""
+        start, (expected, limit) = self.link.clock(), seconds
         for pause in pauses():
             status = self.status()
             waited = self.link.clock() - start
@@ -131,7 +135,7 @@ class Body:
                 return status
             if waited > limit:
                 break
-            self.progress(step, min(waited / limit, 0.99))
+            self.progress(step, min(waited / expected, 0.99))
             self.link.sleep(pause)
         if status.state == "warming-up":
             raise NotReady(f"the scanner has been warming up for {limit:g} s", "look at its panel")

@@ -6,7 +6,7 @@ A lens is adjusted to one body (VIVID 910 hardware manual p. 27), so a calibrati
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any, ClassVar, Literal
@@ -104,21 +104,21 @@ def calibration_of(table: Mapping[str, Any], where: str) -> Calibration:
     Raises SettingsError for a missing, unknown or impossible value.
     """
     try:
-        calibration = _ADAPTER.validate_python(dict(table))
+        calibration = _ADAPTER.validate_python(table)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
-        key = ".".join(map(str, first["loc"]))
-        raise SettingsError(f"{where}: {key}: {first['msg']}, not {first['input']!r}", DAMAGED) from error
+        key = ": ".join([where, *map(str, first["loc"])])
+        raise SettingsError(f"{key}: {first['msg']}, not {first['input']!r}", DAMAGED) from error
     _check_one_to_one(calibration, where)
     return calibration
 
 
-def save_calibration(calibration: Calibration, path: Path, *, comments: tuple[str, ...] = ()) -> None:
-    """Write a calibration file that `read_calibration` gives back exactly. Raises OSError when the disk refuses."""
+def encode_calibration(calibration: Calibration, *, comments: Sequence[str] = ()) -> str:
+    """The text of a calibration file that `read_calibration` gives back exactly, under lines of comment."""
     lines = [f"# {comment}".rstrip() for comment in ("Planish: calibration of a Vivid 900", *comments)]
     lines += ["", f"format = {FORMAT}"]
     lines += [f"{name} = {_toml(value)}" for name, value in calibration.as_json().items()]
-    path.write_text("\n".join(lines) + "\n", "utf-8")
+    return "\n".join(lines) + "\n"
 
 
 _ADAPTER: TypeAdapter[Calibration] = TypeAdapter(Calibration)

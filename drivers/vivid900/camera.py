@@ -6,6 +6,7 @@ parameters → autofocus → write → release → pitch → colour, and after e
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, suppress
 from dataclasses import replace
 from datetime import UTC, datetime
 from types import TracebackType
@@ -131,21 +132,22 @@ class Vivid900:
     def _body(self, progress: Progress = _silent) -> Body:
         return Body(self._link, self._profile, progress)
 
-    def _rest(self) -> Any:
+    def _rest(self) -> AbstractContextManager[None]:
         return at_rest([self._body().laser_off, *self._park])
 
     def _attempt(self, work: Callable[[Body], Result], progress: Progress) -> Result:
         """Do the work, anew after a reset or a damaged block, and bring everything to rest each time."""
         if not self._open:
             raise TransportError("the scanner is closed", "open it again")
-        for left in reversed(range(ATTEMPTS)):
-            try:
-                with self._rest():
-                    return work(self._body(progress))
-            except (Interrupted, BadReply):
-                if not left:
-                    raise
-        raise AssertionError  # the last attempt returned or raised
+        for _ in range(ATTEMPTS - 1):
+            with suppress(Interrupted, BadReply):
+                return self._once(work, progress)
+        return self._once(work, progress)
+
+    def _once(self, work: Callable[[Body], Result], progress: Progress) -> Result:
+        with self._rest():
+            self._link.clear_attentions()
+            return work(self._body(progress))
 
     def _capture(self, body: Body, settings: CaptureSettings) -> RangeScan:
         status = body.wait_ready()
@@ -163,7 +165,7 @@ class Vivid900:
         first = parameters.distance_mm
         shots = merge.cover_depths(shoot, first, lens, mode) if settings.multi_depth else [(first, shoot(first))]
         body.progress("scan", 1.0)
-        points = merge.merge_depths(shots, calibration.pupil_mm)
+        points = merge.merge_depths(shots, calibration, mode)
         noted = self._provenance(settings, parameters, status, calibration, [distance for distance, _ in shots])
         return RangeScan(points, textures[0], texture_grid(mode), noted)
 

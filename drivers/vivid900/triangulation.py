@@ -11,7 +11,7 @@ crossed its pixel: the temporal centre of gravity of the light (VIVID 910 hardwa
     pitch f therefore saw the mirror sent to the tangent s(f) = t(f − (n − 1)/2) + baseline / (distance + pupil), t(r)
     being the tangent up at which row r looks; baseline, focal length and pupil are here the manual's, which the driver
     can know, and what the body makes of them is its calibration. That the drive follows the tangent and not the angle
-    is our assumption; the cubic of the calibration takes up the difference.
+    is our assumption; the cubic of the calibration takes up the difference at any one distance.
 
 A direction of sight is the tangents (u right, v up) = (x, y) / depth. The stripe plane of tangent T meets it where
 y + baseline = depth·(T + tilt·u + bow·u²), hence depth = baseline / (T + tilt·u + bow·u² − v).
@@ -28,16 +28,16 @@ from drivers.vivid900.calibration import Calibration
 from drivers.vivid900.lenses import BASELINE_MM, LENSES, TEXTURE_ROWS, Mode, texture_grid
 from restore.scan import Floats, Mask
 
-# Newton's method doubles the digits with every step, and starts within a hundredth.
-NEWTON_STEPS = 6
+# Newton's method doubles the digits with every step, and starts within a twentieth.
+NEWTON_STEPS = 5
 
 
 @dataclass(frozen=True, eq=False)
 class Sight:
-    """The lines of sight of one grid of samples.
+    """Lines of sight.
 
-    tangents  (rows, cols, 2) tangents right and up.
-    rise      (rows, cols) how much higher than T the stripe plane stands over the line of sight: tilt·u + bow·u² − v.
+    tangents  (…, 2) tangents right and up.
+    rise      (…) how much higher than its tangent T the stripe plane stands over the line of sight.
     """
 
     tangents: Floats
@@ -49,10 +49,12 @@ def points_of(pitch: Floats, calibration: Calibration, mode: Mode, distance_mm: 
 
     distance_mm  the distance from the front of the lens at which the shot was focused.
     """
-    sight = lines_of_sight(calibration, mode)
-    # The mirror is sent to `first` + `slope`·pitch, so the calibration's cubic is one of the pitch as well.
-    denominator = np.polyval(_cubic_of_frames(calibration, mode, distance_mm), pitch)
-    denominator += sight.rise
+    return points_along(lines_of_sight(calibration, mode), pitch, calibration, mode, distance_mm)
+
+
+def points_along(sight: Sight, pitch: Floats, calibration: Calibration, mode: Mode, distance_mm: float) -> Floats:
+    """(…, 3) mm: `points_of` for any lines of sight (…) of the calibration."""
+    denominator = stripe_tangent(pitch, calibration, mode, distance_mm) + sight.rise
     denominator[~(denominator > 0)] = np.nan
     depth = np.divide(calibration.baseline_mm, denominator, out=denominator)
     points = np.empty((*pitch.shape, 3))
@@ -77,6 +79,17 @@ def pitch_at(disparity: Floats, calibration: Calibration, mode: Mode, distance_m
     return (sent - first) / slope
 
 
+def stripe_tangent(pitch: Floats, calibration: Calibration, mode: Mode, distance_mm: float) -> Floats:
+    """(…) tangent T of the stripe plane at pitch (…)."""
+    first, slope = _drive(calibration, mode, distance_mm)
+    sent, (leading, *others) = first + slope * pitch, _cubic(calibration)
+    tangent = np.full_like(sent, leading)
+    for coefficient in others:  # Horner's scheme in place: half the time of `np.polyval`
+        tangent *= sent
+        tangent += coefficient
+    return tangent
+
+
 def in_window(pitch: Floats, calibration: Calibration, mode: Mode) -> Mask:
     """(rows, cols) bool, True where the stripe falls on the lines of the read-out block that carry depth."""
     lens = LENSES[calibration.lens]
@@ -88,7 +101,12 @@ def in_window(pitch: Floats, calibration: Calibration, mode: Mode) -> Mask:
 @lru_cache(maxsize=4)  # 7 MB each; a station has a lens or two and two modes
 def lines_of_sight(calibration: Calibration, mode: Mode) -> Sight:
     """Where the samples of a mode look. Kept: shot after shot is taken through the same lens."""
-    sight = tangents(calibration, texture_grid(mode))
+    return sight_through(calibration, texture_grid(mode))
+
+
+def sight_through(calibration: Calibration, texture_xy: Floats) -> Sight:
+    """The lines of sight through texture pixels (…, 2)."""
+    sight = tangents(calibration, texture_xy)
     u, v = sight[..., 0], sight[..., 1]
     return Sight(sight, calibration.tilt * u + calibration.bow * u**2 - v)
 
@@ -131,8 +149,3 @@ def _cubic(calibration: Calibration) -> Floats:
     """(4,) from the highest power: the tangent of the stripe plane as a cubic of the one the mirror was sent to."""
     p0, p1, p2, p3 = calibration.plane
     return np.array([p3, p2, 1 + p1, p0])
-
-
-def _cubic_of_frames(calibration: Calibration, mode: Mode, distance_mm: float) -> Floats:
-    first, slope = _drive(calibration, mode, distance_mm)
-    return np.asarray(np.poly1d(_cubic(calibration))(np.poly1d([slope, first])).coeffs)

@@ -43,8 +43,8 @@ def test_every_output_on_request(library, scan_file, tmp_path):
     assert main(["restore", str(scan_file), "-o", str(tmp_path / "out"), *kinds]) == 0
     endings = {path.name.removeprefix("book") for path in (tmp_path / "out").iterdir()}
     assert endings == {
-        ".png", ".tif", ".json", "-map.tif", "-flat.obj", "-warped.obj", "-mesh.mtl", "-texture.png", "-strain.png",
-        "-frames.png", "-review.png",
+        ".png", ".tif", ".json", "-map.tif", "-flat.obj", "-warped.obj", "-mesh.mtl", "-texture.png", "-strain.ply",
+        "-strain.png", "-frames.png", "-review.png",
     }  # fmt: skip
 
 
@@ -54,7 +54,7 @@ def test_json_is_the_report_and_nothing_else(library, scan_file, tmp_path, capsy
     assert printed == json.loads((tmp_path / "book.json").read_text())
     wanted = {"points", "method", "dpi", "steps", "flipped_faces", "area_ratio", "strain", "page_mm", "effective_ppi"}
     assert wanted <= printed.keys()
-    assert set(printed["strain"]) == {"rms", "max"}
+    assert set(printed["strain"]) >= {"rms", "max"}
     assert len(printed["page_mm"]) == 2
     stages = {"load", "prepare", "decimate", "flatten", "texture", "shade", "total"}
     assert stages <= printed["seconds"].keys()

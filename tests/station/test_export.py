@@ -96,7 +96,7 @@ def test_obj_without_colour_refers_to_none(page, scan):
     bare = replace(page, flat=replace(page.flat, texture=None, texcoords=None))
     assert b"mtl" not in encode_flat(bare.flat, "m.mtl")
     done = export.Restoration("page", bare, scan, (), {})
-    assert len(list(export.encoded(done, {"mesh"}))) == len(export.names("page", {"mesh"}, colour=False)) == 4
+    assert len(list(export.encoded(done, {"mesh"}))) == len(export.names("page", {"mesh"}, colour=False)) == 5
 
 
 def test_page_and_report_are_always_written():

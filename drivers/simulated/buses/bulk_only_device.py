@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from enum import Enum, auto
 
 from drivers.scanner import TransportError
-from drivers.simulated.buses.usb_descriptors import PACKET_SIZE
+from drivers.simulated.buses.usb_descriptors import HIGH_SPEED
 from drivers.vivid900.transports import GOOD, Target
 from drivers.vivid900.transports.bridges import BRIDGES, Addressing
 from drivers.vivid900.transports.bulk_only import (
@@ -70,7 +70,7 @@ ANSWER_FAULTS: Mapping[str, Callable[[Answer], Answer]] = {
     "stall data": lambda answer: replace(answer, data=b"", halt_after_data=True),
     "stall status": lambda answer: replace(answer, halt_before_status=True),
     "short data": _shorter,
-    "long data": lambda answer: replace(answer, data=(answer.data or b"") + bytes(PACKET_SIZE)),
+    "long data": lambda answer: replace(answer, data=(answer.data or b"") + bytes(HIGH_SPEED)),
     "status in place of data": lambda answer: replace(answer, data=None),
     "duplicate status": lambda answer: replace(answer, status=answer.status * 2),
     "wrong tag": _status_bytes(lambda status: status.__setitem__(4, status[4] ^ 0xFF)),
@@ -89,13 +89,21 @@ class BulkOnlyDevice:
     """A bridge with one SCSI device.
 
     numbers   USB vendor and product number: they decide how the bridge takes SCSI IDs.
-    scsi_id   where the device sits.
+    scsi_id   where the device sits; packet_size: bytes of its longest packet.
     faults    names out of FAULTS by the index of the command.
     wrappers  every command wrapper that arrived.
     """
 
-    def __init__(self, target: Target, *, numbers: tuple[int, int], scsi_id: int, faults: Mapping[int, str]) -> None:
-        self._target, self._scsi_id = target, scsi_id
+    def __init__(
+        self,
+        target: Target,
+        *,
+        numbers: tuple[int, int],
+        scsi_id: int,
+        packet_size: int,
+        faults: Mapping[int, str],
+    ) -> None:
+        self._target, self._scsi_id, self._packet_size = target, scsi_id, packet_size
         self._bridge = BRIDGES.get(numbers)
         self.faults = dict(faults)
         self.wrappers: list[CommandWrapper] = []
@@ -137,18 +145,18 @@ class BulkOnlyDevice:
         """Packets to the host until one is short or the room is full, and why it ended before. Raises Overflow."""
         if self.halted_in:
             return b"", Ending.HALT
-        came, packet = b"", bytes(PACKET_SIZE)
-        while len(came) < room and len(packet) == PACKET_SIZE:
+        came, packet = bytearray(), bytes(self._packet_size)
+        while len(came) < room and len(packet) == self._packet_size:
             if not self._packets:
-                return came, Ending.SILENCE
+                return bytes(came), Ending.SILENCE
             if (upcoming := self._packets.popleft()) is None:
                 self.halted_in = True
-                return came, Ending.HALT
+                return bytes(came), Ending.HALT
             packet = upcoming
             came += packet
         if len(came) > room:
             raise Overflow
-        return came, Ending.DONE
+        return bytes(came), Ending.DONE
 
     def _take_command(self, content: bytes) -> None:
         fault = self.faults.get(len(self.wrappers))
@@ -170,6 +178,8 @@ class BulkOnlyDevice:
 
     def _answer(self, wrapper: CommandWrapper, data_out: bytes) -> None:
         status, data = self._ask(wrapper, data_out)
+        if status is None:
+            return
         residue = wrapper.length - (len(data) if wrapper.from_device else len(data_out))
         answer = Answer(
             data if wrapper.from_device else None, build_status(StatusWrapper(wrapper.tag, residue, status))
@@ -179,18 +189,22 @@ class BulkOnlyDevice:
         if fault == "phase error":
             self.waits_for_reset = True
 
-    def _ask(self, wrapper: CommandWrapper, data_out: bytes) -> tuple[int, bytes]:
+    def _ask(self, wrapper: CommandWrapper, data_out: bytes) -> tuple[int | None, bytes]:
+        """Status and data; None for a device that does not answer: nor does the bridge then."""
         addressing = self._bridge.addressing if self._bridge else Addressing.NONE
         multi_target = self.multi_target or not (self._bridge and self._bridge.multi_target)
         if multi_target and wrapper.lun != addressing.lun_byte(self._scsi_id):
             return (NO_SUCH_TARGET if addressing is Addressing.WHOLE_BYTE else FAILED), b""
-        reply = self._target.execute(wrapper.cdb, data_out, wrapper.length if wrapper.from_device else 0)
+        try:
+            reply = self._target.execute(wrapper.cdb, data_out, wrapper.length if wrapper.from_device else 0)
+        except TransportError:  # the device is off, or its cable is out
+            return None, b""
         return (PASSED if reply.status == GOOD else FAILED), reply.data
 
     def _queue(self, answer: Answer, asked: int) -> None:
         if answer.data is not None:
-            self._packets.extend(_pieces(answer.data, PACKET_SIZE))
-            ended = len(answer.data) >= asked or len(answer.data) % PACKET_SIZE
+            self._packets.extend(_pieces(answer.data, self._packet_size))
+            ended = len(answer.data) >= asked or len(answer.data) % self._packet_size
             if answer.halt_after_data or not ended:  # a full last packet does not tell the host that no more comes
                 self._packets.append(None)
         if answer.halt_before_status:

@@ -8,10 +8,13 @@ import os
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from drivers.scanner import TransportError
 from drivers.vivid900.scsi import REQUEST_SENSE, request_sense
 from drivers.vivid900.sense import SENSE_LENGTH
 from drivers.vivid900.transports import CHECK_CONDITION, Target
 from drivers.vivid900.transports.sg import FROM_DEVICE, SCSI_GENERIC, SG_IO, TO_DEVICE, SgIoHeader
+
+NO_CONNECTION, CARD_FAULT = 0x01, 0x07  # DID_NO_CONNECT; DID_ERROR, which is what more data than asked for ends with
 
 Fault = Callable[[SgIoHeader], None]
 """Spoils what the kernel reports, or raises OSError as the ioctl would."""
@@ -40,11 +43,18 @@ class SimulatedSgNode:
         moved = ctypes.string_at(header.dxferp, header.dxfer_len) if header.dxferp else b""
         inward = header.dxfer_direction == FROM_DEVICE
         data_out = moved if header.dxfer_direction == TO_DEVICE else b""
-        reply = self._target.execute(cdb, data_out, header.dxfer_len if inward else 0)
+        try:
+            reply = self._target.execute(cdb, data_out, header.dxfer_len if inward else 0)
+        except TransportError:  # the device is off, or its cable is out
+            header.host_status = NO_CONNECTION
+            return
         header.status = reply.status
         if inward:
-            ctypes.memmove(header.dxferp, reply.data, len(reply.data))
-            header.resid = header.dxfer_len - len(reply.data)
+            data = reply.data[: header.dxfer_len]
+            ctypes.memmove(header.dxferp, data, len(data))
+            header.resid = header.dxfer_len - len(data)
+            if len(data) < len(reply.data):
+                header.host_status = CARD_FAULT
         if reply.status == CHECK_CONDITION and cdb[0] != REQUEST_SENSE:
             reply = self._target.execute(request_sense(SENSE_LENGTH), b"", SENSE_LENGTH)
             sense = reply.data[: header.mx_sb_len]

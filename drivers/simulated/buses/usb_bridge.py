@@ -16,6 +16,7 @@ from drivers.simulated.buses.bulk_only_device import BulkOnlyDevice, Ending, Hal
 from drivers.simulated.buses.usb_descriptors import (
     BULK_IN,
     CONFIGURATION,
+    FULL_SPEED,
     configuration_descriptor,
     device_descriptor,
     endpoint_descriptor,
@@ -33,6 +34,7 @@ class SimulatedBridge(IBackend):
 
     numbers         USB vendor and product number: they decide how the bridge takes SCSI IDs.
     scsi_id         where the device sits.
+    packet_size     bytes of its longest packet; the shorter they are, the more can go wrong.
     faults          names out of `bulk_only_device.FAULTS` by the index of the command.
     kernel_driver   whether the kernel's own driver holds the interface.
     refuses_reset   whether only a reset of the port brings it back after a fault.
@@ -45,15 +47,18 @@ class SimulatedBridge(IBackend):
         *,
         numbers: tuple[int, int] = MICROTECH,
         scsi_id: int = 5,
+        packet_size: int = FULL_SPEED,
         faults: Mapping[int, str] | None = None,
         kernel_driver: bool = False,
         refuses_reset: bool = False,
     ) -> None:
         super().__init__()
-        self.device = BulkOnlyDevice(target, numbers=numbers, scsi_id=scsi_id, faults=faults or {})
+        self.device = BulkOnlyDevice(
+            target, numbers=numbers, scsi_id=scsi_id, packet_size=packet_size, faults=faults or {}
+        )
         self.kernel_driver = kernel_driver
         self.log: list[str] = []
-        self._numbers, self._refuses_reset = numbers, refuses_reset
+        self._numbers, self._packet_size, self._refuses_reset = numbers, packet_size, refuses_reset
 
     def unplug(self) -> None:
         """Pull the cable."""
@@ -82,7 +87,7 @@ class SimulatedBridge(IBackend):
         return interface_descriptor(index, alternate)
 
     def get_endpoint_descriptor(self, _device: Any, index: int, *_where: int) -> SimpleNamespace:
-        return endpoint_descriptor(index)
+        return endpoint_descriptor(index, self._packet_size)
 
     def open_device(self, _device: Any) -> SimulatedBridge:
         self._check_plugged()

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 from drivers.vivid900.transports.bulk_only import BULK_ONLY, MASS_STORAGE, TRANSPARENT_SCSI
 
 BULK_IN, BULK_OUT = 0x81, 0x02
-PACKET_SIZE = 64  # a full-speed device's, as the Microtech's; the shortest makes the most packets
+FULL_SPEED, HIGH_SPEED = 64, 512  # bytes of a bulk packet (USB 2.0 §5.8.3)
 BULK = 0x02
 CONFIGURATION = 1
 
@@ -39,9 +39,9 @@ def interface_descriptor(index: int, alternate: int) -> SimpleNamespace:
     )  # fmt: skip
 
 
-def endpoint_descriptor(index: int) -> SimpleNamespace:
+def endpoint_descriptor(index: int, packet_size: int) -> SimpleNamespace:
     address = (BULK_IN, BULK_OUT)[index]
     return SimpleNamespace(
-        bLength=7, bDescriptorType=5, bEndpointAddress=address, bmAttributes=BULK, wMaxPacketSize=PACKET_SIZE,
+        bLength=7, bDescriptorType=5, bEndpointAddress=address, bmAttributes=BULK, wMaxPacketSize=packet_size,
         bInterval=0, bRefresh=0, bSynchAddress=0, extra_descriptors=[],
     )  # fmt: skip

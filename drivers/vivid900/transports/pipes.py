@@ -6,7 +6,6 @@ import errno
 from array import array
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from typing import Any
 
 import usb.core
 import usb.util
@@ -53,11 +52,18 @@ class Pipes:
 
     def __init__(self, device: usb.core.Device, bridge: Bridge) -> None:
         self._device, self._bridge = device, bridge
-        with translated("cannot open the bridge"):
-            self._interface, self._in, self._out = _find_pipes(device)
-            self._number = self._interface.bInterfaceNumber
-            self._detached = _detach_kernel_driver(device, self._number)
-            self._claim()
+        self._number, self._detached = 0, False
+        try:
+            with translated("cannot open the bridge"):
+                self._number, self._in, self._out = _find_pipes(device)
+                self._detached = _detach_kernel_driver(device, self._number)
+                self._claim()
+        except Stall as stall:
+            self.close()
+            raise TransportError(str(stall), "plug the bridge in again and start over") from stall
+        except BaseException:
+            self.close()
+            raise
 
     def write(self, data: bytes, timeout_ms: int) -> int:
         """Send bytes to the bridge; how many it took. Raises Stall, TransportError."""
@@ -123,8 +129,8 @@ class Pipes:
                 )
 
 
-def _find_pipes(device: usb.core.Device) -> tuple[Any, int, int]:
-    """The first interface with bulk endpoints both ways, and these endpoints' addresses.
+def _find_pipes(device: usb.core.Device) -> tuple[int, int, int]:
+    """The number of the first interface with bulk endpoints both ways, and the addresses of these, in and out.
 
     Its class is not asked for: the USB2Xchange speaks Bulk-Only and calls itself vendor-specific.
     """
@@ -136,7 +142,7 @@ def _find_pipes(device: usb.core.Device) -> tuple[Any, int, int]:
         ]
         ways = {usb.util.endpoint_direction(address): address for address in reversed(bulk)}
         if ways.keys() >= {usb.util.ENDPOINT_IN, usb.util.ENDPOINT_OUT}:
-            return interface, ways[usb.util.ENDPOINT_IN], ways[usb.util.ENDPOINT_OUT]
+            return interface.bInterfaceNumber, ways[usb.util.ENDPOINT_IN], ways[usb.util.ENDPOINT_OUT]
     raise TransportError("this USB device has no pair of bulk pipes", "is it a USB–SCSI bridge? See: planish devices")
 
 

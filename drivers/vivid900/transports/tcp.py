@@ -23,41 +23,54 @@ HINT = "start the simulated device: python -m drivers.simulated CONFIG"
 class TcpDevice:
     """The device that listens at an address. Raises TransportError when nobody does.
 
-    After a fault of the way the connection is of no use any more: an answer that comes late would be another
-    command's. Every later command raises TransportError.
+    When a command is broken off, by a fault or by whoever waits for it, its answer may still be on its way and would be
+    taken for the next one's: the next command goes over a new connection.
     """
 
     def __init__(self, host: str, port: int, *, timeout: float = DEFAULT_TIMEOUT_S) -> None:
         self.max_transfer = MAX_DATA
-        try:
-            self._socket: socket.socket | None = socket.create_connection((host, port), timeout)
-        except OSError as error:
-            raise TransportError(f"nobody listens at {host}:{port}: {error.strerror or error}", HINT) from error
-        self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._address, self._open = (host, port), True
+        self._socket: socket.socket | None = None
+        self._connected(timeout)
 
     def execute(
         self, cdb: bytes, data_out: bytes = b"", data_in_length: int = 0, timeout: float = DEFAULT_TIMEOUT_S
     ) -> Reply:
         """Send one command; see Transport."""
         check_command(self, cdb, data_out, data_in_length, timeout)
-        if self._socket is None:
+        if not self._open:
             raise TransportError("the connection to the simulated device is closed", "connect again")
         whole = False
         try:
-            self._socket.settimeout(timeout)
-            self._socket.sendall(build_request(Request(cdb, data_out, data_in_length)))
-            body = receive(self._socket, frame_length(receive(self._socket, PREFIX.size)))
+            end = self._connected(timeout)
+            end.sendall(build_request(Request(cdb, data_out, data_in_length)))
+            body = receive(end, frame_length(receive(end, PREFIX.size)))
             whole = True
         except OSError as error:
             raise TransportError(f"the simulated device does not answer: {error.strerror or error}", HINT) from error
         finally:
             if not whole:
-                self.close()
+                self._hang_up()
         reply = parse_reply(body)
         return with_sense(self, cdb, Reply(reply.status, reply.data[:data_in_length], reply.sense), timeout)
 
     def close(self) -> None:
         """Let the device go. Safe to call twice."""
+        self._open = False
+        self._hang_up()
+
+    def _connected(self, timeout: float) -> socket.socket:
+        if self._socket is None:
+            try:
+                self._socket = socket.create_connection(self._address, timeout)
+            except OSError as error:
+                where = ":".join(map(str, self._address))
+                raise TransportError(f"nobody listens at {where}: {error.strerror or error}", HINT) from error
+            self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        self._socket.settimeout(timeout)
+        return self._socket
+
+    def _hang_up(self) -> None:
         end, self._socket = self._socket, None
         if end is not None:
             with suppress(OSError):

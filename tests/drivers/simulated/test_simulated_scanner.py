@@ -2,7 +2,9 @@
 
 import json
 import tomllib
+from dataclasses import replace
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,10 +16,15 @@ from drivers.simulated.artwork import ARTWORK
 from drivers.simulated.exposing import GAIN_STEP, exposure_of, suiting_paper
 from drivers.simulated.scanner import connect, rig
 from drivers.simulated.sheets import SHEETS
-from drivers.vivid900.lenses import MODES
+from drivers.simulated.shot import Truth
+from drivers.vivid900.calibration import encode_calibration, nominal
+from drivers.vivid900.camera import Vivid900
+from drivers.vivid900.lenses import LENSES, MODES
+from restore.scan import RangeScan
 
 NOON = datetime(2024, 5, 17, 12, 0, tzinfo=UTC)
 FAST = CaptureSettings(mode="fast")
+HALF = 0.05  # of a quotient of two spreads from tens of thousands of samples, and of strays left out
 STATION = """
 driver = "simulated"
 lens = "WIDE"
@@ -154,3 +161,57 @@ def test_an_impossible_setting_is_refused_by_name_with_the_choices(
         open_scanner({"driver": "simulated", **settings})
     assert setting in str(refused.value)
     assert choice in f"{refused.value} {refused.value.hint}"
+
+
+def test_four_shots_halve_the_noise_against_the_truth() -> None:
+    truth = rig(small()).sensor.truth(MODES["fast"])
+    with connect(small()) as scanner:
+        noise = [z_noise(scanner.capture(CaptureSettings(mode="fast", average=n)), truth) for n in (1, 4)]
+    assert noise[1] / noise[0] == pytest.approx(0.5, rel=HALF)
+
+
+def z_noise(scan: RangeScan, truth: Truth) -> float:
+    """Standard deviation of depth, mm, from the quartiles: strays do not count."""
+    error = (scan.points - truth.points)[..., 2]
+    low, high = np.nanpercentile(error, [25, 75])
+    return float(high - low) / 1.349  # of a normal distribution
+
+
+def test_the_station_configuration_that_comes_along_runs_the_real_driver(repository: Path) -> None:
+    config = tomllib.loads((repository / "configs" / "simulated.toml").read_text("utf-8"))
+    with open_scanner({**config["scanner"], "scene": {"sheet": "flat", "artwork": "white"}}) as scanner:
+        assert isinstance(scanner, Vivid900)
+        assert scanner.state == "ready"
+
+
+def test_a_calibration_of_another_lens_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "wide.toml"
+    path.write_text(encode_calibration(nominal(LENSES["WIDE"])), "utf-8")
+    with connect(small(calibration=str(path))) as scanner, pytest.raises(SettingsError, match="MIDDLE"):
+        scanner.capture(FAST)
+
+
+def test_a_calibration_is_used(tmp_path: Path) -> None:
+    path = tmp_path / "middle.toml"
+    longer = replace(nominal(LENSES["MIDDLE"]), baseline_mm=255.0)
+    path.write_text(encode_calibration(longer), "utf-8")
+    with connect(small()) as plain, connect(small(calibration=str(path))) as other:
+        one, two = (scanner.capture(FAST) for scanner in (plain, other))
+    assert two.provenance["calibration"]["baseline_mm"] == 255.0
+    assert np.nanmean(two.points[..., 2] / one.points[..., 2]) == pytest.approx(255 / 250, rel=1e-3)
+
+
+def test_a_body_hides_its_geometry_from_the_driver(tmp_path: Path) -> None:
+    path = tmp_path / "hidden.toml"
+    hidden = replace(nominal(LENSES["MIDDLE"]), baseline_mm=255.0)
+    path.write_text(encode_calibration(hidden), "utf-8")
+    flat = {"sheet": "flat", "artwork": "white"}
+    with connect(small(body=str(path), scene=flat)) as told_nothing:
+        wrong = told_nothing.capture(FAST)
+    with connect(small(body=str(path), calibration=str(path), scene=flat)) as told_all:
+        right = told_all.capture(FAST)
+    assert wrong.provenance["calibration"]["baseline_mm"] == 250.0
+    assert np.nanmedian(right.points[..., 2]) == pytest.approx(-921.5, abs=0.1)
+    assert np.nanmedian(wrong.points[..., 2]) == pytest.approx(-921.5 * 250 / 255, rel=2e-3)
+    with pytest.raises(SettingsError, match=r"of the lens MIDDLE"):
+        connect(small(body=str(path), lens="WIDE"))

@@ -52,7 +52,7 @@ def test_the_sweep_takes_as_many_frames_as_the_manual_counts(mode) -> None:
     assert frames == pytest.approx({"fine": 600, "fast": 270}[mode.name], rel=0.03)  # "approx." (p. 59)
 
 
-@settings(max_examples=25)  # each takes a whole grid
+@settings(max_examples=25, deadline=None)  # each takes a whole grid
 @given(body=bodies, mode=st.sampled_from([FAST, FINE]), distance=st.floats(500, 2500), seed=st.integers(0, 99))
 def test_pitch_and_points_undo_each_other(body: Calibration, mode, distance: float, seed: int) -> None:
     near, far = depth_window(LENSES[body.lens], mode, distance)
@@ -63,7 +63,7 @@ def test_pitch_and_points_undo_each_other(body: Calibration, mode, distance: flo
     np.testing.assert_allclose(pitch_of(points, body, mode, distance), pitch, atol=ROUND_TRIP)
 
 
-@settings(max_examples=25)  # each takes a whole grid
+@settings(max_examples=25, deadline=None)  # each takes a whole grid
 @given(body=bodies, mode=st.sampled_from([FAST, FINE]))
 def test_every_pixel_is_seen_where_it_looks(body: Calibration, mode) -> None:
     points = points_of(pitch_at(np.full((mode.rows, mode.cols), 0.3), body, mode, 900.0), body, mode, 900.0)

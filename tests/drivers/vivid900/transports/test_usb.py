@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import itertools
 import subprocess
 import sys
@@ -159,6 +160,20 @@ def test_the_kernels_driver_gives_way_and_gets_its_interface_back(connect, devic
     assert bridge.log == [
         "open", "detach kernel driver", "claim", "release", "attach kernel driver", "close",
     ]  # fmt: skip
+
+
+def test_a_bridge_that_another_program_holds_is_given_back_as_it_was(connect, device, monkeypatch):
+    bridge = SimulatedBridge(device, kernel_driver=True)
+
+    def busy(*_arguments):
+        raise usb.core.USBError("Resource busy", None, errno.EBUSY)
+
+    monkeypatch.setattr(bridge, "claim_interface", busy)
+    with pytest.raises(TransportError) as caught:
+        connect(bridge)
+    assert "another program" in caught.value.hint
+    assert bridge.kernel_driver
+    assert bridge.log[-1] == "close"
 
 
 @pytest.mark.parametrize(("target", "byte"), [(0, 0x00), (5, 0x50), (7, 0x70)])

@@ -4,20 +4,25 @@ from __future__ import annotations
 
 import io
 import os
+import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Thread
 
 import pytest
 
 from drivers.scanner import SettingsError, TransportError
 from drivers.simulated.buses.sg_node import SimulatedSgNode
 from drivers.simulated.buses.usb_bridge import MICROTECH, SimulatedBridge
+from drivers.simulated.serve import listen, serve
 from drivers.vivid900.scsi import inquiry, parse_identity
 from drivers.vivid900.sense import Key, Sense
 from drivers.vivid900.transports import BUSY, CHECK_CONDITION, GOOD, Reply, Target, Transport
+from drivers.vivid900.transports.in_process import InProcess
 from drivers.vivid900.transports.replay import Recorder, Replay
 from drivers.vivid900.transports.sg import SgDevice
+from drivers.vivid900.transports.tcp import TcpDevice
 from drivers.vivid900.transports.usb import UsbBulkOnly, find_device
 
 Check = Callable[[Transport], None]
@@ -43,6 +48,20 @@ def over_usb(device: Target, numbers: tuple[int, int] = MICROTECH) -> Iterator[T
         yield transport
     finally:
         transport.close()
+
+
+@contextmanager
+def over_tcp(device: Target) -> Iterator[Transport]:
+    with listen() as listener:
+        server = Thread(target=serve, args=(device, listener))
+        server.start()
+        transport = TcpDevice(*listener.getsockname())
+        try:
+            yield transport
+        finally:
+            transport.close()
+            listener.shutdown(socket.SHUT_RDWR)
+            server.join()
 
 
 class TransportContract:
@@ -130,7 +149,7 @@ class TransportContract:
             (bytes(6), b"both", 4),
             (bytes(6), b"", -1),
             (bytes(6), b"", 1 << 30),
-            (bytes(6), bytes(1 << 20)),
+            (bytes(6), bytes((1 << 20) + 1)),
             (bytes(6), b"", 0, 0.0),
             (bytes(6), b"", 0, float("nan")),
         ],
@@ -169,6 +188,17 @@ class TestUsbWithTheIdInTheUpperNibble(TransportContract):
 class TestUsbWithTheIdAlone(TransportContract):
     def carry_out(self, device, check):
         with over_usb(device, (0x03F3, 0x2003)) as transport:
+            check(transport)
+
+
+class TestInProcess(TransportContract):
+    def carry_out(self, device, check):
+        check(InProcess(device))
+
+
+class TestTcp(TransportContract):
+    def carry_out(self, device, check):
+        with over_tcp(device) as transport:
             check(transport)
 
 
