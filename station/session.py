@@ -51,10 +51,11 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Origin:
-    """What goes before the restoration: what the report says of it, and the seconds of each stage."""
+    """What goes before the restoration: what the report says of it, the seconds of each stage, what is to be told."""
 
     facts: Mapping[str, Any]
     seconds: Mapping[str, float]
+    warnings: tuple[str, ...] = ()
 
 
 def restore_file(
@@ -97,12 +98,34 @@ def scan_page(
     with writable(destination.folder):
         start = clock()
         scan = _capture(config, progress)
-        captured = clock()
-        with new_folder(stored, force=destination.force) as folder:
-            save_scan(scan, folder)
-    origin = Origin({"scan": str(stored)}, {"load": 0.0, "capture": captured - start, "store": clock() - captured})
+        origin = Origin({}, {"load": 0.0, "capture": clock() - start})
+        return keep_and_restore(
+            scan, destination, stem, origin, settings=config.restore, progress=progress, clock=clock
+        )
+
+
+def keep_and_restore(
+    scan: RangeScan,
+    destination: Destination,
+    stem: str,
+    origin: Origin,
+    *,
+    settings: Settings,
+    progress: Progress,
+    clock: Clock,
+) -> Outcome:
+    """Store a scan in `<stem>.scan`, then restore it. The scan outlives every later fault.
+
+    Raises OverwriteError, NotEnoughSurface, OSError when the disk refuses.
+    """
+    stored = destination.folder / (stem + SCAN_SUFFIX)
+    start = clock()
+    with new_folder(stored, force=destination.force) as folder:
+        save_scan(scan, folder)
+    facts, seconds = {"scan": str(stored), **origin.facts}, {**origin.seconds, "store": clock() - start}
+    origin = replace(origin, facts=facts, seconds=seconds)
     try:
-        outcome = _restore(scan, destination, stem, origin, settings=config.restore, progress=progress, clock=clock)
+        outcome = _restore(scan, destination, stem, origin, settings=settings, progress=progress, clock=clock)
     except BaseException as error:
         force = ["--force"] if destination.force else []
         again = shlex.join(["planish", "restore", str(stored), "-o", str(destination.folder), *force])
@@ -145,7 +168,9 @@ def _restore(
     seconds["total"] = sum(origin.seconds.values()) + clock() - start
     files = destination.files(stem, colour=page.flat.texture is not None)
     names = [path.name for path in files]
-    report = finite({**page.report, **origin.facts, "seconds": seconds, "peak_memory_mb": _peak_mb(), "files": names})
+    told = {"seconds": seconds, "peak_memory_mb": _peak_mb(), "files": names}
+    told["warnings"] = [*page.report.get("warnings", ()), *origin.warnings]
+    report = finite({**page.report, **origin.facts, **told})
     done = export.Restoration(stem, page, scan, recorder.frames() if recorder else (), report)
     contents = export.encoded(done, destination.kinds)
     written = write_all(zip(files, contents, strict=True), force=destination.force)

@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from drivers.scanner import MAX_DISTANCE_MM, MIN_DISTANCE_MM, SettingsError
 from drivers.simulated.artwork import ARTWORK, Artwork
-from drivers.simulated.scene import Pose, Table
+from drivers.simulated.scene import Axle, Pose, Table
 from drivers.simulated.sheets import SHEETS, Sheet
 from drivers.vivid900.profile import SIMULATED
 
@@ -19,7 +19,11 @@ Part = TypeVar("Part")
 
 
 class SceneConfig(BaseModel):
-    """The table `[scanner.scene]`. `sheet` and `artwork` are a name, or a table of a name and its parameters."""
+    """The table `[scanner.scene]`.
+
+    sheet, artwork  a name, or a table of a name and its parameters.
+    axle            about which a simulated rotary stage turns all of it.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -27,6 +31,7 @@ class SceneConfig(BaseModel):
     artwork: str | dict[str, Any] = "markers"
     page_mm: tuple[Side, Side] = (280.0, 200.0)
     pose: Pose = Pose()
+    axle: Axle = Axle()
     table: Table = "dark"
     gap_mm: Annotated[float, Field(ge=0, le=500)] = 3.0
 
@@ -63,6 +68,7 @@ SETTINGS: dict[tuple[int | str, ...], list[str]] = {
     (): list(ScannerConfig.model_fields),
     ("scene",): list(SceneConfig.model_fields),
     ("scene", "pose"): _parameters(Pose),
+    ("scene", "axle"): _parameters(Axle),
 }
 """Where in the table → the settings that there may be."""
 
