@@ -52,7 +52,7 @@ def test_a_whole_sheet_is_one_part(warped):
 
 @pytest.mark.parametrize("degrees", [0.0, 40.0, -70.0])
 def test_a_part_goes_on_the_way_the_surface_does(degrees):
-    """Two squares that share a corner, in one plane in space, however it lies: the second may not turn over the first."""
+    """Two squares that share a corner, in one plane in space, however it lies: the second does not turn over it."""
     flat, faces = two_fans()
     angle = np.deg2rad(degrees)
     vertices = np.column_stack([flat[:, 0], flat[:, 1] * np.cos(angle), flat[:, 1] * np.sin(angle) - 900.0])
