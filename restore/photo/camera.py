@@ -99,7 +99,7 @@ def project_map(camera: PhotoCamera, points: NDArray[np.float32]) -> NDArray[np.
     return flat.reshape(*points.shape[:2], 2).astype(np.float32)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _project(points: Floats, axes: Floats, lens: Floats, reach: float) -> Floats:
     tx, ty, tz, focal, cx, cy, k1, k2, p1, p2, k3 = lens[3:14]
     pixels = np.empty((len(points), 2))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from math import ceil
 
 import cv2
@@ -20,6 +21,8 @@ from restore.texture import MAX_PIXELS, MM_PER_INCH, PAPER, TINY, Painting
 BAND = 256  # rows painted at once: 60 MB at a time for an A4 page at 400 dpi
 LEAST_SHARE = 1 / 512  # of a pixel: less changes no code
 NOWHERE = 255  # source of what is not on the page
+THREADS = 2  # more gain little: the bands go through the same memory
+RING = 2.0  # pixels: the nearest pixel inside is one of the outermost
 EDGE_MM = 0.6  # the outline is known to a sample: so near to it, the photograph may show the table
 
 Codes = NDArray[np.float32]
@@ -40,11 +43,15 @@ def paint(page: FlatMesh, sources: Sequence[Source], plan: Plan, dpi: float) -> 
     image, mask = np.empty((height, width, 3), np.uint8), np.empty((height, width), bool)
     where, which = np.empty((height, width, 2), np.float32), np.empty((height, width), np.uint8)
     values = np.column_stack([page.vertices, page.texcoords])
-    for top in range(0, height, BAND):
+
+    def paint_band(top: int) -> None:
         band = slice(top, min(top + BAND, height))
         surface = rasterise(corners - [0, top], page.faces, values, band.stop - top, width)
         mask[band] = np.isfinite(surface[..., 0])
         image[band], where[band], which[band] = _band(surface, sources, plan, top, dpi)
+
+    with ThreadPoolExecutor(THREADS) as threads:  # the kernels let go of the interpreter
+        list(threads.map(paint_band, range(0, height, BAND)))
     _carry_to_edge(image, mask, round(EDGE_MM * scale))
     return Painting(image, mask, where, _resolution(plan), which)
 
@@ -58,22 +65,23 @@ def _band(
     weights = [_enlarged(layer, top, rows, cols, dpi) for layer in plan.weights]
     best = np.argmax(weights, axis=0).astype(np.uint8)
     where = np.full((rows, cols, 2), np.nan, np.float32)
-    total, shares = np.zeros((rows, cols, 3), np.float32), np.zeros((rows, cols), np.float32)
+    total, shares = np.zeros((rows, cols, 3), np.float32), np.zeros((rows, cols, 1), np.float32)
     for k, (source, weight) in enumerate(zip(sources, weights, strict=True)):
         used = (weight > LEAST_SHARE) & ~off
         if not used.any():
             continue
         pixels = surface[..., 3:] if source.camera is None else project_map(source.camera, surface[..., :3])
-        where[best == k] = pixels[best == k]
-        pixels = np.where(used[..., None], pixels, np.nan)
+        np.copyto(where, pixels, where=(best == k)[..., None])
+        pixels = np.where(used[..., None], pixels, np.float32(np.nan))
         codes = sample_scaled(source.image, pixels)
         if (plan.gains[k] != 1).any():
             codes[used] = _lit(codes[used], _enlarged(plan.gains[k], top, rows, cols, dpi)[used])
-        total += codes * np.where(used, weight, 0)[..., None]
-        shares += np.where(used, weight, 0)
-    image = total / np.maximum(shares, LEAST_SHARE)[..., None] + 0.5
-    image[off], where[off], best[off] = PAPER, np.nan, NOWHERE
-    return image.astype(np.uint8), where, best
+        share = np.where(used, weight, 0)[..., None]
+        total += codes * share
+        shares += share
+    image = (total / np.maximum(shares, LEAST_SHARE) + 0.5).astype(np.uint8)
+    image[off], best[off] = PAPER, NOWHERE
+    return image, where, best
 
 
 def _enlarged(layer: Codes, top: int, rows: int, cols: int, dpi: float) -> Codes:
@@ -99,11 +107,12 @@ def _carry_to_edge(image: Bytes, mask: Mask, margin: int) -> None:
         return
     away = cv2.distanceTransform(np.pad(mask, 1).astype(np.uint8), cv2.DIST_L2, 3)[1:-1, 1:-1]
     outer = away <= margin
-    if outer.all():
+    ring = (away > margin) & (away <= margin + RING)
+    if not ring.any():
         return
     _, nearest = cv2.distanceTransformWithLabels(outer.astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL)
     inner = np.zeros(int(nearest.max()) + 1, np.int64)
-    inner[nearest[~outer]] = np.flatnonzero(~outer)
+    inner[nearest[ring]] = np.flatnonzero(ring)
     edge = outer & mask
     image[edge] = image.reshape(-1, 3)[inner[nearest[edge]]]
 

@@ -18,7 +18,13 @@ from restore.scan import Bytes
 # 240 megapixels are 0.7 GB; medium-format backs have 150.
 MAX_PIXELS = 160_000_000
 MIN_SIDE = 64  # pixels: a thumbnail
-KINDS = ("JPEG", "MPO", "PNG", "TIFF", "PPM", "BMP", "WEBP")
+KINDS = (
+    "JPEG",
+    "PNG",
+    "TIFF",
+    "PPM",
+    "BMP",
+)  # JPEG includes the phones' files of several pictures (MPO): the first counts
 FILM_DIAGONAL_MM = 43.27  # 36 × 24 mm, to which FocalLengthIn35mmFilm refers (CIPA DC-008, tag 0xA405)
 SIXTEEN_BIT = 257.0  # 65535 / 255
 SRGB = ImageCms.createProfile("sRGB")

@@ -17,13 +17,16 @@ from restore.scan import Bytes, Floats
 
 SIDES = (800, 1600, 3200)  # pixels: features are found where the print is about as coarse as the scanner's image of it
 LEAST_CONTRAST = 3.0  # grey levels: standard deviation of a picture that shows something
-MIN_INLIERS = 14  # wrong matches agree on a pose by chance with eight or nine of a thousand
+MIN_INLIERS = 8  # no more agree by chance than that, and what they agree on is proved on the whole surface
+MIRRORED_INLIERS = 16  # for a reason that is not proved
 REFINEMENTS = 6
-COARSE_STEPS = 1
+COARSE_STEPS = 1  # with the pyramid; then it could only mislead
+BEHIND_STEP = 16  # reference pixels
 SETTLED = 0.02  # reference pixels that a refinement moves the page by: nothing more to gain
 SIGMA = 0.1  # reference pixels: how well a shift is measured
 KNOWN_FOCAL = 0.1  # how well EXIF tells the focal length: whole millimetres, and it breathes with the focus
 MAX_MISS = 1.0  # reference pixels: places that miss by more were matched wrongly, as where a window spans a crease
+MIN_PLACES = 14  # as many unknowns has a camera
 MIN_ALIKE = 0.6  # of the places with print: the rest is glare, shadow, fingers; another page has one in ten
 MAX_RESIDUAL = 0.5  # reference pixels, rms: a page that was moved or bent between scan and photograph has more
 MAX_UNCERTAIN = 0.5  # reference pixels, rms over the page
@@ -60,30 +63,51 @@ def register(reference: Reference, photograph: Photograph) -> Registration:
     grey = cv2.cvtColor(photograph.image, cv2.COLOR_RGB2GRAY)
     if grey.std() < LEAST_CONTRAST:
         raise Refused("the photograph is blank")
-    camera = _first_pose(reference, grey, photograph.focal_px)
-    camera, shifts = _refined(reference, grey, camera, photograph.focal_px)
+    ours, reason = reference_features(reference), ""
+    for side in SIDES:
+        small = _shrunk(grey, side)
+        focal = photograph.focal_px and photograph.focal_px * small.shape[1] / grey.shape[1]
+        camera, inliers = _posed(reference, ours, small, focal)
+        try:
+            return _certain(reference, grey, camera, inliers, photograph.focal_px)
+        except Refused as refusal:
+            reason = str(refusal)
+        if side >= max(grey.shape):
+            break
+    raise Refused("the photograph is mirrored" if _mirrored(reference, ours, grey) else reason)
+
+
+def _certain(
+    reference: Reference, grey: Bytes, camera: PhotoCamera, inliers: int, focal_px: float | None
+) -> Registration:
+    """The registration that a first pose of a small photograph leads to. Raises Refused when it is not certain."""
+    if inliers < MIN_INLIERS:
+        raise Refused(f"the photograph does not show this page: {inliers} features agree, {MIN_INLIERS} are needed")
+    if _from_behind(reference, camera):  # where a mirrored picture would have been taken, through the paper
+        raise Refused("the photograph shows the page from behind")
+    camera, shifts = _refined(reference, grey, camera.scaled(grey.shape[::-1]), focal_px)
     found = _judged(reference, camera, shifts)
     _insist(found)
     return found
 
 
-def _first_pose(reference: Reference, grey: Bytes, focal_px: float | None) -> PhotoCamera:
-    ours = reference_features(reference)
-    best = 0
-    for side in SIDES:
-        small = _shrunk(grey, side)
-        camera, inliers = _posed(reference, ours, small, focal_px and focal_px * small.shape[1] / grey.shape[1])
-        if inliers >= MIN_INLIERS:
-            return camera.scaled(grey.shape[::-1])
-        best = max(best, inliers)
-        if side >= max(grey.shape):
-            break
-    if any(
-        _posed(reference, ours, np.ascontiguousarray(_shrunk(grey, side)[:, ::-1]), None)[1] >= MIN_INLIERS
-        for side in SIDES[:2]
-    ):
-        raise Refused("the photograph is mirrored")
-    raise Refused(f"the photograph does not show this page: only {best} features agree, {MIN_INLIERS} are needed")
+def _mirrored(reference: Reference, ours: Features, grey: Bytes) -> bool:
+    """Whether the photograph shows the page when it is mirrored."""
+    for side in SIDES[:2]:
+        flipped = np.ascontiguousarray(_shrunk(grey, side)[:, ::-1])
+        camera, inliers = _posed(reference, ours, flipped, None)
+        if inliers >= MIRRORED_INLIERS and not _from_behind(reference, camera):
+            return True
+    return False
+
+
+def _from_behind(reference: Reference, camera: PhotoCamera) -> bool:
+    """Whether the camera would see the page the other way round than the scanner."""
+    points = reference.points[::BEHIND_STEP, ::BEHIND_STEP].astype(np.float64)
+    where = camera.project(points.reshape(-1, 3)).reshape(*points.shape[:2], 2)
+    right, down = np.diff(where, axis=1)[:-1], np.diff(where, axis=0)[:, :-1]
+    turn = right[..., 0] * down[..., 1] - right[..., 1] * down[..., 0]
+    return bool(np.nanmedian(turn) < 0) if np.isfinite(turn).any() else False
 
 
 def _shrunk(grey: Bytes, side: int) -> Bytes:
@@ -117,7 +141,7 @@ def _refined(
         shifts = measure(reference, grey, camera, near=step >= COARSE_STEPS)
         points = reference.at(shifts.moved)
         good = shifts.alike & np.isfinite(points[:, 0])
-        if good.sum() < MIN_INLIERS:
+        if good.sum() < MIN_PLACES:
             raise Refused("the photograph does not show this page: its print is another")
         before = camera.project(points[good])
         camera = refine(
@@ -140,7 +164,7 @@ def _judged(reference: Reference, camera: PhotoCamera, shifts: Shifts) -> Regist
     points = reference.at(shifts.moved)
     miss = misses(camera, np.nan_to_num(points, nan=np.inf), shifts.pixels)
     good = shifts.alike & (miss < MAX_MISS * shifts.scale)
-    if good.sum() < MIN_INLIERS:
+    if good.sum() < MIN_PLACES:
         raise Refused("the photograph does not show this page: its print is another")
     residual = float(np.sqrt(np.mean(miss[good] ** 2)))
     page = reference.points[reference.page][:: max(1, int(reference.page.sum()) // 1000)].astype(float)

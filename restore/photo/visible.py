@@ -19,6 +19,9 @@ LEAST_FACING = 0.2  # cosine of 78°: seen flatter than that, print cannot be re
 CLIPPED = 250  # a code from which the sensor is full
 GLARE_SHARE = 0.3  # of the pixels of a spot
 GLARE_GAIN = 1.25  # of the spot's light over that of its surroundings, against what the scanner saw
+# On dark ink a glare need not fill the sensor: no slope is lit three times as much as its surroundings, and light
+# that little is no blacker black.
+INK_GAIN, INK_LIGHT = 3.0, 0.05
 HAZE_GAIN = 1.1  # of the haze round it, which is not full
 TINY = 1e-6
 
@@ -85,6 +88,7 @@ def glares(clipped: Floats, light: Floats, expected: Floats, seen: Mask, reach: 
         total = cv2.GaussianBlur(calm, (0, 0), reach)
     haze = seen & (gain > HAZE_GAIN * usual)
     core = seen & (clipped >= GLARE_SHARE) & (gain > GLARE_GAIN * usual)
+    core |= seen & (gain > INK_GAIN * usual) & (light - usual * expected > INK_LIGHT)
     # Haze ends near its glare; what is bright farther off is another light on another slope.
     haze &= cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3) < reach / 2
     _, pieces = cv2.connectedComponents(haze.astype(np.uint8), connectivity=8)
