@@ -81,6 +81,7 @@ class Library:
     fault: BaseException | None = None
     load_fault: BaseException | None = None
     calls: list[Settings] = field(default_factory=list)
+    photos: Sequence[Photograph] = ()
 
     def load_scan(self, path: Path, texture: Path | None = None) -> RangeScan:
         if self.load_fault:
@@ -97,6 +98,7 @@ class Library:
         on_step: Callable[..., None] | None,
     ) -> RestoredPage:
         self.calls.append(settings)
+        self.photos = photos
         progress("flatten", 0.5)
         if self.fault:
             raise self.fault

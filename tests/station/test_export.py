@@ -134,3 +134,11 @@ def test_summary_without_colour_and_with_a_warning(page, tmp_path):
     assert "no colour image" in text
     assert "a corner is hidden" in text
     assert "flatten 0.50" in text
+
+
+def test_summary_tells_what_a_photograph_gave(page):
+    used = {"accepted": True, "painted_share": 0.98, "effective_ppi": 486.2, "residual_px": 0.62}
+    photos = [{"name": "window.jpg", **used}, {"name": "other.jpg", "accepted": False, "reason": "it is blank"}]
+    text = summary({**page.report, "photos": photos, "warnings": ["other.jpg is not used: it is blank"]}, [])
+    assert "window.jpg gives 98% of the page with 486 pixels per inch, registered to 0.6 pixels rms" in text
+    assert text.count("other.jpg") == 1

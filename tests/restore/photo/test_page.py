@@ -17,7 +17,7 @@ from restore.texture import paint_page
 DPI = 100.0
 LIMIT_PX = 0.5  # rms; the limit of registration is 1.5
 FINER = 2.0  # times: 138 against 55 pixels per inch
-STEEPER = 1.2  # times: page pixels of 100 dpi take off some of it
+STEEPER = 1.1  # times: page pixels of 100 dpi take off most of it
 TABLE, PAPER = 60, 100  # codes: the table is darker than that, the paper brighter, in every photograph here
 FULL = 250
 SEAM_CODES = 1.0  # a pixel: a step would be ten and more, the two pictures have another light
