@@ -51,6 +51,7 @@ SHEETS: dict[str, Sheet] = {
 }
 ARTWORK: dict[str, Artwork] = {"text": Text(), "figure": Figure()}
 LIMIT_PX = 1.5
+DAYLIGHT = Exposure(colour=(1.0, 0.99, 0.97), exposure=1.0)
 SMALL_PRINT = Text(sizes_pt=(10.0, 8.0, 7.0, 6.0), title_pt=16.0, dpi=PRINT_DPI)
 
 
@@ -200,7 +201,7 @@ def _restored_large() -> tuple[Mapping[str, Any], float, float, Floats]:
 def picture(target: Path) -> None:
     """Draw small print as the scanner's image and as a photograph give it, side by side."""
     scene, scan, _ = staged(SHEETS["binding"], SMALL_PRINT)
-    image = photographed(scene, FILLING.camera(LARGE))
+    image = photographed(scene, FILLING.camera(LARGE), exposure=DAYLIGHT)
     settings = Settings(dpi=400.0)
     pages = [restore(scan, settings), restore(scan, settings, photos=[replace(Photograph(image), name="24 MP")])]
     height, width = pages[0].image.shape[:2]
