@@ -25,6 +25,7 @@ from drivers.simulated.camera import Camera, Exposure, aim, take
 from drivers.simulated.scene import Scene, lay
 from drivers.simulated.sheets import Sheet
 from drivers.simulated.shot import Truth, printed, shoot_scene
+from drivers.vivid900.calibration import nominal
 from drivers.vivid900.lenses import LENSES, MODES
 from restore import FlatMesh, Photograph, RangeScan, Settings, restore
 from restore.formats import save_scan
@@ -92,7 +93,7 @@ def staged(sheet: Sheet, artwork: Artwork) -> tuple[Scene, RangeScan, Truth]:
     """A page before the scanner, and its scan."""
     depth = DISTANCE_MM + LENS.pupil_mm
     scene = lay(sheet, printed(artwork, A4), depth_mm=depth, pose=Pose(tilt_deg=3.0))
-    scan, truth = shoot_scene(scene, LENS, MODES["fine"], DISTANCE_MM, np.random.default_rng(SEED))
+    scan, truth = shoot_scene(scene, nominal(LENS), MODES["fine"], DISTANCE_MM, np.random.default_rng(SEED))
     return scene, scan, truth
 
 

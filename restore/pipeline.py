@@ -6,6 +6,10 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
+import numpy as np
+
+from restore.clean import clean
+from restore.dense import flatten
 from restore.flatten import OnStep
 from restore.photo import Photograph, Registered, paint_registered, reasons, register_photographs
 from restore.prepare import prepare
@@ -13,7 +17,8 @@ from restore.report import describe
 from restore.scan import Bytes, RangeScan, RestoredPage, SurfaceMesh
 from restore.settings import Settings
 from restore.shade import remove_shading
-from restore.unroll import unroll
+from restore.surface import Sheet
+from restore.unroll import Unrolled, square, unroll
 
 STAGES = ("prepare", "decimate", "flatten", "refine", "texture", "shade")
 
@@ -40,7 +45,7 @@ def restore(
     clock = Stopwatch(progress)
     with clock("prepare"):
         surface = prepare(scan)
-    unrolled = unroll(surface, settings, clock, on_step)
+    unrolled = _unroll(surface, settings, clock, on_step)
     registered: list[Registered] = []
     if photos:
         with clock("register"):
@@ -56,8 +61,25 @@ def restore(
     if photos:
         report |= {"photos": told, "warnings": report["warnings"] + reasons(registered)}
     return RestoredPage(
-        image, settings.dpi, painting.mask, unrolled.coarse, report, painting.source, painting.page_source
+        image,
+        settings.dpi,
+        painting.mask,
+        unrolled.coarse,
+        report,
+        painting.source,
+        unrolled.fine,
+        painting.page_source,
     )
+
+
+def _unroll(surface: Sheet | SurfaceMesh, settings: Settings, clock: Stopwatch, on_step: OnStep | None) -> Unrolled:
+    if isinstance(surface, Sheet):
+        return unroll(surface, settings, clock, on_step)
+    with clock("decimate"):
+        mesh = clean(surface, settings.points or len(surface.vertices))
+    with clock("flatten"):
+        flat = square(flatten(mesh, settings.method, on_step=on_step))
+    return Unrolled(flat, flat, np.empty((0, 2)), {})
 
 
 class Stopwatch:

@@ -28,6 +28,7 @@ def summary(report: Report, files: Iterable[Path]) -> str:
         ("area", f"ratio {report['area_ratio']:.4f}, {report['flipped_faces']} flipped faces"),
         ("seconds", ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in report["seconds"].items())),
         *(("photo", _photo(photo)) for photo in report.get("photos", ()) if photo["accepted"]),
+        ("memory", f"{report['peak_memory_mb']:.0f} MB at most"),
         *(("warning", text) for text in report.get("warnings", ())),
         *(("file", str(path)) for path in files),
     ]

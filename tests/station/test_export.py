@@ -111,7 +111,7 @@ def test_obj_without_colour_refers_to_none(page, scan):
     bare = replace(page, flat=replace(page.flat, texture=None, texcoords=None))
     assert b"mtl" not in encode_flat(bare.flat, "m.mtl")
     done = export.Restoration("page", bare, scan, (), {})
-    assert len(list(export.encoded(done, {"mesh"}))) == len(export.names("page", {"mesh"}, colour=False)) == 4
+    assert len(list(export.encoded(done, {"mesh"}))) == len(export.names("page", {"mesh"}, colour=False)) == 5
 
 
 def test_page_and_report_are_always_written():
@@ -129,16 +129,18 @@ def test_report_holds_any_file_name():
 
 
 def test_summary_without_colour_and_with_a_warning(page, tmp_path):
-    report = dict(page.report) | {"effective_ppi": None, "warnings": ["a corner is hidden"]}
+    report = dict(page.report) | {"effective_ppi": None, "warnings": ["a corner is hidden"], "peak_memory_mb": 512.3}
     text = summary(report, [tmp_path / "page.png"])
     assert "no colour image" in text
     assert "a corner is hidden" in text
     assert "flatten 0.50" in text
+    assert "512 MB" in text
 
 
 def test_summary_tells_what_a_photograph_gave(page):
     used = {"accepted": True, "painted_share": 0.98, "effective_ppi": 486.2, "residual_px": 0.62}
     photos = [{"name": "window.jpg", **used}, {"name": "other.jpg", "accepted": False, "reason": "it is blank"}]
-    text = summary({**page.report, "photos": photos, "warnings": ["other.jpg is not used: it is blank"]}, [])
+    said = {"photos": photos, "warnings": ["other.jpg is not used: it is blank"], "peak_memory_mb": 512.0}
+    text = summary({**page.report, **said}, [])
     assert "window.jpg gives 98% of the page with 486 pixels per inch, registered to 0.6 pixels rms" in text
     assert text.count("other.jpg") == 1
