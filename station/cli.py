@@ -144,6 +144,9 @@ def _restore(
     ],
     output: Out,
     texture: Annotated[Path | None, typer.Option(help="The colour image, where the scan has none.")] = None,
+    photo: Annotated[
+        list[Path] | None, typer.Option(metavar="IMG", help="A photograph of the page to paint from; may be repeated.")
+    ] = None,
     points: Annotated[int | None, typer.Option(help="Points kept for the flattening, 0 for all (1000).")] = None,
     dpi: Annotated[float | None, typer.Option(help="Page pixels to an inch of paper (150).")] = None,
     method: Annotated[str | None, typer.Option(help="How to flatten: sticks, springs or conformal (sticks).")] = None,
@@ -171,6 +174,7 @@ def _restore(
             Destination(output, kinds, force),
             settings=checked(Settings, chosen, name="--{}".format, hint="see planish restore --help"),
             texture=texture,
+            photos=photo or (),
             progress=progress,
         )
     _tell(outcome, as_json=as_json, debug=debug)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from resource import RUSAGE_SELF, getrusage
@@ -11,7 +11,7 @@ from time import perf_counter
 from typing import Any
 
 import drivers
-from restore import RangeScan, Settings, SurfaceMesh, restore
+from restore import Photograph, RangeScan, Settings, SurfaceMesh, read_photograph, restore
 from restore.errors import BadInput
 from restore.formats import load_scan, save_scan, scan_stem
 from station import export
@@ -64,25 +64,29 @@ def restore_file(
     *,
     settings: Settings,
     texture: Path | None = None,
+    photos: Sequence[Path] = (),
     progress: Progress = silent,
     clock: Clock = perf_counter,
 ) -> Outcome:
-    """Restore a stored scan.
+    """Restore a stored scan, painted from photographs of the page where there are any that can be used.
 
     Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
     """
     stem = stem_of(source)
-    originals = [source] if texture is None else [source, texture]
+    originals = [source, *([] if texture is None else [texture]), *photos]
     check_outputs(destination.files(stem), originals, force=destination.force)
     start = clock()
     try:
+        photographs = [read_photograph(path) for path in photos]
         scan = load_scan(source, texture=texture)
     except OSError as error:
         raise BadInput(f"cannot read {error.filename or source}: {error.strerror}", "check the path") from error
     facts = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
     origin = Origin(facts, {"load": clock() - start})
     with writable(destination.folder):
-        return _restore(scan, destination, stem, origin, settings=settings, progress=progress, clock=clock)
+        return _restore(
+            scan, destination, stem, origin, settings=settings, photos=photographs, progress=progress, clock=clock
+        )
 
 
 def scan_page(
@@ -158,12 +162,13 @@ def _restore(
     origin: Origin,
     *,
     settings: Settings,
+    photos: Sequence[Photograph] = (),
     progress: Progress,
     clock: Clock,
 ) -> Outcome:
     recorder = Recorder() if "frames" in destination.kinds else None
     start = clock()
-    page = restore(scan, settings, progress=progress, on_step=recorder)
+    page = restore(scan, settings, photos=photos, progress=progress, on_step=recorder)
     seconds = {**origin.seconds, **page.report["seconds"]}
     seconds["total"] = sum(origin.seconds.values()) + clock() - start
     files = destination.files(stem, colour=page.flat.texture is not None)

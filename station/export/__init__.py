@@ -54,7 +54,7 @@ def _texture(done: Restoration) -> bytes:
 OUTPUTS = (
     Output("page", ".png", lambda done: encode_png(done.page.image, done.page.dpi)),
     Output("tiff", ".tif", lambda done: encode_tiff(done.page.image, done.page.dpi)),
-    Output("map", "-map.tif", lambda done: encode_map(done.page.page_map, done.page.dpi)),
+    Output("map", "-map.tif", lambda done: encode_map(done.page)),
     Output("mesh", "-flat.obj", lambda done: encode_flat(done.page.flat, f"{done.stem}-mesh.mtl")),
     Output("mesh", "-warped.obj", lambda done: encode_warped(done.page.flat, f"{done.stem}-mesh.mtl")),
     Output("mesh", "-strain.ply", lambda done: encode_strain(done.page.fine)),
