@@ -81,6 +81,7 @@ class RestoredPage:
     flat      the mesh that carried the paint.
     report    what was done and how well it went (JSON values only).
     page_map  (h, w, 2) float32, the texture pixel that each page pixel came from, NaN outside the page.
+    master    (h, w, 3) uint8 RGB, the page with light and shadow as they were; the image itself where they were kept.
     """
 
     image: Bytes
@@ -89,3 +90,4 @@ class RestoredPage:
     flat: FlatMesh
     report: Mapping[str, Any]
     page_map: NDArray[np.float32]
+    master: Bytes

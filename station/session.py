@@ -39,6 +39,10 @@ class Destination:
         """The files that a run writes, the report last. colour: whether the scan has a colour image."""
         return [self.folder / name for name in export.names(stem, self.kinds, colour=colour)]
 
+    def with_what_comes_of(self, settings: Settings) -> Destination:
+        """The same with what the settings bring along: a page that loses its light leaves its master, too."""
+        return replace(self, kinds=self.kinds | {"master"}) if settings.shading == "remove" else self
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -69,7 +73,7 @@ def restore_file(
 
     Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
     """
-    stem = stem_of(source)
+    stem, destination = stem_of(source), destination.with_what_comes_of(settings)
     originals = [source] if texture is None else [source, texture]
     check_outputs(destination.files(stem), originals, force=destination.force)
     start = clock()
@@ -90,7 +94,7 @@ def scan_page(
 
     Raises OverwriteError or UsageError before any work, ScannerError, NotEnoughSurface, OSError when the disk refuses.
     """
-    stem = config.output.stem
+    stem, destination = config.output.stem, destination.with_what_comes_of(config.restore)
     stored = destination.folder / (stem + SCAN_SUFFIX)
     refuse_existing([stored, *destination.files(stem)], force=destination.force)
     make_writable(destination.folder)

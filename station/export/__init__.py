@@ -53,6 +53,7 @@ def _texture(done: Restoration) -> bytes:
 
 OUTPUTS = (
     Output("page", ".png", lambda done: encode_png(done.page.image, done.page.dpi)),
+    Output("master", "-master.png", lambda done: encode_png(done.page.master, done.page.dpi), needs_colour=True),
     Output("tiff", ".tif", lambda done: encode_tiff(done.page.image, done.page.dpi)),
     Output("map", "-map.tif", lambda done: encode_map(done.page.page_map, done.page.dpi)),
     Output("mesh", "-flat.obj", lambda done: encode_flat(done.page.flat, f"{done.stem}-mesh.mtl")),
