@@ -5,7 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 
+from restore.coverage import blank, cover, invent
 from restore.flatten import OnStep
 from restore.prepare import prepare
 from restore.relief import relief_of
@@ -42,12 +44,16 @@ def restore(
     unrolled = unroll(surface, settings, clock, on_step)
     with clock("texture"):
         painting = paint_page(unrolled.fine, settings.dpi)
+        coverage = cover(surface, unrolled.fine, painting, settings.dpi)
+        painting = replace(painting, image=blank(painting.image, coverage), mask=coverage.mask)
     with clock("shade"):
         evened = _evened(surface, unrolled, painting, settings)
+        image, coverage = invent(evened.image, coverage, settings.dpi, settings.fill_hidden_mm)
     report = describe(surface, unrolled, painting, settings)
-    report |= {"light": evened.facts, "source": dict(scan.provenance), "seconds": clock.seconds}
+    report |= {"light": evened.facts, "coverage": coverage.shares()}
+    report |= {"source": dict(scan.provenance), "seconds": clock.seconds}
     return RestoredPage(
-        evened.image, settings.dpi, painting.mask, unrolled.coarse, report, painting.source, painting.image
+        image, settings.dpi, coverage.mask, unrolled.coarse, report, painting.source, painting.image, coverage.seen
     )
 
 

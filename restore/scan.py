@@ -77,11 +77,12 @@ class RestoredPage:
 
     image     (h, w, 3) uint8 RGB.
     dpi       one inch of paper is `dpi` pixels.
-    mask      (h, w) bool, True where the page was seen.
+    mask      (h, w) bool, True where the camera saw the page, its shape measured or filled in.
     flat      the mesh that carried the paint.
     report    what was done and how well it went (JSON values only).
     page_map  (h, w, 2) float32, the texture pixel that each page pixel came from, NaN outside the page.
     master    (h, w, 3) uint8 RGB, the page with light and shadow as they were; the image itself where they were kept.
+    coverage  (h, w) uint8, what each pixel shows: values of `restore.coverage.Seen`.
     """
 
     image: Bytes
@@ -91,3 +92,4 @@ class RestoredPage:
     report: Mapping[str, Any]
     page_map: NDArray[np.float32]
     master: Bytes
+    coverage: Bytes

@@ -40,8 +40,10 @@ class Destination:
         return [self.folder / name for name in export.names(stem, self.kinds, colour=colour)]
 
     def with_what_comes_of(self, settings: Settings) -> Destination:
-        """The same with what the settings bring along: a page that loses its light leaves its master, too."""
-        return replace(self, kinds=self.kinds | {"master"}) if settings.shading == "remove" else self
+        """The same with what the settings bring along: the master of a page that loses its light, and where a page
+        that is filled in was."""
+        brought = {"master": settings.shading == "remove", "coverage": settings.fill_hidden_mm > 0}
+        return replace(self, kinds=self.kinds | {kind for kind, on in brought.items() if on})
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from bench.markers import MarkerError, marker_error, rigid_residual
 from bench.sheets import CASES
 from drivers.simulated import Flat, MultiFold, Pose, Truth, White, shoot
 from restore import NotEnoughSurface, RangeScan, RestoredPage, Settings, flatten, load_scan, restore
+from restore.coverage import Seen
 from restore.formats import write_abs, write_obj, write_ply, write_vrml
 from restore.triangulate import triangulate
 
@@ -197,3 +198,15 @@ def test_nothing_but_a_table_is_no_page():
 def test_flatten_a_scan_that_came_as_a_mesh():
     mesh = page("curl").flat
     assert flatten(mesh).flat == pytest.approx(mesh.flat, abs=5.0)  # chords of 9 mm over a bend of 100 mm, unsquared
+
+
+def test_what_the_laser_missed_but_the_camera_saw_is_told_as_filled():
+    scan, _ = shoot(CASES["curl"].sheet, White(), seed=3, mode="fast")
+    points = scan.points.copy()
+    points[100:112, 150:170] = np.nan
+    restored = restore(replace(scan, points=points), Settings(dpi=75))
+    hole = restored.coverage[np.hypot(restored.page_map[..., 0] - 319, restored.page_map[..., 1] - 211) < 8]
+    assert len(hole) > 10
+    assert (hole == Seen.FILLED).all()
+    assert restored.mask[restored.coverage == Seen.FILLED].all()
+    assert restored.report["coverage"]["hidden"] < 0.002

@@ -71,7 +71,9 @@ def restored(scan: RangeScan, settings: Settings) -> RestoredPage:
         "seconds": dict.fromkeys(("prepare", "decimate", "flatten", "texture", "shade"), 0.5),
     }
     mask = np.ones((height, width), bool)
-    return RestoredPage(scan.texture, settings.dpi, mask, curl_mesh(scan), report, page_map, scan.texture)
+    return RestoredPage(
+        scan.texture, settings.dpi, mask, curl_mesh(scan), report, page_map, scan.texture, mask.astype(np.uint8)
+    )
 
 
 @dataclass
