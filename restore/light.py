@@ -31,6 +31,7 @@ CLOSEST_MM = 200.0  # no lamp stands nearer: the page would not fit under it
 ABOVE = 20.0  # nothing is brighter than bare paper: what lies above a first guess of its light weighs so much more
 OUTLYING = 3.0  # robust deviations: places farther off count as ink, figure or gloss
 # Of the light: no narrower is the robust deviation taken, before all lamps are found and after.
+DOUBTED = 0.3  # weight of a place that may be ink, in the judgement of lamps
 FLOOR, LAST_FLOOR = 0.04, 0.01
 MAD = 1.4826  # median absolute deviation to standard deviation of a normal distribution
 ROUNDS = 5
@@ -155,8 +156,10 @@ class _Fit:
         strengths = _solve(terms, self.brightness, self.weights)
         if (strengths[ROOM:] < 0).any():
             return float("inf")
-        rest = self.brightness - terms @ strengths
-        return float(np.sqrt((self.weights * rest**2).sum() / max(self.weights.sum(), 1.0)))
+        rest = np.abs(self.brightness - terms @ strengths)
+        # Ink counts no more than any other that no light explains; a shadow that another lamp would explain counts.
+        rest = np.minimum(rest, OUTLYING * FLOOR * float(self.brightness.mean()))
+        return float(np.sqrt((np.where(self.weights > 0, 1.0, DOUBTED) * rest**2).mean()))
 
     def trusting(self, lamps: Floats, floor: float) -> _Fit:
         """The same, trusting what these lamps explain."""

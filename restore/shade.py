@@ -32,6 +32,9 @@ FAR_SHARE = 1e-3  # of the wide surface: it counts only where there is no paper 
 LEAST_PAPER = 50  # cells: fewer tell nothing of the light
 SHRINK = 4  # of the cells for that surface, which is smooth
 MAX_GAIN = 8.0  # three stops: a deeper shadow holds no picture to bring back, only noise
+DIMMEST = 4 * MAX_GAIN  # of the level light: less is not found in any hollow, and would be divided by
+BLUR_MM = 0.5  # of a camera with 50 pixels to the inch
+BRIGHTEST = 1.3  # of the paper's light in one channel: printed on white, no ink gives back more
 CLIPPED = 252  # code above which the sensor may be full and the light unknown
 TINY = 1e-6
 CODES = 4096  # steps of light for the way back to codes: half a code at the dark end, far less elsewhere
@@ -62,7 +65,9 @@ def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Even
     chosen = chosen[:: max(1, len(chosen) // SAMPLES)]
     light = fit_light(colour[inside][chosen], places[chosen], horizon)
     expected = np.ones_like(colour)
-    expected[inside] = np.maximum(light.on(places), light.level.max() / MAX_GAIN / 4)
+    expected[inside] = np.maximum(light.on(places), light.level / DIMMEST)
+    # The camera has blurred the light of a crease with everything else.
+    expected = cv2.GaussianBlur(spread(expected, inside), (0, 0), BLUR_MM / MM_PER_INCH * relief.dpi)
     rest, paper = _rest(colour / expected, inside)
     surface = expected * rest
     gain = np.clip(light.level / np.maximum(surface, TINY), 1 / MAX_GAIN, MAX_GAIN)
@@ -109,7 +114,19 @@ def _rest(ratio: Field, inside: Mask) -> tuple[Field, Mask]:
     for tolerance in (2 * CONTRAST, CONTRAST, CONTRAST / 2):
         paper = inside & (np.abs(ratio / surface - 1).max(axis=2) < tolerance)
         surface = _smooth(ratio, paper)
-    return surface * level, paper
+    return surface * _more(ratio / surface, inside) * level, paper
+
+
+def _more(ratio: Field, inside: Mask) -> Field:
+    """(r, c, 1) how much more light there must be than was found, 1 almost everywhere.
+
+    No ink is brighter than paper in all channels, and none much brighter in one: what seems to be lies beside a crease
+    or a shadow that is not quite where it was thought to be.
+    """
+    above = np.maximum(ratio.min(axis=2) / (1 + CONTRAST / 2), ratio.max(axis=2) / BRIGHTEST)
+    above = np.where(inside, np.maximum(above, 1), 1).astype(np.float32)
+    lifted: Field = cv2.GaussianBlur(cv2.dilate(above, np.ones((3, 3), np.uint8)), (0, 0), 1.0)
+    return lifted[..., None]
 
 
 def _mode(values: Field) -> float:
