@@ -2,8 +2,10 @@
 
 The truth is the flat print seen by the same camera through the same lens at the same resolution, lit everywhere as
 paper is that faces the scanner in the middle of the picture, and carried to the page through the same map. What is
-left of a difference is the light's, not the geometry's. `noise` is the difference that the sensor's noise alone makes,
-in even light: no method can be better.
+left of a difference is the light's, not the geometry's.
+How bright an even page is, is a matter of exposure: the truth is exposed like each page that it is compared with, and
+how far that is off is told as the level. `noise` is the difference that the sensor's noise alone makes, in even light:
+no method can be better.
 """
 
 from __future__ import annotations
@@ -19,14 +21,16 @@ import cv2
 import numpy as np
 
 from drivers.simulated import Crumpled, Curl, Figure, MultiFold, Spread, Text, Wave
+from drivers.simulated.albedo import LINEAR, srgb
 from drivers.simulated.artwork import Artwork
-from drivers.simulated.colour import photograph
+from drivers.simulated.colour import NOISE_CODES, photograph
 from drivers.simulated.facemaps import FaceMaps
 from drivers.simulated.light import Lamp, Light
 from drivers.simulated.raycast import RayCaster
 from drivers.simulated.scene import lay
 from drivers.simulated.sheets import Binding, Sheet
 from drivers.simulated.shot import printed, shoot_scene
+from drivers.vivid900.calibration import nominal
 from drivers.vivid900.lenses import LENSES, MODES
 from restore.prepare import prepare
 from restore.relief import relief_of
@@ -88,13 +92,13 @@ def case(sheet: Sheet, artwork: Artwork, light: Light) -> Case:
     surface, unrolled = laid(sheet, artwork)
     lens = LENSES["MIDDLE"]
     scene = lay(sheet, printed(artwork, PAGE_MM), depth_mm=DISTANCE_MM + lens.pupil_mm, light=light)
-    caster, maps = RayCaster(scene.vertices, scene.faces), FaceMaps.of(scene)
+    caster, maps, body = RayCaster(scene.vertices, scene.faces), FaceMaps.of(scene), nominal(lens)
 
     def picture(shaded: bool, noise: float) -> Bytes:
         rng = np.random.default_rng(SEED)
-        return photograph(scene, caster, maps, lens, rng, shaded=shaded, noise_codes=noise)
+        return photograph(scene, caster, maps, body, rng, shaded=shaded, noise_codes=noise)
 
-    return Case(surface, unrolled, picture(True, 1.5), picture(False, 0.0), picture(False, 1.5))
+    return Case(surface, unrolled, picture(True, NOISE_CODES), picture(False, 0.0), picture(False, NOISE_CODES))
 
 
 @cache
@@ -102,7 +106,7 @@ def laid(sheet: Sheet, artwork: Artwork) -> tuple[Surface | SurfaceMesh, Unrolle
     """The surface of a page as the scanner measured it, and unrolled: the same in any light."""
     lens = LENSES["MIDDLE"]
     scene = lay(sheet, printed(artwork, PAGE_MM), depth_mm=DISTANCE_MM + lens.pupil_mm)
-    scan, _ = shoot_scene(scene, lens, MODES["fine"], DISTANCE_MM, np.random.default_rng(SEED))
+    scan, _ = shoot_scene(scene, nominal(lens), MODES["fine"], DISTANCE_MM, np.random.default_rng(SEED))
     surface = prepare(scan)
     return surface, unroll(surface, Settings(), lambda _: nullcontext())
 
@@ -123,22 +127,34 @@ def difference(one: Bytes, other: Bytes, where: Mask) -> Floats:
 
 
 def judge(found: Case) -> list[float]:
-    """Mean ΔE2000 on paper, then on print: with the light, without it, and of noise alone."""
+    """Mean ΔE2000 on paper, then on print: with the light, without it, and of noise alone; and how far the level of the
+    evened paper is off, as a share."""
     kept, mask = found.page(found.seen)
     even, noisy = found.page(found.even)[0], found.page(found.even_noisy)[0]
     relief = relief_of(found.surface, found.unrolled.fine, LIGHT_DPI)
     removed = remove_shading(kept, mask, DPI, relief).image
-    return [
-        float(difference(page, even, where).mean())
-        for where in areas(even, mask, DPI)
-        for page in (kept, removed, noisy)
-    ]
+    paper, ink = areas(even, mask, DPI)
+    levels = [brightness(page, paper) / brightness(even, paper) for page in (kept, removed, noisy)]
+    truths = [exposed(even, level) for level in levels]
+    pages = list(zip((kept, removed, noisy), truths, strict=True))
+    return [float(difference(*pair, where).mean()) for where in (paper, ink) for pair in pages] + [levels[1] - 1]
+
+
+def brightness(page: Bytes, where: Mask) -> float:
+    """Mean light of a page (h, w, 3) at the pixels of a mask (h, w)."""
+    return float(LINEAR[page[where]].mean())
+
+
+def exposed(page: Bytes, level: float) -> Bytes:
+    """A page (h, w, 3) in `level` times as much light."""
+    codes = srgb(LINEAR * np.float32(level)).round().astype(np.uint8)
+    return np.asarray(codes[page])
 
 
 def main(sheets: Sequence[str] = tuple(SHEETS), lights: Sequence[str] = tuple(LIGHTS)) -> None:
     """Print the table, then the time of an A4 page."""
     print("shading: mean ΔE2000 to the same page in even light; kept → removed (noise alone)")
-    print(ROW.format("sheet", "artwork", "light", "paper", "print"))
+    print(ROW.format("sheet", "artwork", "light", "paper", "print", "level"))
     for line in lines(sheets, lights):
         print(ROW.format(*line), flush=True)
     seconds = a4_seconds()
@@ -147,7 +163,7 @@ def main(sheets: Sequence[str] = tuple(SHEETS), lights: Sequence[str] = tuple(LI
     )
 
 
-ROW = "{:<11} {:<7} {:<17} {:>22} {:>22}"
+ROW = "{:<11} {:<7} {:<17} {:>22} {:>22} {:>7}"
 
 
 def lines(sheets: Sequence[str], lights: Sequence[str]) -> Iterator[tuple[str, ...]]:
@@ -155,9 +171,9 @@ def lines(sheets: Sequence[str], lights: Sequence[str]) -> Iterator[tuple[str, .
     for name in sheets:
         for kind, artwork in ARTWORK.items():
             for light in lights:
-                six = judge(case(SHEETS[name], artwork, LIGHTS[light]))
+                *six, level = judge(case(SHEETS[name], artwork, LIGHTS[light]))
                 cells = [f"{k:5.2f} → {r:5.2f} ({n:.2f})" for k, r, n in (six[:3], six[3:])]
-                yield name, kind, light, *cells
+                yield name, kind, light, *cells, f"{level:+.1%}"
 
 
 def a4_seconds() -> float:

@@ -11,7 +11,7 @@ from drivers.scanner import CaptureSettings, Scanner, ScannerError, SettingsErro
 __all__ = ["CaptureSettings", "Scanner", "ScannerError", "SettingsError", "open_scanner"]
 
 # driver name → module with a function `connect(config) -> Scanner`; imported only when asked for.
-DRIVERS = {"simulated": "drivers.simulated"}
+DRIVERS = {"simulated": "drivers.simulated", "vivid900": "drivers.vivid900.connecting"}
 
 
 def open_scanner(config: Mapping[str, Any]) -> Scanner:

@@ -1,7 +1,7 @@
 """Turn a 3D scan of a warped page into the flat page it once was. This is the only public door."""
 
+from restore.dense import flatten
 from restore.errors import BadInput, NotEnoughSurface, RestoreError
-from restore.flatten import flatten
 from restore.formats import load_scan
 from restore.pipeline import restore
 from restore.scan import FlatMesh, RangeScan, RestoredPage, SurfaceMesh

@@ -71,7 +71,7 @@ def cover(surface: Sheet | SurfaceMesh, fine: FlatMesh, painting: Painting, dpi:
         )
         seen[on_mesh & (measured == 0)] = Seen.FILLED
     eye = _eye(surface, fine)
-    if eye is not None and fine.texcoords is not None:
+    if eye is not None and fine.texcoords is not None and fine.texture is not None:
         seen[on_mesh & _behind(fine, eye, on_mesh.shape, dpi)] = Seen.HIDDEN
     return Coverage(seen)
 

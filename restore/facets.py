@@ -47,17 +47,25 @@ class Facets:
     noise: float
 
 
-def fit_facets(inverse_depth: Floats, measured: Mask, wanted: Mask, signal: Floats | None = None) -> Facets:
+def fit_facets(
+    inverse_depth: Floats,
+    measured: Mask,
+    wanted: Mask,
+    signal: Floats | None = None,
+    *,
+    precision: float = PRECISION,
+) -> Facets:
     """Fit facets to inverse depth (rows, cols) 1/mm at every sample of `wanted` that has enough measured neighbours.
 
     signal (rows, cols), in any unit, tells samples that returned little light from good ones: they scatter more, and
-    count for less. Outliers, which mixed pixels at the edges of ink leave, count for nothing.
+    count for less. Outliers, which mixed pixels at the edges of ink leave, count for nothing. `precision`, a share of
+    the depth, is the least noise that is reckoned with.
     Raises NotEnoughSurface when the samples are too sparse for any facet.
     """
     level = float(np.median(inverse_depth[measured]))
     data = np.where(measured, inverse_depth - level, 0.0)
     classes = _classes(signal, measured)
-    weight, floor = measured.astype(float), PRECISION * level
+    weight, floor = measured.astype(float), precision * level
     nowhere = np.zeros_like(wanted)
     for _ in range(PASSES):
         facets, _ = _facets(data, weight, wanted, nowhere, floor)

@@ -9,6 +9,7 @@ TPAMI 25(2), 2003, eq. 17: a constant and three terms linear in the normal hold 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numba
 import numpy as np
@@ -31,7 +32,7 @@ CLOSEST_MM = 200.0  # no lamp stands nearer: the page would not fit under it
 ABOVE = 20.0  # nothing is brighter than bare paper: what lies above a first guess of its light weighs so much more
 OUTLYING = 3.0  # robust deviations: places farther off count as ink, figure or gloss
 # Of the light: no narrower is the robust deviation taken, before all lamps are found and after.
-DOUBTED = 0.3  # weight of a place that may be ink, in the judgement of lamps
+DOUBTED = 0.1  # weight of a place that may be ink, in the judgement of lamps
 FLOOR, LAST_FLOOR = 0.04, 0.01
 MAD = 1.4826  # median absolute deviation to standard deviation of a normal distribution
 ROUNDS = 5
@@ -95,7 +96,8 @@ def fit_light(colour: Field, places: Places, horizon: HorizonMap) -> Light:
     enough = EVEN * float(brightness.mean())
     while len(lamps) < MAX_LAMPS and fit.deviation(lamps) > enough:
         found = _one_more(lamps, fit)
-        if not fit.deviation(found) <= WORTH * fit.deviation(lamps):
+        # Either it explains bare paper better, or a shadow that was taken for ink.
+        if not any(fit.deviation(found, doubt) <= WORTH * fit.deviation(lamps, doubt) for doubt in (0.0, DOUBTED)):
             break
         lamps = found
         fit = fit.trusting(lamps, FLOOR)
@@ -138,28 +140,33 @@ class _Fit:
     middle: Field
     weights: Floats
 
+    @cached_property
+    def room(self) -> Floats:
+        """(n, 4): the room's light and its three slopes."""
+        upright = np.column_stack([np.ones(len(self.places.points)), self.places.normals])
+        return np.asarray(self.places.openness[:, None] * upright, dtype=float)
+
+    @cached_property
+    def cap(self) -> float:
+        """What a place that no light explains may count at most."""
+        return OUTLYING * FLOOR * float(self.brightness.mean())
+
     def terms(self, lamps: Floats) -> Floats:
         """(n, 4 + k): the room's light, its three slopes, and each lamp's light."""
         at = self.places
-        room = at.openness[:, None] * np.column_stack([np.ones(len(at.points), np.float32), at.normals])
-        each = [_lamp(at.points, at.normals, at.nodes, self.horizon.slopes, self.middle, *lamp) for lamp in lamps]
-        return np.column_stack([room, *each]).astype(float)
+        return _all_terms(self.room, at.points, at.normals, at.nodes, self.horizon.slopes, self.middle, lamps)
 
     def rest(self, lamps: Floats) -> Floats:
         """(n,) what the best strengths of room and lamps leave of the brightness."""
         terms = self.terms(lamps)
         return np.asarray(self.brightness - terms @ _solve(terms, self.brightness, self.weights))
 
-    def deviation(self, lamps: Floats) -> float:
-        """Its root mean square over the trusted places; infinite when a lamp would have to take light away."""
-        terms = self.terms(lamps)
-        strengths = _solve(terms, self.brightness, self.weights)
-        if (strengths[ROOM:] < 0).any():
-            return float("inf")
-        rest = np.abs(self.brightness - terms @ strengths)
-        # Ink counts no more than any other that no light explains; a shadow that another lamp would explain counts.
-        rest = np.minimum(rest, OUTLYING * FLOOR * float(self.brightness.mean()))
-        return float(np.sqrt((np.where(self.weights > 0, 1.0, DOUBTED) * rest**2).mean()))
+    def deviation(self, lamps: Floats, doubted: float = DOUBTED) -> float:
+        """Its root mean square; infinite when a lamp would have to take light away.
+
+        Ink counts no more than any other that no light explains; a shadow that another lamp would explain counts.
+        """
+        return float(_judged(self.terms(lamps), self.brightness, self.weights, self.cap, doubted))
 
     def trusting(self, lamps: Floats, floor: float) -> _Fit:
         """The same, trusting what these lamps explain."""
@@ -173,11 +180,9 @@ def _one_more(lamps: Floats, fit: _Fit) -> Floats:
     """The lamps and one more: looked for all over the sky, then all of them refined together."""
 
     def cost(flat: Floats) -> float:
-        trial = flat.reshape(-1, 3)
-        low, high = trial.min(axis=0), trial.max(axis=0)
-        if min(low[1], low[2]) < 0 or high[1] > np.pi / 2 or high[2] > 1 / CLOSEST_MM:
+        if not all(0 <= p <= np.pi / 2 for p in flat[1::3]) or not all(0 <= n <= 1 / CLOSEST_MM for n in flat[2::3]):
             return np.inf
-        return fit.deviation(trial)
+        return fit.deviation(flat.reshape(-1, 3))
 
     azimuths = 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
     sky = [np.array([azimuth, np.radians(polar), FIRST_NEARNESS]) for azimuth in azimuths for polar in POLARS]
@@ -197,6 +202,45 @@ def _solve(terms: Floats, brightness: Floats, weights: Floats) -> Floats:
     normal = weighted.T @ terms / scale
     normal[np.diag_indices_from(normal)] += RIDGE
     return np.asarray(np.linalg.solve(normal, weighted.T @ brightness / scale))
+
+
+@numba.njit(cache=True)
+def _judged(terms: Floats, brightness: Floats, weights: Floats, cap: float, doubted: float) -> float:
+    """What is left after `_solve`, each place capped and the doubted ones counting less: root mean square."""
+    count, size = terms.shape
+    normal, right = np.zeros((size, size)), np.zeros(size)
+    total = max(weights.sum(), 1.0)
+    for n in range(count):
+        for i in range(size):
+            weighted = weights[n] * terms[n, i] / total
+            right[i] += weighted * brightness[n]
+            for j in range(size):
+                normal[i, j] += weighted * terms[n, j]
+    for i in range(size):
+        normal[i, i] += RIDGE
+    strengths = np.linalg.solve(normal, right)
+    if size > ROOM and strengths[ROOM:].min() < 0:
+        return np.inf
+    square = 0.0
+    for n in range(count):
+        rest = brightness[n]
+        for i in range(size):
+            rest -= terms[n, i] * strengths[i]
+        rest = min(abs(rest), cap)
+        square += (1.0 if weights[n] > 0 else doubted) * rest * rest
+    return np.sqrt(square / count)
+
+
+@numba.njit(cache=True)
+def _all_terms(
+    room: Floats, points: Field, normals: Field, nodes: Field, slopes: Field, middle: Field, lamps: Floats
+) -> Floats:
+    """(n, 4 + k) the room's terms (n, 4) and each lamp's light."""
+    terms = np.empty((len(room), ROOM + len(lamps)))
+    terms[:, :ROOM] = room
+    for k in range(len(lamps)):
+        terms[:, ROOM + k] = _lamp(points, normals, nodes, slopes, middle, lamps[k, 0], lamps[k, 1], lamps[k, 2])
+    return terms
 
 
 @numba.njit(cache=True)

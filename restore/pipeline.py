@@ -7,7 +7,11 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
+import numpy as np
+
+from restore.clean import clean
 from restore.coverage import blank, cover, invent
+from restore.dense import flatten
 from restore.flatten import OnStep
 from restore.prepare import prepare
 from restore.relief import relief_of
@@ -17,7 +21,7 @@ from restore.settings import Settings
 from restore.shade import LIGHT_DPI, Evened, remove_shading
 from restore.surface import Sheet
 from restore.texture import Painting, paint_page
-from restore.unroll import Unrolled, unroll
+from restore.unroll import Unrolled, square, unroll
 
 STAGES = ("prepare", "decimate", "flatten", "refine", "texture", "shade")
 
@@ -41,7 +45,7 @@ def restore(
     clock = Stopwatch(progress)
     with clock("prepare"):
         surface = prepare(scan)
-    unrolled = unroll(surface, settings, clock, on_step)
+    unrolled = _unroll(surface, settings, clock, on_step)
     with clock("texture"):
         painting = paint_page(unrolled.fine, settings.dpi)
         coverage = cover(surface, unrolled.fine, painting, settings.dpi)
@@ -53,7 +57,15 @@ def restore(
     report |= {"light": evened.facts, "coverage": coverage.shares()}
     report |= {"source": dict(scan.provenance), "seconds": clock.seconds}
     return RestoredPage(
-        image, settings.dpi, coverage.mask, unrolled.coarse, report, painting.source, painting.image, coverage.seen
+        image,
+        settings.dpi,
+        coverage.mask,
+        unrolled.coarse,
+        report,
+        painting.source,
+        unrolled.fine,
+        painting.image,
+        coverage.seen,
     )
 
 
@@ -63,6 +75,16 @@ def _evened(surface: Sheet | SurfaceMesh, unrolled: Unrolled, painting: Painting
         return Evened(painting.image, {})
     relief = relief_of(surface, unrolled.fine, min(LIGHT_DPI, settings.dpi))
     return remove_shading(painting.image, painting.mask, settings.dpi, relief)
+
+
+def _unroll(surface: Sheet | SurfaceMesh, settings: Settings, clock: Stopwatch, on_step: OnStep | None) -> Unrolled:
+    if isinstance(surface, Sheet):
+        return unroll(surface, settings, clock, on_step)
+    with clock("decimate"):
+        mesh = clean(surface, settings.points or len(surface.vertices))
+    with clock("flatten"):
+        flat = square(flatten(mesh, settings.method, on_step=on_step))
+    return Unrolled(flat, flat, np.empty((0, 2)), {})
 
 
 class Stopwatch:

@@ -7,17 +7,21 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from restore.facets import fit_facets
+from restore.clean import weld
+from restore.errors import BadInput
+from restore.facets import PRECISION, fit_facets
 from restore.flatten import check
 from restore.rays import Rays, find_rays
 from restore.resample import resample
-from restore.scan import Floats, RangeScan, SurfaceMesh
+from restore.scan import Floats, Mask, RangeScan, SurfaceMesh
 from restore.segment import find_sheet
 from restore.surface import Sheet, make_sheet
 from restore.triangulate import triangulate
 
 CONTINUED = 3.0  # samples: reaches over a drop-out
+LEAST_PAGE = 5.0  # mm: a postage stamp has 20; an A3 page in metres looks like this
 MARGIN = 4  # samples: one cell of the lattices
+INTERPOLATED = 2e-5  # of the depth: what lies between the vertices of a mesh is known no better, beside creases
 AFFINE_SUBSET = 7  # every seventh sample tells three unknowns well enough
 
 
@@ -26,24 +30,39 @@ def prepare(scan: RangeScan | SurfaceMesh) -> Sheet | SurfaceMesh:
 
     Raises NotEnoughSurface when the scan holds no piece of surface that could be a page, BadInput for a broken mesh.
     """
+    _check_size(scan)
     if isinstance(scan, RangeScan):
         rays = find_rays(scan)
         if rays is not None:
-            return _on_grid(scan, rays)
+            return smooth(scan, rays, *find_sheet(scan, rays))
         scan = triangulate(scan)
     check(scan)
+    scan = weld(scan)
     view = resample(scan)
-    return scan if view is None else _on_grid(*view, framed=False)
+    return scan if view is None else _resampled(*view)
 
 
-def _on_grid(scan: RangeScan, rays: Rays, *, framed: bool = True) -> Sheet:
-    """Find the sheet, fill its holes and take the noise out."""
-    samples, inside = find_sheet(scan, rays, framed=framed)
+def _check_size(scan: RangeScan | SurfaceMesh) -> None:
+    points = scan.points[scan.measured] if isinstance(scan, RangeScan) else scan.vertices
+    size = float(np.ptp(points, axis=0).max()) if len(points) else np.inf  # that nothing is there is told elsewhere
+    if size < LEAST_PAGE:
+        raise BadInput(f"the whole surface measures {size:.2g} mm", "give the coordinates in millimetres, not metres")
+
+
+def smooth(scan: RangeScan, rays: Rays, samples: Mask, inside: Mask, *, precision: float = PRECISION) -> Sheet:
+    """The sheet through its samples (rows, cols) on the rays of a scan, filled and without noise all over `inside`.
+
+    precision is the least noise that is reckoned with, as a share of the depth.
+    """
     scan, rays = _with_margin(scan, rays)
     samples, inside = np.pad(samples, MARGIN), np.pad(inside, MARGIN)
     inverse_depth = np.where(samples, -1.0 / np.where(samples, scan.points[..., 2], -1.0), np.nan)
-    facets = fit_facets(inverse_depth, samples, inside, _red(scan))
+    facets = fit_facets(inverse_depth, samples, inside, _red(scan), precision=precision)
     return make_sheet(rays, facets, samples, inside, _pixels(scan), scan)
+
+
+def _resampled(scan: RangeScan, rays: Rays) -> Sheet:
+    return smooth(scan, rays, *find_sheet(scan, rays, framed=False), precision=INTERPOLATED)
 
 
 def _with_margin(scan: RangeScan, rays: Rays) -> tuple[RangeScan, Rays]:

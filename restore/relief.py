@@ -80,17 +80,18 @@ def facet_normals(sheet: Sheet) -> Floats:
     x, y = rays.x0 + rays.dx * cols, rays.y0 + rays.dy * rows
     # c is negative for a normal that points back to the lens
     normals = -np.stack([across, along, across * x + along * y - value], axis=-1)
-    normals = _steadied(normals / np.linalg.norm(normals, axis=2, keepdims=True), sheet.measured)
+    normals = _steadied(normals / np.sqrt(np.einsum("ijk,ijk->ij", normals, normals))[..., None], sheet.measured)
     return np.asarray(normals @ rays.axes)
 
 
 def _steadied(normals: Floats, measured: Mask) -> Floats:
-    density = cv2.boxFilter(measured.astype(np.float64), -1, (DENSE_OVER, DENSE_OVER))
+    normals = normals.astype(np.float32)
+    density = cv2.boxFilter(measured.astype(np.float32), -1, (DENSE_OVER, DENSE_OVER))
     own = np.clip((density - SPARSE) / (DENSE - SPARSE), 0.0, 1.0)[..., None]
     trust = np.maximum(own, TINY)
     round_it = cv2.GaussianBlur(normals * trust, (0, 0), STEADY) / cv2.GaussianBlur(trust, (0, 0), STEADY)[..., None]
     mixed = own * normals + (1 - own) * round_it
-    return np.asarray(mixed / np.linalg.norm(mixed, axis=2, keepdims=True))
+    return np.asarray(mixed / np.sqrt(np.einsum("ijk,ijk->ij", mixed, mixed))[..., None])
 
 
 def vertex_normals(vertices: Floats, faces: Ints) -> Floats:

@@ -36,6 +36,7 @@ DIMMEST = 4 * MAX_GAIN  # of the level light: less is not found in any hollow, a
 BLUR_MM = 0.5  # of a camera with 50 pixels to the inch
 BRIGHTEST = 1.3  # of the paper's light in one channel: printed on white, no ink gives back more
 CLIPPED = 252  # code above which the sensor may be full and the light unknown
+SPARED = 7  # of the cells one in so many tells how uneven they are
 TINY = 1e-6
 CODES = 4096  # steps of light for the way back to codes: half a code at the dark end, far less elsewhere
 
@@ -90,18 +91,18 @@ def _cells(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> tuple[Field,
 
 def _bare(colour: Field, inside: Mask) -> Mask:
     """Where the page may show bare paper: as bright as its surroundings, of the paper's hue, and beside no ink."""
-    brightness = np.where(inside, colour.mean(axis=2), 0).astype(np.float32)
+    brightness = np.where(inside, _sum(colour) / 3, 0).astype(np.float32)
     small = brightness[::SHRINK, ::SHRINK]
     reach = 2 * round(LOCAL_MM / MM_PER_INCH * LIGHT_DPI / SHRINK / 2) + 1
     brightest = cv2.dilate(small, np.ones((reach, reach), np.uint8))
     brightest = cv2.resize(brightest, brightness.shape[::-1], interpolation=cv2.INTER_LINEAR)
-    hue = colour / np.maximum(colour.sum(axis=2, keepdims=True), TINY)
+    hue = colour / np.maximum(_sum(colour)[..., None], TINY)
     bright = inside & (brightness > PAPER_SHARE * brightest)
     if not bright.any():
         return bright
-    odd = np.abs(hue - np.median(hue[bright][::7], axis=0)).max(axis=2) > HUE
+    odd = _highest(np.abs(hue - np.median(hue[bright][::SPARED], axis=0))) > HUE
     dark = (~bright | odd).astype(np.uint8)
-    full = colour.min(axis=2) > LINEAR[CLIPPED]
+    full = _lowest(colour) > LINEAR[CLIPPED]
     return np.asarray((cv2.dilate(dark, np.ones((3, 3), np.uint8)) == 0) & ~full)
 
 
@@ -112,7 +113,7 @@ def _rest(ratio: Field, inside: Mask) -> tuple[Field, Mask]:
     surface = np.ones_like(ratio)
     paper = inside
     for tolerance in (2 * CONTRAST, CONTRAST, CONTRAST / 2):
-        paper = inside & (np.abs(ratio / surface - 1).max(axis=2) < tolerance)
+        paper = inside & (_highest(np.abs(ratio / surface - 1)) < tolerance)
         surface = _smooth(ratio, paper)
     return surface * _more(ratio / surface, inside) * level, paper
 
@@ -123,7 +124,7 @@ def _more(ratio: Field, inside: Mask) -> Field:
     No ink is brighter than paper in all channels, and none much brighter in one: what seems to be lies beside a crease
     or a shadow that is not quite where it was thought to be.
     """
-    above = np.maximum(ratio.min(axis=2) / (1 + CONTRAST / 2), ratio.max(axis=2) / BRIGHTEST)
+    above = np.maximum(_lowest(ratio) / (1 + CONTRAST / 2), _highest(ratio) / BRIGHTEST)
     above = np.where(inside, np.maximum(above, 1), 1).astype(np.float32)
     lifted: Field = cv2.GaussianBlur(cv2.dilate(above, np.ones((3, 3), np.uint8)), (0, 0), 1.0)
     return lifted[..., None]
@@ -154,8 +155,8 @@ def _smooth(ratio: Field, paper: Mask) -> Field:
 
 
 def _facts(light: Light, colour: Field, gain: Field, paper: Mask, inside: Mask) -> dict[str, Any]:
-    before = colour[paper].mean(axis=1)
-    after = (colour[paper] * gain[paper]).mean(axis=1)
+    seen, gains = (field[paper][::SPARED] for field in (colour, gain))
+    before, after = seen.mean(axis=1), (seen * gains).mean(axis=1)
     return {
         "lamps": len(light.lamps),
         "paper_share": float(paper.sum() / max(inside.sum(), 1)),
@@ -185,24 +186,41 @@ def _apply(image: Bytes, mask: Mask, gain: Field, scale: float, linear: Field, c
     height, width, _ = image.shape
     rows, cols, _ = gain.shape
     out = image.copy()
-    top = len(codes) - 1
+    top = np.float32(len(codes) - 1)
     across = np.empty((cols, 3), np.float32)
+    left, share = np.empty(width, np.int64), np.empty(width, np.float32)
+    for col in range(width):
+        x = min(max((col + 0.5) * scale - 0.5, 0.0), cols - 1.0)
+        left[col] = min(int(x), max(cols - 2, 0))
+        share[col] = x - left[col]
+    step = 1 if cols > 1 else 0
     for row in range(height):
         y = min(max((row + 0.5) * scale - 0.5, 0.0), rows - 1.0)
-        i = min(int(y), rows - 2) if rows > 1 else 0
+        i = min(int(y), max(rows - 2, 0))
         v = np.float32(y - i)
-        below = i + 1 if rows > 1 else i
+        below = min(i + 1, rows - 1)
         for c in range(cols):
             for k in range(3):
-                across[c, k] = gain[i, c, k] + v * (gain[below, c, k] - gain[i, c, k])
+                across[c, k] = top * (gain[i, c, k] + v * (gain[below, c, k] - gain[i, c, k]))
         for col in range(width):
             if not mask[row, col]:
                 continue
-            x = min(max((col + 0.5) * scale - 0.5, 0.0), cols - 1.0)
-            j = min(int(x), cols - 2) if cols > 1 else 0
-            u = np.float32(x - j)
-            right = j + 1 if cols > 1 else j
+            j, u = left[col], share[col]
             for k in range(3):
-                light = linear[image[row, col, k]] * (across[j, k] + u * (across[right, k] - across[j, k]))
-                out[row, col, k] = codes[min(int(light * top + 0.5), top)]
+                here = across[j, k]
+                light = linear[image[row, col, k]] * (here + u * (across[j + step, k] - here))
+                out[row, col, k] = codes[int(min(light + np.float32(0.5), top))]
     return out
+
+
+def _lowest(field: Field) -> Field:
+    """(r, c) of the channels (r, c, 3); in pairs, since numpy is slow along an axis of three."""
+    return np.asarray(np.minimum(np.minimum(field[..., 0], field[..., 1]), field[..., 2]))
+
+
+def _highest(field: Field) -> Field:
+    return np.asarray(np.maximum(np.maximum(field[..., 0], field[..., 1]), field[..., 2]))
+
+
+def _sum(field: Field) -> Field:
+    return np.asarray(field[..., 0] + field[..., 1] + field[..., 2])

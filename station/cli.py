@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from station.calibrate import board, calibrate
+from station.devices import devices
+from station.doctor import doctor
 from station.progress import progress_on
 from station.telling import faults_told, say
+from station.trace import trace
 
 if TYPE_CHECKING:
     from station.session import Outcome
@@ -66,6 +71,7 @@ def _planish(
 def _scan(
     config: Annotated[Path, typer.Option(help="The station's configuration (TOML).", show_default=False)],
     output: Out,
+    average: Annotated[int | None, typer.Option(min=1, max=64, help="Shots to average (1).")] = None,
     tiff: Tiff = False,
     map_: Map = False,
     mesh: Mesh = False,
@@ -81,7 +87,10 @@ def _scan(
         from station.session import Destination, scan_page
 
         kinds = _kinds(tiff=tiff, map=map_, mesh=mesh, strain=strain, frames=frames, review=True)
-        outcome = scan_page(load_config(config), Destination(output, kinds, force), progress=progress)
+        station = load_config(config)
+        capture = replace(station.capture, **_given(average=average))
+        station = station.model_copy(update={"capture": capture})
+        outcome = scan_page(station, Destination(output, kinds, force), progress=progress)
     _tell(outcome, as_json=as_json, debug=debug)
 
 
@@ -93,7 +102,7 @@ def _restore(
     ],
     output: Out,
     texture: Annotated[Path | None, typer.Option(help="The colour image, where the scan has none.")] = None,
-    points: Annotated[int | None, typer.Option(help="Points kept for the flattening (1000).")] = None,
+    points: Annotated[int | None, typer.Option(help="Points kept for the flattening, 0 for all (1000).")] = None,
     dpi: Annotated[float | None, typer.Option(help="Page pixels to an inch of paper (150).")] = None,
     method: Annotated[str | None, typer.Option(help="How to flatten: sticks, springs or conformal (sticks).")] = None,
     shading: Annotated[str | None, typer.Option(help="Light and shadow: keep or remove (keep).")] = None,
@@ -122,11 +131,15 @@ def _restore(
         outcome = restore_file(
             scan,
             Destination(output, kinds, force),
-            settings=checked(Settings, chosen, name="--{}".format),
+            settings=checked(Settings, chosen, name="--{}".format, hint="see planish restore --help"),
             texture=texture,
             progress=progress,
         )
     _tell(outcome, as_json=as_json, debug=debug)
+
+
+for command in (devices, doctor, trace, board, calibrate):
+    app.command()(command)
 
 
 def _kinds(**wanted: bool) -> frozenset[str]:

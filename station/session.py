@@ -6,6 +6,7 @@ import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
 from typing import Any
 
@@ -16,7 +17,7 @@ from restore.formats import load_scan, save_scan, scan_stem
 from station import export
 from station.config import StationConfig
 from station.errors import UsageError
-from station.export.atomic import make_writable, new_folder, refuse_existing, write_all
+from station.export.atomic import new_folder, refuse_existing, writable, write_all
 from station.export.report import finite
 from station.originals import check_outputs
 from station.pictures.frames import Recorder
@@ -85,8 +86,8 @@ def restore_file(
         raise BadInput(f"cannot read {error.filename or source}: {error.strerror}", "check the path") from error
     facts = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
     origin = Origin(facts, {"load": clock() - start})
-    make_writable(destination.folder)
-    return _restore(scan, destination, stem, origin, settings=settings, progress=progress, clock=clock)
+    with writable(destination.folder):
+        return _restore(scan, destination, stem, origin, settings=settings, progress=progress, clock=clock)
 
 
 def scan_page(
@@ -99,12 +100,12 @@ def scan_page(
     stem, destination = config.output.stem, destination.with_what_comes_of(config.restore)
     stored = destination.folder / (stem + SCAN_SUFFIX)
     refuse_existing([stored, *destination.files(stem)], force=destination.force)
-    make_writable(destination.folder)
-    start = clock()
-    scan = _capture(config, progress)
-    captured = clock()
-    with new_folder(stored, force=destination.force) as folder:
-        save_scan(scan, folder)
+    with writable(destination.folder):
+        start = clock()
+        scan = _capture(config, progress)
+        captured = clock()
+        with new_folder(stored, force=destination.force) as folder:
+            save_scan(scan, folder)
     origin = Origin({"scan": str(stored)}, {"load": 0.0, "capture": captured - start, "store": clock() - captured})
     try:
         outcome = _restore(scan, destination, stem, origin, settings=config.restore, progress=progress, clock=clock)
@@ -149,8 +150,14 @@ def _restore(
     seconds = {**origin.seconds, **page.report["seconds"]}
     seconds["total"] = sum(origin.seconds.values()) + clock() - start
     files = destination.files(stem, colour=page.flat.texture is not None)
-    report = finite({**page.report, **origin.facts, "seconds": seconds, "files": [path.name for path in files]})
+    names = [path.name for path in files]
+    report = finite({**page.report, **origin.facts, "seconds": seconds, "peak_memory_mb": _peak_mb(), "files": names})
     done = export.Restoration(stem, page, scan, recorder.frames() if recorder else (), report)
     contents = export.encoded(done, destination.kinds)
     written = write_all(zip(files, contents, strict=True), force=destination.force)
     return Outcome(report, tuple(written))
+
+
+def _peak_mb() -> float:
+    """The most memory that the process ever held, MB of 2^20 bytes."""
+    return getrusage(RUSAGE_SELF).ru_maxrss / 1024  # Linux counts in KiB

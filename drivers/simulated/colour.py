@@ -18,7 +18,9 @@ from drivers.simulated.illumination import irradiance, seen_of_lamp, seen_of_roo
 from drivers.simulated.optics import LENS_CENTRE
 from drivers.simulated.raycast import RayCaster
 from drivers.simulated.scene import Scene
-from drivers.vivid900.lenses import TEXTURE_COLS, TEXTURE_ROWS, Lens, tangents
+from drivers.vivid900.calibration import Calibration
+from drivers.vivid900.lenses import TEXTURE_COLS, TEXTURE_ROWS
+from drivers.vivid900.triangulation import tangents
 from restore.scan import Bytes, Floats, Ints, Mask
 
 # Rays across and down a pixel; the print is averaged over the share of each ray as well.
@@ -35,7 +37,7 @@ def photograph(
     scene: Scene,
     caster: RayCaster,
     maps: FaceMaps,
-    lens: Lens,
+    body: Calibration,
     rng: np.random.Generator,
     *,
     noise: bool = True,
@@ -50,14 +52,14 @@ def photograph(
     """
     import cv2
 
-    rays = _rays(lens)
+    rays = _rays(body)
     face, depth = caster.first_hit(LENS_CENTRE, rays)
     seen = face >= 0
     face = face[seen]
     points = rays[seen] * depth[seen][:, None]
     paint = np.full((*seen.shape, 6), (VOID, VOID, VOID, EXPOSURE, EXPOSURE, EXPOSURE), np.float32)
     if len(face):
-        footprint = float(np.median(depth[seen])) / lens.focal_px / SUBSAMPLES
+        footprint = float(np.median(depth[seen])) / body.focal_px / SUBSAMPLES
         paint[seen, :3] = colour_codes(scene, footprint)(face, maps.page(face, points))
         light = _light(scene, caster, maps, seen, face, points) if shaded else scene.light.level
         paint[seen, 3:] = EXPOSURE * light
@@ -73,10 +75,10 @@ def photograph(
 
 
 @lru_cache(maxsize=1)  # 33 MB, and shot after shot is taken through the same lens
-def _rays(lens: Lens) -> NDArray[np.float32]:
+def _rays(body: Calibration) -> NDArray[np.float32]:
     """(480·k, 640·k, 3) directions, k = SUBSAMPLES to a pixel's side."""
     row, col = np.mgrid[: TEXTURE_ROWS * SUBSAMPLES, : TEXTURE_COLS * SUBSAMPLES]
-    sight = tangents(lens, (np.stack([col, row], axis=-1) + 0.5) / SUBSAMPLES - 0.5)
+    sight = tangents(body, (np.stack([col, row], axis=-1) + 0.5) / SUBSAMPLES - 0.5)
     return np.concatenate([sight, np.full((*sight.shape[:2], 1), -1.0)], axis=-1).astype(np.float32)
 
 

@@ -13,6 +13,7 @@ from drivers.simulated.artwork import ARTWORK, Artwork
 from drivers.simulated.light import DESK_LIGHT, Light
 from drivers.simulated.scene import Pose, Table
 from drivers.simulated.sheets import SHEETS, Sheet
+from drivers.vivid900.profile import SIMULATED
 
 Side = Annotated[float, Field(ge=20, le=1200)]  # the widest lens sees 1196 mm at its farthest (hardware manual p. 56)
 Part = TypeVar("Part")
@@ -37,7 +38,12 @@ class SceneConfig(BaseModel):
 
 
 class ScannerConfig(BaseModel):
-    """The table `[scanner]`. `distance_mm` is where the page lies, and where the scanner focuses by itself."""
+    """The table `[scanner]`. `distance_mm` is where the page lies, and where the scanner focuses by itself.
+
+    profile      name or file of the command profile that device and driver speak.
+    calibration  file that the driver takes for the body's; the manual's figures when there is none.
+    body         calibration file of what the simulated body really is; the driver is not told.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -45,6 +51,9 @@ class ScannerConfig(BaseModel):
     lens: Literal["TELE", "MIDDLE", "WIDE"] = "MIDDLE"
     distance_mm: Annotated[float, Field(ge=MIN_DISTANCE_MM, le=MAX_DISTANCE_MM)] = 900.0
     seed: Annotated[int, Field(ge=0)] = 0
+    profile: str = SIMULATED
+    calibration: str | None = None
+    body: str | None = None
     scene: SceneConfig = SceneConfig()
 
 

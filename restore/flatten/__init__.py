@@ -11,7 +11,9 @@ import numpy as np
 from restore.errors import BadInput, NotEnoughSurface
 from restore.flatten.conformal import flatten_conformal
 from restore.flatten.lay import Laid, lay, upright
-from restore.flatten.network import Network, make_network, pieces
+from restore.flatten.layout import lay_out
+from restore.flatten.lengths import surface_lengths
+from restore.flatten.network import Network, edges_of, make_network, pieces
 from restore.flatten.orient import orient
 from restore.flatten.springs import flatten_springs
 from restore.flatten.sticks import flatten_sticks
@@ -27,31 +29,37 @@ Solver = Callable[[Laid, Network, Callable[[int, Floats], None] | None], tuple[F
 METHODS: dict[str, Solver] = {"sticks": flatten_sticks, "springs": flatten_springs, "conformal": flatten_conformal}
 
 
-def flatten(
+def flatten_points(
     mesh: SurfaceMesh, method: str = "sticks", *, lengths: Floats | None = None, on_step: OnStep | None = None
 ) -> FlatMesh:
-    """Unroll a mesh into the plane, every edge as near to its length on the surface as can be.
+    """Let all vertices of a mesh settle in the plane, every edge as near to its length on the surface as can be.
 
-    lengths (e,) mm are the rest lengths of the mesh's edges in the order of `network.edges_of`; the straight distances
-    between the vertices when None. Each connected piece is flattened by itself and stays where the scan had it. Faces
-    that run the wrong way round are turned.
+    lengths (e,) mm are the rest lengths of the mesh's edges in the order of `network.edges_of`; when None, those along
+    the surface that the vertices sample (`lengths.surface_lengths`). Each connected piece is flattened by itself and
+    stays where the scan had it, unless it would lie over another. Faces that run the wrong way round are turned.
     Raises BadInput for an unknown method, a broken mesh or lengths that are not one for each edge, NotEnoughSurface for
-    a mesh without area.
+    a mesh without area or without a border.
     """
     if method not in METHODS:
         raise BadInput(f"there is no flattening method {method!r}", f"use one of: {', '.join(METHODS)}")
     check(mesh)
     mesh = replace(mesh, faces=orient(mesh.faces, mesh.texcoords))
-    flat = np.zeros((len(mesh.vertices), 2))
+    flat, parts = np.zeros((len(mesh.vertices), 2)), list[tuple[Ints, Ints]]()
     steps = 0
+    if lengths is None:
+        lengths = surface_lengths(mesh.vertices, mesh.faces, edges_of(mesh.faces))
     network = make_network(mesh.vertices, mesh.faces, lengths)
+    if len(network.hinges) == len(network.edges):
+        raise NotEnoughSurface("the surface is closed all round: a page has a border", "cut the page out of the mesh")
     seen = lay(mesh.vertices, mesh.faces).seen  # from one side for all pieces
     for piece in pieces(network):
         laid = replace(lay(mesh.vertices[piece.vertices], piece.faces), seen=seen[piece.vertices])
         follow = _follower(on_step, mesh, piece.vertices) if on_step else None
         positions, taken = METHODS[method](laid, piece.network, follow)
         flat[piece.vertices] = upright(positions, laid)
+        parts.append((piece.vertices, piece.faces))
         steps = max(steps, taken)
+    lay_out(flat, parts)
     fields: dict[str, Any] = {name: getattr(mesh, name) for name in SurfaceMesh.__dataclass_fields__}
     return FlatMesh(**fields, flat=flat, lengths=network.lengths, steps=steps)
 

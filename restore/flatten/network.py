@@ -66,9 +66,10 @@ def _edges_and_apexes(faces: Ints) -> tuple[Ints, Ints, Ints]:
     apexes = faces[:, [2, 0, 1]].ravel()
     real = half[:, 0] < half[:, 1]  # a face that names a vertex twice has an edge that is none
     half, apexes = half[real], apexes[real]
-    order = np.lexsort((half[:, 1], half[:, 0]))
-    half, apexes = half[order], apexes[order]
-    first = np.flatnonzero(np.r_[True, (half[1:] != half[:-1]).any(axis=1)])
+    keys = half[:, 0] * (faces.max(initial=0) + 1) + half[:, 1]
+    order = np.argsort(keys, kind="stable")
+    half, apexes, keys = half[order], apexes[order], keys[order]
+    first = np.flatnonzero(np.r_[True, keys[1:] != keys[:-1]])
     count = np.diff(np.r_[first, len(half)])
     inner = np.flatnonzero(count == 2)  # an edge of three faces is a flaw of the mesh and no hinge
     return half[first], inner, np.stack([apexes[first[inner]], apexes[first[inner] + 1]], axis=1)

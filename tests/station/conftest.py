@@ -71,9 +71,8 @@ def restored(scan: RangeScan, settings: Settings) -> RestoredPage:
         "seconds": dict.fromkeys(("prepare", "decimate", "flatten", "texture", "shade"), 0.5),
     }
     mask = np.ones((height, width), bool)
-    return RestoredPage(
-        scan.texture, settings.dpi, mask, curl_mesh(scan), report, page_map, scan.texture, mask.astype(np.uint8)
-    )
+    mesh, coverage = curl_mesh(scan), mask.astype(np.uint8)
+    return RestoredPage(scan.texture, settings.dpi, mask, mesh, report, page_map, mesh, scan.texture, coverage)
 
 
 @dataclass

@@ -97,7 +97,7 @@ def test_obj_without_colour_refers_to_none(page, scan):
     bare = replace(page, flat=replace(page.flat, texture=None, texcoords=None))
     assert b"mtl" not in encode_flat(bare.flat, "m.mtl")
     done = export.Restoration("page", bare, scan, (), {})
-    assert len(list(export.encoded(done, {"mesh"}))) == len(export.names("page", {"mesh"}, colour=False)) == 4
+    assert len(list(export.encoded(done, {"mesh"}))) == len(export.names("page", {"mesh"}, colour=False)) == 5
 
 
 def test_page_and_report_are_always_written():
@@ -115,11 +115,12 @@ def test_report_holds_any_file_name():
 
 
 def test_summary_without_colour_and_with_a_warning(page, tmp_path):
-    report = dict(page.report) | {"effective_ppi": None, "warnings": ["a corner is hidden"]}
+    report = dict(page.report) | {"effective_ppi": None, "warnings": ["a corner is hidden"], "peak_memory_mb": 512.3}
     text = summary(report, [tmp_path / "page.png"])
     assert "no colour image" in text
     assert "a corner is hidden" in text
     assert "flatten 0.50" in text
+    assert "512 MB" in text
 
 
 def test_coverage_keeps_its_values_and_has_colours():

@@ -12,10 +12,12 @@ from drivers.simulated.light import FAR_MM, Lamp, Light
 from drivers.simulated.raycast import RayCaster
 from drivers.simulated.scene import lay
 from drivers.simulated.shot import printed
+from drivers.vivid900.calibration import nominal
 from drivers.vivid900.lenses import LENSES
 
 PAGE = (280.0, 200.0)
 LENS = LENSES["MIDDLE"]
+BODY = nominal(LENS)
 DEPTH = 900 + LENS.pupil_mm
 CODE = 0.012  # relative: half a code of a hundred in light
 
@@ -24,7 +26,7 @@ def light_on(sheet, light, *, shaded=True):
     """(480, 640, 3) the light on white paper."""
     scene = lay(sheet, printed(White(), PAGE), depth_mm=DEPTH, table="none", light=light)
     caster, maps = RayCaster(scene.vertices, scene.faces), FaceMaps.of(scene)
-    image = photograph(scene, caster, maps, LENS, np.random.default_rng(0), noise=False, shaded=shaded)
+    image = photograph(scene, caster, maps, BODY, np.random.default_rng(0), noise=False, shaded=shaded)
     return linear(image.astype(np.float32)) / (linear(np.array(PAPER, np.float32)) * EXPOSURE)
 
 

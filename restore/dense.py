@@ -1,0 +1,149 @@
+"""Flatten a mesh of any size: a large one is solved on few points, and the solution is carried to all of it."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import dijkstra
+from scipy.spatial import cKDTree
+
+from restore.clean import select
+from restore.decimate import decimate, patch_and_smooth
+from restore.flatten import METHODS, OnStep, check, flatten_points
+from restore.flatten.kernels import relax_in_plane
+from restore.flatten.lay import lay, upright
+from restore.flatten.layout import lay_out
+from restore.flatten.lengths import noise_of, surface_lengths
+from restore.flatten.network import edges_of, make_network, pieces
+from restore.flatten.orient import orient
+from restore.flatten.settle import settle
+from restore.flatten.unfold import unfold
+from restore.prepare import INTERPOLATED, smooth
+from restore.refine import carry
+from restore.resample import MIN_VERTICES, resample
+from restore.scan import FlatMesh, Floats, Ints, SurfaceMesh
+from restore.segment import outline
+from restore.settings import Settings
+from restore.unroll import unroll
+
+COARSE = 5_000  # points that settle when no single view sees the whole surface
+LOCAL_SWEEPS = 60  # the carried solution is right but for what lies between the points that settled
+MOMENTUM = 0.9
+MAX_SETTLED = 100_000  # vertices: a gigabyte and some seconds
+CLEAN = 0.002  # of the mean edge: noise that no scanner is without
+UNFOLDINGS = 5
+FLATTEST = 1e-6  # of its mean square: a patch of neighbours in one plane has no extent across it
+
+
+def flatten(
+    mesh: SurfaceMesh, method: str = "sticks", *, lengths: Floats | None = None, on_step: OnStep | None = None
+) -> FlatMesh:
+    """Unroll a mesh into the plane, every edge as near to its length on the surface as can be.
+
+    The vertices of a piece of less than MIN_VERTICES all settle together; those of a larger one settle on few points,
+    and its noise is taken out. lengths (e,) mm are the rest lengths of the edges in the order of `network.edges_of`;
+    when None, those along the surface that the vertices sample. Each connected piece stays where the scan had it,
+    unless it would lie over another. Faces that run the wrong way round are turned.
+    on_step(step, positions (n, 3) mm, faces (m, 3)) is called after each time step.
+    Raises BadInput for an unknown method, a broken mesh or lengths that are not one for each edge, NotEnoughSurface for
+    a mesh without area or without a border.
+    """
+    if lengths is not None or method not in METHODS or len(mesh.vertices) < MIN_VERTICES:
+        return flatten_points(mesh, method, lengths=lengths, on_step=on_step)
+    check(mesh)
+    mesh = replace(mesh, faces=orient(mesh.faces, mesh.texcoords))
+    network = make_network(mesh.vertices, mesh.faces)
+    parts = list(pieces(network))
+    flat, rest, steps = np.zeros((len(mesh.vertices), 2)), network.lengths.copy(), 0
+    seen = lay(mesh.vertices, mesh.faces).seen  # from one side for all pieces
+    for part in parts:
+        piece = _flatten_piece(select(mesh, part.vertices[part.faces]), method, on_step)
+        laid = lay(piece.vertices, piece.faces)
+        flat[part.vertices] = upright(piece.flat, replace(laid, seen=seen[part.vertices]))
+        rest[np.isin(network.edges[:, 0], part.vertices)] = piece.lengths
+        steps = max(steps, piece.steps)
+    lay_out(flat, [(part.vertices, part.faces) for part in parts])
+    return _flat_mesh(mesh, flat, rest, steps)
+
+
+def _flatten_piece(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMesh:
+    if len(mesh.vertices) < MIN_VERTICES:
+        return flatten_points(mesh, method, on_step=on_step)
+    return _over_grid(mesh, method, on_step) or _over_points(mesh, method, on_step)
+
+
+def _over_grid(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMesh | None:
+    """As a scanner would see it, for a mesh that one view sees all of; None for others."""
+    view = resample(mesh)
+    if view is None:
+        return None
+    scan, rays = view
+    sheet = smooth(scan, rays, scan.measured, outline(scan.measured), precision=INTERPOLATED)
+    unrolled = unroll(sheet, Settings(method=method), lambda _: nullcontext(), on_step)
+    nodes = np.stack(sheet.rays.grid(mesh.vertices), axis=1)
+    flat = carry(sheet.inside.shape, unrolled.nodes, unrolled.fine.faces, unrolled.fine.flat, nodes)
+    edges = edges_of(mesh.faces)
+    lengths = sheet.lengths(nodes, edges)
+    if noise_of(mesh.vertices, mesh.faces, edges) < CLEAN * lengths.mean():  # then its vertices know better
+        lengths = surface_lengths(mesh.vertices, mesh.faces, edges)
+        flat = _finish(flat, mesh.faces, edges, lengths)
+    return _flat_mesh(mesh, flat, lengths, unrolled.coarse.steps)
+
+
+def _over_points(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMesh:
+    """Over some of its own vertices, smoothed; the others follow the nearest of them over the surface."""
+    smoothed, _ = patch_and_smooth(mesh.vertices, mesh.faces)
+    kept, faces = decimate(smoothed, mesh.faces, COARSE, own_vertices=True)
+    _, index = cKDTree(smoothed).query(kept)
+    coarse = flatten_points(SurfaceMesh(kept, faces), method, on_step=on_step)
+    edges = edges_of(mesh.faces)
+    flat = _follow(smoothed, edges, index, coarse)
+    lengths = surface_lengths(smoothed, mesh.faces, edges)
+    return _flat_mesh(mesh, _finish(flat, mesh.faces, edges, lengths), lengths, coarse.steps)
+
+
+def _finish(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
+    """Flat positions (n, 2) mm that are nearly right, with every edge (e, 2) brought to its length (e,) mm."""
+    for _ in range(UNFOLDINGS):
+        relax_in_plane(flat, edges, lengths, LOCAL_SWEEPS, 0.0, MOMENTUM)
+        if len(flat) <= MAX_SETTLED:
+            flat = settle(flat, edges, lengths)
+        if not unfold(flat, faces):
+            break
+    return flat
+
+
+def _follow(vertices: Floats, edges: Ints, index: Ints, coarse: FlatMesh) -> Floats:
+    """Flat positions (n, 2) of vertices (n, 3) mm: each goes with the nearest vertex of the coarse mesh, as if rigid.
+
+    edges (e, 2) join the vertices, index (k,) tells which of them the coarse mesh has.
+    """
+    start, end = edges.T
+    distances = np.linalg.norm(vertices[start] - vertices[end], axis=1)
+    graph = coo_matrix((distances, (start, end)), shape=(len(vertices),) * 2).tocsr()
+    _, _, source = dijkstra(graph, directed=False, indices=index, min_only=True, return_predecessors=True)
+    owner = np.full(len(vertices), -1)
+    owner[index] = np.arange(len(index))
+    own = owner[source]
+    turns = _turns(coarse)
+    return coarse.flat[own] + np.einsum("nij,nj->ni", turns[own], vertices - coarse.vertices[own])
+
+
+def _turns(mesh: FlatMesh) -> Floats:
+    """(n, 2, 3): the map that takes the way to each neighbour of a vertex to the same way on the page, best of all."""
+    start, end = np.concatenate([edges := edges_of(mesh.faces), edges[:, ::-1]]).T
+    way, flat = mesh.vertices[end] - mesh.vertices[start], mesh.flat[end] - mesh.flat[start]
+    spread, across = np.zeros((len(mesh.vertices), 3, 3)), np.zeros((len(mesh.vertices), 2, 3))
+    np.add.at(spread, start, way[:, :, None] * way[:, None, :])
+    np.add.at(across, start, flat[:, :, None] * way[:, None, :])
+    spread += FLATTEST * np.trace(spread, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+    return across @ np.linalg.inv(spread)
+
+
+def _flat_mesh(mesh: SurfaceMesh, flat: Floats, lengths: Floats, steps: int) -> FlatMesh:
+    fields: dict[str, Any] = {name: getattr(mesh, name) for name in SurfaceMesh.__dataclass_fields__}
+    return FlatMesh(**fields, flat=flat, lengths=lengths, steps=steps)
