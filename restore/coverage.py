@@ -72,7 +72,9 @@ def cover(surface: Sheet | SurfaceMesh, fine: FlatMesh, painting: Painting, dpi:
         seen[on_mesh & (measured == 0)] = Seen.FILLED
     eye = _eye(surface, fine)
     if eye is not None and fine.texcoords is not None and fine.texture is not None:
-        seen[on_mesh & _behind(fine, eye, on_mesh.shape, dpi)] = Seen.HIDDEN
+        hidden = on_mesh & _behind(fine, eye, on_mesh.shape, dpi)
+        # What a photograph shows, the scanner's camera need not have seen.
+        seen[hidden if painting.page_source is None else hidden & (painting.page_source == 0)] = Seen.HIDDEN
     return Coverage(seen)
 
 

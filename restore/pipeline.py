@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -13,14 +13,15 @@ from restore.clean import clean
 from restore.coverage import blank, cover, invent
 from restore.dense import flatten
 from restore.flatten import OnStep
+from restore.photo import Photograph, Registered, paint_registered, reasons, register_photographs
 from restore.prepare import prepare
 from restore.relief import relief_of
 from restore.report import describe
-from restore.scan import RangeScan, RestoredPage, SurfaceMesh
+from restore.scan import Bytes, RangeScan, RestoredPage, SurfaceMesh
 from restore.settings import Settings
 from restore.shade import LIGHT_DPI, Evened, remove_shading
 from restore.surface import Sheet
-from restore.texture import Painting, paint_page
+from restore.texture import Painting
 from restore.unroll import Unrolled, square, unroll
 
 STAGES = ("prepare", "decimate", "flatten", "refine", "texture", "shade")
@@ -32,11 +33,14 @@ def restore(
     scan: RangeScan | SurfaceMesh,
     settings: Settings | None = None,
     *,
+    photos: Sequence[Photograph | Bytes] = (),
     progress: Progress | None = None,
     on_step: OnStep | None = None,
 ) -> RestoredPage:
     """Turn a scan of a warped page into the flat page.
 
+    photos: photographs of the same page by any camera, (h, w, 3) uint8 RGB or as `read_photograph` gives them. The page
+    is painted from those that can be registered to the scan for certain; the report tells of all.
     progress(stage, fraction done) is called as the work goes on; on_step(step, positions (n, 3) mm, faces (m, 3)) after
     every time step of the flattening.
     Raises NotEnoughSurface when there is no page in the scan, BadInput when the scan cannot be used.
@@ -46,8 +50,12 @@ def restore(
     with clock("prepare"):
         surface = prepare(scan)
     unrolled = _unroll(surface, settings, clock, on_step)
+    registered: list[Registered] = []
+    if photos:
+        with clock("register"):
+            registered = register_photographs(unrolled.fine, photos)
     with clock("texture"):
-        painting = paint_page(unrolled.fine, settings.dpi)
+        painting, told = paint_registered(unrolled.fine, registered, settings.dpi)
         coverage = cover(surface, unrolled.fine, painting, settings.dpi)
         painting = replace(painting, image=blank(painting.image, coverage), mask=coverage.mask)
     with clock("shade"):
@@ -56,6 +64,8 @@ def restore(
     report = describe(surface, unrolled, painting, settings)
     report |= {"light": evened.facts, "coverage": coverage.shares()}
     report |= {"source": dict(scan.provenance), "seconds": clock.seconds}
+    if photos:
+        report |= {"photos": told, "warnings": report["warnings"] + reasons(registered)}
     return RestoredPage(
         image,
         settings.dpi,
@@ -66,6 +76,7 @@ def restore(
         unrolled.fine,
         painting.image,
         coverage.seen,
+        painting.page_source,
     )
 
 

@@ -84,6 +84,8 @@ class RestoredPage:
     page_map  (h, w, 2) float32, the texture pixel that each page pixel came from, NaN outside the page.
     master    (h, w, 3) uint8 RGB, the page with light and shadow as they were; the image itself where they were kept.
     coverage  (h, w) uint8, what each pixel shows: values of `restore.coverage.Seen`.
+    page_source  (h, w) uint8, with photographs: the picture that page_map's pixel is in. 0 is the texture, k the k-th
+                 photograph, 255 outside the page. None without photographs.
     """
 
     image: Bytes
@@ -95,3 +97,4 @@ class RestoredPage:
     fine: FlatMesh
     master: Bytes
     coverage: Bytes
+    page_source: NDArray[np.uint8] | None = None

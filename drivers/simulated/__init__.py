@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 from drivers.simulated.artwork import Figure, Markers, Text, White
-from drivers.simulated.scanner import Rig, connect, rig
+from drivers.simulated.scanner import Rig, connect, connect_turntable, rig
 from drivers.simulated.scene import Pose
 from drivers.simulated.sheets import Binding, Cone, Crumpled, Curl, Flat, Miura, MultiFold, Spread, Wave
 from drivers.simulated.shot import Truth, shoot
@@ -30,6 +30,7 @@ __all__ = [
     "Wave",
     "White",
     "connect",
+    "connect_turntable",
     "rig",
     "shoot",
 ]

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 from drivers.scanner import MAX_DISTANCE_MM, MIN_DISTANCE_MM, SettingsError
 from drivers.simulated.artwork import ARTWORK, Artwork
 from drivers.simulated.light import DESK_LIGHT, Light
-from drivers.simulated.scene import Pose, Table
+from drivers.simulated.scene import Axle, Pose, Table
 from drivers.simulated.sheets import SHEETS, Sheet
 from drivers.vivid900.profile import SIMULATED
 
@@ -20,7 +20,11 @@ Part = TypeVar("Part")
 
 
 class SceneConfig(BaseModel):
-    """The table `[scanner.scene]`. `sheet` and `artwork` are a name, or a table of a name and its parameters."""
+    """The table `[scanner.scene]`.
+
+    sheet, artwork  a name, or a table of a name and its parameters.
+    axle            about which a simulated rotary stage turns all of it.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -28,6 +32,7 @@ class SceneConfig(BaseModel):
     artwork: str | dict[str, Any] = "markers"
     page_mm: tuple[Side, Side] = (280.0, 200.0)
     pose: Pose = Pose()
+    axle: Axle = Axle()
     table: Table = "dark"
     gap_mm: Annotated[float, Field(ge=0, le=500)] = 3.0
     light: Light = DESK_LIGHT
@@ -66,6 +71,7 @@ SETTINGS: dict[tuple[int | str, ...], list[str]] = {
     ("scene",): list(SceneConfig.model_fields),
     ("scene", "pose"): _parameters(Pose),
     ("scene", "light"): _parameters(Light),
+    ("scene", "axle"): _parameters(Axle),
 }
 """Where in the table → the settings that there may be."""
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -14,14 +15,16 @@ from drivers.simulated.clock import VirtualClock
 from drivers.simulated.config import ScannerConfig
 from drivers.simulated.device import Lens, SimulatedDevice
 from drivers.simulated.scene import lay
-from drivers.simulated.sensor import SceneSensor
+from drivers.simulated.sensor import SceneSensor, TurnedSensor
 from drivers.simulated.shot import printed
+from drivers.simulated.stage import PtyStage, machine
 from drivers.vivid900.calibration import Calibration, nominal, read_calibration
 from drivers.vivid900.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.lenses import LENSES
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile import load_profile
+from drivers.vivid900.stage import RotaryStage, controller_named, open_port
 from drivers.vivid900.transports.in_process import InProcess
 
 LENS_SERIALS = {"TELE": 9000125, "MIDDLE": 9000114, "WIDE": 9000108}
@@ -38,22 +41,29 @@ class Rig:
 
     device: SimulatedDevice
     clock: VirtualClock
-    sensor: SceneSensor
+    sensor: TurnedSensor
 
 
-def rig(config: Mapping[str, Any], *, clock: Callable[[], float] | None = None) -> Rig:
+def _still() -> float:
+    return 0.0
+
+
+def rig(
+    config: Mapping[str, Any], *, clock: Callable[[], float] | None = None, angle: Callable[[], float] = _still
+) -> Rig:
     """The device that the `[scanner]` table of a station configuration describes, with no driver above it.
 
     clock  the device's time; a virtual one unless told otherwise.
+    angle  tells how far a rotary stage has turned the scene, in degrees.
     Raises SettingsError when a setting is not known or not possible.
     """
     wanted = settings_table.read(config)
-    virtual, sensor = VirtualClock(), _sensor(wanted)
+    virtual, sensor = VirtualClock(), _sensor(wanted, angle)
     lens = Lens(wanted.lens, LENS_SERIALS[wanted.lens], sensor)
     return Rig(SimulatedDevice(lens, load_profile(wanted.profile), clock or virtual), virtual, sensor)
 
 
-def _sensor(wanted: ScannerConfig) -> SceneSensor:
+def _sensor(wanted: ScannerConfig, angle: Callable[[], float]) -> TurnedSensor:
     sheet, artwork = wanted.scene.build()
     body = _body(wanted)
     scene = lay(
@@ -66,7 +76,12 @@ def _sensor(wanted: ScannerConfig) -> SceneSensor:
         light=wanted.scene.light,
     )
     contrast = artwork.name not in BLANK
-    return SceneSensor(scene, body, wanted.distance_mm, seed=wanted.seed, contrast=contrast)
+
+    def at(turned_deg: float) -> SceneSensor:
+        seen = scene.turned(turned_deg, wanted.scene.axle) if turned_deg else scene
+        return SceneSensor(seen, body, wanted.distance_mm, seed=wanted.seed, contrast=contrast)
+
+    return TurnedSensor(at, angle)
 
 
 def _body(wanted: ScannerConfig) -> Calibration:
@@ -85,7 +100,29 @@ def connect(config: Mapping[str, Any], now: Callable[[], datetime] = _utc) -> Vi
     now  clock for the time noted with each scan.
     Raises SettingsError when a setting is not known or not possible.
     """
-    standing = rig(config)
+    return _driven(rig(config), config, now)
+
+
+@contextmanager
+def connect_turntable(
+    config: Mapping[str, Any], model: str, *, relative: bool = False, now: Callable[[], datetime] = _utc
+) -> Iterator[tuple[Vivid900, RotaryStage]]:
+    """That scanner, and a simulated rotary stage before it that really turns what it sees.
+
+    model, relative  as in `open_stage`; the simulated controller is of that model and counts in that way.
+    Raises SettingsError for an unknown model as well.
+    """
+    controller = controller_named(model, relative=relative)
+    clock = VirtualClock()
+    with PtyStage(machine(model, relative=relative), clock=clock) as fake:
+        standing = replace(rig(config, clock=clock, angle=lambda: fake.angle_deg), clock=clock)
+        port = open_port(fake.port, controller)
+        stage = RotaryStage(port, controller, relative=relative, clock=clock, sleep=fake.sleep)
+        with stage, _driven(standing, config, now) as scanner:
+            yield scanner, stage
+
+
+def _driven(standing: Rig, config: Mapping[str, Any], now: Callable[[], datetime]) -> Vivid900:
     link = Link(InProcess(standing.device), None, standing.clock, standing.clock.sleep)
     calibration = config.get("calibration")
     known = calibrations(None if calibration is None else Path(calibration))

@@ -90,3 +90,31 @@ class SceneSensor:
 
     def _noise(self, shot: int, exposure: int) -> np.random.Generator:
         return np.random.default_rng([self._seed, shot, exposure])
+
+
+class TurnedSensor:
+    """A scene on a rotary stage, seen as the stage stands when it is looked at.
+
+    at     the sensor of the scene turned by so many degrees.
+    angle  tells where the stage stands.
+    """
+
+    def __init__(self, at: Callable[[float], SceneSensor], angle: Callable[[], float]) -> None:
+        self._at, self._angle = lru_cache(maxsize=1)(at), angle
+        self.distance_mm, self.contrast = self._now.distance_mm, self._now.contrast
+
+    def sweep(self, mode: Mode, distance_mm: float, power: int, gain: int, shot: int) -> Sums:
+        """See Sensor."""
+        return self._now.sweep(mode, distance_mm, power, gain, shot)
+
+    def colour(self, shot: int) -> Bytes:
+        """See Sensor."""
+        return self._now.colour(shot)
+
+    def truth(self, mode: Mode) -> Truth:
+        """The truth about a shot taken now."""
+        return self._now.truth(mode)
+
+    @property
+    def _now(self) -> SceneSensor:
+        return self._at(self._angle())

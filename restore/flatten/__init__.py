@@ -10,15 +10,16 @@ import numpy as np
 
 from restore.errors import BadInput, NotEnoughSurface
 from restore.flatten.conformal import flatten_conformal
-from restore.flatten.lay import Laid, lay, upright
+from restore.flatten.joints import flatten_parts
+from restore.flatten.lay import Laid, lay
 from restore.flatten.layout import lay_out
 from restore.flatten.lengths import surface_lengths
-from restore.flatten.network import Network, edges_of, make_network, pieces
+from restore.flatten.network import Network, Piece, edges_of, make_network, pieces
 from restore.flatten.orient import orient
 from restore.flatten.springs import flatten_springs
 from restore.flatten.sticks import flatten_sticks
 from restore.scan import FlatMesh, Floats, Ints, SurfaceMesh
-from restore.strain import surface_area
+from restore.strain import edge_strain, surface_area
 
 OnStep = Callable[[int, Floats, Ints], None]
 """Called after each time step with its number, the positions (n, 3) mm and the faces (m, 3)."""
@@ -28,6 +29,9 @@ Solver = Callable[[Laid, Network, Callable[[int, Floats], None] | None], tuple[F
 # method → solver of one connected piece; laid on the table in, flat positions (n, 2) mm and time steps out.
 METHODS: dict[str, Solver] = {"sticks": flatten_sticks, "springs": flatten_springs, "conformal": flatten_conformal}
 
+DOUBTFUL = 0.01  # rms strain of an estimate that may be wrong: bends too tight for their points look like creases …
+CLEARLY = 0.7  # … and then the straight lengths fit the plane with so much less strain; facets cost either no more
+
 
 def flatten_points(
     mesh: SurfaceMesh, method: str = "sticks", *, lengths: Floats | None = None, on_step: OnStep | None = None
@@ -35,8 +39,9 @@ def flatten_points(
     """Let all vertices of a mesh settle in the plane, every edge as near to its length on the surface as can be.
 
     lengths (e,) mm are the rest lengths of the mesh's edges in the order of `network.edges_of`; when None, those along
-    the surface that the vertices sample (`lengths.surface_lengths`). Each connected piece is flattened by itself and
-    stays where the scan had it, unless it would lie over another. Faces that run the wrong way round are turned.
+    the surface that the vertices sample (`lengths.surface_lengths`), or the straight ones where those do not fit.
+    Each connected piece is flattened by itself and stays where the scan had it, unless it would lie over another. Faces
+    that run the wrong way round are turned.
     Raises BadInput for an unknown method, a broken mesh or lengths that are not one for each edge, NotEnoughSurface for
     a mesh without area or without a border.
     """
@@ -44,22 +49,38 @@ def flatten_points(
         raise BadInput(f"there is no flattening method {method!r}", f"use one of: {', '.join(METHODS)}")
     check(mesh)
     mesh = replace(mesh, faces=orient(mesh.faces, mesh.texcoords))
-    flat, parts = np.zeros((len(mesh.vertices), 2)), list[tuple[Ints, Ints]]()
-    steps = 0
-    if lengths is None:
-        lengths = surface_lengths(mesh.vertices, mesh.faces, edges_of(mesh.faces))
+    if lengths is not None:
+        return _settle(mesh, method, lengths, on_step)
+    edges = edges_of(mesh.faces)
+    page = _settle(mesh, method, surface_lengths(mesh.vertices, mesh.faces, edges), on_step)
+    if (strained := rms_strain(page)) < DOUBTFUL:
+        return page
+    chords = _settle(mesh, method, make_network(mesh.vertices, mesh.faces).lengths, on_step)
+    return chords if rms_strain(chords) < CLEARLY * strained else page
+
+
+def rms_strain(page: FlatMesh) -> float:
+    """Root mean square of the strain of a page's edges."""
+    return float(np.sqrt(np.mean(edge_strain(page.flat, edges_of(page.faces), page.lengths) ** 2)))
+
+
+def _settle(mesh: SurfaceMesh, method: str, lengths: Floats, on_step: OnStep | None) -> FlatMesh:
+    """Each connected piece by itself, then all of them side by side."""
     network = make_network(mesh.vertices, mesh.faces, lengths)
     if len(network.hinges) == len(network.edges):
         raise NotEnoughSurface("the surface is closed all round: a page has a border", "cut the page out of the mesh")
+    flat, laid_out, steps = np.zeros((len(mesh.vertices), 2)), list[tuple[Ints, Ints]](), 0
     seen = lay(mesh.vertices, mesh.faces).seen  # from one side for all pieces
     for piece in pieces(network):
-        laid = replace(lay(mesh.vertices[piece.vertices], piece.faces), seen=seen[piece.vertices])
-        follow = _follower(on_step, mesh, piece.vertices) if on_step else None
-        positions, taken = METHODS[method](laid, piece.network, follow)
-        flat[piece.vertices] = upright(positions, laid)
-        parts.append((piece.vertices, piece.faces))
+
+        def solve(laid: Laid, part: Piece, whole: Ints = piece.vertices) -> tuple[Floats, int]:
+            follow = _follower(on_step, mesh, whole[part.vertices]) if on_step else None
+            return METHODS[method](laid, part.network, follow)
+
+        flat[piece.vertices], taken = flatten_parts(mesh.vertices[piece.vertices], piece, seen[piece.vertices], solve)
+        laid_out.append((piece.vertices, piece.faces))
         steps = max(steps, taken)
-    lay_out(flat, parts)
+    lay_out(flat, laid_out)
     fields: dict[str, Any] = {name: getattr(mesh, name) for name in SurfaceMesh.__dataclass_fields__}
     return FlatMesh(**fields, flat=flat, lengths=network.lengths, steps=steps)
 

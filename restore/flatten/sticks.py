@@ -40,6 +40,7 @@ PLANE_SWEEPS = 25.0  # of √n at most; most sheets need half
 SLOWING = 3.2  # the momentum 1 − SLOWING / √n carries a strain as long as the sheet out of it without swinging
 LEAST_MOMENTUM = 0.5
 UNFOLDINGS = 5  # each frees the corners that the last one still held
+LEFT_STRAIN = 1e-4  # rms; lengths that fit the plane are relaxed to a tenth of it and less
 SOUND_STRAIN = 0.02  # rms; no paper stretches so far
 CONFORMAL_ITERATIONS = 6  # of Newton: a conformal map of a curved sheet is some per cent off
 PLANE_CHANGE = 1e-7  # of the page's size: one hundred-thousandth of a millimetre in a sweep
@@ -55,7 +56,7 @@ def flatten_sticks(laid: Laid, network: Network, follow: Follow | None = None) -
     from its conformal map instead of falling, and has only its sticks put right.
     """
     found: list[tuple[int, float, int, Floats, int]] = []
-    for way in (fall, _from_conformal):
+    for way in (_fall_and_settle, _from_conformal):
         flat, steps = way(laid, network, follow)
         found.append((*_faults(flat, network), len(found), flat, steps))
         if found[-1][0] == 0 and found[-1][1] < SOUND_STRAIN:
@@ -69,6 +70,19 @@ def _faults(flat: Floats, network: Network) -> tuple[int, float]:
     flips = flipped_faces(flat, network.faces)
     strain = edge_strain(flat, network.edges, network.lengths)
     return flips, float(np.sqrt(np.mean(strain**2)))
+
+
+def _fall_and_settle(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:
+    """Flat positions (n, 2) mm from the fall, and where strain remains, from the least strain near by.
+
+    Relaxation goes to sleep on the long slow bends of an arm or beside a hole, and shares strain out unevenly.
+    """
+    flat, steps = fall(laid, network, follow)
+    flips, strain = _faults(flat, network)
+    if strain < LEFT_STRAIN:
+        return flat, steps
+    settled = settle(flat, network.edges, network.lengths)
+    return (settled if _faults(settled, network)[0] <= flips else flat), steps
 
 
 def _from_conformal(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:

@@ -57,7 +57,7 @@ OUTPUTS = (
     Output("master", "-master.png", lambda done: encode_png(done.page.master, done.page.dpi), needs_colour=True),
     Output("coverage", "-coverage.png", lambda done: encode_coverage(done.page.coverage, done.page.dpi)),
     Output("tiff", ".tif", lambda done: encode_tiff(done.page.image, done.page.dpi)),
-    Output("map", "-map.tif", lambda done: encode_map(done.page.page_map, done.page.dpi)),
+    Output("map", "-map.tif", lambda done: encode_map(done.page)),
     Output("mesh", "-flat.obj", lambda done: encode_flat(done.page.flat, f"{done.stem}-mesh.mtl")),
     Output("mesh", "-warped.obj", lambda done: encode_warped(done.page.flat, f"{done.stem}-mesh.mtl")),
     Output("mesh", "-strain.ply", lambda done: encode_strain(done.page.fine)),

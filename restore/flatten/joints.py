@@ -1,0 +1,108 @@
+"""Parts of a sheet that hang on the rest by single points.
+
+No stick tells how such a part lies: it may turn about its point as it likes, over the rest of the page too. Each part
+is flattened by itself and put on its point the way the surface goes there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from restore.flatten.lay import Laid, lay, upright
+from restore.flatten.network import Network, Piece, edges_of, make_network
+from restore.scan import Floats, Ints, Mask
+
+JOINT = 1e3  # a point in common outweighs the vertices beside it, which tell the turn alone
+FLATTEST = 1e-6  # of its mean square: neighbours in one plane have no extent across it
+
+Solve = Callable[[Laid, Piece], tuple[Floats, int]]
+
+
+def flatten_parts(vertices: Floats, piece: Piece, seen: Floats, solve: Solve) -> tuple[Floats, int]:
+    """Flat positions (k, 2) mm of a connected piece, vertices (k, 3) mm, and the most time steps that a part took.
+
+    seen (k, 2) mm is where the scanner saw its vertices: the largest part comes to lie there.
+    """
+    flat, placed, steps = np.zeros(seen.shape), np.zeros(len(seen), bool), 0
+    for part in parts(piece.network):
+        laid = replace(lay(vertices[part.vertices], part.faces), seen=seen[part.vertices])
+        own, taken = solve(laid, part)
+        if placed.any():
+            laid = _carried_on(laid, vertices, part, piece.network.edges, flat, placed)
+        own = upright(own, laid)
+        joined = placed[part.vertices]
+        if joined.any():
+            own += (flat[part.vertices] - own)[joined].mean(axis=0)
+        flat[part.vertices] = np.where(joined[:, None], flat[part.vertices], own)
+        placed[part.vertices] = True
+        steps = max(steps, taken)
+    return flat, steps
+
+
+def _carried_on(laid: Laid, vertices: Floats, part: Piece, edges: Ints, flat: Floats, placed: Mask) -> Laid:
+    """A part as the page, flat (k, 2) mm where placed (k,), would see it that the surface goes on from their joints."""
+    joined = placed[part.vertices]
+    joints = part.vertices[joined]
+    ends = np.concatenate([edges, edges[:, ::-1]])
+    around = ends[np.isin(ends[:, 0], joints) & placed[ends[:, 1]]]
+    onward = _onward(flat[around[:, 1]] - flat[around[:, 0]], vertices[around[:, 1]] - vertices[around[:, 0]])
+    joint = joints[0]
+    seen = flat[joint] + (vertices[part.vertices] - vertices[joint]) @ onward.T
+    seen[joined] = flat[joints]
+    own = np.concatenate([part.network.edges, part.network.edges[:, ::-1]])
+    weights = np.zeros(len(seen))
+    weights[own[joined[own[:, 0]], 1]] = 1.0
+    weights[joined] = JOINT
+    return replace(laid, seen=seen, weights=weights / weights.sum())
+
+
+def _onward(flat_ways: Floats, ways: Floats) -> Floats:
+    """(2, 3): the linear map by which ways (j, 3) mm along a surface best become their flat ways (j, 2) mm."""
+    spread = ways.T @ ways
+    found: Floats = flat_ways.T @ ways @ np.linalg.inv(spread + FLATTEST * np.trace(spread) * np.eye(3))
+    return found
+
+
+def parts(network: Network) -> Iterator[Piece]:
+    """The parts whose faces hang together over edges: the largest first, then always the largest beside those."""
+    count, labels = _parts(network.faces)
+    if count == 1:
+        yield Piece(np.arange(network.faces.max() + 1), network.faces, network)
+        return
+    reached = np.zeros(network.faces.max() + 1, bool)
+    left = list(np.argsort(-np.bincount(labels), kind="stable"))
+    while left:
+        beside = np.unique(labels[reached[network.faces].any(axis=1)])
+        label = next((label for label in left if label in beside), left[0])
+        left.remove(label)
+        piece = _part(network, labels == label)
+        reached[piece.vertices] = True
+        yield piece
+
+
+def _parts(faces: Ints) -> tuple[int, Ints]:
+    """How many parts there are, and of which each face (m,) is."""
+    half = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    _, edge = np.unique(half[:, 0] * (faces.max() + 1) + half[:, 1], return_inverse=True)
+    face = np.repeat(np.arange(len(faces)), 3)
+    size = len(faces) + edge.max() + 1
+    _, labels = connected_components(coo_matrix((np.ones(len(face)), (face, len(faces) + edge)), (size, size)), False)
+    return int(labels.max()) + 1, labels[: len(faces)]
+
+
+def _part(network: Network, member: Mask) -> Piece:
+    vertices, faces = np.unique(network.faces[member], return_inverse=True)
+    faces = faces.reshape(-1, 3)
+    count = network.faces.max() + 1
+    keys = network.edges[:, 0] * count + network.edges[:, 1]
+    start, end = vertices[edges_of(faces)].T
+    return Piece(
+        vertices,
+        faces,
+        make_network(np.empty((0, 3)), faces, network.lengths[np.searchsorted(keys, start * count + end)]),
+    )
