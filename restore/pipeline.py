@@ -5,19 +5,23 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 
 import numpy as np
 
 from restore.clean import clean
+from restore.coverage import blank, cover, invent
 from restore.dense import flatten
 from restore.flatten import OnStep
 from restore.photo import Photograph, Registered, paint_registered, reasons, register_photographs
 from restore.prepare import prepare
+from restore.relief import relief_of
 from restore.report import describe
 from restore.scan import Bytes, RangeScan, RestoredPage, SurfaceMesh
 from restore.settings import Settings
-from restore.shade import remove_shading
+from restore.shade import LIGHT_DPI, Evened, remove_shading
 from restore.surface import Sheet
+from restore.texture import Painting
 from restore.unroll import Unrolled, square, unroll
 
 STAGES = ("prepare", "decimate", "flatten", "refine", "texture", "shade")
@@ -52,24 +56,36 @@ def restore(
             registered = register_photographs(unrolled.fine, photos)
     with clock("texture"):
         painting, told = paint_registered(unrolled.fine, registered, settings.dpi)
+        coverage = cover(surface, unrolled.fine, painting, settings.dpi)
+        painting = replace(painting, image=blank(painting.image, coverage), mask=coverage.mask)
     with clock("shade"):
-        image = painting.image
-        if settings.shading == "remove":
-            image = remove_shading(image, painting.mask, settings.dpi)
+        evened = _evened(surface, unrolled, painting, settings)
+        image, coverage = invent(evened.image, coverage, settings.dpi, settings.fill_hidden_mm)
     report = describe(surface, unrolled, painting, settings)
+    report |= {"light": evened.facts, "coverage": coverage.shares()}
     report |= {"source": dict(scan.provenance), "seconds": clock.seconds}
     if photos:
         report |= {"photos": told, "warnings": report["warnings"] + reasons(registered)}
     return RestoredPage(
         image,
         settings.dpi,
-        painting.mask,
+        coverage.mask,
         unrolled.coarse,
         report,
         painting.source,
         unrolled.fine,
+        painting.image,
+        coverage.seen,
         painting.page_source,
     )
+
+
+def _evened(surface: Sheet | SurfaceMesh, unrolled: Unrolled, painting: Painting, settings: Settings) -> Evened:
+    """The page without its light, or as it is when that is wanted or there is no picture of it."""
+    if settings.shading == "keep" or unrolled.fine.texture is None:
+        return Evened(painting.image, {})
+    relief = relief_of(surface, unrolled.fine, min(LIGHT_DPI, settings.dpi))
+    return remove_shading(painting.image, painting.mask, settings.dpi, relief)
 
 
 def _unroll(surface: Sheet | SurfaceMesh, settings: Settings, clock: Stopwatch, on_step: OnStep | None) -> Unrolled:

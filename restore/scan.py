@@ -77,11 +77,13 @@ class RestoredPage:
 
     image     (h, w, 3) uint8 RGB.
     dpi       one inch of paper is `dpi` pixels.
-    mask      (h, w) bool, True where the page was seen.
+    mask      (h, w) bool, True where the camera saw the page, its shape measured or filled in.
     flat      the mesh of the points that settled.
     fine      the finer mesh that carried the paint, the same when the scan has no grid.
     report    what was done and how well it went (JSON values only).
     page_map  (h, w, 2) float32, the texture pixel that each page pixel came from, NaN outside the page.
+    master    (h, w, 3) uint8 RGB, the page with light and shadow as they were; the image itself where they were kept.
+    coverage  (h, w) uint8, what each pixel shows: values of `restore.coverage.Seen`.
     page_source  (h, w) uint8, with photographs: the picture that page_map's pixel is in. 0 is the texture, k the k-th
                  photograph, 255 outside the page. None without photographs.
     """
@@ -93,4 +95,6 @@ class RestoredPage:
     report: Mapping[str, Any]
     page_map: NDArray[np.float32]
     fine: FlatMesh
+    master: Bytes
+    coverage: Bytes
     page_source: NDArray[np.uint8] | None = None

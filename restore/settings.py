@@ -18,6 +18,7 @@ class Settings(BaseModel):
     dpi: float = Field(150.0, ge=30, le=1200, description="pixels of the page for one inch of paper")
     method: Literal["sticks", "springs", "conformal"] = Field("sticks", description="how the sheet is flattened")
     shading: Literal["keep", "remove"] = Field("keep", description="leave light and shadow, or divide them out")
+    fill_hidden_mm: float = Field(0.0, ge=0, le=50, description="hidden places up to this wide are invented")
 
     @field_validator("points")
     @classmethod

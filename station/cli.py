@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None)
 
 Out = Annotated[Path, typer.Option("--output", "-o", metavar="OUT", help="Folder for the results.", show_default=False)]
+Coverage = Annotated[bool, typer.Option("--coverage", help="Write where the page was seen, hidden or invented.")]
 Tiff = Annotated[bool, typer.Option("--tiff", help="Write the page as TIFF, too.")]
 Map = Annotated[bool, typer.Option("--map", help="Write the map: the source pixel of every page pixel.")]
 Mesh = Annotated[bool, typer.Option("--mesh", help="Write the mesh as OBJ, flat and as it was measured.")]
@@ -151,6 +152,10 @@ def _restore(
     dpi: Annotated[float | None, typer.Option(help="Page pixels to an inch of paper (150).")] = None,
     method: Annotated[str | None, typer.Option(help="How to flatten: sticks, springs or conformal (sticks).")] = None,
     shading: Annotated[str | None, typer.Option(help="Light and shadow: keep or remove (keep).")] = None,
+    fill_hidden: Annotated[
+        float | None, typer.Option(metavar="MM", help="Invent hidden places up to this wide (0: leave them blank).")
+    ] = None,
+    coverage: Coverage = False,
     tiff: Tiff = False,
     map_: Map = False,
     mesh: Mesh = False,
@@ -167,8 +172,8 @@ def _restore(
         from station.config import checked
         from station.session import Destination, restore_file
 
-        kinds = _kinds(tiff=tiff, map=map_, mesh=mesh, strain=strain, frames=frames, review=review)
-        chosen = _given(points=points, dpi=dpi, method=method, shading=shading)
+        kinds = _kinds(tiff=tiff, map=map_, mesh=mesh, strain=strain, frames=frames, review=review, coverage=coverage)
+        chosen = _given(points=points, dpi=dpi, method=method, shading=shading, fill_hidden_mm=fill_hidden)
         outcome = restore_file(
             scan,
             Destination(output, kinds, force),

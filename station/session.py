@@ -40,6 +40,12 @@ class Destination:
         """The files that a run writes, the report last. colour: whether the scan has a colour image."""
         return [self.folder / name for name in export.names(stem, self.kinds, colour=colour)]
 
+    def with_what_comes_of(self, settings: Settings) -> Destination:
+        """The same with what the settings bring along: the master of a page that loses its light, and where a page
+        that is filled in was."""
+        brought = {"master": settings.shading == "remove", "coverage": settings.fill_hidden_mm > 0}
+        return replace(self, kinds=self.kinds | {kind for kind, on in brought.items() if on})
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -72,7 +78,7 @@ def restore_file(
 
     Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
     """
-    stem = stem_of(source)
+    stem, destination = stem_of(source), destination.with_what_comes_of(settings)
     originals = [source, *([] if texture is None else [texture]), *photos]
     check_outputs(destination.files(stem), originals, force=destination.force)
     start = clock()
@@ -96,7 +102,7 @@ def scan_page(
 
     Raises OverwriteError or UsageError before any work, ScannerError, NotEnoughSurface, OSError when the disk refuses.
     """
-    stem = config.output.stem
+    stem, destination = config.output.stem, destination.with_what_comes_of(config.restore)
     stored = destination.folder / (stem + SCAN_SUFFIX)
     refuse_existing([stored, *destination.files(stem)], force=destination.force)
     with writable(destination.folder):

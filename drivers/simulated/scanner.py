@@ -73,6 +73,7 @@ def _sensor(wanted: ScannerConfig, angle: Callable[[], float]) -> TurnedSensor:
         pose=wanted.scene.pose,
         table=wanted.scene.table,
         gap_mm=wanted.scene.gap_mm,
+        light=wanted.scene.light,
     )
     contrast = artwork.name not in BLANK
 

@@ -12,6 +12,7 @@ import numpy as np
 from drivers.simulated.artwork import Artwork, Markers, Print, Word
 from drivers.simulated.colour import photograph
 from drivers.simulated.facemaps import FaceMaps
+from drivers.simulated.light import Light
 from drivers.simulated.optics import Sighting, expose, ideal, look
 from drivers.simulated.raycast import RayCaster
 from drivers.simulated.scene import Pose, Scene, Surface, Table, lay
@@ -62,6 +63,7 @@ def shoot(
     table: Table = "dark",
     page_mm: PageSize = (280.0, 200.0),
     noise: bool = True,
+    light: Light | None = None,
     body: Calibration | None = None,
     calibration: Calibration | None = None,
 ) -> tuple[RangeScan, Truth]:
@@ -71,7 +73,12 @@ def shoot(
     """
     optics = LENSES[lens]
     scene = lay(
-        sheet, printed(artwork or Markers(), page_mm), depth_mm=distance_mm + optics.pupil_mm, pose=pose, table=table
+        sheet,
+        printed(artwork or Markers(), page_mm),
+        depth_mm=distance_mm + optics.pupil_mm,
+        pose=pose,
+        table=table,
+        light=light,
     )
     return shoot_scene(
         scene,

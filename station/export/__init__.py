@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from restore.scan import RangeScan, RestoredPage, SurfaceMesh
+from station.export.coverage import encode_coverage
 from station.export.mesh import encode_flat, encode_material, encode_strain, encode_warped
 from station.export.png import encode_png
 from station.export.report import encode_report
@@ -53,6 +54,8 @@ def _texture(done: Restoration) -> bytes:
 
 OUTPUTS = (
     Output("page", ".png", lambda done: encode_png(done.page.image, done.page.dpi)),
+    Output("master", "-master.png", lambda done: encode_png(done.page.master, done.page.dpi), needs_colour=True),
+    Output("coverage", "-coverage.png", lambda done: encode_coverage(done.page.coverage, done.page.dpi)),
     Output("tiff", ".tif", lambda done: encode_tiff(done.page.image, done.page.dpi)),
     Output("map", "-map.tif", lambda done: encode_map(done.page)),
     Output("mesh", "-flat.obj", lambda done: encode_flat(done.page.flat, f"{done.stem}-mesh.mtl")),

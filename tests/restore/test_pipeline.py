@@ -14,6 +14,7 @@ from drivers.simulated import Flat, MultiFold, Pose, Truth, White, shoot
 from drivers.vivid900.calibration import nominal
 from drivers.vivid900.lenses import LENSES
 from restore import BadInput, NotEnoughSurface, RangeScan, RestoredPage, Settings, flatten, load_scan, restore
+from restore.coverage import Seen
 from restore.formats import write_abs, write_obj, write_ply, write_vrml
 from restore.triangulate import triangulate
 
@@ -184,6 +185,16 @@ def test_light_can_be_divided_out():
     kept, removed = (restore(scan, Settings(shading=choice)) for choice in ("keep", "remove"))
     spread = [np.ptp(np.percentile(p.image[p.mask].mean(axis=1), [2, 98])) for p in (kept, removed)]
     assert spread[1] < 0.25 * spread[0]  # a curl has smooth light; what is left is the noise of the colour image
+    np.testing.assert_array_equal(removed.master, kept.image)
+    np.testing.assert_array_equal(kept.master, kept.image)
+    assert kept.report["light"] == {}
+    assert removed.report["light"]["unevenness"] < 0.25 * removed.report["light"]["unevenness_before"]
+
+
+def test_a_relief_without_colour_keeps_its_light():
+    scan = replace(shot("curl")[0], texture=None)
+    image = restore(scan, Settings(shading="remove")).image
+    assert np.ptp(image[image < 255]) > 50
 
 
 def test_nothing_but_a_table_is_no_page():
@@ -196,6 +207,18 @@ def test_nothing_but_a_table_is_no_page():
 def test_flatten_a_scan_that_came_as_a_mesh():
     mesh = page("curl").flat
     assert flatten(mesh).flat == pytest.approx(mesh.flat, abs=5.0)  # chords of 9 mm over a bend of 100 mm, unsquared
+
+
+def test_what_the_laser_missed_but_the_camera_saw_is_told_as_filled():
+    scan, _ = shoot(CASES["curl"].sheet, White(), seed=3, mode="fast")
+    points = scan.points.copy()
+    points[100:112, 150:170] = np.nan
+    restored = restore(replace(scan, points=points), Settings(dpi=75))
+    hole = restored.coverage[np.hypot(restored.page_map[..., 0] - 319, restored.page_map[..., 1] - 211) < 8]
+    assert len(hole) > 10
+    assert (hole == Seen.FILLED).all()
+    assert restored.mask[restored.coverage == Seen.FILLED].all()
+    assert restored.report["coverage"]["hidden"] < 0.002
 
 
 def test_a_scan_in_metres_is_told_by_its_size():

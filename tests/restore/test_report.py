@@ -44,7 +44,9 @@ def test_it_holds_what_the_options_were_and_how_well_it_went(page):
     settings = Settings(points=500, dpi=200, shading="remove")
     report = described(page, settings=settings, distance={"mean_mm": 0.1, "sd_mm": 0.2, "max_mm": 0.3})
     assert json.loads(json.dumps(report)) == report
-    assert {key: report[key] for key in ("method", "dpi", "shading")} == settings.model_dump(exclude={"points"})
+    assert {key: report[key] for key in ("method", "dpi", "shading")} == settings.model_dump(
+        exclude={"points", "fill_hidden_mm"}
+    )
     assert report["points"] == 50
     assert report["steps"] == 57
     assert report["effective_ppi"] == 141.5

@@ -71,8 +71,8 @@ def restored(scan: RangeScan, settings: Settings) -> RestoredPage:
         "seconds": dict.fromkeys(("prepare", "decimate", "flatten", "texture", "shade"), 0.5),
     }
     mask = np.ones((height, width), bool)
-    mesh = curl_mesh(scan)
-    return RestoredPage(scan.texture, settings.dpi, mask, mesh, report, page_map, mesh)
+    mesh, coverage = curl_mesh(scan), mask.astype(np.uint8)
+    return RestoredPage(scan.texture, settings.dpi, mask, mesh, report, page_map, mesh, scan.texture, coverage)
 
 
 @dataclass

@@ -14,6 +14,7 @@ from PIL import Image
 
 from restore import SurfaceMesh
 from station import export
+from station.export.coverage import encode_coverage
 from station.export.mesh import encode_flat, encode_warped
 from station.export.png import encode_png
 from station.export.report import encode_report, finite, summary
@@ -144,3 +145,12 @@ def test_summary_tells_what_a_photograph_gave(page):
     text = summary({**page.report, **said}, [])
     assert "window.jpg gives 98% of the page with 486 pixels per inch, registered to 0.6 pixels rms" in text
     assert text.count("other.jpg") == 1
+
+
+def test_coverage_keeps_its_values_and_has_colours():
+    seen = np.arange(5, dtype=np.uint8).repeat(6).reshape(5, 6)
+    picture = Image.open(io.BytesIO(encode_coverage(seen, 150.0)))
+    assert picture.mode == "P"
+    np.testing.assert_array_equal(np.asarray(picture), seen)
+    assert picture.info["dpi"] == pytest.approx((150, 150), abs=0.02)
+    assert len({tuple(colour) for colour in np.asarray(picture.convert("RGB"))[:, 0]}) == 5

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 
 from restore import SurfaceMesh
+from restore.coverage import Seen
 from station.pictures import view
 from station.pictures.canvas import Panel, fit, side_by_side
 from station.pictures.frames import COLUMNS, FRAMES, HEIGHT, KEPT, WIDTH, Recorder, frames_sheet
 from station.pictures.raster import _rasterise, rasterise
-from station.pictures.review import review
+from station.pictures.review import HATCHES, hatched, review
 from station.pictures.strain import SIGNED, round_up, strain_picture
 
 ROUNDING = 1e-9  # of sums of a few numbers of size 1 to 100
@@ -177,3 +178,15 @@ def test_frames_sheet_has_a_place_for_each(page):
     sheet = frames_sheet(recorder.frames(), page.flat)
     assert sheet.shape == (HEIGHT * FRAMES // COLUMNS, WIDTH * COLUMNS, 3)
     assert not np.array_equal(sheet[:HEIGHT, :WIDTH], sheet[:HEIGHT, WIDTH : 2 * WIDTH])
+
+
+def test_what_was_not_seen_is_hatched_and_told_in_the_review(page, scan):
+    coverage = page.coverage.copy()
+    coverage[:30, :40] = Seen.HIDDEN
+    coverage[40:, 60:] = Seen.INVENTED
+    image = np.full_like(page.image, 255)
+    marked = hatched(replace(page, image=image, coverage=coverage))
+    for kind, part in ((Seen.HIDDEN, marked[:30, :40]), (Seen.INVENTED, marked[40:, 60:])):
+        assert 0.15 < (part == HATCHES[kind][0]).all(axis=2).mean() < 0.5
+    untouched = coverage == Seen.MEASURED
+    assert (marked[untouched] == 255).all()
