@@ -26,6 +26,8 @@ Mesh = Annotated[bool, typer.Option("--mesh", help="Write the mesh as OBJ, flat 
 Strain = Annotated[bool, typer.Option("--strain", help="Draw where the flattening stretched the page.")]
 Frames = Annotated[bool, typer.Option("--frames", help="Draw eight frames of the flattening.")]
 Review = Annotated[bool, typer.Option("--review", help="Draw colour image, 3D view and page side by side.")]
+Ocr = Annotated[bool, typer.Option("--ocr", help="Read the words: text, ALTO and searchable PDF/A (needs Tesseract).")]
+Language = Annotated[str, typer.Option(help="Language of the words, as Tesseract calls it; several joined by +.")]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite the results of an earlier run.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the report as JSON.")]
 Debug = Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")]
@@ -70,6 +72,8 @@ def _scan(
     mesh: Mesh = False,
     strain: Strain = False,
     frames: Frames = False,
+    ocr: Ocr = False,
+    language: Language = "eng",
     force: Force = False,
     as_json: Json = False,
     debug: Debug = False,
@@ -79,8 +83,8 @@ def _scan(
         from station.config import load_config
         from station.session import Destination, scan_page
 
-        kinds = _kinds(tiff=tiff, map=map_, mesh=mesh, strain=strain, frames=frames, review=True)
-        outcome = scan_page(load_config(config), Destination(output, kinds, force), progress=progress)
+        kinds = _kinds(tiff=tiff, map=map_, mesh=mesh, strain=strain, frames=frames, review=True, ocr=ocr)
+        outcome = scan_page(load_config(config), Destination(output, kinds, force, language), progress=progress)
     _tell(outcome, as_json=as_json, debug=debug)
 
 
@@ -102,6 +106,8 @@ def _restore(
     strain: Strain = False,
     frames: Frames = False,
     review: Review = False,
+    ocr: Ocr = False,
+    language: Language = "eng",
     force: Force = False,
     as_json: Json = False,
     debug: Debug = False,
@@ -112,16 +118,37 @@ def _restore(
         from station.config import checked
         from station.session import Destination, restore_file
 
-        kinds = _kinds(tiff=tiff, map=map_, mesh=mesh, strain=strain, frames=frames, review=review)
+        kinds = _kinds(tiff=tiff, map=map_, mesh=mesh, strain=strain, frames=frames, review=review, ocr=ocr)
         chosen = _given(points=points, dpi=dpi, method=method, shading=shading)
         outcome = restore_file(
             scan,
-            Destination(output, kinds, force),
+            Destination(output, kinds, force, language),
             settings=checked(Settings, chosen, name="--{}".format),
             texture=texture,
             progress=progress,
         )
     _tell(outcome, as_json=as_json, debug=debug)
+
+
+@app.command("ocr")
+def _ocr(
+    page: Annotated[Path, typer.Argument(metavar="PAGE", help="A restored page, or the folder of results it is in.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="OUT", help="Folder for what is read (the page's own).")
+    ] = None,
+    language: Language = "eng",
+    truth: Annotated[
+        Path | None, typer.Option(help="What is printed on the page, as text: tells how well it was read.")
+    ] = None,
+    force: Force = False,
+    debug: Debug = False,
+) -> None:
+    """Read the words of a restored page: text, ALTO and searchable PDF/A (needs Tesseract)."""
+    with faults_told(debug=debug), progress_on(sys.stderr) as progress:
+        from station.ocr import read_pages, told
+
+        for read in read_pages(page, output, language=language, truth=truth, force=force, progress=progress):
+            say(told(read))
 
 
 def _kinds(**wanted: bool) -> frozenset[str]:

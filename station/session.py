@@ -21,6 +21,7 @@ from station.export.report import finite
 from station.originals import check_outputs
 from station.pictures.frames import Recorder
 from station.progress import Progress, silent
+from station.words import check_language, find_tesseract, recognise
 
 SCAN_SUFFIX = ".scan"
 
@@ -29,11 +30,16 @@ Clock = Callable[[], float]
 
 @dataclass(frozen=True)
 class Destination:
-    """Where a run writes and what. kinds: those of `export.OUTPUTS` on top of the page and its report."""
+    """Where a run writes and what.
+
+    kinds     those of `export.OUTPUTS` on top of the page and its report.
+    language  of the words, as Tesseract calls it, when they are read.
+    """
 
     folder: Path
     kinds: frozenset[str] = frozenset()
     force: bool = False
+    language: str = "eng"
 
     def files(self, stem: str, *, colour: bool = True) -> list[Path]:
         """The files that a run writes, the report last. colour: whether the scan has a colour image."""
@@ -69,6 +75,7 @@ def restore_file(
 
     Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
     """
+    _check_programs(destination)
     stem = stem_of(source)
     originals = [source] if texture is None else [source, texture]
     check_outputs(destination.files(stem), originals, force=destination.force)
@@ -90,6 +97,7 @@ def scan_page(
 
     Raises OverwriteError or UsageError before any work, ScannerError, NotEnoughSurface, OSError when the disk refuses.
     """
+    _check_programs(destination)
     stem = config.output.stem
     stored = destination.folder / (stem + SCAN_SUFFIX)
     refuse_existing([stored, *destination.files(stem)], force=destination.force)
@@ -118,6 +126,11 @@ def stem_of(source: Path) -> str:
     return scan_stem(source)
 
 
+def _check_programs(destination: Destination) -> None:
+    if "ocr" in destination.kinds:
+        check_language(find_tesseract(), destination.language)
+
+
 def _capture(config: StationConfig, progress: Progress) -> RangeScan:
     try:
         scanner = drivers.open_scanner(config.scanner)
@@ -141,10 +154,15 @@ def _restore(
     start = clock()
     page = restore(scan, settings, progress=progress, on_step=recorder)
     seconds = {**origin.seconds, **page.report["seconds"]}
+    words = None
+    if "ocr" in destination.kinds:
+        before = clock()
+        words = recognise(page.image, page.dpi, name=f"{stem}.png", language=destination.language)
+        seconds["ocr"] = clock() - before
     seconds["total"] = sum(origin.seconds.values()) + clock() - start
     files = destination.files(stem, colour=page.flat.texture is not None)
     report = finite({**page.report, **origin.facts, "seconds": seconds, "files": [path.name for path in files]})
-    done = export.Restoration(stem, page, scan, recorder.frames() if recorder else (), report)
+    done = export.Restoration(stem, page, scan, recorder.frames() if recorder else (), report, words)
     contents = export.encoded(done, destination.kinds)
     written = write_all(zip(files, contents, strict=True), force=destination.force)
     return Outcome(report, tuple(written))

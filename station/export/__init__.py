@@ -8,12 +8,14 @@ from typing import Any
 
 from restore.scan import RangeScan, RestoredPage, SurfaceMesh
 from station.export.mesh import encode_flat, encode_material, encode_warped
+from station.export.pdf import encode_pdf
 from station.export.png import encode_png
 from station.export.report import encode_report
 from station.export.tiff import encode_map, encode_tiff
 from station.pictures.frames import Frame, frames_sheet
 from station.pictures.review import review
 from station.pictures.strain import strain_picture
+from station.words import Words
 
 ALWAYS = frozenset({"page", "report"})
 
@@ -27,6 +29,7 @@ class Restoration:
     source  the scan.
     frames  steps of the flattening; empty unless they were asked for.
     report  the page's report with what the station adds (JSON values only).
+    words   what stands on the page; None unless it was asked for.
     """
 
     stem: str
@@ -34,6 +37,7 @@ class Restoration:
     source: RangeScan | SurfaceMesh
     frames: Sequence[Frame]
     report: Mapping[str, Any]
+    words: Words | None = None
 
 
 @dataclass(frozen=True)
@@ -44,6 +48,15 @@ class Output:
     suffix: str
     encode: Callable[[Restoration], bytes]
     needs_colour: bool = False
+
+
+def _read(done: Restoration) -> Words:
+    assert done.words is not None
+    return done.words
+
+
+def _pdf(done: Restoration) -> bytes:
+    return encode_pdf(done.page.image, done.page.dpi, _read(done).layer, title=done.stem)
 
 
 def _texture(done: Restoration) -> bytes:
@@ -62,6 +75,9 @@ OUTPUTS = (
     Output("strain", "-strain.png", lambda done: encode_png(strain_picture(done.page))),
     Output("frames", "-frames.png", lambda done: encode_png(frames_sheet(done.frames, done.page.flat))),
     Output("review", "-review.png", lambda done: encode_png(review(done.page, done.source.texture))),
+    Output("ocr", ".txt", lambda done: _read(done).text.encode()),
+    Output("ocr", "-alto.xml", lambda done: _read(done).alto),
+    Output("ocr", ".pdf", _pdf),
     Output("report", ".json", lambda done: encode_report(done.report).encode()),  # last: its presence tells of the rest
 )
 
