@@ -28,6 +28,7 @@ Frames = Annotated[bool, typer.Option("--frames", help="Draw eight frames of the
 Review = Annotated[bool, typer.Option("--review", help="Draw colour image, 3D view and page side by side.")]
 Ocr = Annotated[bool, typer.Option("--ocr", help="Read the words: text, ALTO and searchable PDF/A (needs Tesseract).")]
 Language = Annotated[str, typer.Option(help="Language of the words, as Tesseract calls it; several joined by +.")]
+Profile = Annotated[Path | None, typer.Option(help="ICC profile of the colour image, of `planish colour` (sRGB).")]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite the results of an earlier run.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the report as JSON.")]
 Debug = Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")]
@@ -74,6 +75,7 @@ def _scan(
     frames: Frames = False,
     ocr: Ocr = False,
     language: Language = "eng",
+    profile: Profile = None,
     force: Force = False,
     as_json: Json = False,
     debug: Debug = False,
@@ -84,7 +86,9 @@ def _scan(
         from station.session import Destination, scan_page
 
         kinds = _kinds(tiff=tiff, map=map_, mesh=mesh, strain=strain, frames=frames, review=True, ocr=ocr)
-        outcome = scan_page(load_config(config), Destination(output, kinds, force, language), progress=progress)
+        outcome = scan_page(
+            load_config(config), Destination(output, kinds, force, language, _colours(profile)), progress=progress
+        )
     _tell(outcome, as_json=as_json, debug=debug)
 
 
@@ -108,6 +112,7 @@ def _restore(
     review: Review = False,
     ocr: Ocr = False,
     language: Language = "eng",
+    profile: Profile = None,
     force: Force = False,
     as_json: Json = False,
     debug: Debug = False,
@@ -122,7 +127,7 @@ def _restore(
         chosen = _given(points=points, dpi=dpi, method=method, shading=shading)
         outcome = restore_file(
             scan,
-            Destination(output, kinds, force, language),
+            Destination(output, kinds, force, language, _colours(profile)),
             settings=checked(Settings, chosen, name="--{}".format),
             texture=texture,
             progress=progress,
@@ -149,6 +154,28 @@ def _ocr(
 
         for read in read_pages(page, output, language=language, truth=truth, force=force, progress=progress):
             say(told(read))
+
+
+@app.command("colour")
+def _colour(
+    target: Annotated[
+        Path, typer.Argument(metavar="TARGET", help="A picture, a restored page or a scan of a ColorChecker Classic.")
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="PROFILE", help="The ICC profile to write.")],
+    force: Force = False,
+    debug: Debug = False,
+) -> None:
+    """Measure a colour chart: an ICC profile of the camera, and the levels of FADGI and ISO 19264 that it meets."""
+    with faults_told(debug=debug):
+        from station.colour.run import profile_colours, told
+
+        say(told(profile_colours(target, output, force=force)))
+
+
+def _colours(profile: Path | None) -> bytes | None:
+    from station.export.icc import read_profile
+
+    return None if profile is None else read_profile(profile)
 
 
 def _kinds(**wanted: bool) -> frozenset[str]:

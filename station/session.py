@@ -34,12 +34,14 @@ class Destination:
 
     kinds     those of `export.OUTPUTS` on top of the page and its report.
     language  of the words, as Tesseract calls it, when they are read.
+    colours   ICC profile of the colour image, as `planish colour` writes it; None for sRGB.
     """
 
     folder: Path
     kinds: frozenset[str] = frozenset()
     force: bool = False
     language: str = "eng"
+    colours: bytes | None = None
 
     def files(self, stem: str, *, colour: bool = True) -> list[Path]:
         """The files that a run writes, the report last. colour: whether the scan has a colour image."""
@@ -162,7 +164,9 @@ def _restore(
     seconds["total"] = sum(origin.seconds.values()) + clock() - start
     files = destination.files(stem, colour=page.flat.texture is not None)
     report = finite({**page.report, **origin.facts, "seconds": seconds, "files": [path.name for path in files]})
-    done = export.Restoration(stem, page, scan, recorder.frames() if recorder else (), report, words)
+    done = export.Restoration(
+        stem, page, scan, recorder.frames() if recorder else (), report, words, destination.colours
+    )
     contents = export.encoded(done, destination.kinds)
     written = write_all(zip(files, contents, strict=True), force=destination.force)
     return Outcome(report, tuple(written))

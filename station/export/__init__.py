@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from restore.scan import RangeScan, RestoredPage, SurfaceMesh
 from station.export.mesh import encode_flat, encode_material, encode_warped
 from station.export.pdf import encode_pdf
 from station.export.png import encode_png
 from station.export.report import encode_report
+from station.export.stamp import Stamp
 from station.export.tiff import encode_map, encode_tiff
 from station.pictures.frames import Frame, frames_sheet
 from station.pictures.review import review
 from station.pictures.strain import strain_picture
-from station.words import Words
+
+if TYPE_CHECKING:
+    from station.words import Words  # which itself writes PNG
 
 ALWAYS = frozenset({"page", "report"})
 
@@ -30,6 +33,7 @@ class Restoration:
     frames  steps of the flattening; empty unless they were asked for.
     report  the page's report with what the station adds (JSON values only).
     words   what stands on the page; None unless it was asked for.
+    colours ICC profile of the colour image; None for sRGB.
     """
 
     stem: str
@@ -38,6 +42,12 @@ class Restoration:
     frames: Sequence[Frame]
     report: Mapping[str, Any]
     words: Words | None = None
+    colours: bytes | None = None
+
+    @property
+    def stamp(self) -> Stamp:
+        """What the files of the page tell of its making."""
+        return Stamp.of(self.source.provenance, self.colours)
 
 
 @dataclass(frozen=True)
@@ -56,7 +66,7 @@ def _read(done: Restoration) -> Words:
 
 
 def _pdf(done: Restoration) -> bytes:
-    return encode_pdf(done.page.image, done.page.dpi, _read(done).layer, title=done.stem)
+    return encode_pdf(done.page.image, done.page.dpi, _read(done).layer, title=done.stem, profile=done.colours)
 
 
 def _texture(done: Restoration) -> bytes:
@@ -65,8 +75,8 @@ def _texture(done: Restoration) -> bytes:
 
 
 OUTPUTS = (
-    Output("page", ".png", lambda done: encode_png(done.page.image, done.page.dpi)),
-    Output("tiff", ".tif", lambda done: encode_tiff(done.page.image, done.page.dpi)),
+    Output("page", ".png", lambda done: encode_png(done.page.image, done.page.dpi, done.stamp)),
+    Output("tiff", ".tif", lambda done: encode_tiff(done.page.image, done.page.dpi, done.stamp)),
     Output("map", "-map.tif", lambda done: encode_map(done.page.page_map, done.page.dpi)),
     Output("mesh", "-flat.obj", lambda done: encode_flat(done.page.flat, f"{done.stem}-mesh.mtl")),
     Output("mesh", "-warped.obj", lambda done: encode_warped(done.page.flat, f"{done.stem}-mesh.mtl")),

@@ -6,10 +6,13 @@ import hashlib
 import struct
 from dataclasses import dataclass
 from functools import cache
+from pathlib import Path
 from typing import Literal
 
 import numpy as np
 
+from restore.errors import BadInput
+from restore.formats.source import read_bytes
 from restore.scan import Floats
 
 # D50, the white that all profiles share (ICC.1:2010, 7.2.16), and D65 as CIE 15 gives it, X and Z for Y = 1.
@@ -78,6 +81,16 @@ def encode_profile(profile: MatrixProfile) -> bytes:
     plain = _header(profile.kind, start + len(body)) + table + body
     # The identity is the MD5 of the profile with intent, flags and identity zero, as they are here (7.2.18).
     return plain[:84] + hashlib.md5(plain, usedforsecurity=False).digest() + plain[100:]
+
+
+def read_profile(path: Path) -> bytes:
+    """An ICC profile of RGB colours from its file. Raises BadInput when it is missing, damaged or of other colours."""
+    data = read_bytes(path)
+    if len(data) < HEADER or data[36:40] != b"acsp" or struct.unpack_from(">I", data)[0] != len(data):
+        raise BadInput(f"{path} is no ICC profile", "give a file that `planish colour` wrote")
+    if data[16:20] != b"RGB ":
+        raise BadInput(f"{path} is not a profile of RGB colours", "give a file that `planish colour` wrote")
+    return data
 
 
 def _header(kind: str, size: int) -> bytes:

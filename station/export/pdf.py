@@ -9,12 +9,12 @@ from __future__ import annotations
 import io
 import struct
 from collections.abc import Iterator
-from importlib.metadata import version
 from typing import TYPE_CHECKING
 
 from restore.scan import Bytes
 from station.export.icc import srgb_profile
 from station.export.png import encode_png
+from station.export.stamp import software
 
 if TYPE_CHECKING:
     import pikepdf
@@ -89,7 +89,7 @@ def _declare(pdf: pikepdf.Pdf, intent: pikepdf.Object, title: str) -> None:
     del pdf.docinfo  # what is said there must be said in XMP, too, and the same: XMP is enough
     with pdf.open_metadata(set_pikepdf_as_editor=False, update_docinfo=False) as metadata:
         metadata["dc:title"] = title
-        metadata["xmp:CreatorTool"] = f"planish {version('planish')}"
+        metadata["xmp:CreatorTool"] = software()
         metadata["pdfaid:part"], metadata["pdfaid:conformance"] = "2", "B"
 
 
