@@ -68,6 +68,10 @@ def _planish(
 def _scan(
     config: Annotated[Path, typer.Option(help="The station's configuration (TOML).", show_default=False)],
     output: Out,
+    shots: Annotated[
+        int | None,
+        typer.Option("--super", min=4, max=64, help="Shots, the page moved by half a pixel between, for finer colour."),
+    ] = None,
     tiff: Tiff = False,
     map_: Map = False,
     mesh: Mesh = False,
@@ -87,7 +91,10 @@ def _scan(
 
         kinds = _kinds(tiff=tiff, map=map_, mesh=mesh, strain=strain, frames=frames, review=True, ocr=ocr)
         outcome = scan_page(
-            load_config(config), Destination(output, kinds, force, language, _colours(profile)), progress=progress
+            load_config(config),
+            Destination(output, kinds, force, language, _colours(profile)),
+            shots=shots or 1,
+            progress=progress,
         )
     _tell(outcome, as_json=as_json, debug=debug)
 
@@ -100,6 +107,9 @@ def _restore(
     ],
     output: Out,
     texture: Annotated[Path | None, typer.Option(help="The colour image, where the scan has none.")] = None,
+    shot: Annotated[
+        list[Path] | None, typer.Option(help="A further shot of the page, for finer colour; once for each.")
+    ] = None,
     points: Annotated[int | None, typer.Option(help="Points kept for the flattening (1000).")] = None,
     dpi: Annotated[float | None, typer.Option(help="Page pixels to an inch of paper (150).")] = None,
     method: Annotated[str | None, typer.Option(help="How to flatten: sticks, springs or conformal (sticks).")] = None,
@@ -130,6 +140,7 @@ def _restore(
             Destination(output, kinds, force, language, _colours(profile)),
             settings=checked(Settings, chosen, name="--{}".format),
             texture=texture,
+            shots=shot or [],
             progress=progress,
         )
     _tell(outcome, as_json=as_json, debug=debug)

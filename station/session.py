@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from time import perf_counter
@@ -13,6 +13,7 @@ import drivers
 from restore import RangeScan, Settings, SurfaceMesh, restore
 from restore.errors import BadInput
 from restore.formats import load_scan, save_scan, scan_stem
+from restore.super import finer_scan
 from station import export
 from station.config import StationConfig
 from station.errors import UsageError
@@ -70,54 +71,68 @@ def restore_file(
     *,
     settings: Settings,
     texture: Path | None = None,
+    shots: Sequence[Path] = (),
     progress: Progress = silent,
     clock: Clock = perf_counter,
 ) -> Outcome:
-    """Restore a stored scan.
+    """Restore a stored scan; further shots of the same page make its colour image finer.
 
     Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
     """
     _check_programs(destination)
     stem = stem_of(source)
-    originals = [source] if texture is None else [source, texture]
+    originals = [source, *shots] if texture is None else [source, texture, *shots]
     check_outputs(destination.files(stem), originals, force=destination.force)
     start = clock()
     try:
-        scan = load_scan(source, texture=texture)
+        scan = _joined([load_scan(source, texture=texture), *(load_scan(shot) for shot in shots)])
     except OSError as error:
         raise BadInput(f"cannot read {error.filename or source}: {error.strerror}", "check the path") from error
-    facts = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
+    facts: dict[str, Any] = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
+    facts |= {"shots": [str(shot) for shot in shots]} if shots else {}
     origin = Origin(facts, {"load": clock() - start})
     make_writable(destination.folder)
     return _restore(scan, destination, stem, origin, settings=settings, progress=progress, clock=clock)
 
 
 def scan_page(
-    config: StationConfig, destination: Destination, *, progress: Progress = silent, clock: Clock = perf_counter
+    config: StationConfig,
+    destination: Destination,
+    *,
+    shots: int = 1,
+    progress: Progress = silent,
+    clock: Clock = perf_counter,
 ) -> Outcome:
     """Capture a page, store the scan in `<stem>.scan`, then restore it. What was captured outlives every later fault.
+
+    Of several shots, which make the colour image finer, the further ones are stored in `<stem>-2.scan` and so on.
 
     Raises OverwriteError or UsageError before any work, ScannerError, NotEnoughSurface, OSError when the disk refuses.
     """
     _check_programs(destination)
     stem = config.output.stem
-    stored = destination.folder / (stem + SCAN_SUFFIX)
-    refuse_existing([stored, *destination.files(stem)], force=destination.force)
+    names = [stem, *(f"{stem}-{i + 1}" for i in range(1, shots))]
+    stored = [destination.folder / (name + SCAN_SUFFIX) for name in names]
+    refuse_existing([*stored, *destination.files(stem)], force=destination.force)
     make_writable(destination.folder)
     start = clock()
-    scan = _capture(config, progress)
+    scans = _capture(config, shots, progress)
     captured = clock()
-    with new_folder(stored, force=destination.force) as folder:
-        save_scan(scan, folder)
-    origin = Origin({"scan": str(stored)}, {"load": 0.0, "capture": captured - start, "store": clock() - captured})
+    for shot, path in zip(scans, stored, strict=True):
+        with new_folder(path, force=destination.force) as folder:
+            save_scan(shot, folder)
+    origin = Origin({"scan": str(stored[0])}, {"load": 0.0, "capture": captured - start, "store": clock() - captured})
     try:
+        scan = _joined(scans)
         outcome = _restore(scan, destination, stem, origin, settings=config.restore, progress=progress, clock=clock)
     except BaseException as error:
         force = ["--force"] if destination.force else []
-        again = shlex.join(["planish", "restore", str(stored), "-o", str(destination.folder), *force])
-        error.add_note(f"the scan is safe in {stored}; restore it with: {again}")
+        again = shlex.join(
+            ["planish", "restore", str(stored[0]), *_options(stored[1:]), "-o", str(destination.folder), *force]
+        )
+        error.add_note(f"the scan is safe in {stored[0]}; restore it with: {again}")
         raise
-    return replace(outcome, files=(stored, *outcome.files))
+    return replace(outcome, files=(*stored, *outcome.files))
 
 
 def stem_of(source: Path) -> str:
@@ -133,13 +148,27 @@ def _check_programs(destination: Destination) -> None:
         check_language(find_tesseract(), destination.language)
 
 
-def _capture(config: StationConfig, progress: Progress) -> RangeScan:
+def _options(shots: Sequence[Path]) -> list[str]:
+    return [word for shot in shots for word in ("--shot", str(shot))]
+
+
+def _joined(shots: Sequence[RangeScan | SurfaceMesh]) -> RangeScan | SurfaceMesh:
+    """One scan, its colour as fine as all shots together make it."""
+    if len(shots) == 1:
+        return shots[0]
+    scans = [shot for shot in shots if isinstance(shot, RangeScan)]
+    if len(scans) < len(shots):
+        raise BadInput("a mesh is no shot of the scanner", "give scans as the scanner made them with --shot")
+    return finer_scan(scans)
+
+
+def _capture(config: StationConfig, shots: int, progress: Progress) -> list[RangeScan]:
     try:
         scanner = drivers.open_scanner(config.scanner)
     except drivers.SettingsError as error:
         raise UsageError(f"configuration: {error}", error.hint) from error
     with scanner:
-        return scanner.capture(config.capture, progress)
+        return [scanner.capture(config.capture, progress) for _ in range(shots)]
 
 
 def _restore(

@@ -35,7 +35,10 @@ class SceneConfig(BaseModel):
 
 
 class ScannerConfig(BaseModel):
-    """The table `[scanner]`. `distance_mm` is where the page lies, and where the scanner focuses by itself."""
+    """The table `[scanner]`. `distance_mm` is where the page lies, and where the scanner focuses by itself.
+
+    nudge_px: how far the page is moved, at most, before every shot but the first, right or left and up or down.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -43,6 +46,7 @@ class ScannerConfig(BaseModel):
     lens: Literal["TELE", "MIDDLE", "WIDE"] = "MIDDLE"
     distance_mm: Annotated[float, Field(ge=MIN_DISTANCE_MM, le=MAX_DISTANCE_MM)] = 900.0
     seed: Annotated[int, Field(ge=0)] = 0
+    nudge_px: Annotated[float, Field(ge=0, le=10)] = 0.0
     scene: SceneConfig = SceneConfig()
 
 

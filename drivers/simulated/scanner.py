@@ -14,7 +14,7 @@ from drivers.simulated import config as settings_table
 from drivers.simulated.scene import Scene, lay
 from drivers.simulated.shot import Truth, printed, shoot_scene
 from drivers.vivid900.lenses import LENSES, MODES, REFERENCE_MM, Lens
-from restore.scan import RangeScan
+from restore.scan import Floats, RangeScan
 
 PAPER_POWER = 30.0  # laser power for white paper at REFERENCE_MM; operators report 23 for a bright plate
 GAIN_STEP = 2**0.5  # brightness from one CCD gain to the next; the manual names the steps, not their size
@@ -35,8 +35,16 @@ class SimulatedScanner:
     """
 
     def __init__(
-        self, scene: Scene, lens: Lens, distance_mm: float, seed: int, now: Callable[[], datetime] = _utc
+        self,
+        scene: Scene,
+        lens: Lens,
+        distance_mm: float,
+        seed: int,
+        now: Callable[[], datetime] = _utc,
+        *,
+        nudge_px: float = 0.0,
     ) -> None:
+        self._nudge_mm = nudge_px * (distance_mm + lens.pupil_mm) / lens.focal_px
         self.truth: Truth | None = None
         self._scene, self._lens, self._distance_mm, self._seed, self._now = scene, lens, distance_mm, seed, now
         self._shots, self._open = 0, True
@@ -58,11 +66,23 @@ class SimulatedScanner:
         }
         progress("scan", 0.0)
         scan, self.truth = shoot_scene(
-            self._scene, self._lens, MODES[settings.mode], distance, rng, exposure=exposure, provenance=noted
+            self._scene.moved(self._nudge()),
+            self._lens,
+            MODES[settings.mode],
+            distance,
+            rng,
+            exposure=exposure,
+            provenance=noted,
         )
         progress("scan", 1.0)
         self._shots += 1
         return scan
+
+    def _nudge(self) -> Floats:
+        """(3,) mm; of its own generator, so that the noise of a shot does not depend on it."""
+        reach = self._nudge_mm if self._shots else 0.0
+        across, up = np.random.default_rng([self._seed, self._shots, 1]).uniform(-reach, reach, 2)
+        return np.array([across, up, 0.0])
 
     def close(self) -> None:
         """Let the scanner go. Safe to call twice."""
@@ -106,4 +126,4 @@ def connect(config: Mapping[str, Any], now: Callable[[], datetime] = _utc) -> Si
         table=wanted.scene.table,
         gap_mm=wanted.scene.gap_mm,
     )
-    return SimulatedScanner(scene, lens, wanted.distance_mm, wanted.seed, now)
+    return SimulatedScanner(scene, lens, wanted.distance_mm, wanted.seed, now, nudge_px=wanted.nudge_px)

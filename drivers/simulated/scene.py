@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -66,6 +66,11 @@ class Scene:
     printed: Print
     table: Table
     surface: Surface
+
+    def moved(self, shift_mm: Floats) -> Scene:
+        """The scene, page and table, moved by (3,) mm."""
+        surface = replace(self.surface, shift=self.surface.shift + shift_mm)
+        return replace(self, vertices=self.vertices + shift_mm, surface=surface)
 
 
 def lay(
