@@ -13,7 +13,7 @@ from restore.flatten.network import make_network, pieces
 from restore.scan import Ints, SurfaceMesh
 from restore.triangulate import compact
 
-MIN_PIECE = 0.02  # of the faces: smaller pieces are debris
+MIN_PIECE = 0.02  # of the faces of the largest piece: smaller pieces are debris
 RAW = 5  # times the points asked for: a denser mesh comes straight from a scanner, a coarser one was made by somebody
 
 
@@ -34,6 +34,16 @@ def clean(mesh: SurfaceMesh, points: int) -> SurfaceMesh:
     return replace(mesh, vertices=kept, faces=faces, texcoords=texcoords)
 
 
+def weld(mesh: SurfaceMesh) -> SurfaceMesh:
+    """Join the vertices that lie at one place and on one texture pixel: many files give every triangle its own."""
+    same = mesh.vertices if mesh.texcoords is None else np.hstack([mesh.vertices, np.rint(mesh.texcoords)])
+    _, first, index = np.unique(same, axis=0, return_index=True, return_inverse=True)
+    if len(first) == len(same):
+        return mesh
+    texcoords = None if mesh.texcoords is None else mesh.texcoords[first]
+    return replace(mesh, vertices=mesh.vertices[first], faces=index.reshape(-1)[mesh.faces], texcoords=texcoords)
+
+
 def select(mesh: SurfaceMesh, faces: Ints) -> SurfaceMesh:
     """The mesh with only these faces (m, 3), and only the vertices that they use."""
     used, faces = compact(np.arange(len(mesh.vertices)), faces)
@@ -47,6 +57,6 @@ def _substance(mesh: SurfaceMesh) -> Ints:
     faces = mesh.faces[(a != b) & (b != c) & (c != a)]
     if len(faces) == 0:
         raise NotEnoughSurface("the mesh has no triangles", "scan the page again or give a mesh with triangles")
-    network = make_network(mesh.vertices, faces)
-    large = [piece for piece in pieces(network) if len(piece.faces) >= MIN_PIECE * len(faces)]
-    return np.concatenate([piece.vertices[piece.faces] for piece in large])
+    parts = [piece.vertices[piece.faces] for piece in pieces(make_network(mesh.vertices, faces))]
+    least = MIN_PIECE * max(map(len, parts))
+    return np.concatenate([part for part in parts if len(part) >= least])

@@ -46,7 +46,7 @@ def restore(
             image = remove_shading(image, painting.mask, settings.dpi)
     report = describe(surface, unrolled, painting, settings)
     report |= {"source": dict(scan.provenance), "seconds": clock.seconds}
-    return RestoredPage(image, settings.dpi, painting.mask, unrolled.coarse, report, painting.source)
+    return RestoredPage(image, settings.dpi, painting.mask, unrolled.coarse, report, painting.source, unrolled.fine)
 
 
 class Stopwatch:

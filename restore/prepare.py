@@ -7,6 +7,8 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
+from restore.clean import weld
+from restore.errors import BadInput
 from restore.facets import fit_facets
 from restore.flatten import check
 from restore.rays import Rays, find_rays
@@ -17,6 +19,7 @@ from restore.surface import Sheet, make_sheet
 from restore.triangulate import triangulate
 
 CONTINUED = 3.0  # samples: reaches over a drop-out
+LEAST_PAGE = 5.0  # mm: a postage stamp has 20; an A3 page in metres looks like this
 MARGIN = 4  # samples: one cell of the lattices
 AFFINE_SUBSET = 7  # every seventh sample tells three unknowns well enough
 
@@ -26,14 +29,23 @@ def prepare(scan: RangeScan | SurfaceMesh) -> Sheet | SurfaceMesh:
 
     Raises NotEnoughSurface when the scan holds no piece of surface that could be a page, BadInput for a broken mesh.
     """
+    _check_size(scan)
     if isinstance(scan, RangeScan):
         rays = find_rays(scan)
         if rays is not None:
             return _on_grid(scan, rays)
         scan = triangulate(scan)
     check(scan)
+    scan = weld(scan)
     view = resample(scan)
     return scan if view is None else _on_grid(*view, framed=False)
+
+
+def _check_size(scan: RangeScan | SurfaceMesh) -> None:
+    points = scan.points[scan.measured] if isinstance(scan, RangeScan) else scan.vertices
+    size = float(np.ptp(points, axis=0).max()) if len(points) else np.inf  # that nothing is there is told elsewhere
+    if size < LEAST_PAGE:
+        raise BadInput(f"the whole surface measures {size:.2g} mm", "give the coordinates in millimetres, not metres")
 
 
 def _on_grid(scan: RangeScan, rays: Rays, *, framed: bool = True) -> Sheet:

@@ -22,6 +22,7 @@ from restore.triangulate import lattice
 
 STRIDE = 4  # samples: 15,000 nodes for a page that fills the picture; half of it changes no corner by 0.01 mm
 LOCAL_SWEEPS = 20  # put in order what the carrying upset between neighbours, or Newton could turn a triangle over
+LOCAL_MOMENTUM = 0.9
 UNFOLDINGS = 5
 
 
@@ -35,7 +36,7 @@ def refine(sheet: Sheet, coarse: FlatMesh, nodes: Floats) -> tuple[FlatMesh, Flo
     lengths = sheet.lengths(fine_nodes, edges)
     flat = carry(sheet.inside.shape, nodes, coarse.faces, coarse.flat, fine_nodes)
     for _ in range(UNFOLDINGS):
-        relax_in_plane(flat, edges, lengths, LOCAL_SWEEPS, 0.0)
+        relax_in_plane(flat, edges, lengths, LOCAL_SWEEPS, 0.0, LOCAL_MOMENTUM)
         if unfold(flat, faces):
             continue
         flat = settle(flat, edges, lengths)

@@ -78,7 +78,8 @@ class RestoredPage:
     image     (h, w, 3) uint8 RGB.
     dpi       one inch of paper is `dpi` pixels.
     mask      (h, w) bool, True where the page was seen.
-    flat      the mesh that carried the paint.
+    flat      the mesh of the points that settled.
+    fine      the finer mesh that carried the paint, the same when the scan has no grid.
     report    what was done and how well it went (JSON values only).
     page_map  (h, w, 2) float32, the texture pixel that each page pixel came from, NaN outside the page.
     """
@@ -89,3 +90,4 @@ class RestoredPage:
     flat: FlatMesh
     report: Mapping[str, Any]
     page_map: NDArray[np.float32]
+    fine: FlatMesh

@@ -40,7 +40,7 @@ def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed
         return nothing
     colour = _colours(scan)
     if colour is None:
-        return on_plane
+        return on_plane if _surrounds(on_plane, band) else nothing
     centre, spread = _cloud(colour[on_plane & band])
     table = on_plane & (_distance(colour, centre, spread) < SAME_COLOUR)
     rest = measured & ~table
@@ -59,6 +59,12 @@ def _fringe(table: Mask, on_plane: Mask, colour: Floats, centre: Floats, paper: 
     beside = cv2.dilate(table.astype(np.uint8), np.ones((2 * FRINGE + 1, 2 * FRINGE + 1), np.uint8)).astype(bool)
     nearer = np.linalg.norm(colour - centre, axis=2) < np.linalg.norm(colour - paper, axis=2)
     return beside & on_plane & nearer
+
+
+def _surrounds(on_plane: Mask, band: Mask) -> bool:
+    """Whether the plane shows on all four sides of the picture; one side of a fold that fills it shows on three."""
+    sides = (np.s_[:BAND], np.s_[-BAND:], np.s_[:, :BAND], np.s_[:, -BAND:])
+    return all((on_plane & band)[side].sum() > MIN_SHARE * band[side].sum() for side in sides)
 
 
 def _plane(inverse_depth: Floats, band: Mask) -> tuple[Floats, float]:

@@ -138,7 +138,7 @@ def _restore(
         outcome = restore_file(
             scan,
             Destination(output, kinds, force, language, _colours(profile)),
-            settings=checked(Settings, chosen, name="--{}".format),
+            settings=checked(Settings, chosen, name="--{}".format, hint="see planish restore --help"),
             texture=texture,
             shots=shot or [],
             progress=progress,

@@ -15,6 +15,8 @@ from station.errors import UsageError
 
 Model = TypeVar("Model", bound=BaseModel)
 
+COMPARE = "compare it with configs/simulated.toml"
+
 
 class OutputSettings(BaseModel):
     """stem: first part of the name of every file that a scan leaves."""
@@ -47,21 +49,21 @@ def load_config(path: Path) -> StationConfig:
     except OSError as error:
         raise UsageError(f"cannot read {path}: {error.strerror}", "check the path after --config") from error
     except ValueError as error:  # TOMLDecodeError and UnicodeDecodeError
-        raise UsageError(f"{path} is not a TOML file: {error}", "compare it with configs/simulated.toml") from error
+        raise UsageError(f"{path} is not a TOML file: {error}", COMPARE) from error
     try:
-        return checked(StationConfig, table, name=lambda key: f"{path}: {key}")
+        return checked(StationConfig, table, name=lambda key: f"{path}: {key}", hint=COMPARE)
     except SettingsError as error:
         raise UsageError(f"{path}: capture.{error}", error.hint) from error
 
 
-def checked(model: type[Model], values: Mapping[str, Any], *, name: Callable[[str], str]) -> Model:
+def checked(model: type[Model], values: Mapping[str, Any], *, name: Callable[[str], str], hint: str) -> Model:
     """Build the model. Raises UsageError for the first value that does not fit, under the name the caller knows."""
     try:
         return model.model_validate(values)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         key = ".".join(str(part) for part in first["loc"])
-        raise UsageError(f"{name(key)}: {_complaint(first)}") from error
+        raise UsageError(f"{name(key)}: {_complaint(first)}", hint) from error
 
 
 def _complaint(error: Mapping[str, Any]) -> str:

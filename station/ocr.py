@@ -8,7 +8,7 @@ from pathlib import Path
 
 from restore.errors import BadInput
 from restore.formats.source import read_bytes
-from station.export.atomic import make_writable, refuse_existing, write_all
+from station.export.atomic import refuse_existing, writable, write_all
 from station.export.pdf import encode_pdf
 from station.pages import find_pages, read_page
 from station.precision import Reading, read_characters, read_words
@@ -59,10 +59,10 @@ def read_pages(
 
 def _read(page: Path, paths: list[Path], printed: str | None, *, language: str, force: bool) -> PageRead:
     stored = read_page(page)
-    make_writable(paths[0].parent)
-    words = recognise(stored.image, stored.dpi, name=page.name, language=language)
-    pdf = encode_pdf(stored.image, stored.dpi, words.layer, title=page.stem, profile=stored.profile)
-    files = write_all(zip(paths, (words.text.encode(), words.alto, pdf), strict=True), force=force)
+    with writable(paths[0].parent):
+        words = recognise(stored.image, stored.dpi, name=page.name, language=language)
+        pdf = encode_pdf(stored.image, stored.dpi, words.layer, title=page.stem, profile=stored.profile)
+        files = write_all(zip(paths, (words.text.encode(), words.alto, pdf), strict=True), force=force)
     measured = () if printed is None else (read_words(printed, words.text), read_characters(printed, words.text))
     return PageRead(page, tuple(files), len(words.text.split()), *measured)
 

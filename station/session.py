@@ -6,6 +6,7 @@ import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
 from typing import Any
 
@@ -17,7 +18,7 @@ from restore.super import finer_scan
 from station import export
 from station.config import StationConfig
 from station.errors import UsageError
-from station.export.atomic import make_writable, new_folder, refuse_existing, write_all
+from station.export.atomic import new_folder, refuse_existing, writable, write_all
 from station.export.report import finite
 from station.originals import check_outputs
 from station.pictures.frames import Recorder
@@ -91,8 +92,8 @@ def restore_file(
     facts: dict[str, Any] = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
     facts |= {"shots": [str(shot) for shot in shots]} if shots else {}
     origin = Origin(facts, {"load": clock() - start})
-    make_writable(destination.folder)
-    return _restore(scan, destination, stem, origin, settings=settings, progress=progress, clock=clock)
+    with writable(destination.folder):
+        return _restore(scan, destination, stem, origin, settings=settings, progress=progress, clock=clock)
 
 
 def scan_page(
@@ -114,13 +115,13 @@ def scan_page(
     names = [stem, *(f"{stem}-{i + 1}" for i in range(1, shots))]
     stored = [destination.folder / (name + SCAN_SUFFIX) for name in names]
     refuse_existing([*stored, *destination.files(stem)], force=destination.force)
-    make_writable(destination.folder)
-    start = clock()
-    scans = _capture(config, shots, progress)
-    captured = clock()
-    for shot, path in zip(scans, stored, strict=True):
-        with new_folder(path, force=destination.force) as folder:
-            save_scan(shot, folder)
+    with writable(destination.folder):
+        start = clock()
+        scans = _capture(config, shots, progress)
+        captured = clock()
+        for shot, path in zip(scans, stored, strict=True):
+            with new_folder(path, force=destination.force) as folder:
+                save_scan(shot, folder)
     origin = Origin({"scan": str(stored[0])}, {"load": 0.0, "capture": captured - start, "store": clock() - captured})
     try:
         scan = _joined(scans)
@@ -192,10 +193,15 @@ def _restore(
         seconds["ocr"] = clock() - before
     seconds["total"] = sum(origin.seconds.values()) + clock() - start
     files = destination.files(stem, colour=page.flat.texture is not None)
-    report = finite({**page.report, **origin.facts, "seconds": seconds, "files": [path.name for path in files]})
-    done = export.Restoration(
-        stem, page, scan, recorder.frames() if recorder else (), report, words, destination.colours
-    )
+    names = [path.name for path in files]
+    report = finite({**page.report, **origin.facts, "seconds": seconds, "peak_memory_mb": _peak_mb(), "files": names})
+    moments = recorder.frames() if recorder else ()
+    done = export.Restoration(stem, page, scan, moments, report, words, destination.colours)
     contents = export.encoded(done, destination.kinds)
     written = write_all(zip(files, contents, strict=True), force=destination.force)
     return Outcome(report, tuple(written))
+
+
+def _peak_mb() -> float:
+    """The most memory that the process ever held, MB of 2^20 bytes."""
+    return getrusage(RUSAGE_SELF).ru_maxrss / 1024  # Linux counts in KiB

@@ -38,11 +38,12 @@ def faults_told(*, debug: bool = False) -> Iterator[None]:
 
 def say(text: str) -> None:
     """Print on stdout, whatever letters it can show. Raises OSError when it goes to a disk that is full."""
-    encoding = sys.stdout.encoding or "utf-8"
+    encoding = getattr(sys.stdout, "encoding", None) or "utf-8"  # a closed stdout is None, and print leaves it alone
     try:
         print(text.encode(encoding, "backslashreplace").decode(encoding), flush=True)
-    except OSError:
+    except OSError as error:
         sys.stdout = None  # the interpreter would try again at exit, and change the exit code
+        error.filename = "what there is to tell"
         raise
 
 

@@ -36,7 +36,7 @@ def flatten(
     between the vertices when None. Each connected piece is flattened by itself and stays where the scan had it. Faces
     that run the wrong way round are turned.
     Raises BadInput for an unknown method, a broken mesh or lengths that are not one for each edge, NotEnoughSurface for
-    a mesh without area.
+    a mesh without area or without a border.
     """
     if method not in METHODS:
         raise BadInput(f"there is no flattening method {method!r}", f"use one of: {', '.join(METHODS)}")
@@ -45,6 +45,8 @@ def flatten(
     flat = np.zeros((len(mesh.vertices), 2))
     steps = 0
     network = make_network(mesh.vertices, mesh.faces, lengths)
+    if len(network.hinges) == len(network.edges):
+        raise NotEnoughSurface("the surface is closed all round: a page has a border", "cut the page out of the mesh")
     seen = lay(mesh.vertices, mesh.faces).seen  # from one side for all pieces
     for piece in pieces(network):
         laid = replace(lay(mesh.vertices[piece.vertices], piece.faces), seen=seen[piece.vertices])

@@ -10,6 +10,7 @@ from restore.scan import Floats, Ints
 
 ITERATIONS = 2  # Newton's steps; the third moves no node by a hundredth of a millimetre
 ANCHOR = 1e-9  # ties the page down against drifting and turning, too weak to stretch it
+TINY = 1e-9  # of an edge's length: two vertices at one place have no direction, and must not divide by zero
 
 
 def settle(flat: Floats, edges: Ints, lengths: Floats, iterations: int = ITERATIONS) -> Floats:
@@ -19,7 +20,7 @@ def settle(flat: Floats, edges: Ints, lengths: Floats, iterations: int = ITERATI
     columns = np.stack([2 * edges[:, 0], 2 * edges[:, 0] + 1, 2 * edges[:, 1], 2 * edges[:, 1] + 1], axis=1).ravel()
     for _ in range(iterations):
         along = flat[edges[:, 1]] - flat[edges[:, 0]]
-        distance = np.linalg.norm(along, axis=1)
+        distance = np.maximum(np.linalg.norm(along, axis=1), TINY * lengths)
         gradient = along / (distance * lengths)[:, None]
         jacobian = csc_matrix((np.hstack([-gradient, gradient]).ravel(), (rows, columns)), (count, flat.size))
         normal = (jacobian.T @ jacobian + ANCHOR * identity(flat.size)).tocsc()

@@ -3,8 +3,9 @@
 A particle at every vertex falls under gravity to the table while a drag pulls the sheet open. Verlet steps move the
 particles; between two steps point relaxation puts every stick back to its length, every hinge back to flat and every
 particle back over the table. Three things differ from the paper. The drag fades as the sheet sinks: a drag that never
-stops leaves the sheet stretched. A little velocity is lost in each step, since projections feed energy in. And when
-the sheet lies flat, relaxation goes on in the plane until the sticks stop changing.
+stops leaves the sheet stretched. A little velocity is lost in each step, since projections feed energy in. And as soon
+as the sheet has landed, relaxation goes on in the plane until the sticks stop changing: waiting for it to come to rest
+takes four times as long and changes nothing.
 """
 
 from __future__ import annotations
@@ -21,24 +22,28 @@ from restore.flatten.lay import Laid
 from restore.flatten.network import Network
 from restore.flatten.settle import settle
 from restore.flatten.unfold import unfold
-from restore.scan import Floats
+from restore.scan import Floats, Ints
 from restore.strain import edge_strain, flipped_faces
 
 GRAVITY = 9.81  # §3.3.3
 DRAG = 0.2  # eq. 4; the paper's 0.05 leaves rolls of more than 90° folded, with fading four times as much is safe
 TIME_STEP = 0.2  # s; the paper runs 0.1 and finds 0.32 the largest stable step
 DAMPING = 0.95  # of the velocity is kept in each step
-SWEEPS = 8  # of relaxation in each step: fewer leave sticks stretched, more cost time
 MAX_STEPS = 400
 AREA_CHANGE = 1e-5  # relative, the paper's ε
+LANDED = 0.1  # of the height at the start: what still stands up is flattened by relaxation without a fold
 PAGE_SIZE = 240.0  # the constants above belong to a page of about this size; others are scaled to it
 FLAT_HEIGHT = 1e-6  # mm: a sheet that rises less is flat already, and gets no drag
+# A pull crosses a sheet of n particles in about √n sweeps, so both numbers of sweeps grow with √n.
+SWEEPS = 0.25  # of √n in each step: with half as many corners fold, more cost time
+PLANE_SWEEPS = 25.0  # of √n at most; most sheets need half
+SLOWING = 3.2  # the momentum 1 − SLOWING / √n carries a strain as long as the sheet out of it without swinging
+LEAST_MOMENTUM = 0.5
 UNFOLDINGS = 5  # each frees the corners that the last one still held
-PLANE_SWEEPS = 400
-MAX_FALLING = 3000  # particles: with more, eight sweeps a step no longer carry a pull across the sheet
 SOUND_STRAIN = 0.02  # rms; no paper stretches so far
 CONFORMAL_ITERATIONS = 6  # of Newton: a conformal map of a curved sheet is some per cent off
 PLANE_CHANGE = 1e-7  # of the page's size: one hundred-thousandth of a millimetre in a sweep
+GOLDEN = (sqrt(5.0) - 1.0) / 2.0
 
 Follow = Callable[[int, Floats], None]
 
@@ -46,13 +51,11 @@ Follow = Callable[[int, Floats], None]
 def flatten_sticks(laid: Laid, network: Network, follow: Follow | None = None) -> tuple[Floats, int]:
     """Flat positions (n, 2) mm of a sheet laid over the table, and the number of time steps taken.
 
-    follow(step, positions (n, 3) mm) is called after each step. A sheet of many particles, or one of slivers that came
-    down torn or folded, starts from its conformal map instead of falling, and has only its sticks put right.
+    follow(step, positions (n, 3) mm) is called after each step. A sheet that came down torn or folded starts again
+    from its conformal map instead of falling, and has only its sticks put right.
     """
-    falls = len(laid.positions) <= MAX_FALLING
-    ways = (fall, _from_conformal) if falls else (_from_conformal, fall)
     found: list[tuple[int, float, int, Floats, int]] = []
-    for way in ways:
+    for way in (fall, _from_conformal):
         flat, steps = way(laid, network, follow)
         found.append((*_faults(flat, network), len(found), flat, steps))
         if found[-1][0] == 0 and found[-1][1] < SOUND_STRAIN:
@@ -84,23 +87,44 @@ def _from_conformal(laid: Laid, network: Network, follow: Follow | None) -> tupl
 def fall(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:
     """Let the particles fall on the table: flat positions (n, 2) mm and the time steps taken."""
     scale = PAGE_SIZE / sqrt(max(area_of(laid.positions, network.faces), np.finfo(float).tiny))
-    lengths, spans = network.lengths * scale, network.spans * scale
+    edges, lengths = _spread(network.edges, network.lengths * scale)
+    hinges, spans = _spread(network.hinges, network.spans * scale)
     now = laid.positions * scale
     before = now.copy()
-    start_height = max(float(now[:, 2].max()), FLAT_HEIGHT)
-    area, step = 0.0, 0
+    sweeps = round(max(SWEEPS * sqrt(len(now)), 1.0))
+    height, area, step = float(now[:, 2].max()), 0.0, 0
+    start = max(height, FLAT_HEIGHT)
     for step in range(1, MAX_STEPS + 1):
-        drag = DRAG * max(float(now[:, 2].max()), 0.0) / start_height
-        advance(now, before, GRAVITY, drag, DAMPING, TIME_STEP)
-        relax(now, network.edges, lengths, network.hinges, spans, SWEEPS)
+        advance(now, before, GRAVITY, DRAG * height / start, DAMPING, TIME_STEP)
+        relax(now, edges, lengths, hinges, spans, sweeps)
         if follow:
             follow(step, now / scale)
+        height = float(now[:, 2].max())
         previous, area = area, area_of(now[:, :2], network.faces)
-        if abs(area - previous) < AREA_CHANGE * area:
+        if height < LANDED * start or abs(area - previous) < AREA_CHANGE * area:
             break
     flat = np.ascontiguousarray(now[:, :2])
     for _ in range(UNFOLDINGS):
-        relax_in_plane(flat, network.edges, lengths, PLANE_SWEEPS, PLANE_CHANGE * PAGE_SIZE)
+        rest(flat, edges, lengths)
         if not unfold(flat, network.faces):
             break
     return flat / scale, step
+
+
+def rest(flat: Floats, edges: Ints, lengths: Floats) -> int:
+    """Relax a page of about PAGE_SIZE in the plane, flat (n, 2) in place, until nothing moves; the sweeps taken."""
+    size = sqrt(len(flat))
+    momentum = max(1.0 - SLOWING / size, LEAST_MOMENTUM)
+    return relax_in_plane(flat, edges, lengths, round(PLANE_SWEEPS * size), PLANE_CHANGE * PAGE_SIZE, momentum)
+
+
+def _spread(pairs: Ints, lengths: Floats) -> tuple[Ints, Floats]:
+    """The same pairs (k, 2) and lengths (k,) in an order in which neighbours in the list are none on the sheet.
+
+    Relaxing one pair then does not wait for the one before it, and the processor takes several at a time.
+    """
+    stride = max(round(GOLDEN * len(pairs)), 1)
+    while np.gcd(stride, max(len(pairs), 1)) != 1:
+        stride += 1
+    order = np.arange(len(pairs)) * stride % max(len(pairs), 1)
+    return pairs[order], lengths[order]

@@ -15,7 +15,7 @@ from restore.scan import Bytes
 from station.colour.chart import find_chart
 from station.colour.figures import UNMEASURED, before_and_after, measured
 from station.colour.fit import fit_colours
-from station.export.atomic import make_writable, refuse_existing, write_all
+from station.export.atomic import refuse_existing, writable, write_all
 from station.export.icc import encode_profile
 from station.export.report import encode_report
 
@@ -48,9 +48,9 @@ def profile_colours(target: Path, output: Path, *, force: bool = False) -> Colou
         "figures": measured(fit, ppi=ppi),
         "not_measured": [*UNMEASURED, *([] if ppi else ["sampling"])],
     }
-    make_writable(profile.parent)
     contents = (encode_profile(fit.profile(profile.stem)), encode_report(report).encode())
-    return ColourRun(report, tuple(write_all(zip(files, contents, strict=True), force=force)))
+    with writable(profile.parent):
+        return ColourRun(report, tuple(write_all(zip(files, contents, strict=True), force=force)))
 
 
 def told(run: ColourRun) -> str:

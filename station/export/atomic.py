@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import shutil
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
@@ -62,10 +62,25 @@ def refuse_existing(paths: Iterable[Path], *, force: bool) -> None:
             raise OverwriteError(f"{path} is there already", OVERWRITE_HINT)
 
 
-def make_writable(folder: Path) -> None:
-    """Make the folder, and try it: a disk that refuses is better met before the work than after it. Raises OSError."""
-    folder.mkdir(parents=True, exist_ok=True)
-    probe = _part(folder / "probe")
+@contextmanager
+def writable(folder: Path) -> Iterator[None]:
+    """Make the folder, and try it: a disk that refuses is better met before the work than after it. Raises OSError.
+
+    When the block fails, no folder that was made for it stays behind empty.
+    """
+    made = [path for path in (folder, *folder.parents) if not path.exists()]
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        _try(_part(folder / "probe"))
+        yield
+    except BaseException:
+        with suppress(OSError):  # what was written stays, and its folder with it
+            for path in made:
+                path.rmdir()
+        raise
+
+
+def _try(probe: Path) -> None:
     try:
         _write(probe, b"\0")
     finally:

@@ -27,6 +27,7 @@ def summary(report: Report, files: Iterable[Path]) -> str:
         ("strain", f"rms {strain['rms'] * 100:.3f} %, max {strain['max'] * 100:.2f} %"),
         ("area", f"ratio {report['area_ratio']:.4f}, {report['flipped_faces']} flipped faces"),
         ("seconds", ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in report["seconds"].items())),
+        ("memory", f"{report['peak_memory_mb']:.0f} MB at most"),
         *(("warning", text) for text in report.get("warnings", ())),
         *(("file", str(path)) for path in files),
     ]

@@ -51,9 +51,15 @@ class Recorder:
             return []
         kept = self._kept if self._kept[-1] is self._last else [*self._kept, self._last]
         moved = np.cumsum([0.0] + [_movement(a, b) for a, b in pairwise(kept)])
-        wanted = np.searchsorted(moved, np.linspace(0, moved[-1], count) - 1e-9)
+        if len(kept) <= count:
+            return kept
+        if moved[-1] == 0:
+            return [kept[0], kept[-1]]
+        wanted, place = np.searchsorted(moved, np.linspace(0, moved[-1], count) - 1e-9), np.arange(count)
+        wanted = np.maximum.accumulate(wanted - place) + place  # where much moved at once, the steps round it
+        wanted = np.minimum(wanted, len(kept) - count + place)
         wanted[-1] = len(kept) - 1
-        return [kept[i] for i in sorted(set(wanted.tolist()))]
+        return [kept[i] for i in wanted]
 
 
 def frames_sheet(frames: Sequence[Frame], mesh: FlatMesh) -> Bytes:

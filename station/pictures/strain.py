@@ -23,13 +23,13 @@ COLOURS = np.array([[28, 72, 140], [120, 168, 212], [244, 244, 242], [230, 150, 
 
 def strain_picture(page: RestoredPage) -> Bytes:
     """The flat mesh coloured by relative change of edge length, with a scale and numbers: (h, w, 3) uint8 RGB."""
-    strain = edge_strain(page.flat)
+    strain = edge_strain(page.fine)
     limit = round_up(float(np.percentile(np.abs(strain), SHOWN)))
-    map_ = _paint(page.flat, strain.mean(axis=1) / limit)
+    map_ = _paint(page.fine, strain.mean(axis=1) / limit)
     sheet = blank(map_.shape[0] + 2 * GAP, map_.shape[1] + LEGEND_WIDTH + 3 * GAP)
     sheet[GAP : GAP + map_.shape[0], GAP : GAP + map_.shape[1]] = map_
     lines = (
-        f"{len(page.flat.vertices)} points",
+        f"{len(page.fine.vertices)} points",
         f"rms {np.sqrt(np.mean(strain**2)) * 100:.3f} %",
         f"max {np.abs(strain).max() * 100:.2f} %",
     )

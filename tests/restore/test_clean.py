@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from restore.clean import MIN_PIECE, RAW, clean, select
+from restore.clean import MIN_PIECE, RAW, clean, select, weld
 from restore.errors import NotEnoughSurface
 from restore.flatten.network import make_network, pieces
 from restore.scan import SurfaceMesh
@@ -97,3 +97,35 @@ def test_select_keeps_what_the_faces_use(camera):
     np.testing.assert_array_equal(part.vertices[part.faces], mesh.vertices[mesh.faces[100:120]])
     np.testing.assert_array_equal(part.texcoords[part.faces], mesh.texcoords[mesh.faces[100:120]])
     np.testing.assert_array_equal(np.unique(part.faces), np.arange(len(part.vertices)))
+
+
+def soup(mesh):
+    """The same mesh with three vertices for every triangle, as STL and many exporters write it."""
+    return replace(
+        mesh,
+        vertices=mesh.vertices[mesh.faces.ravel()],
+        faces=np.arange(mesh.faces.size).reshape(-1, 3),
+        texcoords=mesh.texcoords[mesh.faces.ravel()],
+    )
+
+
+def test_welding_makes_one_sheet_of_a_triangle_soup(camera):
+    mesh = raw(replace(camera, rows=20, cols=30))
+    assert count_pieces(soup(mesh)) == len(mesh.faces)
+    welded = weld(soup(mesh))
+    assert len(welded.vertices) == len(mesh.vertices)
+    np.testing.assert_array_equal(welded.vertices[welded.faces], mesh.vertices[mesh.faces])
+    np.testing.assert_array_equal(welded.texcoords[welded.faces], mesh.texcoords[mesh.faces])
+
+
+def test_welding_leaves_a_seam_of_the_texture_and_a_whole_mesh_alone(camera):
+    mesh = raw(replace(camera, rows=20, cols=30))
+    assert weld(mesh) is mesh
+    torn = soup(mesh)
+    torn.texcoords[: mesh.faces.size // 2] += 100.0
+    assert count_pieces(weld(torn)) == 2
+
+
+def test_a_soup_of_single_triangles_is_no_crash(camera):
+    cleaned = clean(soup(raw(replace(camera, rows=10, cols=10))), 10_000)
+    assert len(cleaned.faces) == 2 * 9 * 9

@@ -11,7 +11,7 @@ import pytest
 from bench.markers import MarkerError, marker_error, rigid_residual
 from bench.sheets import CASES
 from drivers.simulated import Flat, MultiFold, Pose, Truth, White, shoot
-from restore import NotEnoughSurface, RangeScan, RestoredPage, Settings, flatten, load_scan, restore
+from restore import BadInput, NotEnoughSurface, RangeScan, RestoredPage, Settings, flatten, load_scan, restore
 from restore.formats import write_abs, write_obj, write_ply, write_vrml
 from restore.triangulate import triangulate
 
@@ -187,3 +187,10 @@ def test_nothing_but_a_table_is_no_page():
 def test_flatten_a_scan_that_came_as_a_mesh():
     mesh = page("curl").flat
     assert flatten(mesh).flat == pytest.approx(mesh.flat, abs=5.0)  # chords of 9 mm over a bend of 100 mm, unsquared
+
+
+def test_a_scan_in_metres_is_told_by_its_size():
+    scan = shot("flat")[0]
+    with pytest.raises(BadInput, match="measures 0") as caught:
+        restore(replace(scan, points=scan.points / 1000.0))
+    assert "millimetres" in caught.value.hint

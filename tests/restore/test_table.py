@@ -1,5 +1,7 @@
 """The table is told from the sheet by plane, colour and where it lies, and never invented."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -110,3 +112,15 @@ def test_in_a_mesh_the_table_goes_to_the_border_of_what_was_measured(camera, she
 
 def test_in_a_mesh_a_picture_on_a_flat_page_is_no_sheet_on_a_table(camera, sheet, coloured):
     assert not table_of(seen(camera, coloured, camera.plane()), framed=False).any()
+
+
+def test_without_colour_one_side_of_a_fold_that_fills_the_picture_is_no_table(camera):
+    scan = seen(camera, np.zeros((*camera.shape, 3)), camera.roof(40.0, 0.0, camera.cols * 0.6))
+    assert not table_of(replace(scan, texture=None)).any()
+
+
+def test_without_colour_a_plane_all_round_is_the_table(camera, sheet):
+    depths = np.where(sheet, camera.cylinder(90.0, distance=880.0), camera.plane())
+    table = table_of(replace(seen(camera, np.zeros((*camera.shape, 3)), depths), texture=None))
+    assert table[~sheet].mean() > FOUND
+    assert table[sheet].mean() < TAKEN

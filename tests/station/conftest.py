@@ -71,7 +71,8 @@ def restored(scan: RangeScan, settings: Settings) -> RestoredPage:
         "seconds": dict.fromkeys(("prepare", "decimate", "flatten", "texture", "shade"), 0.5),
     }
     mask = np.ones((height, width), bool)
-    return RestoredPage(scan.texture, settings.dpi, mask, curl_mesh(scan), report, page_map)
+    mesh = curl_mesh(scan)
+    return RestoredPage(scan.texture, settings.dpi, mask, mesh, report, page_map, mesh)
 
 
 @dataclass

@@ -8,7 +8,7 @@ import pytest
 
 from station.errors import OverwriteError
 from station.export import atomic
-from station.export.atomic import make_writable, new_folder, write_all
+from station.export.atomic import new_folder, writable, write_all
 
 
 def listing(folder):
@@ -108,13 +108,23 @@ def test_a_folder_that_cannot_take_its_place_leaves_the_old_one(tmp_path):
 
 
 def test_a_folder_is_tried_before_the_work(tmp_path, monkeypatch):
-    make_writable(tmp_path / "deep" / "out")
-    assert listing(tmp_path / "deep" / "out") == []
+    with writable(tmp_path / "deep" / "out"):
+        assert listing(tmp_path / "deep" / "out") == []
 
     def full(file, data):
         raise OSError("disk full")
 
     monkeypatch.setattr(atomic, "_flush_out", full)
-    with pytest.raises(OSError, match="disk full"):
-        make_writable(tmp_path / "deep" / "out")
-    assert listing(tmp_path / "deep" / "out") == []
+    with pytest.raises(OSError, match="disk full"), writable(tmp_path / "deep" / "other"):
+        pass
+    assert listing(tmp_path / "deep") == ["out"]
+
+
+def test_a_folder_made_for_work_that_fails_does_not_stay_behind_empty(tmp_path):
+    with pytest.raises(RuntimeError), writable(tmp_path / "deep" / "out"):
+        raise RuntimeError
+    assert listing(tmp_path) == []
+    with pytest.raises(RuntimeError), writable(tmp_path / "deep" / "out"):
+        (tmp_path / "deep" / "out" / "scan").touch()
+        raise RuntimeError
+    assert listing(tmp_path / "deep" / "out") == ["scan"]

@@ -71,6 +71,7 @@ def test_the_report_is_sound(report):
     assert report["strain"]["rms"] < 0.01
     assert report["shading"] == "keep"
     assert all(seconds >= 0 for seconds in report["seconds"].values())
+    assert 100 < report["peak_memory_mb"] < 100_000
 
 
 def test_the_map_paints_the_same_page_from_the_original(out):

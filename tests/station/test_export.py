@@ -114,8 +114,9 @@ def test_report_holds_any_file_name():
 
 
 def test_summary_without_colour_and_with_a_warning(page, tmp_path):
-    report = dict(page.report) | {"effective_ppi": None, "warnings": ["a corner is hidden"]}
+    report = dict(page.report) | {"effective_ppi": None, "warnings": ["a corner is hidden"], "peak_memory_mb": 512.3}
     text = summary(report, [tmp_path / "page.png"])
     assert "no colour image" in text
     assert "a corner is hidden" in text
     assert "flatten 0.50" in text
+    assert "512 MB" in text

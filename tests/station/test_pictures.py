@@ -121,7 +121,7 @@ def test_strain_of_a_sheet_stretched_one_way():
 
 def test_strain_picture_shows_stretch_in_red_and_compression_in_blue(page):
     def mean_colour(factor: float) -> np.ndarray:
-        picture = strain_picture(replace(page, flat=replace(page.flat, flat=page.flat.flat * factor)))
+        picture = strain_picture(replace(page, fine=replace(page.fine, flat=page.fine.flat * factor)))
         return picture[300, 300].astype(float)
 
     assert np.abs(mean_colour(1.05) - COLOURS[-1]).max() < np.abs(mean_colour(1.05) - COLOURS[0]).max()
@@ -157,6 +157,14 @@ def test_frames_are_spread_over_the_movement_not_over_the_time():
     heights = np.array([frame.positions[0, 2] for frame in frames])
     assert [frame.step for frame in frames][4] < 100  # most of it happens early
     assert np.abs(np.diff(heights)).max() < 3 / FRAMES
+
+
+def test_frames_are_eight_however_suddenly_the_sheet_falls():
+    frames = recorded(30, lambda share: 1.0 if share < 0.5 else 0.0).frames()
+    numbers = [frame.step for frame in frames]
+    assert len(frames) == FRAMES
+    assert numbers == sorted(set(numbers))
+    assert {1, 15, 30} < set(numbers)
 
 
 def test_frames_do_not_fill_the_memory():

@@ -191,6 +191,7 @@ def test_on_step_is_told_every_step_of_every_piece_as_the_sheet_sinks(warped):
 
 
 SQUARE = np.array([[0, 0, -900], [10, 0, -900], [0, 10, -900], [10, 10, -900]], float)
+TETRAHEDRON = 10.0 * np.vstack([np.zeros(3), np.eye(3)])
 FACES = np.array([[0, 1, 2], [1, 3, 2]])
 
 
@@ -200,6 +201,7 @@ FACES = np.array([[0, 1, 2], [1, 3, 2]])
         (SurfaceMesh(SQUARE, FACES[:0]), NotEnoughSurface, "no faces"),
         (SurfaceMesh(np.zeros((4, 3)), FACES), NotEnoughSurface, "no area"),
         (SurfaceMesh(SQUARE * [1, 0, 1], FACES), NotEnoughSurface, "no area"),
+        (SurfaceMesh(TETRAHEDRON, np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])), NotEnoughSurface, "closed"),
         (SurfaceMesh(np.where(SQUARE == 10, np.nan, SQUARE), FACES), BadInput, "not finite"),
         (SurfaceMesh(np.where(SQUARE == 10, np.inf, SQUARE), FACES), BadInput, "not finite"),
         (SurfaceMesh(SQUARE, FACES + 1), BadInput, "vertices it does not have"),
