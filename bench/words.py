@@ -117,8 +117,8 @@ def pictures(task: Task) -> Pictures:
     optics = {"lens": LENS, "distance_mm": DISTANCE_MM, "page_mm": PAGE_MM}
     scan, truth = shoot(task.sheet, print_, seed=task.seed, pose=Pose(tilt_deg=TILT_DEG), **optics)
     flat, flat_truth = shoot(Flat(), print_, seed=task.seed, **optics)
-    kept, removed = (restore(scan, Settings(dpi=DPI, shading=shading)).image for shading in ("keep", "remove"))
-    images = (cropped(scan, truth), kept, removed, laid_flat(flat, flat_truth))
+    page = restore(scan, Settings(dpi=DPI, shading="remove"))
+    images = (cropped(scan, truth), page.master, page.image, laid_flat(flat, flat_truth))
     raw_dpi = LENSES[LENS].focal_px / (DISTANCE_MM + LENSES[LENS].pupil_mm) * MM_PER_INCH
     return Pictures(
         dict(zip(COLUMNS, images, strict=True)),

@@ -8,12 +8,14 @@ from contextlib import contextmanager
 
 from restore.flatten import OnStep
 from restore.prepare import prepare
+from restore.relief import relief_of
 from restore.report import describe
 from restore.scan import RangeScan, RestoredPage, SurfaceMesh
 from restore.settings import Settings
-from restore.shade import remove_shading
-from restore.texture import paint_page
-from restore.unroll import unroll
+from restore.shade import LIGHT_DPI, Evened, remove_shading
+from restore.surface import Sheet
+from restore.texture import Painting, paint_page
+from restore.unroll import Unrolled, unroll
 
 STAGES = ("prepare", "decimate", "flatten", "refine", "texture", "shade")
 
@@ -41,12 +43,19 @@ def restore(
     with clock("texture"):
         painting = paint_page(unrolled.fine, settings.dpi)
     with clock("shade"):
-        image = painting.image
-        if settings.shading == "remove":
-            image = remove_shading(image, painting.mask, settings.dpi)
+        evened = _evened(surface, unrolled, painting, settings)
     report = describe(surface, unrolled, painting, settings)
-    report |= {"source": dict(scan.provenance), "seconds": clock.seconds}
-    return RestoredPage(image, settings.dpi, painting.mask, unrolled.coarse, report, painting.source, unrolled.fine)
+    report |= {"light": evened.facts, "source": dict(scan.provenance), "seconds": clock.seconds}
+    found = unrolled.coarse, report, painting.source, unrolled.fine
+    return RestoredPage(evened.image, settings.dpi, painting.mask, *found, painting.image)
+
+
+def _evened(surface: Sheet | SurfaceMesh, unrolled: Unrolled, painting: Painting, settings: Settings) -> Evened:
+    """The page without its light, or as it is when that is wanted or there is no picture of it."""
+    if settings.shading == "keep" or unrolled.fine.texture is None:
+        return Evened(painting.image, {})
+    relief = relief_of(surface, unrolled.fine, min(LIGHT_DPI, settings.dpi))
+    return remove_shading(painting.image, painting.mask, settings.dpi, relief)
 
 
 class Stopwatch:

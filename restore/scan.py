@@ -82,6 +82,7 @@ class RestoredPage:
     fine      the finer mesh that carried the paint, the same when the scan has no grid.
     report    what was done and how well it went (JSON values only).
     page_map  (h, w, 2) float32, the texture pixel that each page pixel came from, NaN outside the page.
+    master    (h, w, 3) uint8 RGB, the page with light and shadow as they were; the image itself where they were kept.
     """
 
     image: Bytes
@@ -91,3 +92,4 @@ class RestoredPage:
     report: Mapping[str, Any]
     page_map: NDArray[np.float32]
     fine: FlatMesh
+    master: Bytes

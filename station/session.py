@@ -49,6 +49,10 @@ class Destination:
         """The files that a run writes, the report last. colour: whether the scan has a colour image."""
         return [self.folder / name for name in export.names(stem, self.kinds, colour=colour)]
 
+    def with_what_comes_of(self, settings: Settings) -> Destination:
+        """The same with what the settings bring along: a page that loses its light leaves its master, too."""
+        return replace(self, kinds=self.kinds | {"master"}) if settings.shading == "remove" else self
+
 
 @dataclass(frozen=True)
 class Outcome:
@@ -81,7 +85,7 @@ def restore_file(
     Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
     """
     _check_programs(destination)
-    stem = stem_of(source)
+    stem, destination = stem_of(source), destination.with_what_comes_of(settings)
     originals = [source, *shots] if texture is None else [source, texture, *shots]
     check_outputs(destination.files(stem), originals, force=destination.force)
     start = clock()
@@ -111,7 +115,7 @@ def scan_page(
     Raises OverwriteError or UsageError before any work, ScannerError, NotEnoughSurface, OSError when the disk refuses.
     """
     _check_programs(destination)
-    stem = config.output.stem
+    stem, destination = config.output.stem, destination.with_what_comes_of(config.restore)
     names = [stem, *(f"{stem}-{i + 1}" for i in range(1, shots))]
     stored = [destination.folder / (name + SCAN_SUFFIX) for name in names]
     refuse_existing([*stored, *destination.files(stem)], force=destination.force)

@@ -10,6 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from drivers.scanner import MAX_DISTANCE_MM, MIN_DISTANCE_MM, SettingsError
 from drivers.simulated.artwork import ARTWORK, Artwork
+from drivers.simulated.light import DESK_LIGHT, Light
 from drivers.simulated.scene import Pose, Table
 from drivers.simulated.sheets import SHEETS, Sheet
 
@@ -28,6 +29,7 @@ class SceneConfig(BaseModel):
     pose: Pose = Pose()
     table: Table = "dark"
     gap_mm: Annotated[float, Field(ge=0, le=500)] = 3.0
+    light: Light = DESK_LIGHT
 
     def build(self) -> tuple[Sheet, Artwork]:
         """The sheet and the artwork that are named. Raises SettingsError."""
@@ -58,6 +60,7 @@ SETTINGS: dict[tuple[int | str, ...], list[str]] = {
     (): list(ScannerConfig.model_fields),
     ("scene",): list(SceneConfig.model_fields),
     ("scene", "pose"): _parameters(Pose),
+    ("scene", "light"): _parameters(Light),
 }
 """Where in the table → the settings that there may be."""
 

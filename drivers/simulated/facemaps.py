@@ -47,6 +47,11 @@ class FaceMaps:
         x, y, z = self.normals
         return np.asarray(x[face] * vectors[:, 0] + y[face] * vectors[:, 1] + z[face] * vectors[:, 2])
 
+    def facing(self, face: Ints, points: Floats) -> Floats:
+        """(n, 3) unit normals of faces (n,) on the side that the lens sees, at points (n, 3) mm."""
+        normals = np.stack([axis[face] for axis in self.normals], axis=1)
+        return np.asarray(normals * -np.sign(np.einsum("ij,ij->i", normals, points))[:, None])
+
     def page(self, face: Ints, points: Vectors) -> Floats:
         """(n, 2) mm on the page of points (n, 3) mm on faces (n,)."""
         x, y, z = points.T

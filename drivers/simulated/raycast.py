@@ -47,8 +47,12 @@ class RayCaster:
         Returns (…) int64 face, −1 where a ray meets nothing, and (…) float32 distance in lengths of the direction, inf
         there.
         """
+        return self.first_hits(np.broadcast_to(origin, directions.shape), directions)
+
+    def first_hits(self, origins: Vectors, directions: Vectors) -> tuple[Ints, NDArray[np.float32]]:
+        """The same along rays that each have an origin (…, 3) mm of their own."""
         rays = np.empty((*directions.shape[:-1], 6), np.float32)
-        rays[..., :3], rays[..., 3:] = origin, directions
+        rays[..., :3], rays[..., 3:] = origins, directions
         hit = self._scene.cast_rays(self._tensor(rays))
         # open3d's mark for a ray that meets nothing, 0xFFFFFFFF, is −1 as a signed number.
         return hit["primitive_ids"].numpy().view(np.int32).astype(np.int64), hit["t_hit"].numpy()

@@ -125,5 +125,6 @@ def connect(config: Mapping[str, Any], now: Callable[[], datetime] = _utc) -> Si
         pose=wanted.scene.pose,
         table=wanted.scene.table,
         gap_mm=wanted.scene.gap_mm,
+        light=wanted.scene.light,
     )
     return SimulatedScanner(scene, lens, wanted.distance_mm, wanted.seed, now, nudge_px=wanted.nudge_px)

@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from drivers.scanner import SettingsError
 from drivers.simulated.artwork import Print
+from drivers.simulated.light import DESK_LIGHT, Light
 from drivers.simulated.sheets import PageSize, Sheet
 from drivers.simulated.sheets.sheet import parameters
 from restore.scan import Floats, Ints, Mask
@@ -66,6 +67,7 @@ class Scene:
     printed: Print
     table: Table
     surface: Surface
+    light: Light = DESK_LIGHT
 
     def moved(self, shift_mm: Floats) -> Scene:
         """The scene, page and table, moved by (3,) mm."""
@@ -81,6 +83,7 @@ def lay(
     pose: Pose | None = None,
     table: Table = "dark",
     gap_mm: float = 3.0,
+    light: Light | None = None,
 ) -> Scene:
     """Lay a printed sheet before the scanner, its middle on the axis at a depth from the lens centre, the table
     `gap_mm` below its lowest point.
@@ -103,7 +106,7 @@ def lay(
         warped, uv = np.concatenate([warped, board]), np.concatenate([uv, square])
         faces = np.concatenate([faces, np.array([[0, 1, 2], [0, 2, 3]]) + len(paper)])
         on_page = np.append(on_page, [False, False])
-    return Scene(warped @ rotation.T + shift, uv, faces, on_page, printed, table, surface)
+    return Scene(warped @ rotation.T + shift, uv, faces, on_page, printed, table, surface, light or DESK_LIGHT)
 
 
 def _check_slopes(sheet: Sheet, warped: Floats, faces: Ints) -> None:

@@ -12,6 +12,7 @@ import numpy as np
 from drivers.simulated.artwork import Artwork, Markers, Print, Word
 from drivers.simulated.colour import photograph
 from drivers.simulated.facemaps import FaceMaps
+from drivers.simulated.light import Light
 from drivers.simulated.optics import expose, ideal, look
 from drivers.simulated.raycast import RayCaster
 from drivers.simulated.scene import Pose, Scene, Surface, Table, lay
@@ -60,11 +61,17 @@ def shoot(
     table: Table = "dark",
     page_mm: PageSize = (280.0, 200.0),
     noise: bool = True,
+    light: Light | None = None,
 ) -> tuple[RangeScan, Truth]:
     """Print a page (markers unless told otherwise), warp it, lay it down, focus on its middle and shoot."""
     optics = LENSES[lens]
     scene = lay(
-        sheet, printed(artwork or Markers(), page_mm), depth_mm=distance_mm + optics.pupil_mm, pose=pose, table=table
+        sheet,
+        printed(artwork or Markers(), page_mm),
+        depth_mm=distance_mm + optics.pupil_mm,
+        pose=pose,
+        table=table,
+        light=light,
     )
     return shoot_scene(
         scene, optics, MODES[mode], distance_mm, np.random.default_rng(seed), noise=noise, provenance={"seed": seed}

@@ -69,6 +69,10 @@ def _pdf(done: Restoration) -> bytes:
     return encode_pdf(done.page.image, done.page.dpi, _read(done).layer, title=done.stem, profile=done.colours)
 
 
+def _master(done: Restoration) -> bytes:
+    return encode_png(done.page.master, done.page.dpi, done.stamp)
+
+
 def _texture(done: Restoration) -> bytes:
     assert done.page.flat.texture is not None
     return encode_png(done.page.flat.texture)
@@ -76,6 +80,7 @@ def _texture(done: Restoration) -> bytes:
 
 OUTPUTS = (
     Output("page", ".png", lambda done: encode_png(done.page.image, done.page.dpi, done.stamp)),
+    Output("master", "-master.png", _master, needs_colour=True),
     Output("tiff", ".tif", lambda done: encode_tiff(done.page.image, done.page.dpi, done.stamp)),
     Output("map", "-map.tif", lambda done: encode_map(done.page.page_map, done.page.dpi)),
     Output("mesh", "-flat.obj", lambda done: encode_flat(done.page.flat, f"{done.stem}-mesh.mtl")),

@@ -175,6 +175,16 @@ def test_light_can_be_divided_out():
     kept, removed = (restore(scan, Settings(shading=choice)) for choice in ("keep", "remove"))
     spread = [np.ptp(np.percentile(p.image[p.mask].mean(axis=1), [2, 98])) for p in (kept, removed)]
     assert spread[1] < 0.25 * spread[0]  # a curl has smooth light; what is left is the noise of the colour image
+    np.testing.assert_array_equal(removed.master, kept.image)
+    np.testing.assert_array_equal(kept.master, kept.image)
+    assert kept.report["light"] == {}
+    assert removed.report["light"]["unevenness"] < 0.25 * removed.report["light"]["unevenness_before"]
+
+
+def test_a_relief_without_colour_keeps_its_light():
+    scan = replace(shot("curl")[0], texture=None)
+    image = restore(scan, Settings(shading="remove")).image
+    assert np.ptp(image[image < 255]) > 50
 
 
 def test_nothing_but_a_table_is_no_page():

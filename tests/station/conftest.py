@@ -72,7 +72,7 @@ def restored(scan: RangeScan, settings: Settings) -> RestoredPage:
     }
     mask = np.ones((height, width), bool)
     mesh = curl_mesh(scan)
-    return RestoredPage(scan.texture, settings.dpi, mask, mesh, report, page_map, mesh)
+    return RestoredPage(scan.texture, settings.dpi, mask, mesh, report, page_map, mesh, scan.texture)
 
 
 @dataclass

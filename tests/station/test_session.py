@@ -96,3 +96,11 @@ def test_the_original_stays_as_it_was(library, scan_file, tmp_path):
     restore_file(scan_file, Destination(scan_file.parent), settings=Settings())
     restore_file(scan_file, Destination(scan_file.parent, force=True), settings=Settings())
     assert (scan_file.read_bytes(), scan_file.stat().st_mtime_ns) == before
+
+
+def test_a_page_that_loses_its_light_leaves_its_master(library, scan_file, tmp_path):
+    for shading, expected in (("keep", False), ("remove", True)):
+        folder = tmp_path / shading
+        outcome = restore_file(scan_file, Destination(folder), settings=Settings(shading=shading))
+        assert (folder / "book-master.png").exists() == expected
+        assert ("book-master.png" in outcome.report["files"]) == expected

@@ -1,0 +1,186 @@
+"""How well light is taken out of a page: colour differences to the same page in even light, before and after.
+
+The truth is the flat print seen by the same camera through the same lens at the same resolution, lit everywhere as
+paper is that faces the scanner in the middle of the picture, and carried to the page through the same map. What is
+left of a difference is the light's, not the geometry's. `noise` is the difference that the sensor's noise alone makes,
+in even light: no method can be better.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from functools import cache
+
+import cv2
+import numpy as np
+
+from drivers.simulated import Crumpled, Curl, Figure, MultiFold, Spread, Text, Wave
+from drivers.simulated.artwork import Artwork
+from drivers.simulated.colour import photograph
+from drivers.simulated.facemaps import FaceMaps
+from drivers.simulated.light import Lamp, Light
+from drivers.simulated.raycast import RayCaster
+from drivers.simulated.scene import lay
+from drivers.simulated.sheets import Binding, Sheet
+from drivers.simulated.shot import printed, shoot_scene
+from drivers.vivid900.lenses import LENSES, MODES
+from restore.prepare import prepare
+from restore.relief import relief_of
+from restore.scan import Bytes, Floats, Mask, SurfaceMesh
+from restore.settings import Settings
+from restore.shade import LIGHT_DPI, remove_shading
+from restore.surface import Sheet as Surface
+from restore.texture import MM_PER_INCH, paint_page
+from restore.unroll import Unrolled, unroll
+
+SEED = 5
+PAGE_MM = (280.0, 200.0)
+DISTANCE_MM = 900.0
+DPI = 150.0
+REPEATS = 5
+A4_MM, A4_DPI = (297.0, 210.0), 300.0  # the page of which the time is told
+PAPER_CODES = 4  # of 255: bare paper in the truth differs from the paper's own colour by less, farther off it is ink
+INK_MM = 1.0  # paper nearer to ink than this is judged with neither: the lens has blurred both
+
+SHEETS: dict[str, Sheet] = {
+    "curl": Curl(),
+    "wave": Wave(),
+    "binding": Binding(),
+    "multi-fold": MultiFold(),
+    "gutter": Spread(slope_deg=66.0),
+    "crumpled": Crumpled(),
+}
+ARTWORK: dict[str, Artwork] = {"text": Text(), "figure": Figure()}
+LIGHTS: dict[str, Light] = {
+    "desk lamp, far": Light(),
+    "desk lamp": Light((Lamp((-500.0, 450.0, -170.0)),), shadows=True),
+    "two lamps": Light(
+        (Lamp((-600.0, 300.0, -300.0), 0.4, (1.1, 1.0, 0.85)), Lamp((500.0, 100.0, 0.0), 0.25)), 0.35, shadows=True
+    ),
+    "low lamp, window": Light(
+        (Lamp((700.0, 200.0, -500.0), 0.45, radius_mm=40.0),), 0.5, lean=(0.15, -0.1), shadows=True
+    ),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A page in some light. seen, even: the picture, and the same without noise in even light (480, 640, 3)."""
+
+    surface: Surface | SurfaceMesh
+    unrolled: Unrolled
+    seen: Bytes
+    even: Bytes
+    even_noisy: Bytes
+
+    def page(self, texture: Bytes, dpi: float = DPI) -> tuple[Bytes, Mask]:
+        """The page (h, w, 3) painted from a picture of the camera, and where it is."""
+        painting = paint_page(replace(self.unrolled.fine, texture=texture), dpi)
+        return painting.image, painting.mask
+
+
+def case(sheet: Sheet, artwork: Artwork, light: Light) -> Case:
+    """Shoot a page in some light, and lay it flat."""
+    surface, unrolled = laid(sheet, artwork)
+    lens = LENSES["MIDDLE"]
+    scene = lay(sheet, printed(artwork, PAGE_MM), depth_mm=DISTANCE_MM + lens.pupil_mm, light=light)
+    caster, maps = RayCaster(scene.vertices, scene.faces), FaceMaps.of(scene)
+
+    def picture(shaded: bool, noise: float) -> Bytes:
+        rng = np.random.default_rng(SEED)
+        return photograph(scene, caster, maps, lens, rng, shaded=shaded, noise_codes=noise)
+
+    return Case(surface, unrolled, picture(True, 1.5), picture(False, 0.0), picture(False, 1.5))
+
+
+@cache
+def laid(sheet: Sheet, artwork: Artwork) -> tuple[Surface | SurfaceMesh, Unrolled]:
+    """The surface of a page as the scanner measured it, and unrolled: the same in any light."""
+    lens = LENSES["MIDDLE"]
+    scene = lay(sheet, printed(artwork, PAGE_MM), depth_mm=DISTANCE_MM + lens.pupil_mm)
+    scan, _ = shoot_scene(scene, lens, MODES["fine"], DISTANCE_MM, np.random.default_rng(SEED))
+    surface = prepare(scan)
+    return surface, unroll(surface, Settings(), lambda _: nullcontext())
+
+
+def areas(even: Bytes, mask: Mask, dpi: float) -> tuple[Mask, Mask]:
+    """Where a page in even light is bare paper, and where it is printed: two masks (h, w)."""
+    white = np.median(even[mask & (even.min(axis=2) > np.percentile(even[mask].min(axis=1), 60))], axis=0)
+    paper = mask & (np.abs(even - white).max(axis=2) <= PAPER_CODES)
+    reach = 2 * round(INK_MM * dpi / MM_PER_INCH) + 1
+    return cv2.erode(paper.astype(np.uint8), np.ones((reach, reach), np.uint8)) > 0, mask & ~paper
+
+
+def difference(one: Bytes, other: Bytes, where: Mask) -> Floats:
+    """(n,) ΔE2000 (CIE 142:2001) between two sRGB pictures (h, w, 3) at the pixels of a mask (h, w)."""
+    from skimage.color import deltaE_ciede2000, rgb2lab
+
+    return np.asarray(deltaE_ciede2000(*(rgb2lab(picture[where][None] / 255.0)[0] for picture in (one, other))))
+
+
+def judge(found: Case) -> list[float]:
+    """Mean ΔE2000 on paper, then on print: with the light, without it, and of noise alone."""
+    kept, mask = found.page(found.seen)
+    even, noisy = found.page(found.even)[0], found.page(found.even_noisy)[0]
+    relief = relief_of(found.surface, found.unrolled.fine, LIGHT_DPI)
+    removed = remove_shading(kept, mask, DPI, relief).image
+    return [
+        float(difference(page, even, where).mean())
+        for where in areas(even, mask, DPI)
+        for page in (kept, removed, noisy)
+    ]
+
+
+def main(sheets: Sequence[str] = tuple(SHEETS), lights: Sequence[str] = tuple(LIGHTS)) -> None:
+    """Print the table, then the time of an A4 page."""
+    print("shading: mean ΔE2000 to the same page in even light; kept → removed (noise alone)")
+    print(ROW.format("sheet", "artwork", "light", "paper", "print"))
+    for line in lines(sheets, lights):
+        print(ROW.format(*line), flush=True)
+    seconds = a4_seconds()
+    print(
+        f"\nlight removed from {A4_MM[0]:g} × {A4_MM[1]:g} mm at {A4_DPI:g} dpi: {seconds:.2f} s (median of {REPEATS})"
+    )
+
+
+ROW = "{:<11} {:<7} {:<17} {:>22} {:>22}"
+
+
+def lines(sheets: Sequence[str], lights: Sequence[str]) -> Iterator[tuple[str, ...]]:
+    """Sheet, artwork, light, and the differences on paper and print."""
+    for name in sheets:
+        for kind, artwork in ARTWORK.items():
+            for light in lights:
+                six = judge(case(SHEETS[name], artwork, LIGHTS[light]))
+                cells = [f"{k:5.2f} → {r:5.2f} ({n:.2f})" for k, r, n in (six[:3], six[3:])]
+                yield name, kind, light, *cells
+
+
+def a4_seconds() -> float:
+    """Median seconds of removing the light from an A4 page, its shape known as the range grid knows it."""
+    found = case(SHEETS["binding"], ARTWORK["text"], LIGHTS["desk lamp"])
+    dpi = A4_DPI * float(np.sqrt(np.prod(A4_MM) / np.prod(PAGE_MM)))  # as many pixels as A4 has
+    image, mask = found.page(found.seen, dpi)
+
+    def run() -> None:
+        remove_shading(image, mask, dpi, relief_of(found.surface, found.unrolled.fine, LIGHT_DPI))
+
+    return median_seconds(run)
+
+
+def median_seconds(run: Callable[[], None]) -> float:
+    """Median of several runs, after one to warm up."""
+    taken = []
+    for _ in range(REPEATS + 1):
+        start = time.perf_counter()
+        run()
+        taken.append(time.perf_counter() - start)
+    return statistics.median(taken[1:])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,104 @@
+"""The shape of the page in space, as the light on it needs it: where every spot of the flat page lay and faced."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from restore.flatten.lay import lay
+from restore.scan import FlatMesh, Floats, Ints, Mask, SurfaceMesh
+from restore.surface import Sheet
+from restore.texture import page_map
+
+TINY = 1e-12
+DENSE_OVER = 9  # samples: what a facet is fitted to, and a little more
+SPARSE, DENSE = 0.5, 0.9  # of them measured: too few for a slope of one's own, and enough
+STEADY = 8.0  # samples, 4 mm: how far the slopes round it are asked then
+
+Field = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class Relief:
+    """The warped page over the flat one, at `dpi` pixels to the inch, in a frame whose z is the page's mean normal.
+
+    points   (h, w, 3) mm, NaN off the page.
+    normals  (h, w, 3) of unit length on the printed side, NaN off the page.
+    vertices (n, 3) mm and faces (m, 3): the mesh they came from, in the same frame.
+    axes     (3, 3) rows x, y, z of the frame, and origin (3,) mm, both in the scanner's.
+    """
+
+    points: Field
+    normals: Field
+    dpi: float
+    vertices: Floats
+    faces: Ints
+    axes: Floats
+    origin: Floats
+
+    @property
+    def inside(self) -> Mask:
+        """(h, w) True on the page."""
+        return np.asarray(np.isfinite(self.points[..., 2]))
+
+
+def relief_of(surface: Sheet | SurfaceMesh, fine: FlatMesh, dpi: float) -> Relief:
+    """Lay the shape of a prepared surface over its flat page.
+
+    On a range grid every sample has a facet of its own, so a crease is sharp; a mesh has the normals of its vertices.
+    """
+    own = vertex_normals(fine.vertices, fine.faces)
+    laid = lay(fine.vertices, fine.faces)
+    vertices, axes = laid.positions, laid.axes
+    if isinstance(surface, Sheet):
+        nodes = np.stack(surface.rays.grid(fine.vertices), axis=1)
+        over = page_map(fine.flat, fine.faces, np.column_stack([vertices, nodes]), dpi)
+        # Nearest, not in between: facets that meet at a crease must not be mixed.
+        at = np.ascontiguousarray(over[..., [4, 3]])
+        facets = (facet_normals(surface) @ axes.T).astype(np.float32)
+        normals = cv2.remap(facets, at, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
+    else:
+        over = page_map(fine.flat, fine.faces, np.column_stack([vertices, own @ axes.T]), dpi)
+        normals = over[..., 3:6] / np.maximum(np.linalg.norm(over[..., 3:6], axis=2, keepdims=True), TINY)
+    normals = np.where(np.isfinite(over[..., :1]), normals, np.nan)
+    return Relief(over[..., :3], normals, dpi, vertices, fine.faces, axes, laid.origin)
+
+
+def facet_normals(sheet: Sheet) -> Floats:
+    """(rows, cols, 3) unit normals of the facets towards the scanner.
+
+    On a plane n · P = c, seen along P = (x, y, −1)·depth, inverse depth is (n_x·x + n_y·y − n_z) / c. Where hardly
+    anything was measured, in ink that swallows the laser, a facet's own slope is noise: there the facets round it tell.
+    """
+    rays = sheet.rays
+    rows, cols = np.indices(sheet.inside.shape)
+    value, right, down = np.moveaxis(sheet.planes, -1, 0)
+    across, along = right / rays.dx, down / rays.dy
+    x, y = rays.x0 + rays.dx * cols, rays.y0 + rays.dy * rows
+    # c is negative for a normal that points back to the lens
+    normals = -np.stack([across, along, across * x + along * y - value], axis=-1)
+    normals = _steadied(normals / np.linalg.norm(normals, axis=2, keepdims=True), sheet.measured)
+    return np.asarray(normals @ rays.axes)
+
+
+def _steadied(normals: Floats, measured: Mask) -> Floats:
+    density = cv2.boxFilter(measured.astype(np.float64), -1, (DENSE_OVER, DENSE_OVER))
+    own = np.clip((density - SPARSE) / (DENSE - SPARSE), 0.0, 1.0)[..., None]
+    trust = np.maximum(own, TINY)
+    round_it = cv2.GaussianBlur(normals * trust, (0, 0), STEADY) / cv2.GaussianBlur(trust, (0, 0), STEADY)[..., None]
+    mixed = own * normals + (1 - own) * round_it
+    return np.asarray(mixed / np.linalg.norm(mixed, axis=2, keepdims=True))
+
+
+def vertex_normals(vertices: Floats, faces: Ints) -> Floats:
+    """(n, 3) unit normals: the mean over the triangles round a vertex, weighed by area."""
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    of_faces = np.cross(b - a, c - a)
+    normals = np.stack(
+        [np.bincount(faces.ravel(), np.repeat(of_faces[:, axis], 3), minlength=len(vertices)) for axis in range(3)],
+        axis=1,
+    )
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), TINY))
