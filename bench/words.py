@@ -28,7 +28,7 @@ from restore import RangeScan, Settings, restore
 from restore.scan import Bytes
 from restore.texture import MM_PER_INCH, sample
 from station.precision import Reading, read_characters, read_words
-from station.words import recognise
+from station.words import ProgramMissing, find_tesseract, recognise
 
 LENS, DISTANCE_MM = "MIDDLE", 900.0  # as in the paper's experiments
 PAGE_MM = (230.0, 160.0)
@@ -210,11 +210,16 @@ def _points(results: Iterable[Result], kind: str) -> list[float]:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Print the table and what falls short."""
+    """Print the table and what falls short; one line when Tesseract is not there."""
     parser = argparse.ArgumentParser(description="words read on simulated pages")
     parser.add_argument("--pages", type=int, default=52, help="so many pages, spread over the warps")
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args(arguments)
+    try:
+        find_tesseract()
+    except ProgramMissing as missing:
+        print(f"words: {missing}: {missing.hint}")
+        return
     start = time.perf_counter()
     results = []
     for result in measured(some(tasks(), options.pages), options.workers):
