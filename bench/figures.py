@@ -79,7 +79,7 @@ def super_figure() -> Image.Image:
         page = restore(scan, Settings(shading="remove")).image
         read = recognise(page, 150.0, name=title).text
         right = f"{100 * read_characters(text, read).precision:.1f} % of the characters read right"
-        part = page[round(0.10 * len(page)) : round(0.42 * len(page)), : page.shape[1] // 2]
+        part = page[round(0.06 * len(page)) : round(0.38 * len(page)), : page.shape[1] // 2]
         panels.append(stacked([caption(f"{title}, {SMALL_PT:g} pt: {right}", part.shape[1]), Image.fromarray(part)]))
     return beside(panels)
 
