@@ -2,12 +2,12 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: demo test lint bench clean
+.PHONY: demo test lint bench tesseract clean
 
 demo: $(READY)
 	$(BIN)/planish scan --config configs/simulated.toml -o out/demo --force
 
-test: lint
+test: lint tesseract
 	$(BIN)/python -m pytest -n auto --maxprocesses 4
 
 lint: $(READY)
@@ -15,9 +15,15 @@ lint: $(READY)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-bench: $(READY)
+bench: $(READY) tesseract
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[bench]'
 	$(BIN)/python -m bench
+
+# The program that reads words is no Python package. Where it is missing and may not be installed, its tests are skipped.
+tesseract:
+	@command -v tesseract >/dev/null \
+	|| { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && apt-get -qq update && apt-get -qq install --no-install-recommends tesseract-ocr >/dev/null; } \
+	|| echo "the system package tesseract-ocr is not installed: tests that read words are skipped"
 
 clean:
 	rm -rf .venv out build *.egg-info

@@ -1,6 +1,6 @@
 """`python -m bench`: run everything."""
 
-from bench import bus_faults, calibration, faults, paper, peers, scan_to_page, turntable
+from bench import bus_faults, calibration, faults, paper, peers, scan_to_page, turntable, words
 
 if __name__ == "__main__":
     scan_to_page.main()
@@ -10,3 +10,4 @@ if __name__ == "__main__":
     calibration.main()
     faults.main()
     bus_faults.main()
+    words.main([])

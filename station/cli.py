@@ -32,6 +32,9 @@ Mesh = Annotated[bool, typer.Option("--mesh", help="Write the mesh as OBJ, flat 
 Strain = Annotated[bool, typer.Option("--strain", help="Draw where the flattening stretched the page.")]
 Frames = Annotated[bool, typer.Option("--frames", help="Draw eight frames of the flattening.")]
 Review = Annotated[bool, typer.Option("--review", help="Draw colour image, 3D view and page side by side.")]
+Ocr = Annotated[bool, typer.Option("--ocr", help="Read the words: text, ALTO and searchable PDF/A (needs Tesseract).")]
+Language = Annotated[str, typer.Option(help="Language of the words, as Tesseract calls it; several joined by +.")]
+Profile = Annotated[Path | None, typer.Option(help="ICC profile of the colour image, of `planish colour` (sRGB).")]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite the results of an earlier run.")]
 Json = Annotated[bool, typer.Option("--json", help="Print the report as JSON.")]
 Debug = Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")]
@@ -73,11 +76,18 @@ def _scan(
     output: Out,
     average: Annotated[int | None, typer.Option(min=1, max=64, help="Shots to average (1).")] = None,
     turns: Annotated[int | None, typer.Option(min=2, max=72, help="Views to take on the rotary stage.")] = None,
+    shots: Annotated[
+        int | None,
+        typer.Option("--super", min=4, max=64, help="Shots, the page moved by half a pixel between, for finer colour."),
+    ] = None,
     tiff: Tiff = False,
     map_: Map = False,
     mesh: Mesh = False,
     strain: Strain = False,
     frames: Frames = False,
+    ocr: Ocr = False,
+    language: Language = "eng",
+    profile: Profile = None,
     force: Force = False,
     as_json: Json = False,
     debug: Debug = False,
@@ -88,13 +98,13 @@ def _scan(
         from station.session import Destination, scan_page
         from station.turntable import scan_views
 
-        kinds = _kinds(tiff=tiff, map=map_, mesh=mesh, strain=strain, frames=frames, review=True)
+        kinds = _kinds(tiff=tiff, map=map_, mesh=mesh, strain=strain, frames=frames, review=True, ocr=ocr)
         station = load_config(config)
         capture = replace(station.capture, **_given(average=average))
         station = station.model_copy(update={"capture": capture})
-        destination = Destination(output, kinds, force)
+        destination = Destination(output, kinds, force, language, _colours(profile))
         if turns is None:
-            outcome = scan_page(station, destination, progress=progress)
+            outcome = scan_page(station, destination, shots=shots or 1, progress=progress)
         else:
             outcome = scan_views(station, destination, turns=turns, progress=progress)
     _tell(outcome, as_json=as_json, debug=debug)
@@ -149,6 +159,9 @@ def _restore(
         list[Path] | None, typer.Option(metavar="IMG", help="A photograph of the page to paint from; may be repeated.")
     ] = None,
     points: Annotated[int | None, typer.Option(help="Points kept for the flattening, 0 for all (1000).")] = None,
+    shot: Annotated[
+        list[Path] | None, typer.Option(help="A further shot of the page, for finer colour; once for each.")
+    ] = None,
     dpi: Annotated[float | None, typer.Option(help="Page pixels to an inch of paper (150).")] = None,
     method: Annotated[str | None, typer.Option(help="How to flatten: sticks, springs or conformal (sticks).")] = None,
     shading: Annotated[str | None, typer.Option(help="Light and shadow: keep or remove (keep).")] = None,
@@ -162,6 +175,9 @@ def _restore(
     strain: Strain = False,
     frames: Frames = False,
     review: Review = False,
+    ocr: Ocr = False,
+    language: Language = "eng",
+    profile: Profile = None,
     force: Force = False,
     as_json: Json = False,
     debug: Debug = False,
@@ -172,17 +188,63 @@ def _restore(
         from station.config import checked
         from station.session import Destination, restore_file
 
-        kinds = _kinds(tiff=tiff, map=map_, mesh=mesh, strain=strain, frames=frames, review=review, coverage=coverage)
+        kinds = _kinds(
+            tiff=tiff, map=map_, mesh=mesh, strain=strain, frames=frames, review=review, ocr=ocr, coverage=coverage
+        )
         chosen = _given(points=points, dpi=dpi, method=method, shading=shading, fill_hidden_mm=fill_hidden)
         outcome = restore_file(
             scan,
-            Destination(output, kinds, force),
+            Destination(output, kinds, force, language, _colours(profile)),
             settings=checked(Settings, chosen, name="--{}".format, hint="see planish restore --help"),
             texture=texture,
             photos=photo or (),
+            shots=shot or [],
             progress=progress,
         )
     _tell(outcome, as_json=as_json, debug=debug)
+
+
+@app.command("ocr")
+def _ocr(
+    page: Annotated[Path, typer.Argument(metavar="PAGE", help="A restored page, or the folder of results it is in.")],
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", metavar="OUT", help="Folder for what is read (the page's own).")
+    ] = None,
+    language: Language = "eng",
+    truth: Annotated[
+        Path | None, typer.Option(help="What is printed on the page, as text: tells how well it was read.")
+    ] = None,
+    force: Force = False,
+    debug: Debug = False,
+) -> None:
+    """Read the words of a restored page: text, ALTO and searchable PDF/A (needs Tesseract)."""
+    with faults_told(debug=debug), progress_on(sys.stderr) as progress:
+        from station.ocr import read_pages, told
+
+        for read in read_pages(page, output, language=language, truth=truth, force=force, progress=progress):
+            say(told(read))
+
+
+@app.command("colour")
+def _colour(
+    target: Annotated[
+        Path, typer.Argument(metavar="TARGET", help="A picture, a restored page or a scan of a ColorChecker Classic.")
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="PROFILE", help="The ICC profile to write.")],
+    force: Force = False,
+    debug: Debug = False,
+) -> None:
+    """Measure a colour chart: an ICC profile of the camera, and the levels of FADGI and ISO 19264 that it meets."""
+    with faults_told(debug=debug):
+        from station.colour.run import profile_colours, told
+
+        say(told(profile_colours(target, output, force=force)))
+
+
+def _colours(profile: Path | None) -> bytes | None:
+    from station.export.icc import read_profile
+
+    return None if profile is None else read_profile(profile)
 
 
 for command in (devices, doctor, trace, board, calibrate):

@@ -14,6 +14,7 @@ import drivers
 from restore import Photograph, RangeScan, Settings, SurfaceMesh, read_photograph, restore
 from restore.errors import BadInput
 from restore.formats import load_scan, save_scan, scan_stem
+from restore.super import finer_scan
 from station import export
 from station.config import StationConfig
 from station.errors import UsageError
@@ -22,6 +23,7 @@ from station.export.report import finite
 from station.originals import check_outputs
 from station.pictures.frames import Recorder
 from station.progress import Progress, silent
+from station.words import check_language, find_tesseract, recognise
 
 SCAN_SUFFIX = ".scan"
 
@@ -30,11 +32,18 @@ Clock = Callable[[], float]
 
 @dataclass(frozen=True)
 class Destination:
-    """Where a run writes and what. kinds: those of `export.OUTPUTS` on top of the page and its report."""
+    """Where a run writes and what.
+
+    kinds     those of `export.OUTPUTS` on top of the page and its report.
+    language  of the words, as Tesseract calls it, when they are read.
+    colours   ICC profile of the colour image, as `planish colour` writes it; None for sRGB.
+    """
 
     folder: Path
     kinds: frozenset[str] = frozenset()
     force: bool = False
+    language: str = "eng"
+    colours: bytes | None = None
 
     def files(self, stem: str, *, colour: bool = True) -> list[Path]:
         """The files that a run writes, the report last. colour: whether the scan has a colour image."""
@@ -71,23 +80,27 @@ def restore_file(
     settings: Settings,
     texture: Path | None = None,
     photos: Sequence[Path] = (),
+    shots: Sequence[Path] = (),
     progress: Progress = silent,
     clock: Clock = perf_counter,
 ) -> Outcome:
     """Restore a stored scan, painted from photographs of the page where there are any that can be used.
 
+    Further shots of the same page make its colour image finer.
     Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
     """
+    _check_programs(destination)
     stem, destination = stem_of(source), destination.with_what_comes_of(settings)
-    originals = [source, *([] if texture is None else [texture]), *photos]
+    originals = [source, *([] if texture is None else [texture]), *photos, *shots]
     check_outputs(destination.files(stem), originals, force=destination.force)
     start = clock()
     try:
         photographs = [read_photograph(path) for path in photos]
-        scan = load_scan(source, texture=texture)
+        scan = _joined([load_scan(source, texture=texture), *(load_scan(shot) for shot in shots)])
     except OSError as error:
         raise BadInput(f"cannot read {error.filename or source}: {error.strerror}", "check the path") from error
-    facts = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
+    facts: dict[str, Any] = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
+    facts |= {"shots": [str(shot) for shot in shots]} if shots else {}
     origin = Origin(facts, {"load": clock() - start})
     with writable(destination.folder):
         return _restore(
@@ -96,26 +109,33 @@ def restore_file(
 
 
 def scan_page(
-    config: StationConfig, destination: Destination, *, progress: Progress = silent, clock: Clock = perf_counter
+    config: StationConfig,
+    destination: Destination,
+    *,
+    shots: int = 1,
+    progress: Progress = silent,
+    clock: Clock = perf_counter,
 ) -> Outcome:
     """Capture a page, store the scan in `<stem>.scan`, then restore it. What was captured outlives every later fault.
 
+    Of several shots, which make the colour image finer, the further ones are stored in `<stem>-2.scan` and so on.
+
     Raises OverwriteError or UsageError before any work, ScannerError, NotEnoughSurface, OSError when the disk refuses.
     """
+    _check_programs(destination)
     stem, destination = config.output.stem, destination.with_what_comes_of(config.restore)
-    stored = destination.folder / (stem + SCAN_SUFFIX)
-    refuse_existing([stored, *destination.files(stem)], force=destination.force)
+    refuse_existing([*_places(destination, stem, shots), *destination.files(stem)], force=destination.force)
     with writable(destination.folder):
         start = clock()
-        scan = _capture(config, progress)
+        scans = _capture(config, shots, progress)
         origin = Origin({}, {"load": 0.0, "capture": clock() - start})
         return keep_and_restore(
-            scan, destination, stem, origin, settings=config.restore, progress=progress, clock=clock
+            scans, destination, stem, origin, settings=config.restore, progress=progress, clock=clock
         )
 
 
 def keep_and_restore(
-    scan: RangeScan,
+    scans: Sequence[RangeScan],
     destination: Destination,
     stem: str,
     origin: Origin,
@@ -124,24 +144,28 @@ def keep_and_restore(
     progress: Progress,
     clock: Clock,
 ) -> Outcome:
-    """Store a scan in `<stem>.scan`, then restore it. The scan outlives every later fault.
+    """Store a scan in `<stem>.scan` and further shots beside it, then restore it. The scans outlive every later fault.
 
     Raises OverwriteError, NotEnoughSurface, OSError when the disk refuses.
     """
-    stored = destination.folder / (stem + SCAN_SUFFIX)
+    stored = _places(destination, stem, len(scans))
     start = clock()
-    with new_folder(stored, force=destination.force) as folder:
-        save_scan(scan, folder)
-    facts, seconds = {"scan": str(stored), **origin.facts}, {**origin.seconds, "store": clock() - start}
+    for shot, path in zip(scans, stored, strict=True):
+        with new_folder(path, force=destination.force) as folder:
+            save_scan(shot, folder)
+    facts, seconds = {"scan": str(stored[0]), **origin.facts}, {**origin.seconds, "store": clock() - start}
     origin = replace(origin, facts=facts, seconds=seconds)
     try:
+        scan = _joined(scans)
         outcome = _restore(scan, destination, stem, origin, settings=settings, progress=progress, clock=clock)
     except BaseException as error:
         force = ["--force"] if destination.force else []
-        again = shlex.join(["planish", "restore", str(stored), "-o", str(destination.folder), *force])
-        error.add_note(f"the scan is safe in {stored}; restore it with: {again}")
+        again = shlex.join(
+            ["planish", "restore", str(stored[0]), *_options(stored[1:]), "-o", str(destination.folder), *force]
+        )
+        error.add_note(f"the scan is safe in {stored[0]}; restore it with: {again}")
         raise
-    return replace(outcome, files=(stored, *outcome.files))
+    return replace(outcome, files=(*stored, *outcome.files))
 
 
 def stem_of(source: Path) -> str:
@@ -152,13 +176,38 @@ def stem_of(source: Path) -> str:
     return scan_stem(source)
 
 
-def _capture(config: StationConfig, progress: Progress) -> RangeScan:
+def _check_programs(destination: Destination) -> None:
+    if "ocr" in destination.kinds:
+        check_language(find_tesseract(), destination.language)
+
+
+def _places(destination: Destination, stem: str, shots: int) -> list[Path]:
+    """The folders of several shots."""
+    names = [stem, *(f"{stem}-{i + 1}" for i in range(1, shots))]
+    return [destination.folder / (name + SCAN_SUFFIX) for name in names]
+
+
+def _options(shots: Sequence[Path]) -> list[str]:
+    return [word for shot in shots for word in ("--shot", str(shot))]
+
+
+def _joined(shots: Sequence[RangeScan | SurfaceMesh]) -> RangeScan | SurfaceMesh:
+    """One scan, its colour as fine as all shots together make it."""
+    if len(shots) == 1:
+        return shots[0]
+    scans = [shot for shot in shots if isinstance(shot, RangeScan)]
+    if len(scans) < len(shots):
+        raise BadInput("a mesh is no shot of the scanner", "give scans as the scanner made them with --shot")
+    return finer_scan(scans)
+
+
+def _capture(config: StationConfig, shots: int, progress: Progress) -> list[RangeScan]:
     try:
         scanner = drivers.open_scanner(config.scanner)
     except drivers.SettingsError as error:
         raise UsageError(f"configuration: {error}", error.hint) from error
     with scanner:
-        return scanner.capture(config.capture, progress)
+        return [scanner.capture(config.capture, progress) for _ in range(shots)]
 
 
 def _restore(
@@ -176,13 +225,19 @@ def _restore(
     start = clock()
     page = restore(scan, settings, photos=photos, progress=progress, on_step=recorder)
     seconds = {**origin.seconds, **page.report["seconds"]}
+    words = None
+    if "ocr" in destination.kinds:
+        before = clock()
+        words = recognise(page.image, page.dpi, name=f"{stem}.png", language=destination.language)
+        seconds["ocr"] = clock() - before
     seconds["total"] = sum(origin.seconds.values()) + clock() - start
     files = destination.files(stem, colour=page.flat.texture is not None)
     names = [path.name for path in files]
     told = {"seconds": seconds, "peak_memory_mb": _peak_mb(), "files": names}
     told["warnings"] = [*page.report.get("warnings", ()), *origin.warnings]
     report = finite({**page.report, **origin.facts, **told})
-    done = export.Restoration(stem, page, scan, recorder.frames() if recorder else (), report)
+    moments = recorder.frames() if recorder else ()
+    done = export.Restoration(stem, page, scan, moments, report, words, destination.colours)
     contents = export.encoded(done, destination.kinds)
     written = write_all(zip(files, contents, strict=True), force=destination.force)
     return Outcome(report, tuple(written))

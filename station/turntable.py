@@ -53,7 +53,7 @@ def scan_views(
 
     Raises UsageError or OverwriteError before any work, ScannerError, NotEnoughSurface, OSError when the disk refuses.
     """
-    stem = config.output.stem
+    stem, destination = config.output.stem, destination.with_what_comes_of(config.restore)
     settings = _axis(_stage(config))
     refuse_existing([destination.folder / (stem + SCAN_SUFFIX), *destination.files(stem)], force=destination.force)
     start = clock()
@@ -180,7 +180,7 @@ def _merge_and_restore(
     progress("merge", 1.0)
     facts = {"views": [str(folder) for folder in views.folders]}
     origin = Origin(facts, {**seconds, "merge": clock() - start}, tuple(merged.warnings))
-    return keep_and_restore(merged.scan, destination, stem, origin, settings=settings, progress=progress, clock=clock)
+    return keep_and_restore([merged.scan], destination, stem, origin, settings=settings, progress=progress, clock=clock)
 
 
 def _stage(config: StationConfig) -> StageSettings:

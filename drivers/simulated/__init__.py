@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from drivers.simulated.artwork import Figure, Markers, Text, White
+from drivers.simulated.artwork import Chart, Figure, Markers, Text, White
 from drivers.simulated.scanner import Rig, connect, connect_turntable, rig
 from drivers.simulated.scene import Pose
 from drivers.simulated.sheets import Binding, Cone, Crumpled, Curl, Flat, Miura, MultiFold, Spread, Wave
@@ -14,6 +14,7 @@ from drivers.simulated.shot import Truth, shoot
 
 __all__ = [
     "Binding",
+    "Chart",
     "Cone",
     "Crumpled",
     "Curl",

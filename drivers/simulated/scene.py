@@ -94,6 +94,11 @@ class Scene:
         surface = Surface(page.sheet, page.page_mm, rotation @ page.rotation, rotation @ page.shift + shift)
         return replace(self, vertices=self.vertices @ rotation.T + shift, surface=surface)
 
+    def moved(self, shift_mm: Floats) -> Scene:
+        """The scene, page and table, moved by (3,) mm."""
+        surface = replace(self.surface, shift=self.surface.shift + shift_mm)
+        return replace(self, vertices=self.vertices + shift_mm, surface=surface)
+
 
 def lay(
     sheet: Sheet,

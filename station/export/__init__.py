@@ -4,17 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from restore.scan import RangeScan, RestoredPage, SurfaceMesh
 from station.export.coverage import encode_coverage
 from station.export.mesh import encode_flat, encode_material, encode_strain, encode_warped
+from station.export.pdf import encode_pdf
 from station.export.png import encode_png
 from station.export.report import encode_report
+from station.export.stamp import Stamp
 from station.export.tiff import encode_map, encode_tiff
 from station.pictures.frames import Frame, frames_sheet
 from station.pictures.review import review
 from station.pictures.strain import strain_picture
+
+if TYPE_CHECKING:
+    from station.words import Words  # which itself writes PNG
 
 ALWAYS = frozenset({"page", "report"})
 
@@ -28,6 +33,8 @@ class Restoration:
     source  the scan.
     frames  steps of the flattening; empty unless they were asked for.
     report  the page's report with what the station adds (JSON values only).
+    words   what stands on the page; None unless it was asked for.
+    colours ICC profile of the colour image; None for sRGB.
     """
 
     stem: str
@@ -35,6 +42,13 @@ class Restoration:
     source: RangeScan | SurfaceMesh
     frames: Sequence[Frame]
     report: Mapping[str, Any]
+    words: Words | None = None
+    colours: bytes | None = None
+
+    @property
+    def stamp(self) -> Stamp:
+        """What the files of the page tell of its making."""
+        return Stamp.of(self.source.provenance, self.colours)
 
 
 @dataclass(frozen=True)
@@ -47,16 +61,31 @@ class Output:
     needs_colour: bool = False
 
 
+def _read(done: Restoration) -> Words:
+    assert done.words is not None
+    return done.words
+
+
+def _pdf(done: Restoration) -> bytes:
+    return encode_pdf(done.page.image, done.page.dpi, _read(done).layer, title=done.stem, profile=done.colours)
+
+
+def _master(done: Restoration) -> bytes:
+    return encode_png(done.page.master, done.page.dpi, done.stamp)
+
+
 def _texture(done: Restoration) -> bytes:
     assert done.page.flat.texture is not None
     return encode_png(done.page.flat.texture)
 
 
 OUTPUTS = (
-    Output("page", ".png", lambda done: encode_png(done.page.image, done.page.dpi)),
-    Output("master", "-master.png", lambda done: encode_png(done.page.master, done.page.dpi), needs_colour=True),
+    Output("page", ".png", lambda done: encode_png(done.page.image, done.page.dpi, done.stamp)),
+    Output(
+        "master", "-master.png", lambda done: encode_png(done.page.master, done.page.dpi, done.stamp), needs_colour=True
+    ),
     Output("coverage", "-coverage.png", lambda done: encode_coverage(done.page.coverage, done.page.dpi)),
-    Output("tiff", ".tif", lambda done: encode_tiff(done.page.image, done.page.dpi)),
+    Output("tiff", ".tif", lambda done: encode_tiff(done.page.image, done.page.dpi, done.stamp)),
     Output("map", "-map.tif", lambda done: encode_map(done.page)),
     Output("mesh", "-flat.obj", lambda done: encode_flat(done.page.flat, f"{done.stem}-mesh.mtl")),
     Output("mesh", "-warped.obj", lambda done: encode_warped(done.page.flat, f"{done.stem}-mesh.mtl")),
@@ -66,6 +95,9 @@ OUTPUTS = (
     Output("strain", "-strain.png", lambda done: encode_png(strain_picture(done.page))),
     Output("frames", "-frames.png", lambda done: encode_png(frames_sheet(done.frames, done.page.flat))),
     Output("review", "-review.png", lambda done: encode_png(review(done.page, done.source.texture))),
+    Output("ocr", ".txt", lambda done: _read(done).text.encode()),
+    Output("ocr", "-alto.xml", lambda done: _read(done).alto),
+    Output("ocr", ".pdf", _pdf),
     Output("report", ".json", lambda done: encode_report(done.report).encode()),  # last: its presence tells of the rest
 )
 

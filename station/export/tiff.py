@@ -1,4 +1,4 @@
-"""TIFF: the page with its resolution tag, and the map of where every pixel came from."""
+"""TIFF: the page with resolution, colours and what is known of the shot, and the map of where every pixel came from."""
 
 from __future__ import annotations
 
@@ -10,11 +10,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.scan import Bytes, RestoredPage
+from station.export.stamp import Stamp, exif_time
+
+MODEL, XMP = 272, 700  # tags of TIFF 6.0, section 8, and of XMP specification part 3, 2.1
 
 
-def encode_tiff(image: Bytes, dpi: float) -> bytes:
+def encode_tiff(image: Bytes, dpi: float, stamp: Stamp | None = None) -> bytes:
     """The page (h, w, 3) uint8 RGB as a TIFF file, losslessly compressed, one inch of paper being `dpi` pixels."""
-    return _encode(image, dpi, photometric="rgb")
+    return _encode(image, dpi, photometric="rgb", **({} if stamp is None else _tags(stamp)))
+
+
+def _tags(stamp: Stamp) -> dict[str, Any]:
+    xmp = stamp.xmp()
+    extra: list[tuple[Any, ...]] = [(XMP, "B", len(xmp), xmp, True)]
+    if stamp.device is not None:
+        extra.append((MODEL, "s", 0, stamp.device.encode("ascii", "replace").decode(), True))
+    time = {} if stamp.time is None else {"datetime": exif_time(stamp.time)}
+    return {"iccprofile": stamp.profile, "software": stamp.software, "extratags": extra, **time}
 
 
 def encode_map(page: RestoredPage) -> bytes:

@@ -1,0 +1,183 @@
+"""The pictures of docs/reading.md: `python -m bench.figures words|colour|super OUT.png`."""
+
+from __future__ import annotations
+
+import argparse
+import io
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import cv2
+import numpy as np
+from PIL import Image, ImageCms, ImageDraw
+from rapidfuzz.distance import Levenshtein
+
+from bench.words import MARGIN_MM, TITLE_PT, pictures, tasks
+from drivers.simulated import Chart, Curl, Flat, Pose, Text, Truth, shoot
+from drivers.simulated.albedo import linear, srgb
+from drivers.simulated.artwork.typeset import typeface
+from drivers.vivid900.lenses import LENSES
+from restore import RangeScan, Settings, restore
+from restore.scan import Bytes
+from restore.super import finer_scan
+from restore.texture import MM_PER_INCH
+from station.colour.chart import find_chart
+from station.colour.figures import before_and_after
+from station.colour.fit import fit_colours
+from station.export.icc import encode_profile, srgb_profile
+from station.precision import read_characters, read_words
+from station.words import recognise
+
+PAPER, INK, WRONG = (255, 255, 255), (40, 40, 40), (200, 30, 30)
+GAP = 16  # pixels
+CAPTION_PT, WORDS_PT = 4.6, 4.2  # at 300 dpi, as typefaces are made here: 19 and 17 pixels
+GREYS = 48  # of the palette: a page of print needs no more, and the file is a quarter as large
+SHOWN_WORDS = 75
+# A camera with overlapping filters by warm light: what it makes of linear sRGB.
+CAMERA = np.array([[0.86, 0.14, 0.04], [0.10, 0.72, 0.08], [0.02, 0.16, 0.50]])
+SHOTS, REACH_PX = 9, 1.0  # of the small print, each aside by this much at most
+SMALL_PT = 9.0
+
+
+def words_figure() -> Image.Image:
+    """A rumpled page as the scanner saw it and restored without its light, with what Tesseract reads in each."""
+    seen = pictures(next(task for task in tasks() if task.warp == "rumples"))
+    titles = {"raw": "as the scanner saw it", "light removed": "restored, light removed"}
+    panels = []
+    for name, title in titles.items():
+        image, dpi = seen.images[name], seen.dpi[name]
+        read = recognise(image, dpi, name=name).text
+        share = f"{100 * read_words(seen.text, read).precision:.0f} % of the words read right"
+        picture = enlarged(image[: round(0.52 * len(image))], 620 / image.shape[1])
+        panels.append(stacked([caption(f"{title}: {share}", 620), picture, spelt(read, seen.text, 620)]))
+    return beside(panels)
+
+
+def colour_figure() -> Image.Image:
+    """A chart by a camera of its own colours, before and after its profile; the true colour in each patch's middle."""
+    scan, truth = shoot(Flat(), Chart())
+    assert scan.texture is not None
+    codes = srgb(linear(scan.texture.astype(np.float32)) @ CAMERA.T.astype(np.float32)).round().astype(np.uint8)
+    fit = fit_colours(find_chart(codes))
+    profiles = (
+        ImageCms.ImageCmsProfile(io.BytesIO(data)) for data in (encode_profile(fit.profile("camera")), srgb_profile())
+    )
+    after = np.asarray(ImageCms.profileToProfile(Image.fromarray(codes), *profiles))
+    errors = before_and_after(fit)
+    titles = [f"{how}: mean ΔE2000 {error:.1f}" for how, error in errors.items()]
+    panels = []
+    for title, picture in zip(titles, (codes, after), strict=True):
+        panels.append(stacked([caption(title, 384), enlarged(with_truth(picture, truth), 0.6)]))
+    return beside(panels)
+
+
+def super_figure() -> Image.Image:
+    """Small print restored from one shot, and from several."""
+    shots, text = small_print()
+    panels = []
+    for title, scan in (("one shot", shots[0]), (f"{SHOTS} shots", finer_scan(shots))):
+        page = restore(scan, Settings(shading="remove")).image
+        read = recognise(page, 150.0, name=title).text
+        right = f"{100 * read_characters(text, read).precision:.1f} % of the characters read right"
+        part = page[round(0.06 * len(page)) : round(0.38 * len(page)), : page.shape[1] // 2]
+        panels.append(stacked([caption(f"{title}, {SMALL_PT:g} pt: {right}", part.shape[1]), Image.fromarray(part)]))
+    return beside(panels)
+
+
+def small_print() -> tuple[list[RangeScan], str]:
+    """Shots of a curled page of small print, moved by fractions of a pixel, and what is printed on it."""
+    rng, lens = np.random.default_rng(0), LENSES["MIDDLE"]
+    reach = REACH_PX * (900.0 + lens.pupil_mm) / lens.focal_px
+    print_ = Text(title_pt=TITLE_PT, sizes_pt=(SMALL_PT,), margin_mm=MARGIN_MM, seed=3)
+    moves = [(0.0, 0.0), *rng.uniform(-reach, reach, (SHOTS - 1, 2))]
+    found = [
+        shoot(
+            Curl(radius_mm=200.0), print_, seed=i, pose=Pose(shift_mm=(float(x), float(y), 0.0)), page_mm=(230.0, 160.0)
+        )
+        for i, (x, y) in enumerate(moves)
+    ]
+    return [scan for scan, _ in found], " ".join(word.text for word in found[0][1].words)
+
+
+def with_truth(picture: Bytes, truth: Truth) -> Bytes:
+    """The picture of a chart with the printed colour in the middle of every patch."""
+    shown, lens = picture.copy(), LENSES["MIDDLE"]
+    scale = MM_PER_INCH / 300
+    for left, bottom, right, top in truth.printed.patches.values():
+        x, y = (left + right) / 2, (bottom + top) / 2
+        row, col = round((truth.page_mm[1] - y) / scale), round(x / scale)
+        place = truth.surface(np.array([x, y]))
+        px, py = (place[:2] / -place[2] * [1, -1] * lens.focal_px + [319.5, 239.5]).round().astype(int)
+        shown[py - 12 : py + 13, px - 12 : px + 13] = truth.printed.image[row, col]
+    return shown
+
+
+def caption(text: str, width: int) -> Image.Image:
+    """A line of text."""
+    strip = Image.new("RGB", (width, 30), PAPER)
+    ImageDraw.Draw(strip).text((0, 4), text, fill=INK, font=typeface("sans-bold", CAPTION_PT))
+    return strip
+
+
+def spelt(read: str, printed: str, width: int) -> Image.Image:
+    """The beginning of what was read, words that are not as printed in red."""
+    words, font, line = read.split(), typeface("sans", WORDS_PT), 23
+    wrong = {
+        i
+        for step in Levenshtein.opcodes(printed.split(), words)
+        if step.tag != "equal"
+        for i in range(step.dest_start, step.dest_end)
+    }
+    strip = Image.new("RGB", (width, 7 * line), PAPER)
+    pen, x, y = ImageDraw.Draw(strip), 0.0, 4
+    for i, word in enumerate(words[:SHOWN_WORDS]):
+        if x + font.getlength(word) > width:
+            x, y = 0.0, y + line
+        pen.text((x, y), word, fill=WRONG if i in wrong else INK, font=font)
+        x += font.getlength(word + " ")
+    return strip
+
+
+def enlarged(image: Bytes, scale: float) -> Image.Image:
+    """The picture at another size."""
+    by = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
+    return Image.fromarray(cv2.resize(image, None, fx=scale, fy=scale, interpolation=by))
+
+
+def stacked(parts: Sequence[Image.Image]) -> Image.Image:
+    """One below the other."""
+    sheet = Image.new("RGB", (max(p.width for p in parts), sum(p.height for p in parts)), PAPER)
+    top = 0
+    for part in parts:
+        sheet.paste(part, (0, top))
+        top += part.height
+    return sheet
+
+
+def beside(parts: Sequence[Image.Image]) -> Image.Image:
+    """One beside the other, on white."""
+    sheet = Image.new("RGB", (sum(p.width + GAP for p in parts) + GAP, max(p.height for p in parts) + 2 * GAP), PAPER)
+    left = GAP
+    for part in parts:
+        sheet.paste(part, (left, GAP))
+        left += part.width + GAP
+    return sheet
+
+
+FIGURES: dict[str, Callable[[], Image.Image]] = {"words": words_figure, "colour": colour_figure, "super": super_figure}
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Draw one of the pictures."""
+    parser = argparse.ArgumentParser(description="pictures of the documentation")
+    parser.add_argument("figure", choices=FIGURES)
+    parser.add_argument("out", type=Path)
+    options = parser.parse_args(arguments)
+    drawn = FIGURES[options.figure]()
+    if options.figure != "colour":
+        drawn = drawn.quantize(GREYS, dither=Image.Dither.NONE)
+    drawn.save(options.out, optimize=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,86 @@
+"""What a chart tells of a picture, and the levels of the guidelines that each figure meets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from station.colour.chart import GREYS
+from station.colour.fit import ColourFit
+from station.colour.lab import difference
+
+UNMEASURED = ("sharpness (MTF, SFR)", "evenness of the light", "geometry", "colour misregistration")
+"""The guidelines ask for these, too; a chart of patches does not show them, so no level as a whole is claimed."""
+
+Limits = Mapping[str, float]
+STARS, LEVELS = ("4 stars", "3 stars", "2 stars", "1 star"), ("level A", "level B", "level C")
+
+
+def _at_most(names: tuple[str, ...], *limits: float) -> Limits:
+    return dict(zip(names, limits, strict=True))
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """A figure, and what it may be at most (at least, where `least`) for each level, the strictest first.
+
+    Limits of FADGI 2023 (bound volumes: general collections) and ISO 19264-1:2021 as set side by side in "Tabela
+    porównawcza: FADGI/ISO/Metamorfoze", skandalski.pl.
+    """
+
+    name: str
+    unit: str
+    fadgi: Limits
+    iso: Limits
+    least: bool = False
+
+    def met(self, value: float, limits: Limits) -> str | None:
+        """The strictest level that the value meets, None when it meets none."""
+        sign = -1 if self.least else 1
+        return next((level for level, limit in limits.items() if sign * value <= sign * limit), None)
+
+
+CRITERIA = (
+    Criterion("colour, mean", "ΔE2000", _at_most(STARS, 2, 3.5, 5, 6.5), _at_most(LEVELS, 4, 5, 5)),
+    Criterion("colour, 90th percentile", "ΔE2000", _at_most(STARS, 4, 7, 10, 13), {}),
+    Criterion("colour, worst", "ΔE2000", {}, _at_most(LEVELS, 10, 15, 15)),
+    Criterion("tone, worst grey", "ΔL*", _at_most(STARS, 1.5, 3, 4.5, 6), _at_most(LEVELS, 2, 3, 4)),
+    Criterion("white balance, worst grey", "ΔE(a*b*)", _at_most(STARS, 2, 4, 6, 8), _at_most(LEVELS, 3, 4, 5)),
+    Criterion("noise, worst grey", "L* rms", _at_most(STARS, 1, 2, 3, 4), _at_most(LEVELS, 1.6, 2, 2.2)),
+    Criterion("sampling", "ppi", _at_most(STARS, 396, 294, 242.5, 190), {}, least=True),
+)
+
+
+def measured(fit: ColourFit, *, ppi: float | None = None) -> list[dict[str, Any]]:
+    """Every figure that was measured with the levels it meets; None in the place of a level is none.
+
+    ppi: what the picture really resolves on the target, where that is known.
+    """
+    colour, greys = difference(fit.seen, fit.wanted), (fit.seen - fit.wanted)[GREYS]
+    values: dict[str, float | None] = {
+        "colour, mean": float(colour.mean()),
+        "colour, 90th percentile": float(np.percentile(colour, 90)),
+        "colour, worst": float(colour.max()),
+        "tone, worst grey": float(np.abs(greys[:, 0]).max()),
+        "white balance, worst grey": float(np.hypot(greys[:, 1], greys[:, 2]).max()),
+        "noise, worst grey": float(fit.noise[GREYS].max()),
+        "sampling": ppi,
+    }
+    return [_figure(criterion, value) for criterion in CRITERIA if (value := values[criterion.name]) is not None]
+
+
+def _figure(criterion: Criterion, value: float) -> dict[str, Any]:
+    figure: dict[str, Any] = {"figure": criterion.name, "value": round(value, 3), "unit": criterion.unit}
+    for guideline, limits in (("FADGI", criterion.fadgi), ("ISO 19264-1", criterion.iso)):
+        if limits:
+            figure[guideline] = criterion.met(value, limits)
+    return figure
+
+
+def before_and_after(fit: ColourFit) -> dict[str, float]:
+    """Mean CIEDE2000 over the chart if the codes are taken for sRGB, and by the profile."""
+    seen = {"as sRGB": fit.before, "by the profile": fit.seen}
+    return {how: round(float(difference(lab, fit.wanted).mean()), 3) for how, lab in seen.items()}

@@ -1,0 +1,94 @@
+"""From the patches of a chart to a colour profile: a tone curve and a matrix."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import cv2
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from restore.scan import Floats
+from station.colour.chart import Chart
+from station.colour.lab import difference, lab_of_light
+from station.export.icc import SRGB_CURVE, Curve, MatrixProfile, srgb_matrix
+
+EXPONENTS = (1.4, 3.4)  # of the tone curve, sRGB's being 2.4: from flat to harsh, beyond what cameras are set to
+TOLERANCE = 1e-3  # of the exponent: less than 0.01 of any colour difference
+FULL = 255.0
+
+
+@dataclass(frozen=True, eq=False)
+class ColourFit:
+    """Codes through the curve of an exponent, then the matrix (3, 3) to linear sRGB.
+
+    wanted  (24, 3) L*a*b* of the chart's patches.
+    before  (24, 3) what they look like if the codes are taken for sRGB.
+    seen    (24, 3) what they look like by the fit.
+    noise   (24,) standard deviation of L* within the patches by the fit.
+    """
+
+    exponent: float
+    matrix: Floats
+    wanted: Floats
+    before: Floats
+    seen: Floats
+    noise: Floats
+
+    def profile(self, name: str) -> MatrixProfile:
+        """The fit as an ICC profile of the camera."""
+        curve = curve_of(self.exponent)
+        return MatrixProfile(name, srgb_matrix() @ self.matrix, (curve, curve, curve), kind="scnr")
+
+
+def fit_colours(chart: Chart) -> ColourFit:
+    """Find the exponent and the matrix that bring the patches nearest to the chart's colours, by CIEDE2000."""
+    found = minimize_scalar(
+        lambda exponent: _mean_difference(chart.codes, exponent),
+        bounds=EXPONENTS,
+        method="bounded",
+        options={"xatol": TOLERANCE},
+    )
+    exponent = float(found.x)
+    matrix, wanted = _matrix(chart.codes, exponent)
+    seen = lab_of_light(light_of(chart.codes, exponent) @ matrix.T)
+    louder = lab_of_light(light_of(chart.codes + chart.noise, exponent) @ matrix.T)
+    before = lab_of_light(light_of(chart.codes, SRGB_CURVE[0]))
+    return ColourFit(exponent, matrix, wanted, before, seen, np.abs(louder - seen)[:, 0])
+
+
+def curve_of(exponent: float) -> Curve:
+    """The curve of sRGB with another exponent, its straight part as steep as to meet the rest."""
+    _, a, b, _, d = SRGB_CURVE
+    return exponent, a, b, (a * d + b) ** exponent / d, d
+
+
+def light_of(codes: Floats, exponent: float) -> Floats:
+    """(…, 3) light, 0 to 1, of codes (…, 3), 0 to 255, through the curve of an exponent."""
+    g, a, b, c, d = curve_of(exponent)
+    share = np.asarray(codes) / FULL
+    return np.asarray(np.where(share >= d, (a * np.maximum(share, d) + b) ** g, c * share))
+
+
+def _mean_difference(codes: Floats, exponent: float) -> float:
+    matrix, wanted = _matrix(codes, exponent)
+    return float(difference(lab_of_light(light_of(codes, exponent) @ matrix.T), wanted).mean())
+
+
+def _matrix(codes: Floats, exponent: float) -> tuple[Floats, Floats]:
+    """The matrix (3, 3) from light to linear sRGB, and the L*a*b* (24, 3) of the chart's own patches."""
+    light = light_of(codes, exponent).reshape(-1, 1, 3)
+    cv: Any = cv2.ccm  # its names changed from OpenCV 4 to 5, and the type stubs know one of them
+    if hasattr(cv.ColorCorrectionModel, "compute"):
+        model = cv.ColorCorrectionModel(light, cv.COLORCHECKER_MACBETH)
+        model.setLinearization(cv.LINEARIZATION_IDENTITY)
+        model.setCcmType(cv.CCM_LINEAR)
+        matrix, reference = model.compute(), model.getRefLinearRGB()
+    else:
+        model = cv.ColorCorrectionModel(light, cv.COLORCHECKER_Macbeth)
+        model.setLinear(cv.LINEARIZATION_IDENTITY)
+        model.setCCM_TYPE(cv.CCM_3x3)
+        model.run()
+        matrix, reference = model.getCCM(), model.get_dst_rgbl()
+    return np.asarray(matrix, np.float64).T, lab_of_light(reference.reshape(-1, 3))  # OpenCV's rows are colours

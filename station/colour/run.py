@@ -1,0 +1,82 @@
+"""The command `planish colour`: from a shot of the chart to a profile and its figures."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from restore import Settings, load_scan, restore
+from restore.errors import BadInput
+from restore.formats.picture import SUFFIXES, read_picture
+from restore.scan import Bytes
+from station.colour.chart import find_chart
+from station.colour.figures import UNMEASURED, before_and_after, measured
+from station.colour.fit import fit_colours
+from station.export.atomic import refuse_existing, writable, write_all
+from station.export.icc import encode_profile
+from station.export.report import encode_report
+
+SUFFIX = ".icc"
+
+
+@dataclass(frozen=True)
+class ColourRun:
+    """The figures and the files that were written."""
+
+    report: Mapping[str, Any]
+    files: tuple[Path, ...]
+
+
+def profile_colours(target: Path, output: Path, *, force: bool = False) -> ColourRun:
+    """Measure a chart in a picture, a restored page or a scan; write the profile and, beside it, the figures.
+
+    Raises OverwriteError, BadInput, NotEnoughSurface, OSError when the disk refuses.
+    """
+    profile = output if output.suffix.lower() == SUFFIX else output.with_name(output.name + SUFFIX)
+    files = [profile, profile.with_suffix(".json")]
+    refuse_existing(files, force=force)
+    image, ppi = _seen(target)
+    fit = fit_colours(find_chart(image))
+    report = {
+        "target": str(target),
+        "exponent": round(fit.exponent, 4),
+        "matrix": fit.matrix.round(6).tolist(),
+        "mean_difference": before_and_after(fit),
+        "figures": measured(fit, ppi=ppi),
+        "not_measured": [*UNMEASURED, *([] if ppi else ["sampling"])],
+    }
+    contents = (encode_profile(fit.profile(profile.stem)), encode_report(report).encode())
+    with writable(profile.parent):
+        return ColourRun(report, tuple(write_all(zip(files, contents, strict=True), force=force)))
+
+
+def told(run: ColourRun) -> str:
+    """The figures in a few lines for people."""
+    change = ", ".join(f"{value:.2f} {how}" for how, value in run.report["mean_difference"].items())
+    lines = [f"{'chart':<28} mean ΔE2000 {change}"]
+    for figure in run.report["figures"]:
+        levels = [f"{name}: {figure[name] or 'none'}" for name in ("FADGI", "ISO 19264-1") if name in figure]
+        lines.append(f"{figure['figure']:<28} {figure['value']:>7.2f} {figure['unit']:<9} {', '.join(levels)}")
+    lines.append(f"{'not measured':<28} {', '.join(run.report['not_measured'])}: no level as a whole is claimed")
+    return "\n".join([*lines, *(f"{'file':<28} {path}" for path in run.files)])
+
+
+def _seen(target: Path) -> tuple[Bytes, float | None]:
+    """The picture of the target, and what it resolves, where that is known."""
+    if target.suffix.lower() in SUFFIXES:
+        return read_picture(target), _resolution(target.with_suffix(".json"))
+    page = restore(load_scan(target), Settings())
+    if page.flat.texture is None:
+        raise BadInput(f"{target} has no colour image", "shoot the chart with the scanner's colour exposure")
+    return page.image, page.report["effective_ppi"]
+
+
+def _resolution(report: Path) -> float | None:
+    """What a page resolves by the report beside it; None where there is none."""
+    try:
+        return float(json.loads(report.read_text("utf-8"))["effective_ppi"]) or None
+    except (OSError, ValueError, KeyError, TypeError):
+        return None

@@ -1,0 +1,102 @@
+"""PDF/A of a page: its picture without loss at its true size, and under it the words, invisible, to search and copy.
+
+Level 2b (ISO 19005-2): output intent and profile, metadata in XMP alone, fonts embedded (Tesseract embeds the one that
+it sets its invisible words in), a file identifier, no encryption, no scripts.
+"""
+
+from __future__ import annotations
+
+import io
+import struct
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from restore.scan import Bytes
+from station.export.icc import srgb_profile
+from station.export.png import encode_png
+from station.export.stamp import software
+
+if TYPE_CHECKING:
+    import pikepdf
+
+POINTS_PER_INCH = 72
+PNG_PREDICTOR = 15  # rows are stored as PNG stores them (ISO 32000-1, table 10)
+PNG_SIGNATURE = 8
+SRGB = "sRGB IEC61966-2.1"
+
+
+def encode_pdf(image: Bytes, dpi: float, layer: bytes, *, title: str, profile: bytes | None = None) -> bytes:
+    """A page (h, w, 3) uint8 RGB as PDF/A-2b; `layer` is the PDF of its words (`station.words.Words.layer`).
+
+    profile: the ICC profile of the picture's colours, sRGB when None.
+    """
+    import pikepdf
+
+    height, width = (pixels / dpi * POINTS_PER_INCH for pixels in image.shape[:2])
+    with pikepdf.open(io.BytesIO(layer)) as pdf:
+        page = pdf.pages[0]
+        intent = pdf.make_stream(srgb_profile(), N=3)
+        colours = intent if profile is None else pdf.make_stream(profile, N=3)
+        page.Resources.XObject = pikepdf.Dictionary(Page=_picture(pdf, image, colours))
+        _, _, across, up = (float(edge) for edge in page.MediaBox)
+        words = page.Contents.read_bytes()
+        page.MediaBox = pikepdf.Array([0, 0, round(width, 4), round(height, 4)])
+        draw = (
+            f"q {width:.4f} 0 0 {height:.4f} 0 0 cm /Page Do Q\nq {width / across:.6f} 0 0 {height / up:.6f} 0 0 cm\n"
+        )
+        page.Contents = pdf.make_stream(draw.encode() + words + b"\nQ\n")
+        _declare(pdf, intent, title)
+        out = io.BytesIO()
+        pdf.save(out, deterministic_id=True, force_version="1.7")
+    return out.getvalue()
+
+
+def _picture(pdf: pikepdf.Pdf, image: Bytes, colours: pikepdf.Object) -> pikepdf.Stream:
+    """The picture as it is compressed in a PNG file: PDF stores rows the same way."""
+    import pikepdf
+
+    height, width = image.shape[:2]
+    picture = pikepdf.Stream(pdf, b"".join(_chunks(encode_png(image), b"IDAT")))
+    rows = pikepdf.Dictionary(Predictor=PNG_PREDICTOR, Colors=3, BitsPerComponent=8, Columns=width)
+    picture.stream_dict = pikepdf.Dictionary(
+        Type=pikepdf.Name.XObject,
+        Subtype=pikepdf.Name.Image,
+        Width=width,
+        Height=height,
+        BitsPerComponent=8,
+        ColorSpace=pikepdf.Array([pikepdf.Name.ICCBased, colours]),
+        Filter=pikepdf.Name.FlateDecode,
+        DecodeParms=rows,
+    )
+    return picture
+
+
+def _declare(pdf: pikepdf.Pdf, intent: pikepdf.Object, title: str) -> None:
+    """Say that the file is PDF/A-2b, and under what colours it is to be seen."""
+    import pikepdf
+
+    pdf.Root.OutputIntents = pikepdf.Array(
+        [
+            pikepdf.Dictionary(
+                Type=pikepdf.Name.OutputIntent,
+                S=pikepdf.Name.GTS_PDFA1,
+                OutputConditionIdentifier=SRGB,
+                Info=SRGB,
+                DestOutputProfile=intent,
+            )
+        ]
+    )
+    del pdf.docinfo  # what is said there must be said in XMP, too, and the same: XMP is enough
+    with pdf.open_metadata(set_pikepdf_as_editor=False, update_docinfo=False) as metadata:
+        metadata["dc:title"] = title
+        metadata["xmp:CreatorTool"] = software()
+        metadata["pdfaid:part"], metadata["pdfaid:conformance"] = "2", "B"
+
+
+def _chunks(png: bytes, kind: bytes) -> Iterator[bytes]:
+    at = PNG_SIGNATURE
+    while at < len(png):
+        length, name = struct.unpack_from(">I4s", png, at)
+        if name == kind:
+            yield png[at + 8 : at + 8 + length]
+        at += 12 + length

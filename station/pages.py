@@ -1,0 +1,53 @@
+"""Restored pages read back from their files."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from pathlib import Path
+
+from PIL import Image
+
+from restore.errors import BadInput
+from restore.formats.picture import read_picture
+from restore.scan import Bytes
+
+KINDS = (".png", ".tif", ".tiff")
+NO_SCALE = "give a page that `planish restore` wrote: it has its true resolution in the file"
+
+
+@dataclass(frozen=True, eq=False)
+class StoredPage:
+    """A page (h, w, 3) uint8 RGB; one inch of paper is `dpi` pixels; profile is its ICC profile, if it has one."""
+
+    path: Path
+    image: Bytes
+    dpi: float
+    profile: bytes | None = None
+
+
+def find_pages(path: Path) -> list[Path]:
+    """The page file itself, or the pages of a folder of results, each known by the report beside it.
+
+    Raises BadInput when there is none.
+    """
+    if not path.is_dir():
+        if path.suffix.lower() not in KINDS:
+            raise BadInput(f"{path} is no page", f"give a file that ends in {', '.join(KINDS)}, or a folder of results")
+        return [path]
+    pages = [page for report in sorted(path.glob("*.json")) if (page := report.with_suffix(".png")).is_file()]
+    if not pages:
+        raise BadInput(f"{path} holds no restored page", "give the folder that `planish restore` or `scan` wrote to")
+    return pages
+
+
+def read_page(path: Path) -> StoredPage:
+    """Read a page. Raises BadInput when it is missing, damaged or does not tell its resolution."""
+    image = read_picture(path)
+    with warnings.catch_warnings(), Image.open(path) as file:  # it has just been read whole
+        warnings.simplefilter("ignore")
+        across, up = (float(dots) for dots in file.info.get("dpi", (0, 0)))
+        profile = file.info.get("icc_profile")
+    if across <= 1 or abs(across - up) > 0.01 * across:  # 1 is what Pillow gives for a TIFF without a unit
+        raise BadInput(f"{path} does not tell how large the page is", NO_SCALE)
+    return StoredPage(path, image, across, profile)

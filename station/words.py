@@ -1,0 +1,118 @@
+"""The words on a page, read by Tesseract: as text, as ALTO, and as an invisible layer for a PDF."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import cv2
+
+from restore.scan import Bytes
+from station.errors import StationError, UsageError
+from station.export.png import encode_png
+
+PACKAGE = "tesseract-ocr"  # of Debian and Ubuntu; Homebrew and Windows installers call it tesseract
+# Tesseract was trained on print at about 300 dpi ("Improving the quality of the output", its manual); coarser pages
+# read worse as they are.
+READING_DPI = 300
+MOST_ENLARGED = 4.0  # a page of 75 dpi: beyond that there is nothing left to read
+ALTO = "http://www.loc.gov/standards/alto/ns-v3#"
+PLACES = ("HPOS", "VPOS", "WIDTH", "HEIGHT")
+
+Which = Callable[[str], str | None]
+
+
+class ProgramMissing(UsageError):
+    """Raised before any work when words are asked for and Tesseract is not installed."""
+
+
+@dataclass(frozen=True)
+class Words:
+    """What stands on a page.
+
+    text   UTF-8, a line of print a line, paragraphs apart.
+    alto   ALTO 3 (Library of Congress), positions in pixels of the page.
+    layer  PDF of one page of the same size: the words, invisible, each where it stands.
+    """
+
+    text: str
+    alto: bytes
+    layer: bytes
+
+
+def find_tesseract(which: Which = shutil.which) -> Path:
+    """Where Tesseract is installed. Raises ProgramMissing."""
+    found = which("tesseract")
+    if found is None:
+        raise ProgramMissing(
+            "Tesseract, which reads the words, is not installed",
+            f"install the system package {PACKAGE}; everything but --ocr and `planish ocr` works without it",
+        )
+    return Path(found)
+
+
+def recognise(image: Bytes, dpi: float, *, name: str, language: str = "eng", which: Which = shutil.which) -> Words:
+    """Read a page (h, w, 3) uint8 RGB, one inch of paper being `dpi` pixels.
+
+    name: of the page's file, as ALTO refers to it. language: Tesseract's, several joined by +.
+    Raises ProgramMissing, UsageError for a language that is not installed, StationError when Tesseract fails.
+    """
+    tesseract = find_tesseract(which)
+    check_language(tesseract, language)
+    enlarged, scale = _enlarged(image, dpi)
+    with tempfile.TemporaryDirectory() as folder:
+        source, target = Path(folder, "page.png"), Path(folder, "page")
+        source.write_bytes(encode_png(enlarged))
+        resolution = ("--dpi", str(round(dpi * scale)))
+        _run(tesseract, source, target, "-l", language, *resolution, "-c", "textonly_pdf=1", "txt", "alto", "pdf")
+        text, alto, layer = (target.with_suffix(ending).read_bytes() for ending in (".txt", ".xml", ".pdf"))
+    return Words(text.decode("utf-8").strip("\f\n") + "\n", _alto(alto, scale, name), layer)
+
+
+def check_language(tesseract: Path, language: str) -> None:
+    """Raise UsageError when Tesseract has no data for a language."""
+    known = _run(tesseract, "--list-langs").splitlines()[1:]
+    for one in language.split("+"):
+        if one not in known:
+            raise UsageError(
+                f"Tesseract has no data for the language {one!r}",
+                f"install the system package {PACKAGE}-{one}, or use one of: {', '.join(known)}",
+            )
+
+
+def _enlarged(image: Bytes, dpi: float) -> tuple[Bytes, float]:
+    """The page at READING_DPI, unless it is finer already, and how many times it was enlarged."""
+    scale = min(max(READING_DPI / dpi, 1.0), MOST_ENLARGED)
+    if scale == 1.0:
+        return image, scale
+    larger: Bytes = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
+    return larger, scale
+
+
+def _run(tesseract: Path, *arguments: Any) -> str:
+    try:
+        done = subprocess.run([tesseract, *arguments], capture_output=True, text=True, errors="replace", check=True)
+    except subprocess.CalledProcessError as error:
+        complaint = (error.stderr.strip().splitlines() or ["no reason given"])[-1]
+        raise StationError(f"Tesseract failed: {complaint}", f"try the package {PACKAGE} on another picture") from error
+    return done.stdout
+
+
+def _alto(data: bytes, scale: float, name: str) -> bytes:
+    """The ALTO file in pixels of the page itself, and under its name."""
+    ElementTree.register_namespace("", ALTO)
+    root = ElementTree.fromstring(data)
+    for element in root.iter():
+        for place in PLACES:
+            if place in element.attrib:
+                element.set(place, str(round(float(element.attrib[place]) / scale)))
+        if element.tag == f"{{{ALTO}}}fileName":
+            element.text = name
+    encoded: bytes = ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return encoded

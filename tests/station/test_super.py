@@ -1,0 +1,67 @@
+"""Several shots at the station: captured, stored, joined, and told of."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from restore import RangeScan
+from restore.formats import load_scan, save_scan
+from station import session
+from station.cli import main
+
+
+@pytest.fixture
+def joined(monkeypatch):
+    """Stands in for the joining of shots: notes how many there were, and gives the first."""
+    calls: list[int] = []
+
+    def finer_scan(shots):
+        calls.append(len(shots))
+        return replace(shots[0], provenance={"super": {"shots": len(shots)}})
+
+    monkeypatch.setattr(session, "finer_scan", finer_scan)
+    return calls
+
+
+def test_every_shot_is_stored_and_all_are_joined(library, scanner, config_file, tmp_path, joined, capsys):
+    assert main(["scan", "--config", str(config_file), "-o", str(tmp_path / "out"), "--super", "4"]) == 0
+    stored = sorted(path.name for path in (tmp_path / "out").glob("*.scan"))
+    assert stored == ["page-2.scan", "page-3.scan", "page-4.scan", "page.scan"]
+    assert joined == [4]
+    assert all(isinstance(load_scan(tmp_path / "out" / name), RangeScan) for name in stored)
+    assert "page-3.scan" in capsys.readouterr().out
+
+
+def test_one_shot_is_joined_with_nothing(library, scanner, config_file, tmp_path, joined):
+    assert main(["scan", "--config", str(config_file), "-o", str(tmp_path / "out")]) == 0
+    assert joined == []
+
+
+def test_a_fault_after_the_shots_tells_how_to_restore_them_all(library, scanner, config_file, tmp_path, joined, capsys):
+    library.fault = MemoryError()
+    assert main(["scan", "--config", str(config_file), "-o", str(tmp_path / "out"), "--super", "4"]) == 1
+    assert capsys.readouterr().err.count("--shot") == 3
+
+
+def test_stored_shots_are_joined_and_told_of(library, scan, scan_file, tmp_path, joined):
+    save_scan(scan, tmp_path / "other.scan")
+    options = ["--shot", str(tmp_path / "other.scan"), "--shot", str(tmp_path / "other.scan")]
+    assert main(["restore", str(scan_file), "-o", str(tmp_path / "out"), *options]) == 0
+    assert joined == [3]
+    assert len(json.loads((tmp_path / "out" / "book.json").read_text())["shots"]) == 2
+
+
+def test_too_few_shots_are_a_usage_error(library, scanner, config_file, tmp_path, capsys):
+    assert main(["scan", "--config", str(config_file), "-o", str(tmp_path / "out"), "--super", "3"]) == 2
+    assert "--super" in capsys.readouterr().err
+
+
+def test_shots_that_do_not_move_are_refused_with_the_reason(library, scan, scan_file, tmp_path, capsys):
+    for k in range(3):
+        save_scan(scan, tmp_path / f"{k}.scan")
+    options = [word for k in range(3) for word in ("--shot", str(tmp_path / f"{k}.scan"))]
+    assert main(["restore", str(scan_file), "-o", str(tmp_path / "out"), *options]) == 3
+    assert "on each other" in capsys.readouterr().err
