@@ -17,6 +17,9 @@ from drivers.simulated.stage.controller import Machine
 
 TICK_S = 0.01  # real time between looks at the clock
 READ_BYTES = 4096
+# The kernel carries bytes through the terminal in its own time. After every word that was heard or said the next may be
+# on its way, and virtual time waits for it that often and, in real seconds, that long.
+LOOKS, CARRIED_S = 25, 0.004
 LATE_S = 100.0  # later than any time-out
 GARBAGE = b"\xffE?\r\n"
 
@@ -45,7 +48,7 @@ class PtyStage:
         self._ours, self._theirs = os.openpty()
         tty.setraw(self._theirs)
         self.port = os.ttyname(self._theirs)
-        self._plugged = True
+        self._plugged, self._looks = True, LOOKS
         self._thread = threading.Thread(target=self._run, name=f"stage on {self.port}", daemon=True)
         self._thread.start()
 
@@ -53,11 +56,21 @@ class PtyStage:
         """Let time pass, and answer what became due in it."""
         if isinstance(self.clock, VirtualClock):
             self.clock.sleep(seconds)
+            self._wait_for_the_kernel()
         else:
             time.sleep(seconds)
         with self._lock:
             self._serve()
-        time.sleep(0)  # the kernel, which carries the bytes, may want a turn
+
+    def _wait_for_the_kernel(self) -> None:
+        if not self._looks:
+            return
+        self._looks -= 1
+        if not self._plugged:  # the thread may be looking at the terminal, which is there as long as it does
+            time.sleep(CARRIED_S)
+            return
+        with suppress(OSError, ValueError):  # unplugged between the look and the wait
+            select.select([self._ours], [], [], CARRIED_S)
 
     @property
     def angle_deg(self) -> float:
@@ -108,6 +121,7 @@ class PtyStage:
         while self._plugged and select.select([self._ours], [], [], 0)[0]:
             data = os.read(self._ours, READ_BYTES)
             self.heard += len(data)
+            self._looks = LOOKS
             if self.machine.notes.get("echo"):
                 self._write(data)
             self._say(self.machine.hear(data, now), now)
@@ -135,9 +149,10 @@ class PtyStage:
     def _write(self, data: bytes) -> None:
         if self._plugged:
             os.write(self._ours, data)
+            self._looks = LOOKS
 
     def _pull(self) -> None:
         if self._plugged:
-            self._plugged = False
+            self._plugged, self._looks = False, LOOKS
             os.close(self._theirs)
             os.close(self._ours)
