@@ -13,7 +13,7 @@ from restore.scan import Floats, Ints
 from restore.strain import signed_areas
 
 AVERAGINGS = 10  # between two looks at what is still flipped
-LOOKS = 10  # each may take in more of what is round a tangle: ten rings in the end
+LOOKS = 12  # each may take in more of what is round a tangle
 
 
 def unfold(flat: Floats, faces: Ints) -> int:
@@ -37,19 +37,21 @@ def unfold(flat: Floats, faces: Ints) -> int:
 
 
 def untangle(flat: Floats, faces: Ints, edges: Ints) -> Floats:
-    """Flat positions (n, 2) mm with less faces (m, 3) flipped: inside the page, their corners go amid their neighbours.
+    """Flat positions (n, 2) mm with fewer faces (m, 3) flipped: their corners go amid their neighbours.
 
     It costs the edges (e, 2) there their lengths, and is the last resort.
     """
     loose, inner = np.zeros(len(flat), bool), np.ones(len(flat), bool)
-    inner[border_of(faces)] = False
+    inner[border_of(faces)] = False  # would be drawn in
     degree = np.bincount(edges.ravel(), minlength=len(flat))
     flat, start, end = flat.copy(), *edges.T
-    for _ in range(LOOKS):
+    for look in range(LOOKS):
         flipped = signed_areas(flat, faces) < 0.0
         if not flipped.any():
             break
         loose[faces[flipped]] = True
+        if look > LOOKS // 2:
+            inner[faces[flipped]] = True  # it hangs on the border: better drawn in than folded
         move = loose & inner
         for _ in range(AVERAGINGS):
             total = np.zeros_like(flat)
