@@ -8,7 +8,7 @@ demo: $(READY)
 	$(BIN)/planish scan --config configs/simulated.toml -o out/demo --force
 
 test: lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --maxprocesses 4
 
 lint: $(READY)
 	$(BIN)/ruff check .

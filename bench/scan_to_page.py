@@ -50,3 +50,7 @@ def _case(name: str, case: Case) -> Mapping[str, Any]:
     seconds = f"{sum(report['seconds'].values()):.2f}"
     print(ROW.format(name, *figures, report["flipped_faces"], report["points"], seconds), flush=True)
     return report
+
+
+if __name__ == "__main__":
+    main()

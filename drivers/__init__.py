@@ -1,17 +1,23 @@
-"""Range scanners. `open_scanner(config)` is the only door."""
+"""Range scanners. `open_scanner(config)` is the door, `open_turntable` the one with a rotary stage before it."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from drivers.scanner import CaptureSettings, Scanner, ScannerError, SettingsError
 
-__all__ = ["CaptureSettings", "Scanner", "ScannerError", "SettingsError", "open_scanner"]
+if TYPE_CHECKING:
+    from drivers.vivid900.stage import RotaryStage
+
+__all__ = ["CaptureSettings", "Scanner", "ScannerError", "SettingsError", "open_scanner", "open_turntable"]
 
 # driver name → module with a function `connect(config) -> Scanner`; imported only when asked for.
-DRIVERS = {"simulated": "drivers.simulated"}
+DRIVERS = {"simulated": "drivers.simulated", "vivid900": "drivers.vivid900.connecting"}
+
+SIMULATED_PORT = "simulated"
 
 
 def open_scanner(config: Mapping[str, Any]) -> Scanner:
@@ -24,3 +30,30 @@ def open_scanner(config: Mapping[str, Any]) -> Scanner:
         raise SettingsError(f"there is no scanner driver {name!r}", f"use one of: {', '.join(sorted(DRIVERS))}")
     scanner: Scanner = import_module(DRIVERS[name]).connect(config)
     return scanner
+
+
+@contextmanager
+def open_turntable(
+    config: Mapping[str, Any], *, model: str, port: str, relative: bool = False
+) -> Iterator[tuple[Scanner, RotaryStage]]:
+    """A scanner and the rotary stage before it; leaving lets both go, the laser off and the stage stopped.
+
+    config           the table `[scanner]`, as for `open_scanner`.
+    model, relative  of the stage's controller, as for `open_stage`.
+    port             its serial port; SIMULATED_PORT for a simulated stage before the simulated scanner.
+    Raises SettingsError when a setting is not known or not possible, TransportError when a port cannot be opened.
+    """
+    if port == SIMULATED_PORT and config.get("driver") == "simulated":
+        simulated = import_module(DRIVERS["simulated"])
+        with simulated.connect_turntable(config, model, relative=relative) as opened:
+            yield opened
+        return
+    if port == SIMULATED_PORT or config.get("driver") == "simulated":
+        raise SettingsError(
+            "a simulated scanner and a real stage do not see each other",
+            f'use port = "{SIMULATED_PORT}" in [stage] with driver = "simulated" in [scanner], and only there',
+        )
+    from drivers.vivid900.stage import open_stage
+
+    with open_stage(model, port, relative=relative) as stage, open_scanner(config) as scanner:
+        yield scanner, stage

@@ -21,6 +21,7 @@ Progress = Callable[[str, float], None]
 MIN_DISTANCE_MM, MAX_DISTANCE_MM = 500.0, 2500.0  # hardware manual p. 56, and the error "out of distance range"
 MAX_LASER_POWER = 255
 MAX_GAIN = 7
+MAX_AVERAGE = 64  # four minutes of shots; noise is an eighth by then, and what does not average out is left
 
 
 class ScannerError(Exception):
@@ -53,12 +54,16 @@ class CaptureSettings:
     distance_mm  distance from the front of the lens to the page, 500 to 2500; None focuses by itself.
     laser_power  1 to 255; None lets the scanner choose.
     gain         CCD gain, 0 to 7; None lets the scanner choose.
+    average      shots to take of the same and average, 1 to 64: noise falls as 1/√average.
+    multi_depth  focus nearer and farther as well where the page is deeper than one shot measures.
     """
 
     mode: Literal["fine", "fast"] = "fine"
     distance_mm: float | None = None
     laser_power: int | None = None
     gain: int | None = None
+    average: int = 1
+    multi_depth: bool = False
 
     def __post_init__(self) -> None:
         if self.mode not in ("fine", "fast"):
@@ -66,6 +71,7 @@ class CaptureSettings:
         _check("distance_mm", self.distance_mm, MIN_DISTANCE_MM, MAX_DISTANCE_MM)
         _check("laser_power", self.laser_power, 1, MAX_LASER_POWER)
         _check("gain", self.gain, 0, MAX_GAIN)
+        _check("average", self.average, 1, MAX_AVERAGE)
 
 
 def _check(name: str, value: float | None, low: float, high: float) -> None:

@@ -3,6 +3,7 @@
 from restore.dense import flatten
 from restore.errors import BadInput, NotEnoughSurface, RestoreError
 from restore.formats import load_scan
+from restore.photo import Photograph, read_photograph
 from restore.pipeline import restore
 from restore.scan import FlatMesh, RangeScan, RestoredPage, SurfaceMesh
 from restore.settings import Settings
@@ -11,6 +12,7 @@ __all__ = [
     "BadInput",
     "FlatMesh",
     "NotEnoughSurface",
+    "Photograph",
     "RangeScan",
     "RestoreError",
     "RestoredPage",
@@ -18,5 +20,6 @@ __all__ = [
     "SurfaceMesh",
     "flatten",
     "load_scan",
+    "read_photograph",
     "restore",
 ]

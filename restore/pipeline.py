@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
+import numpy as np
+
+from restore.clean import clean
+from restore.dense import flatten
 from restore.flatten import OnStep
+from restore.photo import Photograph, Registered, paint_registered, reasons, register_photographs
 from restore.prepare import prepare
 from restore.report import describe
-from restore.scan import RangeScan, RestoredPage, SurfaceMesh
+from restore.scan import Bytes, RangeScan, RestoredPage, SurfaceMesh
 from restore.settings import Settings
 from restore.shade import remove_shading
-from restore.texture import paint_page
-from restore.unroll import unroll
+from restore.surface import Sheet
+from restore.unroll import Unrolled, square, unroll
 
 STAGES = ("prepare", "decimate", "flatten", "refine", "texture", "shade")
 
@@ -24,11 +29,14 @@ def restore(
     scan: RangeScan | SurfaceMesh,
     settings: Settings | None = None,
     *,
+    photos: Sequence[Photograph | Bytes] = (),
     progress: Progress | None = None,
     on_step: OnStep | None = None,
 ) -> RestoredPage:
     """Turn a scan of a warped page into the flat page.
 
+    photos: photographs of the same page by any camera, (h, w, 3) uint8 RGB or as `read_photograph` gives them. The page
+    is painted from those that can be registered to the scan for certain; the report tells of all.
     progress(stage, fraction done) is called as the work goes on; on_step(step, positions (n, 3) mm, faces (m, 3)) after
     every time step of the flattening.
     Raises NotEnoughSurface when there is no page in the scan, BadInput when the scan cannot be used.
@@ -37,16 +45,41 @@ def restore(
     clock = Stopwatch(progress)
     with clock("prepare"):
         surface = prepare(scan)
-    unrolled = unroll(surface, settings, clock, on_step)
+    unrolled = _unroll(surface, settings, clock, on_step)
+    registered: list[Registered] = []
+    if photos:
+        with clock("register"):
+            registered = register_photographs(unrolled.fine, photos)
     with clock("texture"):
-        painting = paint_page(unrolled.fine, settings.dpi)
+        painting, told = paint_registered(unrolled.fine, registered, settings.dpi)
     with clock("shade"):
         image = painting.image
         if settings.shading == "remove":
             image = remove_shading(image, painting.mask, settings.dpi)
     report = describe(surface, unrolled, painting, settings)
     report |= {"source": dict(scan.provenance), "seconds": clock.seconds}
-    return RestoredPage(image, settings.dpi, painting.mask, unrolled.coarse, report, painting.source, unrolled.fine)
+    if photos:
+        report |= {"photos": told, "warnings": report["warnings"] + reasons(registered)}
+    return RestoredPage(
+        image,
+        settings.dpi,
+        painting.mask,
+        unrolled.coarse,
+        report,
+        painting.source,
+        unrolled.fine,
+        painting.page_source,
+    )
+
+
+def _unroll(surface: Sheet | SurfaceMesh, settings: Settings, clock: Stopwatch, on_step: OnStep | None) -> Unrolled:
+    if isinstance(surface, Sheet):
+        return unroll(surface, settings, clock, on_step)
+    with clock("decimate"):
+        mesh = clean(surface, settings.points or len(surface.vertices))
+    with clock("flatten"):
+        flat = square(flatten(mesh, settings.method, on_step=on_step))
+    return Unrolled(flat, flat, np.empty((0, 2)), {})
 
 
 class Stopwatch:

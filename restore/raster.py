@@ -11,7 +11,7 @@ from restore.scan import Floats, Ints
 HAIR = 1e-6  # of a triangle: no pixel may fall between two neighbours
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def rasterise(corners: Floats, faces: Ints, values: Floats, height: int, width: int) -> NDArray[np.float32]:
     """Interpolate values (n, k) over triangles with corners (n, 2) = (x right, y down) in pixels, faces (m, 3).
 

@@ -8,9 +8,9 @@ import numpy as np
 
 from restore.align import border_of, page_size
 from restore.flatten.network import edges_of
-from restore.scan import SurfaceMesh
+from restore.scan import FlatMesh, Ints, SurfaceMesh
 from restore.settings import Settings
-from restore.strain import edge_strain, flipped_faces, signed_areas, surface_area
+from restore.strain import edge_strain, face_strain, flipped_faces, signed_areas, surface_area
 from restore.surface import Sheet
 from restore.texture import Painting
 from restore.unroll import Unrolled
@@ -23,7 +23,8 @@ def describe(
 ) -> dict[str, Any]:
     """The report of a restoration, all but its times."""
     fine = unrolled.fine
-    strain = edge_strain(fine.flat, edges_of(fine.faces), fine.lengths)
+    edges = edges_of(fine.faces)
+    strain = edge_strain(fine.flat, edges, fine.lengths)
     rms = float(np.sqrt(np.mean(strain**2)))
     width, height = page_size(fine.flat[border_of(fine.faces)])
     report: dict[str, Any] = {
@@ -35,7 +36,7 @@ def describe(
         "flipped_faces": flipped_faces(fine.flat, fine.faces),
         "area_ratio": float(np.abs(signed_areas(fine.flat, fine.faces)).sum())
         / surface_area(fine.vertices, fine.faces),
-        "strain": {"rms": rms, "max": float(np.abs(strain).max())},
+        "strain": {"rms": rms, "max": float(np.abs(strain).max()), "faces": _of_faces(fine, edges)},
         "page_mm": [width, height],
         "effective_ppi": painting.resolution_ppi,
         "decimation": unrolled.distance,
@@ -45,6 +46,21 @@ def describe(
         report["samples"] = int(surface.measured.sum())
         report["filled_share"] = float(1.0 - surface.measured[surface.inside].mean())
     return report
+
+
+def _of_faces(mesh: FlatMesh, edges: Ints) -> dict[str, dict[str, float]]:
+    """Mean, rms and greatest stretch and shear, every face counted by its area."""
+    strain = face_strain(mesh.flat, mesh.faces, edges, mesh.lengths)
+    area = np.abs(signed_areas(mesh.flat, mesh.faces))
+    weight = area / area.sum()
+    return {
+        name: {
+            "mean": float(weight @ values),
+            "rms": float(np.sqrt(weight @ values**2)),
+            "max": float(np.abs(values).max()),
+        }
+        for name, values in zip(("stretch", "shear"), strain.T, strict=True)
+    }
 
 
 def _warnings(fine: SurfaceMesh, rms_strain: float) -> list[str]:

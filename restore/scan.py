@@ -82,6 +82,8 @@ class RestoredPage:
     fine      the finer mesh that carried the paint, the same when the scan has no grid.
     report    what was done and how well it went (JSON values only).
     page_map  (h, w, 2) float32, the texture pixel that each page pixel came from, NaN outside the page.
+    page_source  (h, w) uint8, with photographs: the picture that page_map's pixel is in. 0 is the texture, k the k-th
+                 photograph, 255 outside the page. None without photographs.
     """
 
     image: Bytes
@@ -91,3 +93,4 @@ class RestoredPage:
     report: Mapping[str, Any]
     page_map: NDArray[np.float32]
     fine: FlatMesh
+    page_source: NDArray[np.uint8] | None = None

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+LEAST_POINTS = 50  # a page of fewer has none between its borders
 
 
 class Settings(BaseModel):
@@ -12,7 +14,14 @@ class Settings(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
-    points: int = Field(1000, ge=50, le=400_000, description="points that the sheet is reduced to before flattening")
+    points: int = Field(1000, ge=0, le=400_000, description="points that the sheet is reduced to, 0 for all")
     dpi: float = Field(150.0, ge=30, le=1200, description="pixels of the page for one inch of paper")
     method: Literal["sticks", "springs", "conformal"] = Field("sticks", description="how the sheet is flattened")
     shading: Literal["keep", "remove"] = Field("keep", description="leave light and shadow, or divide them out")
+
+    @field_validator("points")
+    @classmethod
+    def _are_a_mesh(cls, points: int) -> int:
+        if 0 < points < LEAST_POINTS:
+            raise ValueError(f"{points} points are too few: give 0 for all, or {LEAST_POINTS} and more")
+        return points

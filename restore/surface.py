@@ -9,11 +9,13 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt, map_coordinates
 
 from restore.facets import Facets
-from restore.rays import Rays
+from restore.rays import LensTerms, Rays, stretch
 from restore.scan import Floats, Ints, Mask, RangeScan
 
 # Slopes that differ by more than this many times the noise are two sides of a crease, not noise of one facet.
 CREASE_SIGMAS = 1.0
+
+_stretch = numba.njit(cache=True)(stretch)
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,8 +58,7 @@ class Sheet:
         The path is straight in the picture; on each sample it runs in that sample's facet, and where two facets meet
         at an angle it runs over the line where they meet, not over the chord.
         """
-        r = self.rays
-        return _path_lengths(self.planes, nodes, edges, r.x0, r.dx, r.y0, r.dy, CREASE_SIGMAS * self.noise)
+        return _path_lengths(self.planes, nodes, edges, self.rays.lens, CREASE_SIGMAS * self.noise)
 
 
 def make_sheet(rays: Rays, facets: Facets, samples: Mask, inside: Mask, pixels: Floats, scan: RangeScan) -> Sheet:
@@ -86,19 +87,23 @@ def _evaluate(planes: Floats, nodes: Floats) -> Floats:
 
 
 @numba.njit(cache=True)
-def _distance(
-    ra: float, ca: float, wa: float, rb: float, cb: float, wb: float, x0: float, dx: float, y0: float, dy: float
-) -> float:
-    x = (x0 + dx * ca) / wa - (x0 + dx * cb) / wb
-    y = (y0 + dy * ra) / wa - (y0 + dy * rb) / wb
-    z = 1.0 / wa - 1.0 / wb
-    return np.sqrt(x * x + y * y + z * z)
+def _place(r: float, c: float, w: float, lens: LensTerms) -> tuple[float, float, float]:
+    x0, dx, y0, dy, k1, k2 = lens
+    u, v = x0 + dx * c, y0 + dy * r
+    depth = 1.0 / w
+    scale = depth / _stretch(u * u + v * v, k1, k2)
+    return u * scale, v * scale, depth
 
 
 @numba.njit(cache=True)
-def _path_lengths(
-    planes: Floats, nodes: Floats, edges: Ints, x0: float, dx: float, y0: float, dy: float, tolerance: float
-) -> Floats:
+def _distance(ra: float, ca: float, wa: float, rb: float, cb: float, wb: float, lens: LensTerms) -> float:
+    xa, ya, za = _place(ra, ca, wa, lens)
+    xb, yb, zb = _place(rb, cb, wb, lens)
+    return np.sqrt((xa - xb) ** 2 + (ya - yb) ** 2 + (za - zb) ** 2)
+
+
+@numba.njit(cache=True)
+def _path_lengths(planes: Floats, nodes: Floats, edges: Ints, lens: LensTerms, tolerance: float) -> Floats:
     rows, cols, _ = planes.shape
     lengths = np.zeros(len(edges))
     for e in range(len(edges)):
@@ -118,6 +123,6 @@ def _path_lengths(
             bend = sa - sb
             t = min(max((wb - sb - wa) / bend, 0.0), 1.0) if abs(bend) > tolerance else 0.5
             rm, cm = ra + t * dr, ca + t * dc
-            lengths[e] += _distance(ra, ca, wa, rm, cm, wa + t * sa, x0, dx, y0, dy)
-            lengths[e] += _distance(rm, cm, wb - (1.0 - t) * sb, rb, cb, wb, x0, dx, y0, dy)
+            lengths[e] += _distance(ra, ca, wa, rm, cm, wa + t * sa, lens)
+            lengths[e] += _distance(rm, cm, wb - (1.0 - t) * sb, rb, cb, wb, lens)
     return lengths

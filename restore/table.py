@@ -25,16 +25,17 @@ MIN_SHEET = 0.05  # of the picture, in one piece; what is left of a page that fi
 def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed: bool = True) -> Mask:
     """Samples (rows, cols) that lie on the table: in its plane and of its colour. None when no table is seen.
 
-    inverse_depth (rows, cols) 1/mm: there a plane is an affine function of row and column. A table fills the picture to
-    its frame; where the picture's frame means nothing, as for a mesh that was turned since (`framed` False), it goes to
-    the outer border of what was measured, and most of the rest has to stand off its plane.
+    inverse_depth (rows, cols) 1/mm: there a plane is an affine function of where a sample looks. A table fills the
+    picture to its frame; where the picture's frame means nothing, as for a mesh that was turned since (`framed` False),
+    it goes to the outer border of what was measured, and most of the rest has to stand off its plane.
     """
     nothing = np.zeros_like(measured)
     outer = np.ones_like(measured) if framed else binary_fill_holes(measured)
     band = measured & ~binary_erosion(outer, iterations=BAND)
     if band.sum() < MIN_SHARE * (outer & ~binary_erosion(outer, iterations=BAND)).sum():
         return nothing
-    residual, tolerance = _plane(inverse_depth, band)
+    sight = scan.points[..., :2] * inverse_depth[..., None]
+    residual, tolerance = _plane(inverse_depth, sight / np.nanmedian(np.diff(sight[..., 0])), band)
     on_plane = measured & (residual < tolerance)
     if on_plane[band].mean() < MIN_SHARE:
         return nothing
@@ -67,11 +68,12 @@ def _surrounds(on_plane: Mask, band: Mask) -> bool:
     return all((on_plane & band)[side].sum() > MIN_SHARE * band[side].sum() for side in sides)
 
 
-def _plane(inverse_depth: Floats, band: Mask) -> tuple[Floats, float]:
-    """Distance of every sample from the plane that most of the band lies on (RANSAC), and what noise explains of it."""
-    rows, cols = np.nonzero(band)
-    terms = np.stack([np.ones(len(rows)), rows, cols], axis=1)
-    values = inverse_depth[band]
+def _plane(inverse_depth: Floats, sight: Floats, band: Mask) -> tuple[Floats, float]:
+    """Distance of every sample from the plane that most of the band lies on (RANSAC), and what noise explains of it.
+
+    sight (rows, cols, 2) where each sample looks, in samples: a lens bends the grid, so row and column will not do.
+    """
+    values, terms = inverse_depth[band], np.column_stack([np.ones(band.sum()), sight[band]])
     noise = _noise(inverse_depth, band)
     random = np.random.default_rng(0)  # fixed: the same scan gives the same page
     judges = random.choice(len(values), min(TRIED, len(values)), replace=False)
@@ -89,8 +91,7 @@ def _plane(inverse_depth: Floats, band: Mask) -> tuple[Floats, float]:
         if near.sum() < 3:
             break
         best, *_ = np.linalg.lstsq(terms[near], values[near], rcond=None)
-    all_rows, all_cols = np.indices(band.shape)
-    return np.abs(best[0] + best[1] * all_rows + best[2] * all_cols - inverse_depth), ON_PLANE_SIGMAS * noise
+    return np.abs(best[0] + sight @ best[1:] - inverse_depth), ON_PLANE_SIGMAS * noise
 
 
 def _noise(inverse_depth: Floats, band: Mask) -> float:

@@ -28,12 +28,16 @@ PageMap = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class Painting:
-    """A painted page: image (h, w, 3) uint8, mask (h, w), source (h, w, 2) texture pixels, and its resolution."""
+    """A painted page: image (h, w, 3) uint8, mask (h, w), source (h, w, 2) texture pixels, and its resolution.
+
+    page_source (h, w) uint8 tells which picture these are pixels of; None when there is only the texture.
+    """
 
     image: Bytes
     mask: Mask
     source: PageMap
     resolution_ppi: float
+    page_source: Bytes | None = None
 
 
 def paint_page(page: FlatMesh, dpi: float) -> Painting:

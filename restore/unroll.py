@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from restore.align import border_of, square_up
-from restore.clean import clean
 from restore.decimate import decimate, depth_distance
 from restore.flatten import OnStep, flatten_points
 from restore.flatten.network import edges_of
@@ -20,7 +20,9 @@ from restore.strain import signed_areas
 from restore.surface import Sheet
 from restore.triangulate import lattice
 
-DENSE_STRIDE = 4  # samples: the facets have averaged 7×7 of them, and decimation costs a tenth of the time this way
+MOST_SETTLED = 10_000  # points; more add nothing to what they know of the sheet, and cost seconds
+STRIDES = (1, 2, 3, 4)  # samples: the facets have averaged 7×7 of them, and decimation costs a tenth of the time at 4
+SPARE = 1.0  # nodes for each point that is asked for
 
 Clock = Callable[[str], AbstractContextManager[None]]
 
@@ -41,39 +43,48 @@ class Unrolled:
     distance: dict[str, float]
 
 
-def unroll(surface: Sheet | SurfaceMesh, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
-    """Flatten a prepared surface with about `settings.points` points; clock(stage) times the stages."""
-    if isinstance(surface, Sheet):
-        return _unroll_sheet(surface, settings, clock, on_step)
-    return _unroll_mesh(surface, settings, clock, on_step)
+def unroll(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
+    """Flatten a prepared sheet with about `settings.points` points; clock(stage) times the stages.
 
-
-def _unroll_sheet(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnStep | None) -> Unrolled:
+    More points than MOST_SETTLED do not settle themselves: they are carried along by those that do.
+    """
+    wanted = settings.points or int(sheet.inside.sum())
     with clock("decimate"):
-        dense, faces = lattice(sheet.inside, DENSE_STRIDE)
-        vertices, faces = decimate(sheet.points(dense), faces, settings.points)
-        nodes = np.stack(sheet.rays.grid(vertices), axis=1)
-        mesh = SurfaceMesh(vertices, faces, sheet.texcoords(nodes), sheet.scan.texture, sheet.scan.provenance)
-        distance = depth_distance(sheet, nodes, faces)
+        mesh, nodes = _reduce(sheet, min(wanted, MOST_SETTLED))
+        distance = depth_distance(sheet, nodes, mesh.faces)
     with clock("flatten"):
-        lengths = sheet.lengths(nodes, edges_of(faces))
+        lengths = sheet.lengths(nodes, edges_of(mesh.faces))
         coarse = flatten_points(mesh, settings.method, lengths=lengths, on_step=on_step)
     with clock("refine"):
         fine, fine_nodes = refine(sheet, coarse, nodes)
-        fine = _square(fine)
-        flat = carry(sheet.inside.shape, fine_nodes, fine.faces, fine.flat, nodes)
-    return Unrolled(replace(coarse, flat=flat), fine, fine_nodes, distance)
+        fine = square(fine)
+        if wanted > MOST_SETTLED:
+            mesh, nodes = _reduce(sheet, wanted)
+        points = _carried(sheet, fine, fine_nodes, mesh, nodes, coarse.steps)
+    return Unrolled(points, fine, fine_nodes, distance)
 
 
-def _unroll_mesh(mesh: SurfaceMesh, settings: Settings, clock: Clock, on_step: OnStep | None) -> Unrolled:
-    with clock("decimate"):
-        mesh = clean(mesh, settings.points)
-    with clock("flatten"):
-        flat = _square(flatten_points(mesh, settings.method, on_step=on_step))
-    return Unrolled(flat, flat, np.empty((0, 2)), {})
+def _reduce(sheet: Sheet, points: int) -> tuple[SurfaceMesh, Floats]:
+    """About so many points of the sheet, and their grid positions (n, 2)."""
+    enough = [stride for stride in STRIDES if sheet.inside.sum() >= SPARE * points * stride**2]
+    nodes, faces = lattice(sheet.inside, max(enough, default=1))
+    vertices, faces = decimate(sheet.points(nodes), faces, points)
+    nodes = np.stack(sheet.rays.grid(vertices), axis=1)
+    return SurfaceMesh(vertices, faces, sheet.texcoords(nodes), sheet.scan.texture, sheet.scan.provenance), nodes
 
 
-def _square(flat: FlatMesh) -> FlatMesh:
+def _carried(
+    sheet: Sheet, fine: FlatMesh, fine_nodes: Floats, mesh: SurfaceMesh, nodes: Floats, steps: int
+) -> FlatMesh:
+    """A mesh at grid positions nodes (n, 2) laid where the fine mesh, at fine_nodes (k, 2), has it."""
+    edges = edges_of(mesh.faces)
+    flat = carry(sheet.inside.shape, fine_nodes, fine.faces, fine.flat, nodes)
+    lengths = sheet.lengths(nodes, edges)
+    fields: dict[str, Any] = {name: getattr(mesh, name) for name in SurfaceMesh.__dataclass_fields__}
+    return FlatMesh(**fields, flat=flat, lengths=lengths, steps=steps)
+
+
+def square(flat: FlatMesh) -> FlatMesh:
     """Turn a rectangular page square to the picture."""
     area = float(signed_areas(flat.flat, flat.faces).sum())
     turn = square_up(flat.flat[border_of(flat.faces)], area)

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from station.calibrate import board, calibrate
+from station.devices import devices
+from station.doctor import doctor
 from station.progress import progress_on
 from station.telling import faults_told, say
+from station.trace import trace
 
 if TYPE_CHECKING:
     from station.session import Outcome
@@ -65,6 +70,8 @@ def _planish(
 def _scan(
     config: Annotated[Path, typer.Option(help="The station's configuration (TOML).", show_default=False)],
     output: Out,
+    average: Annotated[int | None, typer.Option(min=1, max=64, help="Shots to average (1).")] = None,
+    turns: Annotated[int | None, typer.Option(min=2, max=72, help="Views to take on the rotary stage.")] = None,
     tiff: Tiff = False,
     map_: Map = False,
     mesh: Mesh = False,
@@ -78,10 +85,55 @@ def _scan(
     with faults_told(debug=debug), progress_on(sys.stderr) as progress:
         from station.config import load_config
         from station.session import Destination, scan_page
+        from station.turntable import scan_views
 
         kinds = _kinds(tiff=tiff, map=map_, mesh=mesh, strain=strain, frames=frames, review=True)
-        outcome = scan_page(load_config(config), Destination(output, kinds, force), progress=progress)
+        station = load_config(config)
+        capture = replace(station.capture, **_given(average=average))
+        station = station.model_copy(update={"capture": capture})
+        destination = Destination(output, kinds, force)
+        if turns is None:
+            outcome = scan_page(station, destination, progress=progress)
+        else:
+            outcome = scan_views(station, destination, turns=turns, progress=progress)
     _tell(outcome, as_json=as_json, debug=debug)
+
+
+@app.command("merge")
+def _merge(
+    views: Annotated[list[Path], typer.Argument(metavar="VIEW...", help="Views that `scan --turns` stored.")],
+    output: Out,
+    force: Force = False,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Merge the views of a rotary stage and restore the page."""
+    with faults_told(debug=debug), progress_on(sys.stderr) as progress:
+        from restore import Settings
+        from station.session import Destination
+        from station.turntable import merge_files
+
+        destination = Destination(output, _kinds(review=True), force)
+        outcome = merge_files(views, destination, settings=Settings(), progress=progress)
+    _tell(outcome, as_json=as_json, debug=debug)
+
+
+@app.command("axis")
+def _axis(
+    config: Annotated[Path, typer.Option(help="The station's configuration (TOML).", show_default=False)],
+    output: Out,
+    turns: Annotated[int, typer.Option(min=3, max=72, help="Views of the board.")] = 4,
+    force: Force = False,
+    debug: Debug = False,
+) -> None:
+    """Find the axis of the rotary stage with a flat board of markers on it."""
+    with faults_told(debug=debug), progress_on(sys.stderr) as progress:
+        from station.config import load_config
+        from station.session import Destination
+        from station.turntable import axis_table, find_axis
+
+        fit, path = find_axis(load_config(config), Destination(output, force=force), turns=turns, progress=progress)
+        say(f"{path}\n{axis_table(fit).rstrip()}")
 
 
 @app.command("restore")
@@ -92,7 +144,10 @@ def _restore(
     ],
     output: Out,
     texture: Annotated[Path | None, typer.Option(help="The colour image, where the scan has none.")] = None,
-    points: Annotated[int | None, typer.Option(help="Points kept for the flattening (1000).")] = None,
+    photo: Annotated[
+        list[Path] | None, typer.Option(metavar="IMG", help="A photograph of the page to paint from; may be repeated.")
+    ] = None,
+    points: Annotated[int | None, typer.Option(help="Points kept for the flattening, 0 for all (1000).")] = None,
     dpi: Annotated[float | None, typer.Option(help="Page pixels to an inch of paper (150).")] = None,
     method: Annotated[str | None, typer.Option(help="How to flatten: sticks, springs or conformal (sticks).")] = None,
     shading: Annotated[str | None, typer.Option(help="Light and shadow: keep or remove (keep).")] = None,
@@ -119,9 +174,14 @@ def _restore(
             Destination(output, kinds, force),
             settings=checked(Settings, chosen, name="--{}".format, hint="see planish restore --help"),
             texture=texture,
+            photos=photo or (),
             progress=progress,
         )
     _tell(outcome, as_json=as_json, debug=debug)
+
+
+for command in (devices, doctor, trace, board, calibrate):
+    app.command()(command)
 
 
 def _kinds(**wanted: bool) -> frozenset[str]:

@@ -25,11 +25,52 @@ class OutputSettings(BaseModel):
     stem: str = Field(default="page", pattern=r"^[^./\\\x00][^/\\\x00]*$", max_length=200)
 
 
+Millimetres = tuple[float, float, float]
+
+
+class AxisSettings(BaseModel):
+    """The axis of the rotary stage in the scanner's frame, as `planish axis` finds it.
+
+    point_mm   any point on it.
+    direction  of any length; the stage turns counter-clockwise seen against it.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    point_mm: Millimetres
+    direction: Millimetres
+
+    @field_validator("direction")
+    @classmethod
+    def _points_somewhere(cls, direction: Millimetres) -> Millimetres:
+        if not any(direction):
+            raise ValueError("direction has no length")
+        return direction
+
+
+class StageSettings(BaseModel):
+    """The rotary stage.
+
+    model     of its controller, from the table in docs/rotary-stage.md.
+    port      its serial port.
+    relative  whether the controller takes rotations from where it stands: see docs/rotary-stage.md.
+    arc_deg   what the views are spread over: a full turn, or less for a page that stands upright.
+    axis      where it turns; not needed to find just that.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    model: str
+    port: str
+    relative: bool = False
+    arc_deg: float = Field(default=360.0, gt=0, le=360)
+    axis: AxisSettings | None = None
+
+
 class StationConfig(BaseModel):
-    """scanner: for the driver that it names; capture, restore, output: as the models of the same names."""
+    """scanner: for the driver that it names; stage: when there is one; the rest as the models of the same names."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
     scanner: dict[str, Any]
+    stage: StageSettings | None = None
     capture: CaptureSettings = CaptureSettings()
     restore: Settings = Settings()
     output: OutputSettings = OutputSettings()
@@ -50,10 +91,19 @@ def load_config(path: Path) -> StationConfig:
         raise UsageError(f"cannot read {path}: {error.strerror}", "check the path after --config") from error
     except ValueError as error:  # TOMLDecodeError and UnicodeDecodeError
         raise UsageError(f"{path} is not a TOML file: {error}", COMPARE) from error
+    _beside(path, table.get("scanner"))
     try:
         return checked(StationConfig, table, name=lambda key: f"{path}: {key}", hint=COMPARE)
     except SettingsError as error:
         raise UsageError(f"{path}: capture.{error}", error.hint) from error
+
+
+def _beside(path: Path, scanner: Any) -> None:
+    """Make the names of files in a scanner's table, which are beside the configuration, paths from here."""
+    if isinstance(scanner, dict):
+        for key in ("profile", "calibration", "body"):
+            if str(scanner.get(key, "")).endswith(".toml"):
+                scanner[key] = str(path.parent / scanner[key])
 
 
 def checked(model: type[Model], values: Mapping[str, Any], *, name: Callable[[str], str], hint: str) -> Model:

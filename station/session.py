@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from resource import RUSAGE_SELF, getrusage
@@ -11,7 +11,7 @@ from time import perf_counter
 from typing import Any
 
 import drivers
-from restore import RangeScan, Settings, SurfaceMesh, restore
+from restore import Photograph, RangeScan, Settings, SurfaceMesh, read_photograph, restore
 from restore.errors import BadInput
 from restore.formats import load_scan, save_scan, scan_stem
 from station import export
@@ -51,10 +51,11 @@ class Outcome:
 
 @dataclass(frozen=True)
 class Origin:
-    """What goes before the restoration: what the report says of it, and the seconds of each stage."""
+    """What goes before the restoration: what the report says of it, the seconds of each stage, what is to be told."""
 
     facts: Mapping[str, Any]
     seconds: Mapping[str, float]
+    warnings: tuple[str, ...] = ()
 
 
 def restore_file(
@@ -63,25 +64,29 @@ def restore_file(
     *,
     settings: Settings,
     texture: Path | None = None,
+    photos: Sequence[Path] = (),
     progress: Progress = silent,
     clock: Clock = perf_counter,
 ) -> Outcome:
-    """Restore a stored scan.
+    """Restore a stored scan, painted from photographs of the page where there are any that can be used.
 
     Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
     """
     stem = stem_of(source)
-    originals = [source] if texture is None else [source, texture]
+    originals = [source, *([] if texture is None else [texture]), *photos]
     check_outputs(destination.files(stem), originals, force=destination.force)
     start = clock()
     try:
+        photographs = [read_photograph(path) for path in photos]
         scan = load_scan(source, texture=texture)
     except OSError as error:
         raise BadInput(f"cannot read {error.filename or source}: {error.strerror}", "check the path") from error
     facts = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
     origin = Origin(facts, {"load": clock() - start})
     with writable(destination.folder):
-        return _restore(scan, destination, stem, origin, settings=settings, progress=progress, clock=clock)
+        return _restore(
+            scan, destination, stem, origin, settings=settings, photos=photographs, progress=progress, clock=clock
+        )
 
 
 def scan_page(
@@ -97,12 +102,34 @@ def scan_page(
     with writable(destination.folder):
         start = clock()
         scan = _capture(config, progress)
-        captured = clock()
-        with new_folder(stored, force=destination.force) as folder:
-            save_scan(scan, folder)
-    origin = Origin({"scan": str(stored)}, {"load": 0.0, "capture": captured - start, "store": clock() - captured})
+        origin = Origin({}, {"load": 0.0, "capture": clock() - start})
+        return keep_and_restore(
+            scan, destination, stem, origin, settings=config.restore, progress=progress, clock=clock
+        )
+
+
+def keep_and_restore(
+    scan: RangeScan,
+    destination: Destination,
+    stem: str,
+    origin: Origin,
+    *,
+    settings: Settings,
+    progress: Progress,
+    clock: Clock,
+) -> Outcome:
+    """Store a scan in `<stem>.scan`, then restore it. The scan outlives every later fault.
+
+    Raises OverwriteError, NotEnoughSurface, OSError when the disk refuses.
+    """
+    stored = destination.folder / (stem + SCAN_SUFFIX)
+    start = clock()
+    with new_folder(stored, force=destination.force) as folder:
+        save_scan(scan, folder)
+    facts, seconds = {"scan": str(stored), **origin.facts}, {**origin.seconds, "store": clock() - start}
+    origin = replace(origin, facts=facts, seconds=seconds)
     try:
-        outcome = _restore(scan, destination, stem, origin, settings=config.restore, progress=progress, clock=clock)
+        outcome = _restore(scan, destination, stem, origin, settings=settings, progress=progress, clock=clock)
     except BaseException as error:
         force = ["--force"] if destination.force else []
         again = shlex.join(["planish", "restore", str(stored), "-o", str(destination.folder), *force])
@@ -135,17 +162,20 @@ def _restore(
     origin: Origin,
     *,
     settings: Settings,
+    photos: Sequence[Photograph] = (),
     progress: Progress,
     clock: Clock,
 ) -> Outcome:
     recorder = Recorder() if "frames" in destination.kinds else None
     start = clock()
-    page = restore(scan, settings, progress=progress, on_step=recorder)
+    page = restore(scan, settings, photos=photos, progress=progress, on_step=recorder)
     seconds = {**origin.seconds, **page.report["seconds"]}
     seconds["total"] = sum(origin.seconds.values()) + clock() - start
     files = destination.files(stem, colour=page.flat.texture is not None)
     names = [path.name for path in files]
-    report = finite({**page.report, **origin.facts, "seconds": seconds, "peak_memory_mb": _peak_mb(), "files": names})
+    told = {"seconds": seconds, "peak_memory_mb": _peak_mb(), "files": names}
+    told["warnings"] = [*page.report.get("warnings", ()), *origin.warnings]
+    report = finite({**page.report, **origin.facts, **told})
     done = export.Restoration(stem, page, scan, recorder.frames() if recorder else (), report)
     contents = export.encoded(done, destination.kinds)
     written = write_all(zip(files, contents, strict=True), force=destination.force)

@@ -16,6 +16,10 @@ from typing import NamedTuple
 
 import psutil
 import pytest
+from hypothesis import settings
+
+settings.register_profile("no clock", deadline=None)  # how long a test takes is the machine's business
+settings.load_profile("no clock")
 
 GRACE_SECONDS = 2.0  # a thread that was told to end may need a moment
 # Opened once for the life of the process, on first use: devices, the kernel's own tables, parts of installed libraries

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.simulated.artwork.printed import MM_PER_PIXEL
 from drivers.simulated.scene import Scene
 from restore.scan import Bytes, Floats, Ints
 
@@ -45,10 +44,11 @@ class Paint:
         import cv2
 
         self._scene, self._board = scene, board
-        shrink = min(MM_PER_PIXEL / footprint_mm, 1.0)
+        pixel = 25.4 / scene.printed.dpi
+        shrink = min(pixel / footprint_mm, 1.0)
         size = [max(round(n * shrink), 1) for n in image.shape[1::-1]]
         self._image = np.atleast_3d(cv2.resize(image, size, interpolation=cv2.INTER_AREA))
-        self._pixels_per_mm = np.array(size) / (np.array(image.shape[1::-1]) * MM_PER_PIXEL)
+        self._pixels_per_mm = np.array(size) / (np.array(image.shape[1::-1]) * pixel)
 
     def __call__(self, face: Ints, uv: Floats) -> NDArray[np.float32]:
         """(n, k) colour of faces (n,) at (n, 2) mm on the page or table."""

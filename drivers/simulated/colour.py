@@ -16,7 +16,9 @@ from drivers.simulated.facemaps import FaceMaps
 from drivers.simulated.optics import LENS_CENTRE
 from drivers.simulated.raycast import RayCaster
 from drivers.simulated.scene import Scene
-from drivers.vivid900.lenses import TEXTURE_COLS, TEXTURE_ROWS, Lens, tangents
+from drivers.vivid900.calibration import Calibration
+from drivers.vivid900.lenses import TEXTURE_COLS, TEXTURE_ROWS
+from drivers.vivid900.triangulation import tangents
 from restore.scan import Bytes
 
 # Rays across and down a pixel; the print is averaged over the share of each ray as well.
@@ -31,19 +33,19 @@ EXPOSURE = 0.90  # white paper facing the scanner comes out at code 226, below c
 
 
 def photograph(
-    scene: Scene, caster: RayCaster, maps: FaceMaps, lens: Lens, rng: np.random.Generator, *, noise: bool = True
+    scene: Scene, caster: RayCaster, maps: FaceMaps, body: Calibration, rng: np.random.Generator, *, noise: bool = True
 ) -> Bytes:
     """(480, 640, 3) uint8 RGB: every pixel the mean over its area, then the lens's blur and the sensor's noise."""
     import cv2
 
-    rays = _rays(lens)
+    rays = _rays(body)
     face, depth = caster.first_hit(LENS_CENTRE, rays)
     seen = face >= 0
     face = face[seen]
     uv = maps.page(face, rays[seen] * depth[seen][:, None])
     paint = np.full((*seen.shape, 4), (VOID, VOID, VOID, EXPOSURE), np.float32)
     if len(face):
-        footprint = float(np.median(depth[seen])) / lens.focal_px / SUBSAMPLES
+        footprint = float(np.median(depth[seen])) / body.focal_px / SUBSAMPLES
         paint[seen, :3] = colour_codes(scene, footprint)(face, uv)
         paint[seen, 3] = EXPOSURE * _shading(maps)[face]
     paint = cv2.resize(paint, (TEXTURE_COLS, TEXTURE_ROWS), interpolation=cv2.INTER_AREA)
@@ -56,10 +58,10 @@ def photograph(
 
 
 @lru_cache(maxsize=1)  # 33 MB, and shot after shot is taken through the same lens
-def _rays(lens: Lens) -> NDArray[np.float32]:
+def _rays(body: Calibration) -> NDArray[np.float32]:
     """(480·k, 640·k, 3) directions, k = SUBSAMPLES to a pixel's side."""
     row, col = np.mgrid[: TEXTURE_ROWS * SUBSAMPLES, : TEXTURE_COLS * SUBSAMPLES]
-    sight = tangents(lens, (np.stack([col, row], axis=-1) + 0.5) / SUBSAMPLES - 0.5)
+    sight = tangents(body, (np.stack([col, row], axis=-1) + 0.5) / SUBSAMPLES - 0.5)
     return np.concatenate([sight, np.full((*sight.shape[:2], 1), -1.0)], axis=-1).astype(np.float32)
 
 

@@ -10,15 +10,20 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from drivers.scanner import MAX_DISTANCE_MM, MIN_DISTANCE_MM, SettingsError
 from drivers.simulated.artwork import ARTWORK, Artwork
-from drivers.simulated.scene import Pose, Table
+from drivers.simulated.scene import Axle, Pose, Table
 from drivers.simulated.sheets import SHEETS, Sheet
+from drivers.vivid900.profile import SIMULATED
 
 Side = Annotated[float, Field(ge=20, le=1200)]  # the widest lens sees 1196 mm at its farthest (hardware manual p. 56)
 Part = TypeVar("Part")
 
 
 class SceneConfig(BaseModel):
-    """The table `[scanner.scene]`. `sheet` and `artwork` are a name, or a table of a name and its parameters."""
+    """The table `[scanner.scene]`.
+
+    sheet, artwork  a name, or a table of a name and its parameters.
+    axle            about which a simulated rotary stage turns all of it.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -26,6 +31,7 @@ class SceneConfig(BaseModel):
     artwork: str | dict[str, Any] = "markers"
     page_mm: tuple[Side, Side] = (280.0, 200.0)
     pose: Pose = Pose()
+    axle: Axle = Axle()
     table: Table = "dark"
     gap_mm: Annotated[float, Field(ge=0, le=500)] = 3.0
 
@@ -35,7 +41,12 @@ class SceneConfig(BaseModel):
 
 
 class ScannerConfig(BaseModel):
-    """The table `[scanner]`. `distance_mm` is where the page lies, and where the scanner focuses by itself."""
+    """The table `[scanner]`. `distance_mm` is where the page lies, and where the scanner focuses by itself.
+
+    profile      name or file of the command profile that device and driver speak.
+    calibration  file that the driver takes for the body's; the manual's figures when there is none.
+    body         calibration file of what the simulated body really is; the driver is not told.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
@@ -43,6 +54,9 @@ class ScannerConfig(BaseModel):
     lens: Literal["TELE", "MIDDLE", "WIDE"] = "MIDDLE"
     distance_mm: Annotated[float, Field(ge=MIN_DISTANCE_MM, le=MAX_DISTANCE_MM)] = 900.0
     seed: Annotated[int, Field(ge=0)] = 0
+    profile: str = SIMULATED
+    calibration: str | None = None
+    body: str | None = None
     scene: SceneConfig = SceneConfig()
 
 
@@ -54,6 +68,7 @@ SETTINGS: dict[tuple[int | str, ...], list[str]] = {
     (): list(ScannerConfig.model_fields),
     ("scene",): list(SceneConfig.model_fields),
     ("scene", "pose"): _parameters(Pose),
+    ("scene", "axle"): _parameters(Axle),
 }
 """Where in the table → the settings that there may be."""
 

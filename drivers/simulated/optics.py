@@ -1,7 +1,9 @@
 """What the range sensor of a simulated Vivid sees: rays, shadows, the depth window, noise, drop-outs and outliers.
 
-The laser stripe is measured in lines of the CCD. Everything that disturbs a sample shifts the stripe plane that it is
-given, and so moves the point along its own line of sight and nowhere else.
+The laser stripe is measured in lines of the CCD. Everything that disturbs a sample shifts the moment at which the
+stripe seems to cross it, and so moves the point along its own line of sight and nowhere else.
+
+`body` is the calibration that the simulated body really has; nothing but its measurements tells it to the driver.
 """
 
 from __future__ import annotations
@@ -15,10 +17,12 @@ from drivers.simulated.artwork.printed import PAPER
 from drivers.simulated.facemaps import FaceMaps
 from drivers.simulated.raycast import RayCaster
 from drivers.simulated.scene import Scene
-from drivers.vivid900.lenses import BASELINE_MM, Lens, Mode, depth_window, stripe_tangent
+from drivers.vivid900.calibration import Calibration
+from drivers.vivid900.lenses import LENSES, Mode
+from drivers.vivid900.triangulation import in_window, lines_of_sight, pitch_of
 from restore.scan import Floats, Ints, Mask
 
-LENS_CENTRE, LASER = np.zeros(3), np.array([0.0, -BASELINE_MM, 0.0])
+LENS_CENTRE = np.zeros(3)
 # A lit point is met by the laser at its own distance within this; single-precision rays err by 1e-4 mm.
 SHADOW_MM = 0.05
 
@@ -56,12 +60,15 @@ class Sighting:
     signal: Floats
 
 
-def look(scene: Scene, caster: RayCaster, maps: FaceMaps, sight: Floats, reference_mm: float) -> Sighting:
-    """Follow lines of sight (rows, cols, 2), tangents, to the scene, and from there down to the laser.
+def look(
+    scene: Scene, caster: RayCaster, maps: FaceMaps, body: Calibration, mode: Mode, reference_mm: float
+) -> Sighting:
+    """Follow the lines of sight of a mode to the scene, and from there down to the laser.
 
     A point counts only when both see the same side of it: shadows lie above whatever stands up. `reference_mm` is the
     depth in focus.
     """
+    sight, laser = lines_of_sight(body, mode).tangents, np.array([0.0, -body.baseline_mm, 0.0])
     rays = np.concatenate([sight, np.full((*sight.shape[:2], 1), -1.0)], axis=-1)
     face, _ = caster.first_hit(LENS_CENTRE, rays)
     seen = face >= 0
@@ -70,9 +77,9 @@ def look(scene: Scene, caster: RayCaster, maps: FaceMaps, sight: Floats, referen
     uv = maps.page(face, points)
     footprint = reference_mm * float(np.median(np.diff(sight[0, :, 0])))
     red = red_reflectance(scene, footprint)(face, uv)[:, 0] / LINEAR[PAPER[0]]
-    signal = red * (reference_mm / points[:, 2]) ** 2 * _lit(caster, maps, face, points)
+    signal = red * (reference_mm / points[:, 2]) ** 2 * _lit(caster, maps, face, points, laser)
     if scene.printed.gloss > 0:
-        signal *= 1 + GLOSS_SIGNAL * scene.printed.gloss * (scene.on_page[face] & _mirrors(maps, face, points))
+        signal *= 1 + GLOSS_SIGNAL * scene.printed.gloss * (scene.on_page[face] & _mirrors(maps, face, points, laser))
     return Sighting(
         _spread(seen, points),
         _spread(seen, np.where(scene.on_page[face][:, None], uv, np.nan)),
@@ -81,30 +88,33 @@ def look(scene: Scene, caster: RayCaster, maps: FaceMaps, sight: Floats, referen
 
 
 def expose(
-    sighting: Sighting, lens: Lens, mode: Mode, distance_mm: float, rng: np.random.Generator, exposure: float = 1.0
+    sighting: Sighting,
+    body: Calibration,
+    mode: Mode,
+    distance_mm: float,
+    rng: np.random.Generator,
+    exposure: float = 1.0,
 ) -> Floats:
-    """(rows, cols) tangents of the stripe planes as measured in a shot focused at `distance_mm`, NaN where nothing was
-    measured.
+    """(rows, cols) pitch as measured in a shot focused at `distance_mm`, NaN where nothing was measured.
 
     exposure  laser power and gain against what automatic exposure would choose.
     """
     signal = sighting.signal * exposure
     shape = signal.shape
     faintness = np.sqrt(np.maximum(FULL_SIGNAL / np.maximum(signal, LEAST_SIGNAL), 1))
-    lines = line_noise(shape, rng) * lens.line_noise * faintness
-    struck = edges(sighting, lens) & (rng.random(shape) < OUTLIERS)
+    lines = line_noise(shape, rng) * LENSES[body.lens].line_noise * faintness
+    struck = edges(sighting, body) & (rng.random(shape) < OUTLIERS)
     lines += np.where(struck, rng.uniform(-OUTLIER_LINES, OUTLIER_LINES, shape), 0)
     speckled = signal * rng.gamma(SPECKLE_LOOKS, 1 / SPECKLE_LOOKS, shape)
     lost = (speckled < LEAST_SIGNAL) | (signal > MOST_SIGNAL) | (rng.random(shape) < STRAY_DROPOUTS)
-    return np.where(lost, np.nan, ideal(sighting, lens, mode, distance_mm) + lines / lens.focal_px)
+    # The stripe comes from above: a plane higher by a line was there sooner.
+    return np.where(lost, np.nan, ideal(sighting, body, mode, distance_mm) - lines / mode.step)
 
 
-def ideal(sighting: Sighting, lens: Lens, mode: Mode, distance_mm: float) -> Floats:
-    """(rows, cols) exact tangents of the stripe planes, NaN outside the depth window and out of the laser's reach."""
-    near, far = depth_window(lens, mode, distance_mm)
-    depth = -sighting.points[..., 2]
-    within = (depth > near) & (depth < far) & (sighting.signal > 0)
-    return np.where(within, stripe_tangent(sighting.points), np.nan)
+def ideal(sighting: Sighting, body: Calibration, mode: Mode, distance_mm: float) -> Floats:
+    """(rows, cols) exact pitch, NaN outside the depth window and out of the laser's reach."""
+    pitch = pitch_of(sighting.points, body, mode, distance_mm)
+    return np.where(in_window(pitch, body, mode) & (sighting.signal > 0), pitch, np.nan)
 
 
 def line_noise(shape: tuple[int, int], rng: np.random.Generator) -> Floats:
@@ -113,9 +123,9 @@ def line_noise(shape: tuple[int, int], rng: np.random.Generator) -> Floats:
     return np.asarray(white[:, 1:] * ROW_KERNEL[0] + white[:, :-1] * ROW_KERNEL[1])
 
 
-def edges(sighting: Sighting, lens: Lens) -> Mask:
+def edges(sighting: Sighting, body: Calibration) -> Mask:
     """(rows, cols) bool, True where a sample and one of its four neighbours lie on different surfaces or inks."""
-    lines = np.nan_to_num(lens.focal_px * BASELINE_MM / -sighting.points[..., 2])
+    lines = np.nan_to_num(body.focal_px * body.baseline_mm / -sighting.points[..., 2])
     signal = np.log(np.maximum(sighting.signal, LEAST_SIGNAL))
     edge = np.zeros(signal.shape, bool)
     for axis in (0, 1):
@@ -126,19 +136,19 @@ def edges(sighting: Sighting, lens: Lens) -> Mask:
     return edge
 
 
-def _lit(caster: RayCaster, maps: FaceMaps, face: Ints, points: Floats) -> Floats:
+def _lit(caster: RayCaster, maps: FaceMaps, face: Ints, points: Floats, laser: Floats) -> Floats:
     """(n,) cosine of the laser's angle of incidence, 0 in shadow or where laser and camera see different sides."""
-    beam = points - LASER
+    beam = points - laser
     length = np.linalg.norm(beam, axis=1)
-    _, reach = caster.first_hit(LASER, beam)
+    _, reach = caster.first_hit(laser, beam)
     incidence, view = maps.along_normal(face, beam) / length, maps.along_normal(face, points)
     clear = (incidence * view > 0) & (reach * length > length - SHADOW_MM)
     return np.where(clear, np.abs(incidence), 0.0)
 
 
-def _mirrors(maps: FaceMaps, face: Ints, points: Floats) -> Mask:
+def _mirrors(maps: FaceMaps, face: Ints, points: Floats, laser: Floats) -> Mask:
     """(n,) bool, True where a mirror in place of the face would send the laser into the lens."""
-    to_lens, to_laser = -points, LASER - points
+    to_lens, to_laser = -points, laser - points
     half = sum(way / np.linalg.norm(way, axis=1, keepdims=True) for way in (to_lens, to_laser))
     cosine = maps.along_normal(face, half) / np.linalg.norm(half, axis=1)
     return np.asarray(np.abs(cosine) > np.cos(np.radians(GLOSS_DEG)))

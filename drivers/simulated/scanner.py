@@ -1,109 +1,128 @@
-"""The simulated scanner behind the same door as the real one."""
+"""The real driver over a simulated device, as the station opens it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
-from types import TracebackType
-from typing import Any, Self
+from pathlib import Path
+from typing import Any
 
-import numpy as np
-
-from drivers.scanner import MAX_GAIN, MAX_LASER_POWER, CaptureSettings, Progress, TransportError
+from drivers.scanner import SettingsError
 from drivers.simulated import config as settings_table
-from drivers.simulated.scene import Scene, lay
-from drivers.simulated.shot import Truth, printed, shoot_scene
-from drivers.vivid900.lenses import LENSES, MODES, REFERENCE_MM, Lens
-from restore.scan import RangeScan
+from drivers.simulated.clock import VirtualClock
+from drivers.simulated.config import ScannerConfig
+from drivers.simulated.device import Lens, SimulatedDevice
+from drivers.simulated.scene import lay
+from drivers.simulated.sensor import SceneSensor, TurnedSensor
+from drivers.simulated.shot import printed
+from drivers.simulated.stage import PtyStage, machine
+from drivers.vivid900.calibration import Calibration, nominal, read_calibration
+from drivers.vivid900.camera import Vivid900
+from drivers.vivid900.connecting import calibrations
+from drivers.vivid900.lenses import LENSES
+from drivers.vivid900.link import Link
+from drivers.vivid900.profile import load_profile
+from drivers.vivid900.stage import RotaryStage, controller_named, open_port
+from drivers.vivid900.transports.in_process import InProcess
 
-PAPER_POWER = 30.0  # laser power for white paper at REFERENCE_MM; operators report 23 for a bright plate
-GAIN_STEP = 2**0.5  # brightness from one CCD gain to the next; the manual names the steps, not their size
+LENS_SERIALS = {"TELE": 9000125, "MIDDLE": 9000114, "WIDE": 9000108}
+BLANK = {"white"}  # artwork without anything to focus on by contrast
 
 
 def _utc() -> datetime:
     return datetime.now(UTC)
 
 
-def _silent(step: str, done: float) -> None:
-    """No one is listening."""
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """A simulated device, the clock that it lives by, and the scene sensor behind its lens."""
+
+    device: SimulatedDevice
+    clock: VirtualClock
+    sensor: TurnedSensor
 
 
-class SimulatedScanner:
-    """A Vivid 900 before which a page lies. Shots differ in their noise and repeat with the seed.
-
-    truth  the truth about the last shot, None before the first.
-    """
-
-    def __init__(
-        self, scene: Scene, lens: Lens, distance_mm: float, seed: int, now: Callable[[], datetime] = _utc
-    ) -> None:
-        self.truth: Truth | None = None
-        self._scene, self._lens, self._distance_mm, self._seed, self._now = scene, lens, distance_mm, seed, now
-        self._shots, self._open = 0, True
-
-    def capture(self, settings: CaptureSettings, progress: Progress = _silent) -> RangeScan:
-        """Shoot once. Raises TransportError after `close`."""
-        if not self._open:
-            raise TransportError("the scanner is closed", "open it again")
-        distance = self._distance_mm if settings.distance_mm is None else settings.distance_mm
-        progress("focus", 1.0)
-        exposure, power, gain = expose_for_paper(distance, settings)
-        rng = np.random.default_rng([self._seed, self._shots])
-        noted = {
-            "seed": self._seed,
-            "shot": self._shots,
-            "laser_power": power,
-            "gain": gain,
-            "time": self._now().isoformat(),
-        }
-        progress("scan", 0.0)
-        scan, self.truth = shoot_scene(
-            self._scene, self._lens, MODES[settings.mode], distance, rng, exposure=exposure, provenance=noted
-        )
-        progress("scan", 1.0)
-        self._shots += 1
-        return scan
-
-    def close(self) -> None:
-        """Let the scanner go. Safe to call twice."""
-        self._open = False
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
+def _still() -> float:
+    return 0.0
 
 
-def expose_for_paper(distance_mm: float, settings: CaptureSettings) -> tuple[float, int, int]:
-    """Exposure against what white paper needs at a distance, and the laser power and gain that give it.
+def rig(
+    config: Mapping[str, Any], *, clock: Callable[[], float] | None = None, angle: Callable[[], float] = _still
+) -> Rig:
+    """The device that the `[scanner]` table of a station configuration describes, with no driver above it.
 
-    What the settings leave open is chosen: power first, and gain once the laser can do no more.
-    """
-    needed = PAPER_POWER * (distance_mm / REFERENCE_MM) ** 2
-    power = min(max(round(needed), 1), MAX_LASER_POWER) if settings.laser_power is None else settings.laser_power
-    lacking = round(float(np.log(needed / power) / np.log(GAIN_STEP)))
-    gain = min(max(lacking, 0), MAX_GAIN) if settings.gain is None else settings.gain
-    return power * GAIN_STEP**gain / needed, power, gain
-
-
-def connect(config: Mapping[str, Any], now: Callable[[], datetime] = _utc) -> SimulatedScanner:
-    """The simulated scanner that the `[scanner]` table of a station configuration describes.
-
-    now  clock for the time noted with each scan.
+    clock  the device's time; a virtual one unless told otherwise.
+    angle  tells how far a rotary stage has turned the scene, in degrees.
     Raises SettingsError when a setting is not known or not possible.
     """
     wanted = settings_table.read(config)
+    virtual, sensor = VirtualClock(), _sensor(wanted, angle)
+    lens = Lens(wanted.lens, LENS_SERIALS[wanted.lens], sensor)
+    return Rig(SimulatedDevice(lens, load_profile(wanted.profile), clock or virtual), virtual, sensor)
+
+
+def _sensor(wanted: ScannerConfig, angle: Callable[[], float]) -> TurnedSensor:
     sheet, artwork = wanted.scene.build()
-    lens = LENSES[wanted.lens]
+    body = _body(wanted)
     scene = lay(
         sheet,
         printed(artwork, wanted.scene.page_mm),
-        depth_mm=wanted.distance_mm + lens.pupil_mm,
+        depth_mm=wanted.distance_mm + body.pupil_mm,
         pose=wanted.scene.pose,
         table=wanted.scene.table,
         gap_mm=wanted.scene.gap_mm,
     )
-    return SimulatedScanner(scene, lens, wanted.distance_mm, wanted.seed, now)
+    contrast = artwork.name not in BLANK
+
+    def at(turned_deg: float) -> SceneSensor:
+        seen = scene.turned(turned_deg, wanted.scene.axle) if turned_deg else scene
+        return SceneSensor(seen, body, wanted.distance_mm, seed=wanted.seed, contrast=contrast)
+
+    return TurnedSensor(at, angle)
+
+
+def _body(wanted: ScannerConfig) -> Calibration:
+    """What the simulated body really is."""
+    if wanted.body is None:
+        return nominal(LENSES[wanted.lens])
+    body = read_calibration(Path(wanted.body))
+    if body.lens != wanted.lens:
+        raise SettingsError(f"scanner.body: {wanted.body} is of the lens {body.lens}", f"set lens = {body.lens!r}")
+    return body
+
+
+def connect(config: Mapping[str, Any], now: Callable[[], datetime] = _utc) -> Vivid900:
+    """The scanner that the `[scanner]` table of a station configuration describes.
+
+    now  clock for the time noted with each scan.
+    Raises SettingsError when a setting is not known or not possible.
+    """
+    return _driven(rig(config), config, now)
+
+
+@contextmanager
+def connect_turntable(
+    config: Mapping[str, Any], model: str, *, relative: bool = False, now: Callable[[], datetime] = _utc
+) -> Iterator[tuple[Vivid900, RotaryStage]]:
+    """That scanner, and a simulated rotary stage before it that really turns what it sees.
+
+    model, relative  as in `open_stage`; the simulated controller is of that model and counts in that way.
+    Raises SettingsError for an unknown model as well.
+    """
+    controller = controller_named(model, relative=relative)
+    clock = VirtualClock()
+    with PtyStage(machine(model, relative=relative), clock=clock) as fake:
+        standing = replace(rig(config, clock=clock, angle=lambda: fake.angle_deg), clock=clock)
+        port = open_port(fake.port, controller)
+        stage = RotaryStage(port, controller, relative=relative, clock=clock, sleep=fake.sleep)
+        with stage, _driven(standing, config, now) as scanner:
+            yield scanner, stage
+
+
+def _driven(standing: Rig, config: Mapping[str, Any], now: Callable[[], datetime]) -> Vivid900:
+    link = Link(InProcess(standing.device), None, standing.clock, standing.clock.sleep)
+    calibration = config.get("calibration")
+    known = calibrations(None if calibration is None else Path(calibration))
+    return Vivid900(link, standing.device.profile, known, now=now)

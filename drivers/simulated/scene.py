@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal
 
 import numpy as np
@@ -32,6 +32,24 @@ class Pose:
     tilt_deg: Annotated[float, Field(ge=-60, le=60)] = 0.0
     turn_deg: Annotated[float, Field(ge=-180, le=180)] = 0.0
     shift_mm: tuple[float, float, float] = (0.0, 0.0, 0.0)
+
+
+@parameters
+class Axle:
+    """The axis of the turntable that carries the scene, in the scanner's frame.
+
+    point_mm   any point on it.
+    direction  of any length; turns are counter-clockwise seen against it.
+    """
+
+    point_mm: tuple[float, float, float] = (0.0, 0.0, -900.0)
+    direction: tuple[float, float, float] = (0.0, 0.0, 1.0)
+
+    def motion(self, angle_deg: float) -> tuple[Floats, Floats]:
+        """Rotation (3, 3) and shift (3,) mm of a turn: a point p goes to rotation · p + shift."""
+        along = np.asarray(self.direction) / np.linalg.norm(self.direction)
+        rotation = Rotation.from_rotvec(np.radians(angle_deg) * along).as_matrix()
+        return rotation, np.asarray(self.point_mm) - rotation @ self.point_mm
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +84,13 @@ class Scene:
     printed: Print
     table: Table
     surface: Surface
+
+    def turned(self, angle_deg: float, axle: Axle) -> Scene:
+        """The scene after a turntable has turned it, the table with it."""
+        rotation, shift = axle.motion(angle_deg)
+        page = self.surface
+        surface = Surface(page.sheet, page.page_mm, rotation @ page.rotation, rotation @ page.shift + shift)
+        return replace(self, vertices=self.vertices @ rotation.T + shift, surface=surface)
 
 
 def lay(

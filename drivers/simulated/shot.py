@@ -12,12 +12,14 @@ import numpy as np
 from drivers.simulated.artwork import Artwork, Markers, Print, Word
 from drivers.simulated.colour import photograph
 from drivers.simulated.facemaps import FaceMaps
-from drivers.simulated.optics import expose, ideal, look
+from drivers.simulated.optics import Sighting, expose, ideal, look
 from drivers.simulated.raycast import RayCaster
 from drivers.simulated.scene import Pose, Scene, Surface, Table, lay
 from drivers.simulated.sheets import PageSize, Sheet
-from drivers.vivid900.lenses import LENSES, MODES, Lens, Mode, tangents, texture_grid, triangulate
-from restore.scan import Floats, RangeScan
+from drivers.vivid900.calibration import Calibration, nominal
+from drivers.vivid900.lenses import LENSES, MODES, Mode, texture_grid
+from drivers.vivid900.triangulation import points_of
+from restore.scan import Bytes, Floats, RangeScan
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,14 +62,26 @@ def shoot(
     table: Table = "dark",
     page_mm: PageSize = (280.0, 200.0),
     noise: bool = True,
+    body: Calibration | None = None,
+    calibration: Calibration | None = None,
 ) -> tuple[RangeScan, Truth]:
-    """Print a page (markers unless told otherwise), warp it, lay it down, focus on its middle and shoot."""
+    """Print a page (markers unless told otherwise), warp it, lay it down, focus on its middle and shoot.
+
+    body, calibration  as for `shoot_scene`; a body with the manual's figures unless told otherwise.
+    """
     optics = LENSES[lens]
     scene = lay(
         sheet, printed(artwork or Markers(), page_mm), depth_mm=distance_mm + optics.pupil_mm, pose=pose, table=table
     )
     return shoot_scene(
-        scene, optics, MODES[mode], distance_mm, np.random.default_rng(seed), noise=noise, provenance={"seed": seed}
+        scene,
+        body or nominal(optics),
+        MODES[mode],
+        distance_mm,
+        np.random.default_rng(seed),
+        noise=noise,
+        calibration=calibration,
+        provenance={"seed": seed},
     )
 
 
@@ -77,41 +91,74 @@ def printed(artwork: Artwork, page_mm: PageSize) -> Print:
     return artwork.print_on(page_mm)
 
 
-def shoot_scene(
+@dataclass(frozen=True, eq=False)
+class Exposure:
+    """What a body takes in one shot, before anything is made of it.
+
+    pitch     (rows, cols) frame at which the stripe crossed each sample, NaN where nothing was measured.
+    texture   (480, 640, 3) uint8 RGB.
+    sighting  what lay on the lines of sight.
+    """
+
+    pitch: Floats
+    texture: Bytes
+    sighting: Sighting
+
+
+def expose_scene(
     scene: Scene,
-    lens: Lens,
+    body: Calibration,
     mode: Mode,
     distance_mm: float,
     rng: np.random.Generator,
     *,
     exposure: float = 1.0,
     noise: bool = True,
+) -> Exposure:
+    """One exposure of a scene, as `shoot_scene` takes it."""
+    caster, maps = RayCaster(scene.vertices, scene.faces), FaceMaps.of(scene)
+    sighting = look(scene, caster, maps, body, mode, distance_mm + body.pupil_mm)
+    pitch = (
+        expose(sighting, body, mode, distance_mm, rng, exposure) if noise else ideal(sighting, body, mode, distance_mm)
+    )
+    return Exposure(pitch, photograph(scene, caster, maps, body, rng, noise=noise), sighting)
+
+
+def shoot_scene(
+    scene: Scene,
+    body: Calibration,
+    mode: Mode,
+    distance_mm: float,
+    rng: np.random.Generator,
+    *,
+    exposure: float = 1.0,
+    noise: bool = True,
+    calibration: Calibration | None = None,
     provenance: Mapping[str, Any] | None = None,
 ) -> tuple[RangeScan, Truth]:
     """One shot of a scene as it lies, focused at a distance from the front of the lens.
 
-    exposure    laser power and gain against what automatic exposure would choose.
-    noise       False for exact points wherever laser and lens see the surface within the window, and a colour image
-                without blur or noise.
-    provenance  anything to be noted besides the optics.
+    body         what the body and its lens really are.
+    exposure     laser power and gain against what automatic exposure would choose.
+    noise        False for exact points wherever laser and lens see the surface within the window, and a colour image
+                 without blur or noise.
+    calibration  what the driver takes the body for; the truth unless told otherwise.
+    provenance   anything to be noted besides the optics.
     """
-    caster, maps = RayCaster(scene.vertices, scene.faces), FaceMaps.of(scene)
-    texture_xy = texture_grid(mode)
-    sight = tangents(lens, texture_xy)
-    sighting = look(scene, caster, maps, sight, distance_mm + lens.pupil_mm)
-    stripe = (
-        expose(sighting, lens, mode, distance_mm, rng, exposure) if noise else ideal(sighting, lens, mode, distance_mm)
-    )
+    taken = expose_scene(scene, body, mode, distance_mm, rng, exposure=exposure, noise=noise)
+    calibration = calibration or body
     scan = RangeScan(
-        points=triangulate(sight, stripe),
-        texture=photograph(scene, caster, maps, lens, rng, noise=noise),
-        texture_xy=texture_xy,
+        points=points_of(taken.pitch, calibration, mode, distance_mm),
+        texture=taken.texture,
+        texture_xy=texture_grid(mode),
         provenance={
             "device": "simulated Vivid 900",
-            "lens": lens.name,
+            "lens": body.lens,
             "distance_mm": distance_mm,
             "mode": mode.name,
+            "calibration": calibration.as_json(),
             **(provenance or {}),
         },
     )
+    sighting = taken.sighting
     return scan, Truth(scene.printed.page_mm, scene.printed, sighting.flat, sighting.points, scene.surface)

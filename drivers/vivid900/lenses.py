@@ -1,8 +1,7 @@
-"""Optical constants of the Vivid 900 and 910, and the triangulation that follows from them.
+"""Optical constants of the Vivid 900 and 910.
 
 The camera looks along −Z from the origin; the galvano mirror that sweeps the horizontal laser stripe stands BASELINE_MM
-below it. A sample is seen at the tangents (t_u, t_v) = (x, y) / depth and lit by the stripe plane of tangent t_θ = (y +
-baseline) / depth, hence depth = baseline / (t_θ − t_v).
+below it. `triangulation` tells what follows.
 
 Source of every number, unless said otherwise: VIVID 910 hardware manual (Minolta 9222-1888-19), pages as given.
 """
@@ -50,6 +49,10 @@ class Lens:
         """Lines of the 125-line block that carry depth; the rest goes to the width of the stripe."""
         return self.depth_mm / self.line_mm(REFERENCE_MM)
 
+    def lines(self, mode: Mode) -> float:
+        """Lines of a mode's block that carry depth."""
+        return self.usable_lines * mode.block_lines / FINE.block_lines
+
     @property
     def line_noise(self) -> float:
         """Standard deviation of the stripe's position on white paper, in CCD lines; close to 0.02 for every lens."""
@@ -77,6 +80,11 @@ class Mode:
     block_lines: int
     seconds: float
 
+    @property
+    def frames(self) -> int:
+        """Frames during which a sample is in the block, which moves on by `step` lines with each."""
+        return self.block_lines // self.step
+
 
 FINE = Mode("fine", rows=480, cols=640, step=1, block_lines=125, seconds=2.5)
 # The FAST block is 36 rows of two lines each: 480 + 72 lines at 2 lines a frame take 276 frames, and the manual counts
@@ -91,35 +99,11 @@ def texture_grid(mode: Mode) -> Floats:
     return np.stack([col, row], axis=-1) * mode.step + (mode.step - 1) / 2
 
 
-def tangents(lens: Lens, texture_xy: Floats) -> Floats:
-    """(…, 2) tangents (t_u right, t_v up) of the lines of sight through texture pixels (…, 2)."""
-    centre = np.array([TEXTURE_COLS - 1, TEXTURE_ROWS - 1]) / 2
-    return (texture_xy - centre) * np.array([1.0, -1.0]) / lens.focal_px
-
-
-def project(lens: Lens, points: Floats) -> Floats:
-    """(…, 2) texture pixels (x, y) at which points (…, 3) mm in the scanner's frame are seen."""
-    centre = np.array([TEXTURE_COLS - 1, TEXTURE_ROWS - 1]) / 2
-    return centre + points[..., :2] / -points[..., 2:] * np.array([1.0, -1.0]) * lens.focal_px
-
-
-def stripe_tangent(points: Floats) -> Floats:
-    """(…) tangent t_θ of the stripe plane through points (…, 3) mm in the scanner's frame."""
-    return (points[..., 1] + BASELINE_MM) / -points[..., 2]
-
-
-def triangulate(sight: Floats, stripe: Floats) -> Floats:
-    """(…, 3) mm: where lines of sight (…, 2) tangents meet stripe planes (…) tangents. NaN in either gives NaN."""
-    depth = BASELINE_MM / (stripe - sight[..., 1])
-    return np.concatenate([sight * depth[..., None], -depth[..., None]], axis=-1)
-
-
 def depth_window(lens: Lens, mode: Mode, distance_mm: float) -> tuple[float, float]:
     """(near, far) depth from the lens centre, mm, that one shot focused at `distance_mm` can measure.
 
     The stripe must fall on the block of lines that is read out around the line where it lies at the reference distance,
     which bounds 1/depth.
     """
-    lines = lens.usable_lines * mode.block_lines / FINE.block_lines
-    centre, half = 1 / (distance_mm + lens.pupil_mm), lines / 2 / (lens.focal_px * BASELINE_MM)
+    centre, half = 1 / (distance_mm + lens.pupil_mm), lens.lines(mode) / 2 / (lens.focal_px * BASELINE_MM)
     return 1 / (centre + half), 1 / max(centre - half, np.finfo(float).tiny)

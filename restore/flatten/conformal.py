@@ -18,9 +18,8 @@ from restore.errors import BadInput
 from restore.flatten.lay import Laid
 from restore.flatten.network import Network
 from restore.scan import Floats, Ints
-from restore.strain import signed_areas
+from restore.strain import face_shapes, signed_areas
 
-THINNEST = 1e-4  # height of a face as a share of its base; thinner ones, or none at all, would weigh without bound
 SINGULAR = 1e-13  # smallest to largest pivot: rounding alone leaves 1e-16, sound meshes of 100,000 points 1e-8
 
 Follow = Callable[[int, Floats], None]
@@ -45,18 +44,8 @@ def flatten_conformal(laid: Laid, network: Network, follow: Follow | None = None
 
 def unfolded(network: Network) -> Complex:
     """(m, 3) corners of every face, x + iy mm, laid flat by itself with the first at 0 and the second on the x axis."""
-    faces, (start, end) = network.faces, network.edges.T
-    keys = start * (network.edges.max() + 1) + end
-
-    def length(a: int, b: int) -> Floats:
-        low, high = np.minimum(faces[:, a], faces[:, b]), np.maximum(faces[:, a], faces[:, b])
-        found: Floats = network.lengths[np.searchsorted(keys, low * (network.edges.max() + 1) + high)]
-        return found
-
-    base, near, far = length(0, 1), length(0, 2), length(1, 2)
-    along = (base**2 + near**2 - far**2) / (2.0 * base)
-    height = np.sqrt(np.maximum(near**2 - along**2, (THINNEST * base) ** 2))
-    return np.stack([np.zeros(len(faces)), base, along + 1j * height], axis=1)
+    base, along, height = face_shapes(network.faces, network.edges, network.lengths)
+    return np.stack([np.zeros(len(base)), base, along + 1j * height], axis=1)
 
 
 def far_apart(positions: Floats) -> tuple[int, int]:

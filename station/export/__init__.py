@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from restore.scan import RangeScan, RestoredPage, SurfaceMesh
-from station.export.mesh import encode_flat, encode_material, encode_warped
+from station.export.mesh import encode_flat, encode_material, encode_strain, encode_warped
 from station.export.png import encode_png
 from station.export.report import encode_report
 from station.export.tiff import encode_map, encode_tiff
@@ -54,9 +54,10 @@ def _texture(done: Restoration) -> bytes:
 OUTPUTS = (
     Output("page", ".png", lambda done: encode_png(done.page.image, done.page.dpi)),
     Output("tiff", ".tif", lambda done: encode_tiff(done.page.image, done.page.dpi)),
-    Output("map", "-map.tif", lambda done: encode_map(done.page.page_map, done.page.dpi)),
+    Output("map", "-map.tif", lambda done: encode_map(done.page)),
     Output("mesh", "-flat.obj", lambda done: encode_flat(done.page.flat, f"{done.stem}-mesh.mtl")),
     Output("mesh", "-warped.obj", lambda done: encode_warped(done.page.flat, f"{done.stem}-mesh.mtl")),
+    Output("mesh", "-strain.ply", lambda done: encode_strain(done.page.fine)),
     Output("mesh", "-mesh.mtl", lambda done: encode_material(f"{done.stem}-texture.png"), needs_colour=True),
     Output("mesh", "-texture.png", _texture, needs_colour=True),
     Output("strain", "-strain.png", lambda done: encode_png(strain_picture(done.page))),

@@ -1,4 +1,4 @@
-"""Wavefront OBJ: the page as it was measured and as it lies flat, both with the colour image on them."""
+"""Wavefront OBJ: the page as it was measured and as it lies flat, with the colour image on them; PLY: its strain."""
 
 from __future__ import annotations
 
@@ -6,7 +6,9 @@ import io
 
 import numpy as np
 
+from restore.flatten.network import edges_of
 from restore.scan import FlatMesh, Floats, SurfaceMesh
+from restore.strain import at_vertices, face_strain
 
 
 def encode_flat(mesh: FlatMesh, material_file: str) -> bytes:
@@ -22,6 +24,20 @@ def encode_warped(mesh: SurfaceMesh, material_file: str) -> bytes:
 def encode_material(texture_file: str) -> bytes:
     """The MTL file that both meshes refer to."""
     return f"newmtl page\nKd 1 1 1\nmap_Kd {texture_file}\n".encode()
+
+
+def encode_strain(mesh: FlatMesh) -> bytes:
+    """The flat page as binary PLY, mm, with the stretch and shear at every vertex."""
+    strain = face_strain(mesh.flat, mesh.faces, edges_of(mesh.faces), mesh.lengths)
+    columns = [mesh.flat, np.zeros((len(mesh.flat), 1)), at_vertices(strain, mesh.faces, len(mesh.flat))]
+    header = (
+        f"ply\nformat binary_little_endian 1.0\nelement vertex {len(mesh.flat)}\n"
+        + "".join(f"property double {name}\n" for name in ("x", "y", "z", "stretch", "shear"))
+        + f"element face {len(mesh.faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    faces = np.zeros(len(mesh.faces), dtype=[("count", "u1"), ("corners", "<i4", 3)])
+    faces["count"], faces["corners"] = 3, mesh.faces
+    return header.encode() + np.hstack(columns).astype("<f8").tobytes() + faces.tobytes()
 
 
 def _encode(vertices: Floats, mesh: SurfaceMesh, material_file: str) -> bytes:

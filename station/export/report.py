@@ -27,11 +27,19 @@ def summary(report: Report, files: Iterable[Path]) -> str:
         ("strain", f"rms {strain['rms'] * 100:.3f} %, max {strain['max'] * 100:.2f} %"),
         ("area", f"ratio {report['area_ratio']:.4f}, {report['flipped_faces']} flipped faces"),
         ("seconds", ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in report["seconds"].items())),
+        *(("photo", _photo(photo)) for photo in report.get("photos", ()) if photo["accepted"]),
         ("memory", f"{report['peak_memory_mb']:.0f} MB at most"),
         *(("warning", text) for text in report.get("warnings", ())),
         *(("file", str(path)) for path in files),
     ]
     return "\n".join(f"{name:<10} {text}" for name, text in rows)
+
+
+def _photo(photo: Report) -> str:
+    return (
+        f"{photo['name']} gives {photo['painted_share']:.0%} of the page with {photo['effective_ppi']:.0f} pixels per "
+        f"inch, registered to {photo['residual_px']:.1f} pixels rms"
+    )
 
 
 def finite(value: Any) -> Any:

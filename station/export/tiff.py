@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restore.scan import Bytes
+from restore.scan import Bytes, RestoredPage
 
 
 def encode_tiff(image: Bytes, dpi: float) -> bytes:
@@ -17,13 +17,22 @@ def encode_tiff(image: Bytes, dpi: float) -> bytes:
     return _encode(image, dpi, photometric="rgb")
 
 
-def encode_map(page_map: NDArray[np.float32], dpi: float) -> bytes:
-    """The map (h, w, 2) float32 as a TIFF of two channels: x and y of the source pixel that each page pixel shows.
+def encode_map(page: RestoredPage) -> bytes:
+    """The page's map as a TIFF of two channels (h, w) float32: x and y of the source pixel that each page pixel shows.
 
-    x to the right, y down, the centre of the top left source pixel is (0, 0), NaN outside the page.
+    x to the right, y down, the centre of the top left source pixel is (0, 0), NaN outside the page. A page painted from
+    photographs has a third channel, the number of the source, and the description names the sources by number; pixels
+    of a photograph are counted in the upright picture.
     """
-    description = json.dumps({"channels": ["source x", "source y"], "unit": "source pixel", "outside": "NaN"})
-    return _encode(page_map, dpi, photometric="minisblack", description=description)
+    channels, layers = ["source x", "source y"], [page.page_map]
+    said: dict[str, Any] = {"unit": "source pixel", "outside": "NaN"}
+    if page.page_source is not None:
+        channels.append("source")
+        number = np.where(np.isnan(page.page_map[..., 0]), np.nan, page.page_source).astype(np.float32)
+        layers.append(number[..., None])
+        said["sources"] = ["the scan's colour image", *(photo["name"] for photo in page.report["photos"])]
+    description = json.dumps({"channels": channels, **said})
+    return _encode(np.concatenate(layers, axis=2), page.dpi, photometric="minisblack", description=description)
 
 
 def _encode(array: NDArray[Any], dpi: float, **tags: Any) -> bytes:

@@ -93,3 +93,37 @@ def test_too_few_samples_are_not_enough_surface(camera, rows, cols):
     with pytest.raises(NotEnoughSurface, match=rf"holds {rows * cols} samples") as caught:
         find_rays(camera.shot(inverse_depth))
     assert caught.value.hint
+
+
+bends = st.tuples(st.floats(-0.15, 0.15), st.floats(-0.2, 0.2))
+
+
+def seen_through(rays, camera, inverse_depth):
+    points = rays.points(*camera.indices, inverse_depth)
+    return replace(camera.shot(inverse_depth), points=points)
+
+
+@settings(deadline=None)
+@given(bends)
+def test_a_lens_that_bends_the_picture_comes_back_from_its_points(camera, bend):
+    rays = replace(camera.rays, x0=-0.16, y0=0.12, dx=0.32 / camera.cols, dy=-0.24 / camera.rows, distortion=bend)
+    points = rays.points(*camera.indices, camera.plane())
+    for found, wanted in zip(rays.grid(points), camera.indices, strict=True):
+        np.testing.assert_allclose(found, wanted, atol=ROUND_TRIP)
+
+
+@pytest.mark.parametrize("decimals", [12, 2])
+def test_the_distortion_of_a_wide_lens_is_found(camera, decimals):
+    wide = replace(camera.rays, x0=-0.3, y0=0.22, dx=0.6 / camera.cols, dy=-0.44 / camera.rows, distortion=(-0.1, 0.05))
+    scan = seen_through(wide, camera, camera.cylinder(80.0))
+    found = find_rays(replace(scan, points=scan.points.round(decimals)))
+    assert found is not None
+    for place, wanted in zip(found.grid(scan.points), camera.indices, strict=True):
+        np.testing.assert_allclose(place, wanted, atol=TWO_DECIMALS if decimals == 2 else ROUND_TRIP)
+
+
+def test_rounding_is_not_taken_for_distortion(camera):
+    scan = camera.shot(camera.cylinder(80.0))
+    found = find_rays(replace(scan, points=scan.points.round(2)))
+    assert found is not None
+    assert found.distortion == (0.0, 0.0)

@@ -35,7 +35,9 @@ def described(fine, *, surface=None, settings=None, distance=None):
     coarse = replace(fine, vertices=fine.vertices[:50], flat=fine.flat[:50])
     image = np.zeros((4, 5, 3), np.uint8)
     painting = Painting(image, image[..., 0] == 0, np.zeros((4, 5, 2), np.float32), 141.5)
-    return describe(surface or fine, Unrolled(coarse, fine, distance or {}), painting, settings or Settings())
+    return describe(
+        surface or fine, Unrolled(coarse, fine, np.empty((0, 2)), distance or {}), painting, settings or Settings()
+    )
 
 
 def test_it_holds_what_the_options_were_and_how_well_it_went(page):

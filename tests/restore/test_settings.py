@@ -14,7 +14,7 @@ def test_what_is_not_asked_for_is_a_thousand_points_at_150_dpi_with_the_light_as
 
 @pytest.mark.parametrize(
     "options",
-    [{"points": 50}, {"points": 400_000}, {"dpi": 30}, {"dpi": 1200}, {"shading": "remove"}]
+    [{"points": 0}, {"points": 50}, {"points": 400_000}, {"dpi": 30}, {"dpi": 1200}, {"shading": "remove"}]
     + [{"method": method} for method in METHODS],
 )
 def test_all_within_the_limits_is_taken(options):
@@ -24,6 +24,8 @@ def test_all_within_the_limits_is_taken(options):
 @pytest.mark.parametrize(
     "options",
     [
+        {"points": -1},
+        {"points": 1},
         {"points": 49},
         {"points": 400_001},
         {"points": 99.5},

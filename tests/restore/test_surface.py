@@ -1,5 +1,7 @@
 """Points and lengths of the prepared sheet against planes, roofs and cylinders whose lengths are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -16,6 +18,7 @@ CHORD = 0.05  # mm: what a chord over a 90° crease loses, at the least that the
 # A path may leave a sample's cell before it crosses the ridge, and run on in the wrong wall for a bit of a sample.
 ACROSS_CELLS = 0.02  # mm
 MIDWAY = 2e-3  # mm: a path just midway between two samples may run in the noisy facet of either
+ARC = 1e-5  # mm: chords from sample to sample against twenty times as many along a path bent by the lens
 ROUNDING = 1e-6  # standard deviations
 
 nodes = st.tuples(st.floats(5.0, 150.0), st.floats(5.0, 190.0))
@@ -121,8 +124,7 @@ def test_compiled_and_plain_python_measure_the_same(camera):
     folded = roof(camera, walls)
     ends = np.random.default_rng(1).uniform(10, 150, (12, 2))
     edges = np.stack([np.arange(11), np.arange(1, 12)], axis=1)
-    r = camera.rays
-    operands = folded.planes, ends, edges, r.x0, r.dx, r.y0, r.dy, folded.noise
+    operands = folded.planes, ends, edges, camera.rays.lens, folded.noise
     compiled, plain = (run(*operands) for run in (_path_lengths, _path_lengths.py_func))
     np.testing.assert_allclose(compiled, plain, atol=EXACT)
 
@@ -154,3 +156,17 @@ def test_the_sheet_goes_on_over_holes_and_past_the_outline_in_the_nearest_facet(
 def test_texture_positions_are_interpolated(prepared):
     made, _, _, _ = prepared
     np.testing.assert_allclose(made.texcoords(np.array([[80.25, 100.5], [81.0, 99.0]])), [[202.0, 240.75], [199, 243]])
+
+
+def test_lengths_follow_the_lines_of_sight_of_a_lens_that_bends_the_picture(camera):
+    wide = replace(camera.rays, x0=-0.3, y0=0.22, dx=0.6 / camera.cols, dy=-0.44 / camera.rows, distortion=(-0.1, 0.05))
+    level = camera.plane()
+    bent = replace(camera.sheet(camera.facets(level)), rays=wide)
+    places = np.array([[3.0, 4.0], [150.5, 190.25]])
+    fine = np.linspace(*places, 4001)
+    points = wide.points(fine[:, 0], fine[:, 1], np.full(len(fine), level[0, 0]))
+    wanted = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+    pinhole = replace(bent, rays=replace(wide, distortion=(0.0, 0.0)))
+    edge = np.array([[0, 1]])
+    assert bent.lengths(places, edge)[0] == pytest.approx(wanted, abs=ARC)
+    assert abs(pinhole.lengths(places, edge)[0] - wanted) > 1.0

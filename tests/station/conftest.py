@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from drivers import CaptureSettings
-from restore import FlatMesh, RangeScan, RestoredPage, Settings
+from restore import FlatMesh, Photograph, RangeScan, RestoredPage, Settings
 from restore.flatten.network import make_network
 from station import session
 
@@ -82,6 +82,7 @@ class Library:
     fault: BaseException | None = None
     load_fault: BaseException | None = None
     calls: list[Settings] = field(default_factory=list)
+    photos: Sequence[Photograph] = ()
 
     def load_scan(self, path: Path, texture: Path | None = None) -> RangeScan:
         if self.load_fault:
@@ -93,10 +94,12 @@ class Library:
         scan: RangeScan,
         settings: Settings,
         *,
+        photos: Sequence[Photograph] = (),
         progress: Callable[[str, float], None],
         on_step: Callable[..., None] | None,
     ) -> RestoredPage:
         self.calls.append(settings)
+        self.photos = photos
         progress("flatten", 0.5)
         if self.fault:
             raise self.fault

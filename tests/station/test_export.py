@@ -53,9 +53,24 @@ def test_tiff_tells_its_resolution(page):
 def test_map_has_two_channels_of_float32(page):
     page_map = page.page_map.copy()
     page_map[0, 0] = np.nan
-    data = tifffile.imread(io.BytesIO(encode_map(page_map, 150.0)))
+    data = tifffile.imread(io.BytesIO(encode_map(replace(page, page_map=page_map))))
     assert data.dtype == np.float32
     np.testing.assert_array_equal(data, page_map)
+
+
+def test_map_of_a_page_from_photographs_tells_the_source_of_every_pixel(page):
+    page_map, source = page.page_map.copy(), np.zeros(page.mask.shape, np.uint8)
+    source[:, 5:] = 2
+    page_map[0, 0], source[0, 0] = np.nan, 255
+    report = {**page.report, "photos": [{"name": "far.jpg"}, {"name": "near.jpg"}]}
+    data = encode_map(replace(page, page_map=page_map, page_source=source, report=report))
+    with tifffile.TiffFile(io.BytesIO(data)) as file:
+        layers, said = file.asarray(), json.loads(file.pages[0].description)
+    np.testing.assert_array_equal(layers[..., :2], page_map)
+    assert said["channels"] == ["source x", "source y", "source"]
+    assert said["sources"] == ["the scan's colour image", "far.jpg", "near.jpg"]
+    assert np.isnan(layers[0, 0, 2])
+    np.testing.assert_array_equal(layers[1:, :, 2], source[1:])
 
 
 def obj_rows(data: bytes, key: str) -> list[list[str]]:
@@ -96,7 +111,7 @@ def test_obj_without_colour_refers_to_none(page, scan):
     bare = replace(page, flat=replace(page.flat, texture=None, texcoords=None))
     assert b"mtl" not in encode_flat(bare.flat, "m.mtl")
     done = export.Restoration("page", bare, scan, (), {})
-    assert len(list(export.encoded(done, {"mesh"}))) == len(export.names("page", {"mesh"}, colour=False)) == 4
+    assert len(list(export.encoded(done, {"mesh"}))) == len(export.names("page", {"mesh"}, colour=False)) == 5
 
 
 def test_page_and_report_are_always_written():
@@ -120,3 +135,12 @@ def test_summary_without_colour_and_with_a_warning(page, tmp_path):
     assert "a corner is hidden" in text
     assert "flatten 0.50" in text
     assert "512 MB" in text
+
+
+def test_summary_tells_what_a_photograph_gave(page):
+    used = {"accepted": True, "painted_share": 0.98, "effective_ppi": 486.2, "residual_px": 0.62}
+    photos = [{"name": "window.jpg", **used}, {"name": "other.jpg", "accepted": False, "reason": "it is blank"}]
+    said = {"photos": photos, "warnings": ["other.jpg is not used: it is blank"], "peak_memory_mb": 512.0}
+    text = summary({**page.report, **said}, [])
+    assert "window.jpg gives 98% of the page with 486 pixels per inch, registered to 0.6 pixels rms" in text
+    assert text.count("other.jpg") == 1

@@ -39,7 +39,7 @@ class Word:
 class Print:
     """A printed page.
 
-    image    (h, w, 3) uint8 RGB (sRGB) at DPI; its upper left corner is the page's.
+    image    (h, w, 3) uint8 RGB (sRGB) at `dpi`; its upper left corner is the page's.
     gloss    0 for matte paper, 1 for coated paper that mirrors the laser.
     markers  id → (4, 2) mm corners: upper left, upper right, lower right, lower left.
     words    in reading order.
@@ -52,6 +52,7 @@ class Print:
     markers: Mapping[int, Floats] = field(default_factory=dict)
     words: tuple[Word, ...] = ()
     patches: Mapping[str, Box] = field(default_factory=dict)
+    dpi: float = DPI
 
 
 class Artwork(Protocol):
@@ -68,13 +69,13 @@ class Artwork(Protocol):
         ...
 
 
-def blank(page_mm: PageSize) -> Bytes:
+def blank(page_mm: PageSize, dpi: float = DPI) -> Bytes:
     """(h, w, 3) uint8 RGB: white paper that covers the page."""
-    width, height = (int(np.ceil(side / MM_PER_PIXEL - 1e-9)) for side in page_mm)
+    width, height = (int(np.ceil(side * dpi / 25.4 - 1e-9)) for side in page_mm)
     return np.full((height, width, 3), PAPER, np.uint8)
 
 
-def box_mm(left: float, top: float, right: float, bottom: float, page_mm: PageSize) -> Box:
+def box_mm(left: float, top: float, right: float, bottom: float, page_mm: PageSize, dpi: float = DPI) -> Box:
     """(left, bottom, right, top) mm on the page of a box given by pixel edges in its picture."""
-    height = page_mm[1]
-    return left * MM_PER_PIXEL, height - bottom * MM_PER_PIXEL, right * MM_PER_PIXEL, height - top * MM_PER_PIXEL
+    height, pixel = page_mm[1], 25.4 / dpi
+    return left * pixel, height - bottom * pixel, right * pixel, height - top * pixel

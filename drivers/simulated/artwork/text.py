@@ -51,6 +51,7 @@ class Text:
     columns   1 or 2.
     margin_mm on all four sides.
     seed      order of the sentences.
+    dpi       of the print; an office printer's unless a camera sees more.
     """
 
     name: ClassVar[str] = "text"
@@ -61,12 +62,13 @@ class Text:
     margin_mm: Annotated[float, Field(ge=0, le=60)] = 15.0
     seed: Annotated[int, Field(ge=0)] = 0
     gloss: Gloss = 0.0
+    dpi: Annotated[int, Field(ge=100, le=1200)] = DPI
 
     def print_on(self, page_mm: PageSize) -> Print:
         """Sentences in random order, one paragraph of three to each size, then on in the last."""
         rng = np.random.default_rng(self.seed)
         sentences = cycle(rng.permutation(SENTENCES))
-        picture = Image.fromarray(blank(page_mm))
+        picture = Image.fromarray(blank(page_mm, self.dpi))
         words: list[Word] = []
         sizes = list(self.sizes_pt)
         for i, column in enumerate(self._columns(picture, page_mm)):
@@ -79,13 +81,13 @@ class Text:
                     break
                 words += placed
                 column.skip(size / 2)
-        return Print(np.asarray(picture), page_mm, gloss=self.gloss, words=tuple(words))
+        return Print(np.asarray(picture), page_mm, gloss=self.gloss, words=tuple(words), dpi=self.dpi)
 
     def _columns(self, picture: Image.Image, page_mm: PageSize) -> list[Column]:
-        width, height = (side / 25.4 * DPI for side in page_mm)
-        margin, gap = self.margin_mm / 25.4 * DPI, DPI / 4  # a quarter of an inch between columns
+        width, height = (side / 25.4 * self.dpi for side in page_mm)
+        margin, gap = self.margin_mm / 25.4 * self.dpi, self.dpi / 4  # a quarter of an inch between columns
         step = (width - 2 * margin + gap) / self.columns
         return [
-            Column(picture, page_mm, left, left + step - gap, margin, height - margin)
+            Column(picture, page_mm, left, left + step - gap, margin, height - margin, self.dpi)
             for left in (margin + i * step for i in range(self.columns))
         ]

@@ -26,12 +26,13 @@ class Column:
     right: float
     top: float
     bottom: float
+    dpi: float = DPI
 
     def set(self, text: str, size_pt: float, face: Face) -> Iterator[Word]:
         """Draw a paragraph below what the column holds, and yield its words; words that do not fit are left out."""
-        font = typeface(face, size_pt)
+        font = typeface(face, size_pt, self.dpi)
         pen = ImageDraw.Draw(self.picture)
-        line = size_pt / 72 * DPI * LEADING
+        line = size_pt / 72 * self.dpi * LEADING
         for words in _lines(text.split(), font, self.right - self.left):
             if self.top + line > self.bottom:
                 return
@@ -39,13 +40,13 @@ class Column:
             for word in words:
                 pen.text((round(x), round(base)), word, fill=BLACK, font=font, anchor="ls")
                 ink = pen.textbbox((round(x), round(base)), word, font=font, anchor="ls")
-                yield Word(word, box_mm(*ink, self.page_mm), size_pt)
+                yield Word(word, box_mm(*ink, self.page_mm, self.dpi), size_pt)
                 x += font.getlength(word + " ")
             self.top += line
 
     def skip(self, size_pt: float) -> None:
         """Leave a gap."""
-        self.top += size_pt / 72 * DPI
+        self.top += size_pt / 72 * self.dpi
 
 
 def _lines(words: Iterable[str], font: ImageFont.FreeTypeFont, width: float) -> Iterator[list[str]]:
@@ -60,7 +61,7 @@ def _lines(words: Iterable[str], font: ImageFont.FreeTypeFont, width: float) -> 
 
 
 @cache
-def typeface(face: Face, size_pt: float) -> ImageFont.FreeTypeFont:
+def typeface(face: Face, size_pt: float, dpi: float = DPI) -> ImageFont.FreeTypeFont:
     """An open typeface (Source Serif or Source Sans, SIL Open Font Licence) at a size on paper."""
     import font_source_sans_pro as sans
     import font_source_serif_pro as serif
@@ -71,5 +72,5 @@ def typeface(face: Face, size_pt: float) -> ImageFont.FreeTypeFont:
     )
     # The basic layout engine sets the same everywhere; the other one depends on a library of the system.
     return ImageFont.truetype(
-        files[name + weight.capitalize()], size_pt / 72 * DPI, layout_engine=ImageFont.Layout.BASIC
+        files[name + weight.capitalize()], size_pt / 72 * dpi, layout_engine=ImageFont.Layout.BASIC
     )

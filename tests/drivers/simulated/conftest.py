@@ -13,7 +13,9 @@ from drivers.simulated.raycast import RayCaster
 from drivers.simulated.scene import Pose, Scene, Table, lay
 from drivers.simulated.sheets import Sheet
 from drivers.simulated.shot import printed
-from drivers.vivid900.lenses import LENSES, MODES, tangents, texture_grid, triangulate
+from drivers.vivid900.calibration import nominal
+from drivers.vivid900.lenses import LENSES, MODES
+from drivers.vivid900.triangulation import lines_of_sight, points_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,11 +56,12 @@ def range_shot() -> Callable[..., RangeShot]:
         scene = lay(
             sheet, printed(artwork, page), depth_mm=distance + optics.pupil_mm, pose=pose, table=table, gap_mm=gap
         )
-        sight = tangents(optics, texture_grid(MODES[mode]))
+        body, sweep = nominal(optics), MODES[mode]
         caster = RayCaster(scene.vertices, scene.faces)
-        sighting = look(scene, caster, FaceMaps.of(scene), sight, focus + optics.pupil_mm)
-        exact = triangulate(sight, ideal(sighting, optics, MODES[mode], focus))
-        stripe = expose(sighting, optics, MODES[mode], focus, np.random.default_rng(seed), exposure)
-        return RangeShot(scene, sighting, sight, exact, triangulate(sight, stripe))
+        sighting = look(scene, caster, FaceMaps.of(scene), body, sweep, focus + optics.pupil_mm)
+        exact = points_of(ideal(sighting, body, sweep, focus), body, sweep, focus)
+        pitch = expose(sighting, body, sweep, focus, np.random.default_rng(seed), exposure)
+        sight = lines_of_sight(body, sweep).tangents
+        return RangeShot(scene, sighting, sight, exact, points_of(pitch, body, sweep, focus))
 
     return shoot

@@ -16,11 +16,13 @@ from drivers.simulated.raycast import RayCaster
 from drivers.simulated.scene import Table, lay
 from drivers.simulated.sheets import Sheet
 from drivers.simulated.shot import printed
-from drivers.vivid900.lenses import LENSES, project
+from drivers.vivid900.calibration import nominal
+from drivers.vivid900.lenses import LENSES
+from drivers.vivid900.triangulation import project
 from restore.scan import Bytes
 
 PAGE = (280.0, 200.0)
-MIDDLE = LENSES["MIDDLE"]
+MIDDLE = nominal(LENSES["MIDDLE"])
 EDGE_PX = 0.1  # rms: nine rays a pixel place an edge to 1/3 pixel / √12 = 0.1, less for slanting edges
 EDGE_BIAS_PX = 0.03  # and on the average over hundreds of edges to a fraction of that
 INK = 0.02  # relative: eight-bit codes, half a code in thirty

@@ -22,6 +22,7 @@ from drivers.simulated import (
 )
 from drivers.simulated.optics import FULL_SIGNAL, OUTLIER_LINES, edges, line_noise
 from drivers.simulated.raycast import RayCaster
+from drivers.vivid900.calibration import nominal
 from drivers.vivid900.lenses import BASELINE_MM, FAST, FINE, LENSES, depth_window
 from restore.scan import Floats, Mask
 
@@ -111,7 +112,7 @@ def test_little_light_means_more_noise(range_shot: Shoot) -> None:
 def test_outliers_keep_to_edges(range_shot: Shoot) -> None:
     shot = range_shot(Flat(), Markers(), table="none")
     lens = LENSES["MIDDLE"]
-    edge = edges(shot.sighting, lens) & shot.measured
+    edge = edges(shot.sighting, nominal(lens)) & shot.measured
     lines = np.abs(z_error(shot)) / lens.line_mm(900)
     far_off = lines > 0.5  # 6 σ even on black ink
     assert 0.005 < far_off[edge].mean() < 0.02

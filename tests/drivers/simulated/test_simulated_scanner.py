@@ -1,8 +1,10 @@
-"""The simulated scanner behind the door of all scanners."""
+"""The real driver over the simulated device, behind the door of all scanners."""
 
 import json
 import tomllib
+from dataclasses import replace
 from datetime import UTC, datetime
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,11 +13,18 @@ import pytest
 from drivers import CaptureSettings, SettingsError, open_scanner
 from drivers.scanner import TransportError
 from drivers.simulated.artwork import ARTWORK
-from drivers.simulated.scanner import GAIN_STEP, connect, expose_for_paper
+from drivers.simulated.exposing import GAIN_STEP, exposure_of, suiting_paper
+from drivers.simulated.scanner import connect, rig
 from drivers.simulated.sheets import SHEETS
+from drivers.simulated.shot import Truth
+from drivers.vivid900.calibration import encode_calibration, nominal
+from drivers.vivid900.camera import Vivid900
+from drivers.vivid900.lenses import LENSES, MODES
+from restore.scan import RangeScan
 
 NOON = datetime(2024, 5, 17, 12, 0, tzinfo=UTC)
 FAST = CaptureSettings(mode="fast")
+HALF = 0.05  # of a quotient of two spreads from tens of thousands of samples, and of strays left out
 STATION = """
 driver = "simulated"
 lens = "WIDE"
@@ -64,7 +73,8 @@ def test_provenance_tells_all_and_is_json() -> None:
     noted = connect(small(seed=5), now=noon).capture(FAST).provenance
     assert json.loads(json.dumps(dict(noted))) == noted
     assert noted["time"] == NOON.isoformat()
-    assert {"device", "lens", "distance_mm", "mode", "seed", "shot", "laser_power", "gain"} <= noted.keys()
+    assert {"device", "lens", "distance_mm", "mode", "profile", "calibration", "laser_power", "gain"} <= noted.keys()
+    assert "SIM" in noted["device"]
 
 
 def test_shots_differ_and_the_series_repeats() -> None:
@@ -76,19 +86,18 @@ def test_shots_differ_and_the_series_repeats() -> None:
     assert not np.array_equal(series[0][0], series[0][1], equal_nan=True)
 
 
-def test_the_truth_of_the_last_shot_is_kept() -> None:
-    scanner = connect(small())
-    assert scanner.truth is None
-    scan = scanner.capture(FAST)
-    assert scanner.truth is not None
-    assert scanner.truth.page_mm == (280.0, 200.0)
-    assert np.nanmax(np.abs(scan.points - scanner.truth.points)) < 20
+def test_the_truth_about_its_shots_is_known() -> None:
+    scan, standing = connect(small()).capture(FAST), rig(small())
+    truth = standing.sensor.truth(MODES["fast"])
+    assert truth.page_mm == (280.0, 200.0)
+    assert np.nanmax(np.abs(scan.points - truth.points)) < 20
 
 
 def test_progress_is_told() -> None:
     steps: list[tuple[str, float]] = []
     connect(small()).capture(FAST, lambda step, done: steps.append((step, done)))
     assert [step for step, done in steps if done == 1.0] == ["focus", "scan"]
+    assert all(0 <= done <= 1 for _, done in steps)
 
 
 def test_a_closed_scanner_shoots_no_more() -> None:
@@ -105,9 +114,9 @@ def test_focus_elsewhere_finds_nothing() -> None:
 
 
 @pytest.mark.parametrize("distance", [500.0, 900.0, 2500.0])
-def test_what_is_left_open_is_chosen_to_suit_white_paper(distance: float) -> None:
-    exposure, power, gain = expose_for_paper(distance, CaptureSettings())
-    assert 1 / GAIN_STEP < exposure < GAIN_STEP
+def test_the_device_chooses_what_suits_white_paper(distance: float) -> None:
+    power, gain = suiting_paper(distance)
+    assert 1 / GAIN_STEP < exposure_of(distance, power, gain) < GAIN_STEP
     assert 1 <= power <= 255
     assert 0 <= gain <= 7
 
@@ -152,3 +161,57 @@ def test_an_impossible_setting_is_refused_by_name_with_the_choices(
         open_scanner({"driver": "simulated", **settings})
     assert setting in str(refused.value)
     assert choice in f"{refused.value} {refused.value.hint}"
+
+
+def test_four_shots_halve_the_noise_against_the_truth() -> None:
+    truth = rig(small()).sensor.truth(MODES["fast"])
+    with connect(small()) as scanner:
+        noise = [z_noise(scanner.capture(CaptureSettings(mode="fast", average=n)), truth) for n in (1, 4)]
+    assert noise[1] / noise[0] == pytest.approx(0.5, rel=HALF)
+
+
+def z_noise(scan: RangeScan, truth: Truth) -> float:
+    """Standard deviation of depth, mm, from the quartiles: strays do not count."""
+    error = (scan.points - truth.points)[..., 2]
+    low, high = np.nanpercentile(error, [25, 75])
+    return float(high - low) / 1.349  # of a normal distribution
+
+
+def test_the_station_configuration_that_comes_along_runs_the_real_driver(repository: Path) -> None:
+    config = tomllib.loads((repository / "configs" / "simulated.toml").read_text("utf-8"))
+    with open_scanner({**config["scanner"], "scene": {"sheet": "flat", "artwork": "white"}}) as scanner:
+        assert isinstance(scanner, Vivid900)
+        assert scanner.state == "ready"
+
+
+def test_a_calibration_of_another_lens_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "wide.toml"
+    path.write_text(encode_calibration(nominal(LENSES["WIDE"])), "utf-8")
+    with connect(small(calibration=str(path))) as scanner, pytest.raises(SettingsError, match="MIDDLE"):
+        scanner.capture(FAST)
+
+
+def test_a_calibration_is_used(tmp_path: Path) -> None:
+    path = tmp_path / "middle.toml"
+    longer = replace(nominal(LENSES["MIDDLE"]), baseline_mm=255.0)
+    path.write_text(encode_calibration(longer), "utf-8")
+    with connect(small()) as plain, connect(small(calibration=str(path))) as other:
+        one, two = (scanner.capture(FAST) for scanner in (plain, other))
+    assert two.provenance["calibration"]["baseline_mm"] == 255.0
+    assert np.nanmean(two.points[..., 2] / one.points[..., 2]) == pytest.approx(255 / 250, rel=1e-3)
+
+
+def test_a_body_hides_its_geometry_from_the_driver(tmp_path: Path) -> None:
+    path = tmp_path / "hidden.toml"
+    hidden = replace(nominal(LENSES["MIDDLE"]), baseline_mm=255.0)
+    path.write_text(encode_calibration(hidden), "utf-8")
+    flat = {"sheet": "flat", "artwork": "white"}
+    with connect(small(body=str(path), scene=flat)) as told_nothing:
+        wrong = told_nothing.capture(FAST)
+    with connect(small(body=str(path), calibration=str(path), scene=flat)) as told_all:
+        right = told_all.capture(FAST)
+    assert wrong.provenance["calibration"]["baseline_mm"] == 250.0
+    assert np.nanmedian(right.points[..., 2]) == pytest.approx(-921.5, abs=0.1)
+    assert np.nanmedian(wrong.points[..., 2]) == pytest.approx(-921.5 * 250 / 255, rel=2e-3)
+    with pytest.raises(SettingsError, match=r"of the lens MIDDLE"):
+        connect(small(body=str(path), lens="WIDE"))

@@ -2,8 +2,6 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from drivers.vivid900.lenses import (
     FAST,
@@ -12,11 +10,7 @@ from drivers.vivid900.lenses import (
     TEXTURE_COLS,
     TEXTURE_ROWS,
     depth_window,
-    project,
-    stripe_tangent,
-    tangents,
     texture_grid,
-    triangulate,
 )
 
 # p. 26: lens, distance, width and height of the field of view, mm
@@ -41,7 +35,6 @@ FIELD_MM = 0.11  # the table is rounded to 0.1 mm and its own heights stray by a
 DEPTHS_AT_600 = {"TELE": 40.0, "MIDDLE": 70.0, "WIDE": 110.0}  # p. 56, lower end of the Z range
 WINDOW_SHARE = 0.01  # the window is even in 1/depth, not in depth: its ends differ by the square of ±9 %
 LINE_NOISE = (0.018, 0.023)  # published precision over the depth of one line is the same for all lenses within this
-ROUNDING_MM = 1e-9  # of double precision at a metre
 
 
 @pytest.mark.parametrize(("lens", "distance", "width", "height"), FIELDS_OF_VIEW)
@@ -73,17 +66,3 @@ def test_samples_lie_on_texture_pixels() -> None:
     assert texture_grid(FAST).shape == (240, 320, 2)
     np.testing.assert_array_equal(texture_grid(FINE)[3, 5], [5, 3])
     np.testing.assert_array_equal(texture_grid(FAST)[3, 5], [10.5, 6.5])  # the middle of pixels 10, 11 and 6, 7
-
-
-def test_the_middle_of_the_picture_is_the_axis() -> None:
-    np.testing.assert_array_equal(tangents(LENSES["MIDDLE"], np.array([319.5, 239.5])), [0, 0])
-    right, up = tangents(LENSES["MIDDLE"], np.array([400.0, 100.0]))
-    assert right > 0
-    assert up > 0
-
-
-@given(x=st.floats(-400, 400), y=st.floats(-230, 300), depth=st.floats(500, 2500), lens=st.sampled_from(sorted(LENSES)))
-def test_triangulation_undoes_projection(x: float, y: float, depth: float, lens: str) -> None:
-    point = np.array([x, y, -depth])
-    sight = tangents(LENSES[lens], project(LENSES[lens], point))
-    np.testing.assert_allclose(triangulate(sight, stripe_tangent(point)), point, atol=ROUNDING_MM)

@@ -1,0 +1,38 @@
+"""`python -m drivers.simulated CONFIG`: serve the simulated device of a station configuration on a socket."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+import tomllib
+from pathlib import Path
+
+from drivers.scanner import ScannerError
+from drivers.simulated.scanner import rig
+from drivers.simulated.serve import LOCALHOST, listen, serve
+
+
+def main() -> int:
+    """Serve until Ctrl-C."""
+    parser = argparse.ArgumentParser(prog="python -m drivers.simulated", description=__doc__)
+    parser.add_argument("config", type=Path, help="the station's configuration (TOML), driver = simulated")
+    parser.add_argument("--port", type=int, default=0, help="port to listen at; any free one unless told")
+    arguments = parser.parse_args()
+    try:
+        config = tomllib.loads(arguments.config.read_text("utf-8"))
+        device = rig(config.get("scanner", {}), clock=time.monotonic).device
+    except (OSError, ValueError, ScannerError) as error:
+        print(f"{arguments.config}: {error}", file=sys.stderr)
+        return 2
+    with listen(arguments.port) as listener:
+        print(f"{LOCALHOST}:{listener.getsockname()[1]}", flush=True)
+        try:
+            serve(device, listener)
+        except KeyboardInterrupt:
+            return 130
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

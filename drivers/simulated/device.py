@@ -1,0 +1,272 @@
+"""A simulated Vivid 900 that answers command bytes: everything above it is the real driver.
+
+Timing and behaviour follow the VIVID 910 hardware manual (9222-1888-19); the pages are given. The bytes are those of
+a command profile, by default Planish's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from drivers.scanner import MAX_DISTANCE_MM, MIN_DISTANCE_MM, ScannerError, TransportError
+from drivers.simulated.exposing import suiting_paper
+from drivers.simulated.log import Log
+from drivers.simulated.record import Record, record
+from drivers.simulated.sensor import Sensor
+from drivers.vivid900 import commands, scsi
+from drivers.vivid900.body import RANGE_MODES
+from drivers.vivid900.commands import Parameters, State, Status
+from drivers.vivid900.profile import Profile
+from drivers.vivid900.scsi import Identity
+from drivers.vivid900.sense import Key, Sense
+from drivers.vivid900.transports import BUSY, CHECK_CONDITION, GOOD, Reply
+
+SELF_TEST_S = 10.0  # after power-on and after a change of the lens (p. 13, p. 27)
+MOTOR_S = 1.0  # between FINE and FAST a motor turns first (p. 31); how long is not said
+COLOUR_S = 0.5  # p. 59
+PASSIVE_AF_S, ACTIVE_AF_S = 1.0, 1.5  # not in the manual
+AF_POWER = 30  # the laser that autofocus looks with; not in the manual
+
+LOW_CONTRAST, OUT_OF_RANGE = "AF ERROR LOW CONTRAST", "ERROR OUT OF DISTANCE RANGE (0.5-2.5 m)"
+POWER_ON, LENS_CHANGED = Sense(Key.UNIT_ATTENTION, 0x29), Sense(Key.UNIT_ATTENTION, 0x28)
+WARMING_UP, BARRIER_CLOSED = Sense(Key.NOT_READY, 0x04, 0x01), Sense(Key.NOT_READY, 0x80, 0x01)
+NO_SUCH_COMMAND, BAD_FIELD = Sense(Key.ILLEGAL_REQUEST, 0x20), Sense(Key.ILLEGAL_REQUEST, 0x24)
+BAD_PARAMETER, NO_DATA = Sense(Key.ILLEGAL_REQUEST, 0x26), Sense(Key.ILLEGAL_REQUEST, 0x2C)
+
+
+@dataclass(frozen=True, eq=False)
+class Lens:
+    """A mounted lens: its name, its serial number, and what the CCD sees through it."""
+
+    name: Literal["TELE", "MIDDLE", "WIDE"]
+    serial: int
+    sensor: Sensor
+
+
+class _Refused(Exception):
+    """Ends a command with CHECK CONDITION."""
+
+    def __init__(self, sense: Sense) -> None:
+        self.sense = sense
+
+
+class _NotNow(Exception):
+    """Ends a command with BUSY."""
+
+
+class SimulatedDevice:
+    """The device's side of the bus, on at first and past its self test.
+
+    clock    its time; busy times end when the clock says so.
+    log      what happened, and when the laser burned.
+    barrier  whether the laser barrier stands before the laser.
+    fails    message that the next operation leaves on the panel, empty for none.
+    """
+
+    def __init__(self, lens: Lens, profile: Profile, clock: Callable[[], float], *, body_serial: int = 9000001) -> None:
+        self.lens, self.profile, self.body_serial = lens, profile, body_serial
+        self.log, self.barrier, self.fails = Log(clock), False, ""
+        self.parameters, self.panel, self.shot, self.focused = Parameters(), "", 0, 0
+        self._clock, self._on, self._ready_at = clock, True, clock()
+        self._attentions, self._sense = [POWER_ON], Sense(Key.NO_SENSE)
+        self._busy_until, self._ending, self._record = clock(), _nothing, Record()
+
+    @property
+    def state(self) -> State | Literal["off"]:
+        """What it is doing."""
+        now = self._clock()
+        if not self._on:
+            return "off"
+        if now < self._ready_at:
+            return "warming-up"
+        if now < self._busy_until:
+            return "busy"
+        self._end_operation()
+        if self.barrier:
+            return "barrier-closed"
+        return "data" if self._record.shot else "ready"
+
+    @property
+    def is_parked(self) -> bool:
+        """Whether the laser is off and cannot come on with the next shot."""
+        return not self.log.laser_is_on and self.parameters.laser_power == 0
+
+    def power_off(self) -> None:
+        """Switch it off: it forgets everything."""
+        self._on = False
+        self._forget("power off")
+
+    def power_on(self) -> None:
+        """Switch it on: it tests itself, and tells that it was switched on."""
+        self._on, self._ready_at, self.shot, self.focused = True, self._clock() + SELF_TEST_S, 0, 0
+        self._forget("power on")
+        self._attentions = [POWER_ON]
+
+    def reset(self) -> None:
+        """A reset of the bus: it forgets everything without a self test."""
+        self._forget("reset")
+        self._attentions = [POWER_ON]
+
+    def change_lens(self, lens: Lens) -> None:
+        """Mount another lens: data that was not read is lost, and it initialises itself anew (p. 27)."""
+        self.lens, self._ready_at = lens, self._clock() + SELF_TEST_S
+        self._forget("lens")
+        if LENS_CHANGED not in self._attentions:  # it happened, however often
+            self._attentions.append(LENS_CHANGED)
+
+    def execute(self, cdb: bytes, data_out: bytes, data_in_length: int) -> Reply:
+        """See Target. Raises TransportError when it is off: nobody answers."""
+        if not self._on:
+            raise TransportError("no device answers", "switch the scanner on")
+        known = commands.parse_command(self.profile, cdb)
+        self.log.add("command", known[0] if known else cdb.hex(" "))
+        try:
+            if cdb and cdb[0] in scsi.STANDARD:
+                return Reply(GOOD, self._standard(cdb[0])[:data_in_length])
+            if self._attentions:
+                raise _Refused(self._attentions.pop(0))
+            if known is None:
+                opcodes = {layout.fixed[0] for layout in self.profile.commands.by_name.values()}
+                raise _Refused(BAD_FIELD if cdb and cdb[0] in opcodes else NO_SUCH_COMMAND)
+            name, values = known
+            return Reply(GOOD, getattr(self, "_" + name)(data_out, **values)[:data_in_length])
+        except _NotNow:
+            return Reply(BUSY)
+        except _Refused as refusal:
+            self._sense = refusal.sense
+            return Reply(CHECK_CONDITION)
+
+    def _standard(self, opcode: int) -> bytes:
+        if opcode == scsi.INQUIRY:
+            firmware = self.profile.firmware
+            revision = firmware.revisions[0].replace("*", "9").replace("?", "9")
+            return Identity(scsi.PROCESSOR_TYPE, firmware.vendor, firmware.product, revision).build()
+        if opcode == scsi.REQUEST_SENSE:
+            told, self._sense = self._sense, Sense(Key.NO_SENSE)
+            return told.build()
+        if self._attentions:
+            raise _Refused(self._attentions.pop(0))
+        self._require_free()
+        if self.barrier:
+            raise _Refused(BARRIER_CLOSED)
+        return b""
+
+    def _status(self, _data: bytes, **_values: int) -> bytes:
+        state = self.state
+        assert state != "off"  # nobody would answer
+        numbers = {
+            "shot": self.shot,
+            "focused": self.focused,
+            "lens_serial": self.lens.serial,
+            "body_serial": self.body_serial,
+        }
+        return commands.build_status(self.profile, Status(state, self.lens.name, panel=self.panel, **numbers))
+
+    def _read_parameters(self, _data: bytes, **_values: int) -> bytes:
+        self._require_free()
+        return commands.build_parameters(self.profile, self.parameters)
+
+    def _write_parameters(self, data: bytes, **_values: int) -> bytes:
+        self._require_free()
+        try:
+            self.parameters = commands.parse_parameters(self.profile, data)
+        except ScannerError as error:
+            raise _Refused(BAD_PARAMETER) from error
+        self.log.add("parameters", f"laser power {self.parameters.laser_power}")
+        return b""
+
+    def _passive_autofocus(self, _data: bytes) -> bytes:
+        def focus() -> None:
+            self.panel = self.panel or ("" if self.lens.sensor.contrast else LOW_CONTRAST)
+            self._take_distance()
+
+        self._begin("autofocus", PASSIVE_AF_S, focus)
+        self.focused += 1
+        return b""
+
+    def _active_autofocus(self, _data: bytes) -> bytes:
+        def focus() -> None:
+            self._take_distance()
+            if not self.panel:
+                power, gain = suiting_paper(self.parameters.distance_mm)
+                self.parameters = replace(self.parameters, laser_power=power, gain=gain)
+
+        self._begin("autofocus", ACTIVE_AF_S, focus)
+        self.focused += 1
+        self.log.burn(self._clock(), ACTIVE_AF_S, AF_POWER)
+        return b""
+
+    def _release(self, _data: bytes) -> bytes:
+        parameters, seconds, motor = self.parameters, COLOUR_S, 0.0
+        if parameters.mode.has_range:
+            turns = self._record.swept not in (None, parameters.mode)
+            motor = MOTOR_S if turns else 0.0
+            seconds = motor + RANGE_MODES[parameters.mode].seconds + (0 if parameters.auto_read else COLOUR_S)
+        swept = parameters.mode if parameters.mode.has_range else self._record.swept
+        shot = self.shot + 1
+
+        def expose() -> None:
+            if not self.panel:
+                self._record = record(self.lens.sensor, self.profile, parameters, shot, swept)
+
+        self._begin("release", seconds, expose)
+        self.shot, self._record = shot, Record(swept=swept)
+        if parameters.mode.has_range:
+            self.log.burn(self._clock() + motor, RANGE_MODES[parameters.mode].seconds, parameters.laser_power)
+        return b""
+
+    def _read_pitch(self, _data: bytes, *, offset: int, length: int) -> bytes:
+        self._require_free()
+        return self._part(self._record.pitch, offset, length)
+
+    def _read_colour(self, _data: bytes, *, offset: int, length: int, kind: int | None = None) -> bytes:
+        self._require_free()
+        if self._record.colour and kind not in (None, self._record.mode):
+            raise _Refused(BAD_FIELD)
+        return self._part(self._record.colour, offset, length)
+
+    @staticmethod
+    def _part(block: bytes, offset: int, length: int) -> bytes:
+        if not block:
+            raise _Refused(NO_DATA)
+        if offset + length > len(block):
+            raise _Refused(BAD_FIELD)
+        return block[offset : offset + length]
+
+    def _begin(self, what: str, seconds: float, ending: Callable[[], None]) -> None:
+        """Start an operation that needs the laser's way free; `ending` does its work when the time is over."""
+        self._require_free()
+        if self.barrier:
+            raise _Refused(BARRIER_CLOSED)
+        self.log.add(what)
+        self.panel, self.fails = self.fails, ""
+        self._busy_until, self._ending = self._clock() + seconds, ending
+
+    def _end_operation(self) -> None:
+        ending, self._ending = self._ending, _nothing
+        ending()
+
+    def _take_distance(self) -> None:
+        distance = self.lens.sensor.distance_mm
+        if not MIN_DISTANCE_MM <= distance <= MAX_DISTANCE_MM:
+            self.panel = self.panel or OUT_OF_RANGE
+        if not self.panel:
+            self.parameters = replace(self.parameters, distance_mm=round(distance))
+
+    def _require_free(self) -> None:
+        if self.state == "warming-up":
+            raise _Refused(WARMING_UP)
+        if self.state == "busy":
+            raise _NotNow
+
+    def _forget(self, why: str) -> None:
+        self.log.add(why)
+        self.log.cut_off()
+        self.parameters, self.panel, self._record = Parameters(), "", Record()
+        self._busy_until, self._ending = self._clock(), _nothing
+
+
+def _nothing() -> None:
+    """What an operation does in the end when there is none."""

@@ -1,0 +1,24 @@
+"""How bright a shot comes out: laser power and gain against what white paper needs."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drivers.scanner import MAX_GAIN, MAX_LASER_POWER
+from drivers.vivid900.lenses import REFERENCE_MM
+
+PAPER_POWER = 30.0  # laser power for white paper at REFERENCE_MM; operators report 23 for a bright plate
+GAIN_STEP = 2**0.5  # brightness from one CCD gain to the next; the manual names the steps, not their size
+
+
+def exposure_of(distance_mm: float, power: int, gain: int) -> float:
+    """Brightness of a shot against the one that suits white paper at the distance in focus."""
+    return power * GAIN_STEP**gain / (PAPER_POWER * (distance_mm / REFERENCE_MM) ** 2)
+
+
+def suiting_paper(distance_mm: float) -> tuple[int, int]:
+    """(laser power, gain) that suit white paper at a distance: power first, gain once the laser can do no more."""
+    needed = PAPER_POWER * (distance_mm / REFERENCE_MM) ** 2
+    power = min(max(round(needed), 1), MAX_LASER_POWER)
+    gain = round(float(np.log(needed / power) / np.log(GAIN_STEP)))
+    return power, min(max(gain, 0), MAX_GAIN)

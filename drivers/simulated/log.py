@@ -1,0 +1,57 @@
+"""What happened to a simulated scanner, in its own words: tests read here whether the laser is off."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Event:
+    """time in seconds of the device's clock; what; and details, if any."""
+
+    time: float
+    what: str
+    detail: str = ""
+
+
+@dataclass(frozen=True)
+class Beam:
+    """The laser burning from start to end, seconds, at a power of 1 to 255."""
+
+    start: float
+    end: float
+    power: int
+
+
+class Log:
+    """Events in their order, and when the laser burned."""
+
+    def __init__(self, clock: Callable[[], float]) -> None:
+        self.clock = clock
+        self.events: list[Event] = []
+        self.beams: list[Beam] = []
+
+    def add(self, what: str, detail: str = "") -> None:
+        """Note what happens now."""
+        self.events.append(Event(self.clock(), what, detail))
+
+    def burn(self, start: float, seconds: float, power: int) -> None:
+        """Note that the laser will burn, unless it is cut off before."""
+        if power > 0:
+            self.beams.append(Beam(start, start + seconds, power))
+
+    def cut_off(self) -> None:
+        """The laser goes off now, and what was still to come does not."""
+        now = self.clock()
+        past = [Beam(beam.start, min(beam.end, now), beam.power) for beam in self.beams if beam.start < now]
+        self.beams[:] = past
+
+    @property
+    def laser_is_on(self) -> bool:
+        """Whether the laser burns now."""
+        return any(beam.start <= self.clock() < beam.end for beam in self.beams)
+
+    def named(self, what: str) -> Iterator[Event]:
+        """The events of one kind."""
+        return (event for event in self.events if event.what == what)

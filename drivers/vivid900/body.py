@@ -1,0 +1,148 @@
+"""The operations of a Vivid 900, each to its end: wait until ready, set parameters, focus, shoot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
+
+from drivers.scanner import Progress, ScannerError
+from drivers.vivid900 import commands
+from drivers.vivid900.colour import ColourImage, colour_length, parse_colour
+from drivers.vivid900.commands import Focus, Parameters, ShotMode, Status
+from drivers.vivid900.errors import AGAIN, BadReply, Interrupted, NotReady, StillBusy
+from drivers.vivid900.lenses import FAST, FINE, Mode
+from drivers.vivid900.link import Link, pauses
+from drivers.vivid900.panel import panel_error
+from drivers.vivid900.pitch import Pitch, parse_pitch, pitch_length
+from drivers.vivid900.profile import Profile
+
+# Seconds that an operation takes, and seconds after which it never will end.
+WARM_UP_S = (10.0, 30.0)  # the self test (manual p. 13)
+SHOT_S = (3.5, 15.0)  # a FINE shot takes 2.5 s, its colours 0.5 s (p. 59), the motor's turn before it a second or two
+FOCUS_S = (1.5, 10.0)
+PARK_ATTEMPTS = 5
+BARRIER = "AF/AE ERROR LASER BARRIER MAY BE CLOSED"
+RANGE_MODES: dict[ShotMode, Mode] = {ShotMode.FINE_COLOUR: FINE, ShotMode.FAST_COLOUR: FAST}
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """What one release left: the range image and the colour image, as far as its mode has them."""
+
+    pitch: Pitch | None
+    colour: ColourImage | None
+
+
+@dataclass(frozen=True)
+class Body:
+    """The scanner behind a link whose profile fits it. `progress` is told of every step and may raise to cancel."""
+
+    link: Link
+    profile: Profile
+    progress: Progress
+
+    def status(self) -> Status:
+        """What the scanner is doing."""
+        return commands.parse_status(self.profile, self.link.run(commands.status(self.profile)))
+
+    def wait_ready(self) -> Status:
+        """Wait for the end of the self test. Raises BarrierClosed at once, NotReady when it never comes ready."""
+        status = self._wait("warm-up", lambda status: status.state not in ("warming-up", "busy"), WARM_UP_S)
+        if status.state == "barrier-closed":
+            raise panel_error(BARRIER)
+        return status
+
+    def read_parameters(self) -> Parameters:
+        """The parameters as they are."""
+        return commands.parse_parameters(self.profile, self.link.run(commands.read_parameters(self.profile)))
+
+    def set_parameters(self, parameters: Parameters) -> None:
+        """Set all parameters and read them back. Raises BadReply when the scanner has others then."""
+        self.link.run(commands.write_parameters(self.profile, parameters))
+        if self.read_parameters() != parameters:
+            raise BadReply("the scanner did not take its parameters")
+
+    def autofocus(self, kind: Focus) -> Parameters:
+        """Focus and return the parameters with what was found.
+
+        Raises PanelError, BarrierClosed, Interrupted when the scanner has not focused.
+        """
+        self.progress("focus", 0.0)
+        before = self.status().focused
+        self.link.run(commands.autofocus(self.profile, kind))
+        status = self._wait("focus", lambda status: status.state != "busy", FOCUS_S)
+        self._raise_panel(status)
+        if "focused" in self.profile.blocks.status.fields and status.focused != before + 1:
+            raise Interrupted("the scanner has not focused", AGAIN)
+        self.progress("focus", 1.0)
+        found = self.read_parameters()
+        if self.read_parameters() != found:  # nothing else would tell that one answer was an old one
+            raise BadReply("the scanner tells two distances for one autofocus")
+        return found
+
+    def shoot(self, parameters: Parameters) -> Shot:
+        """Write the parameters, release, wait, and fetch what the shot left.
+
+        Raises Interrupted when the scanner then has the data of another shot or of none.
+        """
+        self.set_parameters(parameters)
+        before = self.status().shot
+        self.link.run(commands.release(self.profile))
+        status = self._wait("scan", lambda status: status.state != "busy", SHOT_S)
+        self._raise_panel(status)
+        if status.state != "data" or status.shot != before + 1:
+            raise Interrupted("the scanner has lost the shot", AGAIN)
+        mode = parameters.mode
+        pitch = self._pitch(RANGE_MODES[mode]) if mode.has_range else None
+        with_colour = not mode.has_range or parameters.auto_read == 0
+        shot = Shot(pitch, self._colour(mode) if with_colour else None)
+        if any(part is not None and part.shot != status.shot for part in (shot.pitch, shot.colour)):
+            raise Interrupted("the scanner sent an image of another shot", AGAIN)
+        return shot
+
+    def laser_off(self) -> None:
+        """Set the laser's power to 0, whatever the scanner is doing; it waits out a shot that is under way.
+
+        A scanner that does not come ready does not shoot either. Raises the last of several faults in a row.
+        """
+        for last, pause in zip(reversed(range(PARK_ATTEMPTS)), pauses(), strict=False):
+            try:
+                self.set_parameters(replace(Parameters(), laser_power=0))
+                return
+            except NotReady:
+                pass
+            except ScannerError:
+                if not last:
+                    raise
+            self.link.sleep(pause)
+
+    def _pitch(self, mode: Mode) -> Pitch:
+        read = partial(commands.read_pitch, self.profile)
+        return parse_pitch(self.profile, mode, self.link.read(read, pitch_length(self.profile, mode)))
+
+    def _colour(self, mode: ShotMode) -> ColourImage:
+        read = partial(commands.read_colour, self.profile, mode)
+        return parse_colour(self.profile, mode, self.link.read(read, colour_length(self.profile, mode)))
+
+    def _wait(self, step: str, done: Callable[[Status], bool], seconds: tuple[float, float]) -> Status:
+        """Ask until it is done. Raises StillBusy after the longer time, NotReady while it still warms up."""
+        start, (expected, limit) = self.link.clock(), seconds
+        for pause in pauses():
+            status = self.status()
+            waited = self.link.clock() - start
+            if done(status):
+                return status
+            if waited > limit:
+                break
+            self.progress(step, min(waited / expected, 0.99))
+            self.link.sleep(pause)
+        if status.state == "warming-up":
+            raise NotReady(f"the scanner has been warming up for {limit:g} s", "look at its panel")
+        raise StillBusy(f"the scanner has been busy for {limit:g} s", "look at its panel; switch it off and on")
+
+    def _raise_panel(self, status: Status) -> None:
+        if status.state == "barrier-closed":
+            raise panel_error(BARRIER)
+        if status.panel:
+            raise panel_error(status.panel)

@@ -1,0 +1,209 @@
+"""A Vivid 900 as a Scanner: the call order of the vendor's kit over any transport.
+
+parameters → autofocus → write → release → pitch → colour, and after every way out the laser off.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, suppress
+from dataclasses import replace
+from datetime import UTC, datetime
+from types import TracebackType
+from typing import Any, Literal, Self, TypeVar
+
+import numpy as np
+
+from drivers.scanner import CaptureSettings, Progress, ScannerError, TransportError
+from drivers.vivid900 import merge
+from drivers.vivid900.aim import aim
+from drivers.vivid900.body import RANGE_MODES, Body, Shot
+from drivers.vivid900.calibration import Calibration
+from drivers.vivid900.colour import Samples
+from drivers.vivid900.commands import Parameters, ShotMode, State, Status
+from drivers.vivid900.errors import BadReply, Interrupted
+from drivers.vivid900.lenses import LENSES, MODES, texture_grid
+from drivers.vivid900.link import Link
+from drivers.vivid900.profile import Profile
+from drivers.vivid900.rest import at_rest
+from drivers.vivid900.scsi import Identity
+from drivers.vivid900.triangulation import points_of
+from restore.scan import Bytes, Floats, RangeScan
+
+ATTEMPTS = 3  # a capture that a reset or a damaged block broke is begun anew twice
+Result = TypeVar("Result")
+CalibrationOf = Callable[[Status], Calibration]
+
+
+def _utc() -> datetime:
+    return datetime.now(UTC)
+
+
+def _silent(step: str, done: float) -> None:
+    """No one is listening."""
+
+
+class Vivid900:
+    """A Vivid 900. Raising from `progress` cancels a capture wherever it stands.
+
+    identity  what the scanner says of itself.
+    """
+
+    def __init__(
+        self,
+        link: Link,
+        profile: Profile,
+        calibration_of: CalibrationOf,
+        *,
+        park: Sequence[Callable[[], object]] = (),
+        now: Callable[[], datetime] = _utc,
+    ) -> None:
+        """Take a scanner that answers and switch its laser off; its transport is closed when that fails.
+
+        calibration_of  the calibration for the mounted lens.
+        park            what else is to be brought to rest after a capture, whatever came of it.
+        Raises ProfileMismatch before any command of the profile is sent to a scanner that it is not for.
+        """
+        self._link, self._profile, self._calibration_of = link, profile, calibration_of
+        self._park, self._now, self._open = tuple(park), now, True
+        try:
+            self.identity: Identity = link.identify()
+            profile.require(self.identity)
+            self._link = replace(link, profile=profile)
+            self._link.clear_attentions()
+            self._body().laser_off()
+        except BaseException:
+            link.transport.close()
+            raise
+
+    @property
+    def state(self) -> State | Literal["off"]:
+        """What the scanner is doing; "off" when it does not answer."""
+        try:
+            self._link.clear_attentions()
+            return self._body().status().state
+        except ScannerError:
+            return "off"
+
+    def capture(self, settings: CaptureSettings, progress: Progress = _silent) -> RangeScan:
+        """Focus, shoot as often as the settings ask for, and return the range grid with its colour image.
+
+        Raises SettingsError, DeviceError or TransportError; the laser is off then, too.
+        """
+        return self._attempt(lambda body: self._capture(body, settings), progress)
+
+    def preview(self, settings: CaptureSettings, progress: Progress = _silent) -> RangeScan:
+        """One FAST shot with the focus and exposure that `capture` would choose."""
+        return self.capture(replace(settings, mode="fast", average=1, multi_depth=False), progress)
+
+    def photograph(self, mode: ShotMode = ShotMode.COLOUR_8, progress: Progress = _silent) -> Samples:
+        """A colour image alone, without laser. Raises as `capture` does.
+
+        Returns (480, 640, 3) uint8 RGB, uint16 up to 1023 in ten bits, or (480, 640, 1) of a single channel.
+        """
+        if mode.has_range:
+            raise ValueError(f"{mode.name} is no mode of colour alone")
+        return self._attempt(lambda body: _photograph(body, mode), progress)
+
+    def close(self) -> None:
+        """Switch the laser off and let the scanner go. Safe to call twice."""
+        if not self._open:
+            return
+        self._open = False
+        try:
+            with self._rest():
+                pass
+        finally:
+            self._link.transport.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            self.close()
+        except ScannerError as fault:
+            if error is None:
+                raise
+            error.add_note(f"and the scanner could not be brought to rest: {fault}")
+
+    def _body(self, progress: Progress = _silent) -> Body:
+        return Body(self._link, self._profile, progress)
+
+    def _rest(self) -> AbstractContextManager[None]:
+        return at_rest([self._body().laser_off, *self._park])
+
+    def _attempt(self, work: Callable[[Body], Result], progress: Progress) -> Result:
+        """Do the work, anew after a reset or a damaged block, and bring everything to rest each time."""
+        if not self._open:
+            raise TransportError("the scanner is closed", "open it again")
+        for _ in range(ATTEMPTS - 1):
+            with suppress(Interrupted, BadReply):
+                return self._once(work, progress)
+        return self._once(work, progress)
+
+    def _once(self, work: Callable[[Body], Result], progress: Progress) -> Result:
+        with self._rest():
+            self._link.clear_attentions()
+            return work(self._body(progress))
+
+    def _capture(self, body: Body, settings: CaptureSettings) -> RangeScan:
+        status = body.wait_ready()
+        calibration = self._calibration_of(status)
+        parameters = aim(body, settings, calibration)
+        mode, lens, textures = MODES[settings.mode], LENSES[calibration.lens], list[Bytes]()
+
+        def shoot(distance_mm: int) -> Floats:
+            here = replace(parameters, distance_mm=distance_mm)
+            frames, colours = _average([body.shoot(here) for _ in range(settings.average)], here.mode)
+            textures.append(colours)
+            return points_of(frames, calibration, mode, distance_mm)
+
+        body.progress("scan", 0.0)
+        first = parameters.distance_mm
+        shots = merge.cover_depths(shoot, first, lens, mode) if settings.multi_depth else [(first, shoot(first))]
+        body.progress("scan", 1.0)
+        points = merge.merge_depths(shots, calibration, mode)
+        noted = self._provenance(settings, parameters, status, calibration, [distance for distance, _ in shots])
+        return RangeScan(points, textures[0], texture_grid(mode), noted)
+
+    def _provenance(
+        self,
+        settings: CaptureSettings,
+        parameters: Parameters,
+        status: Status,
+        calibration: Calibration,
+        distances: list[int],
+    ) -> dict[str, Any]:
+        return {
+            "device": str(self.identity),
+            "profile": self._profile.name,
+            "body": status.body_serial,
+            "lens": status.lens,
+            "lens_serial": status.lens_serial,
+            "calibration": calibration.as_json(),
+            "mode": settings.mode,
+            "distance_mm": parameters.distance_mm,
+            "distances_mm": distances,
+            "laser_power": parameters.laser_power,
+            "gain": parameters.gain,
+            "average": settings.average,
+            "time": self._now().isoformat(),
+        }
+
+
+def _average(shots: Sequence[Shot], mode: ShotMode) -> tuple[Floats, Bytes]:
+    """Mean pitch (rows, cols) and mean colour (480, 640, 3) uint8 of shots of the same."""
+    pitches = [shot.pitch.frames for shot in shots if shot.pitch is not None]
+    colours = [shot.colour.pixels for shot in shots if shot.colour is not None]
+    mean = np.mean(colours, axis=0) if len(colours) > 1 else colours[0]
+    return merge.average(pitches, RANGE_MODES[mode]), np.rint(mean).astype(np.uint8)
+
+
+def _photograph(body: Body, mode: ShotMode) -> Samples:
+    body.wait_ready()
+    shot = body.shoot(replace(body.read_parameters(), mode=mode, laser_power=0))
+    assert shot.colour is not None  # a mode of colour alone has nothing else
+    return shot.colour.pixels

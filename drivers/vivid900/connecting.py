@@ -1,0 +1,121 @@
+"""From the `[scanner]` table of a station configuration to a Vivid 900."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import IO, Any
+
+from drivers.scanner import SettingsError
+from drivers.vivid900 import config as settings_table
+from drivers.vivid900.calibration import Calibration, nominal, read_calibration
+from drivers.vivid900.camera import CalibrationOf, Vivid900
+from drivers.vivid900.commands import Status
+from drivers.vivid900.config import Replay, Sg, Socket, Usb
+from drivers.vivid900.lenses import LENSES
+from drivers.vivid900.link import Link
+from drivers.vivid900.profile import load_profile
+from drivers.vivid900.transports import DEFAULT_TIMEOUT_S, Reply, Transport
+
+
+def connect(config: Mapping[str, Any]) -> Vivid900:
+    """The scanner that the table describes. Raises SettingsError before anything is sent, then as Vivid900 does."""
+    wanted = settings_table.read(config)
+    profile, known = load_profile(wanted.profile), calibrations(wanted.calibration)
+    transport = open_transport(wanted.transport)
+    if wanted.record is not None:
+        transport = _recorded(transport, wanted.record)
+    return Vivid900(Link(transport), profile, known)
+
+
+def open_transport(way: Sg | Usb | Socket | Replay) -> Transport:
+    """Open the way to a scanner; nothing is sent. Raises TransportError."""
+    return _WAYS[way.kind](way)
+
+
+def calibrations(path: Path | None) -> CalibrationOf:
+    """The calibration of a file for the lens and body that it was made for; the manual's figures without a file.
+
+    Raises SettingsError when the file cannot be read; what is returned raises it for another lens or body.
+    """
+    if path is None:
+        return _nominal
+    calibration = read_calibration(path)
+
+    def calibration_of(status: Status) -> Calibration:
+        mounted = {"lens": status.lens, "lens_serial": str(status.lens_serial), "body": str(status.body_serial)}
+        for what, found in mounted.items():
+            wanted = getattr(calibration, what)
+            if wanted and wanted != found:
+                raise SettingsError(
+                    f"{path} is the calibration of {what.replace('_', ' ')} {wanted}, and the scanner has {found}",
+                    "name the calibration of this lens on this body, or leave it out for the manual's figures",
+                )
+        return calibration
+
+    return calibration_of
+
+
+def _nominal(status: Status) -> Calibration:
+    return nominal(LENSES[status.lens], body=str(status.body_serial), lens_serial=str(status.lens_serial))
+
+
+# Each way's own library is imported only when it is taken.
+def _sg(way: Sg) -> Transport:
+    from drivers.vivid900.transports.sg import SgDevice
+
+    return SgDevice(way.device)
+
+
+def _usb(way: Usb) -> Transport:
+    from drivers.vivid900.transports.usb import UsbBulkOnly, find_device
+
+    return UsbBulkOnly(find_device(way.vendor, way.product), target=way.target)
+
+
+def _socket(way: Socket) -> Transport:
+    from drivers.vivid900.transports.tcp import TcpDevice
+
+    return TcpDevice(way.host, way.port)
+
+
+def _replay(way: Replay) -> Transport:
+    from drivers.vivid900.transports.replay import load_replay
+
+    return load_replay(way.file)
+
+
+_WAYS: dict[str, Callable[[Any], Transport]] = {"sg": _sg, "usb": _usb, "socket": _socket, "replay": _replay}
+
+
+class _RecordedInFile:
+    """A transport whose conversation goes to a file that is closed with it."""
+
+    def __init__(self, recorder: Transport, file: IO[str]) -> None:
+        self.max_transfer, self._recorder, self._file = recorder.max_transfer, recorder, file
+
+    def execute(
+        self, cdb: bytes, data_out: bytes = b"", data_in_length: int = 0, timeout: float = DEFAULT_TIMEOUT_S
+    ) -> Reply:
+        return self._recorder.execute(cdb, data_out, data_in_length, timeout)
+
+    def close(self) -> None:
+        try:
+            self._recorder.close()
+        finally:
+            with suppress(OSError):
+                self._file.close()
+
+
+def _recorded(transport: Transport, path: Path) -> Transport:
+    from drivers.vivid900.transports.replay import Recorder
+
+    try:
+        file = path.open("x", encoding="utf-8")
+        return _RecordedInFile(Recorder(transport, file), file)
+    except OSError as error:
+        transport.close()
+        raise SettingsError(
+            f"cannot record to {path}: {error.strerror}", "name a file that is not there yet"
+        ) from error

@@ -1,0 +1,111 @@
+"""Commands to a scanner and what comes back: waiting while it is busy, sense data as errors, blocks in chunks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from time import monotonic
+from time import sleep as real_sleep
+
+from drivers.scanner import DeviceError, SettingsError
+from drivers.vivid900 import scsi
+from drivers.vivid900.commands import Command
+from drivers.vivid900.errors import AGAIN, BadReply, Interrupted, StillBusy
+from drivers.vivid900.profile import Profile
+from drivers.vivid900.scsi import Identity
+from drivers.vivid900.sense import Key, error_of, parse_sense
+from drivers.vivid900.transports import (
+    BUSY,
+    CHECK_CONDITION,
+    GOOD,
+    RESERVATION_CONFLICT,
+    TASK_SET_FULL,
+    Reply,
+    Transport,
+)
+
+COMMAND_S = 10.0  # the longest block takes the scanner a second and a half to send (manual p. 59)
+BUSY_S = 15.0  # the longest operation: a FINE shot with the motor's turn before it and the colours after it takes 5 s
+FIRST_PAUSE_S, LONGEST_PAUSE_S, PAUSE_GROWTH = 0.02, 0.5, 1.5
+MOST_ATTENTIONS = 8  # power-on, reset, lens change and the like, told one by one before anything else
+
+
+def pauses() -> Iterator[float]:
+    """Seconds to wait from one question to the next: soon at first, then at most twice a second."""
+    pause = FIRST_PAUSE_S
+    while True:
+        yield pause
+        pause = min(pause * PAUSE_GROWTH, LONGEST_PAUSE_S)
+
+
+@dataclass(frozen=True)
+class Link:
+    """A scanner at the end of a transport.
+
+    profile  None until it is known which one fits: then only the standard's commands can be sent.
+    """
+
+    transport: Transport
+    profile: Profile | None = None
+    clock: Callable[[], float] = monotonic
+    sleep: Callable[[float], None] = real_sleep
+
+    def identify(self) -> Identity:
+        """INQUIRY. Raises TransportError, BadReply, or DeviceError when no unit is there."""
+        identity = scsi.parse_identity(self.run(Command("inquiry", scsi.inquiry(), b"", scsi.INQUIRY_LENGTH)))
+        if not identity.connected:
+            raise DeviceError(f"the bus has a place for {identity}, but it is not there", "switch it on")
+        return identity
+
+    def clear_attentions(self) -> None:
+        """Take notice of all that happened before: a device tells it in place of its first answers."""
+        for _ in range(MOST_ATTENTIONS):
+            try:
+                self.run(Command("test_unit_ready", scsi.test_unit_ready()))
+            except Interrupted:
+                continue
+            except DeviceError:  # not ready, and it says so: it is listening
+                pass
+            return
+        raise Interrupted("the scanner is reset again and again", AGAIN)
+
+    def run(self, command: Command) -> bytes:
+        """Send a command, as often as the scanner is busy. Returns what came, as many bytes as were asked for.
+
+        Raises the error that the sense data stands for, BadReply for an answer that cannot be one, StillBusy,
+        TransportError, SettingsError for a command that nothing is known of by standard or profile.
+        """
+        if command.cdb[0] not in scsi.STANDARD and self.profile is None:
+            raise SettingsError("without a profile only the commands of the standard are sent", "name a profile")
+        end = self.clock() + BUSY_S
+        for pause in pauses():
+            reply = self.transport.execute(command.cdb, command.data_out, command.data_in_length, timeout=COMMAND_S)
+            if reply.status not in (BUSY, TASK_SET_FULL):
+                return self._data(command, reply)
+            if self.clock() >= end:
+                break
+            self.sleep(pause)
+        raise StillBusy(
+            f"the scanner has been busy for {BUSY_S:g} s", "look at its panel; switch it off and on if it stays so"
+        )
+
+    def read(self, part: Callable[[int, int], Command], total: int) -> bytes:
+        """Read a block of `total` bytes with the commands part(offset, length), as large as profile and way allow."""
+        chunk = min(self.transport.max_transfer, self.profile.chunk_bytes if self.profile else total)
+        data = bytearray()
+        while len(data) < total:
+            data += self.run(part(len(data), min(chunk, total - len(data))))
+        return bytes(data)
+
+    def _data(self, command: Command, reply: Reply) -> bytes:
+        if reply.status == CHECK_CONDITION:
+            sense = parse_sense(reply.sense)
+            if sense.key is not Key.RECOVERED_ERROR:
+                raise error_of(sense, self.profile.panel_by_sense if self.profile else None)
+        elif reply.status == RESERVATION_CONFLICT:
+            raise DeviceError("another computer holds the scanner", "close the program that uses it there")
+        elif reply.status != GOOD:
+            raise BadReply(f"status {reply.status:02X}h is none that {command.name} can have")
+        if len(reply.data) != command.data_in_length:
+            raise BadReply(f"{command.name}: {len(reply.data)} bytes came of {command.data_in_length}")
+        return reply.data

@@ -1,0 +1,182 @@
+"""The rotary stage: the dialogue of its controller over a serial port."""
+
+from __future__ import annotations
+
+import termios
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from types import TracebackType
+from typing import Protocol, Self
+
+from drivers.scanner import DeviceError, TransportError
+from drivers.vivid900.stage import dialogue
+from drivers.vivid900.stage.controllers import Controller
+from drivers.vivid900.stage.dialogue import Answer, Exchange
+
+POLL_S = 0.1  # a character takes 1 ms at 9600 baud, a turn half a minute
+SETTLE_S = 0.5  # what a controller still has to say when it was told to stop, it says within this
+UNPLUGGED = "check the cable, its adapter and the controller's power, and start again"
+
+
+class Port(Protocol):
+    """What of pyserial's `Serial` is used."""
+
+    @property
+    def in_waiting(self) -> int: ...
+
+    def read(self, size: int = 1, /) -> bytes: ...
+
+    def write(self, data: bytes, /) -> int | None: ...
+
+    def reset_input_buffer(self) -> None: ...
+
+    def close(self) -> None: ...
+
+
+class RotaryStage:
+    """Turns what stands on it about its axis. Leaving the context stops it, whatever happened.
+
+    controller  the row of the table.
+    relative    whether the controller takes the number of `rotate` as a way from where it stands, not from home.
+    clock       seconds that only grow; `sleep` lets some of them pass.
+    """
+
+    def __init__(
+        self,
+        port: Port,
+        controller: Controller,
+        *,
+        relative: bool = False,
+        clock: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], None] = time.sleep,
+    ) -> None:
+        self.controller = controller
+        self._port, self._relative, self._clock, self._sleep = port, relative, clock, sleep
+        self._pulses: int | None = None
+        self._asked: tuple[Answer, float] | None = None  # an answer that is still to come, and when it must be there
+        self._open = True
+
+    @property
+    def angle_deg(self) -> float | None:
+        """Where the stage stands, 0 up to 360 degrees from home; None before `start` and after a fault."""
+        return None if self._pulses is None else dialogue.angle(self.controller, self._pulses)
+
+    def start(self) -> None:
+        """Set the controller up and go home: then the stage stands at 0°.
+
+        Raises DeviceError when it answers wrongly or not in time, TransportError when the way to it breaks.
+        """
+        with self._translated():
+            self._port.reset_input_buffer()
+        self._exchange(dialogue.initialise(self.controller))
+        self.home()
+
+    def home(self) -> None:
+        """Go to 0°. Raises as `start`."""
+        self._exchange(dialogue.home(self.controller))
+        self._pulses = 0
+
+    def turn_to(self, angle_deg: float) -> float:
+        """Go to an angle from home, by way of less than a turn. Returns the angle of the nearest pulse, 0 up to 360.
+
+        Raises as `start`, and DeviceError when it is not known where the stage stands.
+        """
+        if self._pulses is None:
+            raise DeviceError("the rotary stage's position is not known", "start it again: it then goes home")
+        here, there = self._pulses, dialogue.position(self.controller, angle_deg)
+        way = (there - here) % self.controller.pulses if self._relative else there - here
+        if way:
+            number = way if self._relative else there
+            self._exchange(dialogue.rotate(self.controller, number, travel=abs(way)))
+        self._pulses = there
+        return dialogue.angle(self.controller, there)
+
+    def turn_by(self, angle_deg: float) -> float:
+        """Go on by an angle, which may be negative. Returns the angle reached, 0 up to 360. Raises as `turn_to`."""
+        return self.turn_to((self.angle_deg or 0.0) + angle_deg)
+
+    def finish(self) -> None:
+        """Send it home and end the session with it. Raises as `start`."""
+        self._exchange(dialogue.finish(self.controller))
+        self._pulses = None
+
+    def stop(self) -> None:
+        """Stop at once; where it stands is then not known. A controller without such a command ends its move first.
+
+        Raises TransportError when the way to it is broken.
+        """
+        self._pulses = None
+        with self._translated():
+            if self.controller.stop:
+                self._port.write(self.controller.stop)
+            elif self._asked:
+                self._await_end(*self._asked)
+            deadline = self._clock() + SETTLE_S
+            while self._clock() < deadline:
+                self._sleep(POLL_S)
+            self._port.reset_input_buffer()
+        self._asked = None
+
+    def close(self) -> None:
+        """Stop it and let the port go. Safe to call twice. Raises TransportError when it could not be stopped."""
+        if not self._open:
+            return
+        self._open = False
+        try:
+            self.stop()
+        finally:
+            with self._translated():
+                self._port.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        try:
+            self.close()
+        except TransportError as fault:
+            if error is None:
+                raise
+            error.add_note(f"the rotary stage could not be stopped: {fault}")
+
+    def _exchange(self, exchange: Exchange) -> None:
+        """Send, and wait until the answer has come and the stage stands."""
+        self._pulses = None  # unless all goes well
+        answer, sent = Answer(exchange), self._clock()
+        deadline = sent + exchange.timeout_s
+        with self._translated():
+            self._refuse_leftovers(exchange)
+            self._asked = answer, deadline
+            self._port.write(exchange.sent)
+            while not answer.complete or self._clock() < sent + exchange.stands_s:
+                answer.feed(self._port.read(self._port.in_waiting))
+                if not answer.complete and self._clock() > deadline:
+                    raise DeviceError(
+                        f"the rotary stage answered {answer.got} within {exchange.timeout_s:g} s",
+                        "check its power, its cable, and `model` and `port` in [stage]",
+                    )
+                self._sleep(POLL_S)
+        self._asked = None
+
+    def _await_end(self, answer: Answer, deadline: float) -> None:
+        """Let a move that nothing stops come to its end: its answer tells, or else its time."""
+        with suppress(DeviceError):
+            while not answer.complete and self._clock() < deadline:
+                answer.feed(self._port.read(self._port.in_waiting))
+                self._sleep(POLL_S)
+
+    def _refuse_leftovers(self, exchange: Exchange) -> None:
+        """Whatever waits was said unasked, or too late: the answers would be out of step from here on."""
+        waiting = self._port.read(self._port.in_waiting)
+        if waiting.strip(exchange.ignored) if exchange.ignored else waiting:
+            raise DeviceError(f"the rotary stage said {waiting!r} unasked", "start it again")
+
+    @contextmanager
+    def _translated(self) -> Iterator[None]:
+        try:
+            yield
+        except (OSError, termios.error) as error:  # pyserial's own errors are OSErrors, but it does not wrap all
+            raise TransportError(f"the way to the rotary stage broke: {error}", UNPLUGGED) from error

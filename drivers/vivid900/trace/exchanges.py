@@ -1,0 +1,134 @@
+"""SCSI commands and their answers out of USB transfers: what Bulk-Only wraps, unwrapped again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from drivers.scanner import TransportError
+from drivers.vivid900.scsi import REQUEST_SENSE
+from drivers.vivid900.trace import CaptureError
+from drivers.vivid900.trace.packets import Transfer
+from drivers.vivid900.transports.bulk_only import (
+    COMMAND_LENGTH,
+    FAILED,
+    PASSED,
+    PHASE_ERROR,
+    STATUS_LENGTH,
+    CommandWrapper,
+    StatusWrapper,
+    parse_command,
+    parse_status,
+)
+
+HEAD_LENGTH = 64  # bytes kept of what a command moved: enough for a block of parameters or an image's header
+
+Outcome = Literal["good", "failed", "phase error", "unanswered"]
+OUTCOMES: dict[int, Outcome] = {PASSED: "good", FAILED: "failed", PHASE_ERROR: "phase error"}
+
+
+@dataclass(frozen=True)
+class Exchange:
+    """A command and its answer.
+
+    where   bus and device address of the bridge; lun: the wrapper's unit byte, which may hold the SCSI ID.
+    asked   bytes that the wrapper announces; moved: bytes that were seen, without the residue.
+    head    the first bytes of them.
+    sense   what the REQUEST SENSE right after it brought, empty when there was none.
+    """
+
+    where: tuple[int, int]
+    lun: int
+    cdb: bytes
+    direction: Literal["none", "in", "out"]
+    asked: int
+    moved: int
+    head: bytes
+    outcome: Outcome
+    sense: bytes = b""
+
+
+class _Started:
+    """A command whose status has not been seen yet."""
+
+    def __init__(self, where: tuple[int, int], wrapper: CommandWrapper) -> None:
+        self.wrapper = wrapper
+        self._where, self._moved, self._head = where, 0, b""
+
+    @property
+    def wants_data(self) -> bool:
+        return not self.wrapper.from_device and self._moved < self.wrapper.length
+
+    def add(self, transfer: Transfer) -> None:
+        if transfer.inward == self.wrapper.from_device:
+            self._moved += transfer.length
+            self._head += transfer.data[: HEAD_LENGTH - len(self._head)]
+
+    def ended(self, status: StatusWrapper | None) -> Exchange:
+        wrapper = self.wrapper
+        moved = min(self._moved, wrapper.length - status.residue) if status else self._moved
+        return Exchange(
+            where=self._where,
+            lun=wrapper.lun,
+            cdb=wrapper.cdb,
+            direction="none" if not wrapper.length else "in" if wrapper.from_device else "out",
+            asked=wrapper.length,
+            moved=max(0, moved),
+            head=self._head[: max(0, moved)],
+            outcome=OUTCOMES.get(status.status, "phase error") if status else "unanswered",
+        )
+
+
+def read_exchanges(transfers: Iterable[Transfer]) -> list[Exchange]:
+    """Every command of every bridge, in the order in which they ended. Raises CaptureError when there is none."""
+    started: dict[tuple[int, int], _Started] = {}
+    exchanges: list[Exchange] = []
+    for transfer in transfers:
+        current = started.get(transfer.where)
+        if wrapper := _command(transfer, current):
+            if current:
+                exchanges.append(current.ended(None))
+            started[transfer.where] = _Started(transfer.where, wrapper)
+        elif current and (status := _status(transfer, current)):
+            exchanges.append(started.pop(transfer.where).ended(status))
+        elif current:
+            current.add(transfer)
+    exchanges += [current.ended(None) for current in started.values()]
+    if not exchanges:
+        hint = "start the capture before the vendor's program, and use a bridge that speaks Bulk-Only"
+        raise CaptureError("the capture has no SCSI commands in Bulk-Only wrappers", hint)
+    return _with_sense(exchanges)
+
+
+def _command(transfer: Transfer, current: _Started | None) -> CommandWrapper | None:
+    if transfer.inward or len(transfer.data) != COMMAND_LENGTH or (current and current.wants_data):
+        return None
+    try:
+        return parse_command(transfer.data)
+    except TransportError:
+        return None
+
+
+def _status(transfer: Transfer, current: _Started) -> StatusWrapper | None:
+    if not transfer.inward or len(transfer.data) != STATUS_LENGTH:
+        return None
+    try:
+        status = parse_status(transfer.data)
+    except TransportError:
+        return None
+    return status if status.tag == current.wrapper.tag else None
+
+
+def _with_sense(exchanges: Sequence[Exchange]) -> list[Exchange]:
+    """Give each failed command the sense data that was asked for right after it."""
+    following: dict[tuple[int, int], Exchange] = {}
+    found = []
+    for exchange in reversed(exchanges):
+        after = following.get(exchange.where)
+        following[exchange.where] = exchange
+        asked = after and after.cdb[0] == REQUEST_SENSE and after.lun == exchange.lun
+        found.append(
+            replace(exchange, sense=after.head) if after and asked and exchange.outcome == "failed" else exchange
+        )
+    return found[::-1]

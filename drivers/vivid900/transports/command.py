@@ -1,0 +1,35 @@
+"""What every bus asks of a command, and the one command that every bus sends by itself: REQUEST SENSE."""
+
+from __future__ import annotations
+
+from drivers.scanner import SettingsError
+from drivers.vivid900.scsi import REQUEST_SENSE, request_sense
+from drivers.vivid900.sense import SENSE_LENGTH
+from drivers.vivid900.transports import CHECK_CONDITION, Reply, Transport
+
+MAX_CDB_LENGTH = 16  # bytes; the command block of a Bulk-Only wrapper and of SG_IO's ordinary commands ends there
+SAFE_TRANSFER = 32 * 1024
+"""Bytes that every bridge known to us takes in one command (the USB2Xchange is the narrowest)."""
+
+
+def check_command(transport: Transport, cdb: bytes, data_out: bytes, data_in_length: int, timeout: float) -> None:
+    """Raise SettingsError for a command that the transport could not carry."""
+    most = transport.max_transfer
+    faults = {
+        f"a command block has 1 to {MAX_CDB_LENGTH} bytes, not {len(cdb)}": not 1 <= len(cdb) <= MAX_CDB_LENGTH,
+        "a command carries data one way, not both": bool(data_out) and data_in_length != 0,
+        f"a command carries 0 to {most} bytes here, not {data_in_length}": not 0 <= data_in_length <= most,
+        f"a command carries 0 to {most} bytes here, not {len(data_out)}": len(data_out) > most,
+        f"a command needs some time, not {timeout} s": not timeout > 0,
+    }
+    for fault, found in faults.items():
+        if found:
+            raise SettingsError(fault, "this is a fault of the program: please report it")
+
+
+def with_sense(transport: Transport, cdb: bytes, reply: Reply, timeout: float) -> Reply:
+    """The reply with its sense data, asked of the device where the bus has not brought any. Raises TransportError."""
+    if reply.status != CHECK_CONDITION or reply.sense or cdb[0] == REQUEST_SENSE:
+        return reply
+    sense = transport.execute(request_sense(SENSE_LENGTH), data_in_length=SENSE_LENGTH, timeout=timeout).data
+    return Reply(reply.status, reply.data, sense)

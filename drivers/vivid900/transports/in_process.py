@@ -1,0 +1,32 @@
+"""A device in the same process: the simulated scanner without any bus."""
+
+from __future__ import annotations
+
+from drivers.scanner import TransportError
+from drivers.vivid900.transports import DEFAULT_TIMEOUT_S, Reply, Target
+from drivers.vivid900.transports.command import check_command, with_sense
+
+MAX_TRANSFER = 1 << 20  # what an SG_IO host adapter commonly allows
+
+
+class InProcess:
+    """Hands commands to a target and its answers back. Faults of a bus are the target's to raise."""
+
+    def __init__(self, target: Target, *, max_transfer: int = MAX_TRANSFER) -> None:
+        self.max_transfer = max_transfer
+        self._target, self._open = target, True
+
+    def execute(
+        self, cdb: bytes, data_out: bytes = b"", data_in_length: int = 0, timeout: float = DEFAULT_TIMEOUT_S
+    ) -> Reply:
+        """See Transport. More data than was asked for does not get through."""
+        if not self._open:
+            raise TransportError("the way to the scanner is closed", "open it again")
+        check_command(self, cdb, data_out, data_in_length, timeout)
+        answer = self._target.execute(cdb, data_out, data_in_length)
+        reply = Reply(answer.status, answer.data[:data_in_length], answer.sense)
+        return with_sense(self, cdb, reply, timeout)
+
+    def close(self) -> None:
+        """Let the target go; it goes on by itself."""
+        self._open = False

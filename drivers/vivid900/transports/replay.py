@@ -1,0 +1,153 @@
+"""A conversation with a device, written to a file as it happens, and played back without the device.
+
+The file is JSON lines. The first is a Head, every other an Exchange: a command and its answer in the order in which
+they happened, all bytes in base64 (RFC 4648 §5). A recording that was cut off between two lines is a recording.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import IO, Annotated, Literal, Self, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+
+from drivers.scanner import TransportError
+from drivers.vivid900.transports import DEFAULT_TIMEOUT_S, Reply, Transport
+from drivers.vivid900.transports.command import check_command
+
+Line = TypeVar("Line", bound=BaseModel)
+HINT = "record it again, or replay what was recorded"
+
+_Model = ConfigDict(
+    frozen=True, extra="forbid", populate_by_name=True, ser_json_bytes="base64", val_json_bytes="base64"
+)
+
+
+class Head(BaseModel):
+    """First line: that this is a recording, and how many bytes the recorded transport carried in one command."""
+
+    model_config = _Model
+    format: Literal["planish-scsi-recording"] = "planish-scsi-recording"
+    version: Literal[1] = 1
+    max_transfer: Annotated[int, Field(gt=0)]
+
+
+class Exchange(BaseModel):
+    """A command and its answer: status, data and sense data, or how the way to the device failed.
+
+    out  data to the device; asked ("in" in the file)  bytes asked of the device.
+    """
+
+    model_config = _Model
+    cdb: bytes
+    out: bytes = b""
+    asked: Annotated[int, Field(ge=0, alias="in")] = 0
+    status: Annotated[int, Field(ge=0, le=0xFF)] | None = None
+    data: bytes = b""
+    sense: bytes = b""
+    failure: str | None = None
+    hint: str = ""
+
+    @model_validator(mode="after")
+    def _has_one_end(self) -> Self:
+        if (self.status is None) == (self.failure is None):
+            raise ValueError("an exchange ends with a status or with a failure")
+        if len(self.data) > self.asked:
+            raise ValueError(f"{len(self.data)} bytes of data where {self.asked} were asked for")
+        return self
+
+
+class Recorder:
+    """Passes every command on to another transport and writes it down with its answer.
+
+    file  opened for writing text; it is not closed here.
+    """
+
+    def __init__(self, transport: Transport, file: IO[str]) -> None:
+        self.max_transfer = transport.max_transfer
+        self._transport, self._file = transport, file
+        self._write(Head(max_transfer=self.max_transfer).model_dump_json())
+
+    def execute(
+        self, cdb: bytes, data_out: bytes = b"", data_in_length: int = 0, timeout: float = DEFAULT_TIMEOUT_S
+    ) -> Reply:
+        """Send one command; see Transport. A command that no bus could carry is not written down."""
+        try:
+            reply = self._transport.execute(cdb, data_out, data_in_length, timeout)
+        except TransportError as error:
+            self._note(Exchange(cdb=cdb, out=data_out, asked=data_in_length, failure=str(error), hint=error.hint))
+            raise
+        answer = {"status": reply.status, "data": reply.data, "sense": reply.sense}
+        self._note(Exchange(cdb=cdb, out=data_out, asked=data_in_length, **answer))
+        return reply
+
+    def close(self) -> None:
+        """Let the recorded device go. Safe to call twice."""
+        self._transport.close()
+
+    def _note(self, exchange: Exchange) -> None:
+        self._write(exchange.model_dump_json(by_alias=True, exclude_defaults=True))
+
+    def _write(self, line: str) -> None:
+        self._file.write(line + "\n")
+        self._file.flush()  # what was said is known, whatever happens next
+
+
+class Replay:
+    """Answers as the recorded device did, as long as it is asked the same in the same order.
+
+    name  of the recording, for messages.
+    Raises TransportError for a recording that is damaged.
+    """
+
+    def __init__(self, lines: Iterable[str], *, name: str = "the recording") -> None:
+        head, *exchanges = list(lines) or [""]
+        self.max_transfer = _parsed(Head, head, f"{name}, line 1").max_transfer
+        self._name, self._place, self._closed = name, 0, False
+        self._exchanges = [
+            _parsed(Exchange, line, f"{name}, line {number}") for number, line in enumerate(exchanges, start=2)
+        ]
+
+    def execute(
+        self, cdb: bytes, data_out: bytes = b"", data_in_length: int = 0, timeout: float = DEFAULT_TIMEOUT_S
+    ) -> Reply:
+        """Answer one command; see Transport. Raises TransportError for another command than the recorded one."""
+        check_command(self, cdb, data_out, data_in_length, timeout)
+        recorded = self._upcoming()
+        if (recorded.cdb, recorded.out, recorded.asked) != (cdb, data_out, data_in_length):
+            told = f"{self._name} has {recorded.cdb.hex(' ')} as command {self._place}, it was asked {cdb.hex(' ')}"
+            raise TransportError(told, HINT)
+        self._place += 1
+        if recorded.status is None:
+            raise TransportError(recorded.failure or "", recorded.hint)
+        return Reply(recorded.status, recorded.data, recorded.sense)
+
+    def close(self) -> None:
+        """End the replay. Safe to call twice."""
+        self._closed = True
+
+    def _upcoming(self) -> Exchange:
+        if self._closed:
+            raise TransportError(f"{self._name} is closed", "connect to the scanner again")
+        if self._place == len(self._exchanges):
+            raise TransportError(f"{self._name} ends after {self._place} commands", HINT)
+        return self._exchanges[self._place]
+
+
+def load_replay(path: Path) -> Replay:
+    """Open a recording. Raises TransportError when it cannot be read or is damaged."""
+    try:
+        return Replay(path.read_text("utf-8").rstrip("\n").split("\n"), name=str(path))
+    except OSError as error:
+        raise TransportError(f"cannot read {path}: {error.strerror}", "check the path") from error
+    except UnicodeDecodeError as error:
+        raise TransportError(f"{path} is no recording: {error.reason}", HINT) from error
+
+
+def _parsed(kind: type[Line], text: str, where: str) -> Line:
+    try:
+        return kind.model_validate_json(text)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_context=False)[0]
+        raise TransportError(f"{where}: {first['msg']}", HINT) from error

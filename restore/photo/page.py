@@ -1,0 +1,109 @@
+"""The page painted from photographs of it: each is registered to the scan, or refused with the reason."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from restore.errors import BadInput
+from restore.photo.paint import paint
+from restore.photo.photograph import Photograph
+from restore.photo.reference import make_reference
+from restore.photo.register import Refused, Registration, register
+from restore.photo.sources import Plan, Source, plan
+from restore.scan import Bytes, FlatMesh, Mask
+from restore.texture import Painting, bleed, paint_page
+
+
+@dataclass(frozen=True, eq=False)
+class Registered:
+    """A photograph with its registration, or the reason why it has none."""
+
+    photograph: Photograph
+    registration: Registration | None
+    reason: str = ""
+
+
+def register_photographs(page: FlatMesh, photos: Sequence[Photograph | Bytes]) -> list[Registered]:
+    """Register every photograph to the colour image of a flat page's surface.
+
+    Raises BadInput for an array that is no picture.
+    """
+    photographs = [_photograph(photo, number) for number, photo in enumerate(photos, 1)]
+    if page.texture is None or page.texcoords is None:
+        reason = "the scan has no colour image to compare it with"
+        return [Registered(photograph, None, reason) for photograph in photographs]
+    reference = make_reference(page)
+    outcome = []
+    for photograph in photographs:
+        try:
+            outcome.append(Registered(photograph, register(reference, photograph)))
+        except Refused as refusal:
+            outcome.append(Registered(photograph, None, str(refusal)))
+    return outcome
+
+
+def _photograph(photo: Photograph | Bytes, number: int) -> Photograph:
+    photograph = photo if isinstance(photo, Photograph) else Photograph(photo, f"photograph {number}")
+    image = photograph.image
+    if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] != 3 or min(image.shape) == 0:
+        raise BadInput(f"{photograph.name} is no RGB picture", "give an array (h, w, 3) of uint8")
+    return photograph
+
+
+def paint_registered(
+    page: FlatMesh, registered: Sequence[Registered], dpi: float
+) -> tuple[Painting, list[dict[str, Any]]]:
+    """Paint a flat page from the photographs that are registered, and report on all of them.
+
+    Without any it is painted from its texture. In the painting, source 0 is the texture and k the k-th photograph.
+    """
+    reports = [_refusal(one) if one.registration is None else _acceptance(one, one.registration) for one in registered]
+    accepted = [(k, one) for k, one in enumerate(registered, 1) if one.registration is not None]
+    if not accepted or page.texture is None or page.texcoords is None:
+        return paint_page(page, dpi), reports
+    sources = [Source(bleed(page.texture, page.texcoords, page.faces))]
+    sources += [Source(one.photograph.image, one.registration.camera) for _, one in accepted if one.registration]
+    planned = plan(page, sources)
+    painting = paint(page, sources, planned, dpi)
+    assert painting.page_source is not None
+    best, number_of = np.argmax(planned.weights, axis=0), np.arange(256).astype(np.uint8)
+    for index, (number, _) in enumerate(accepted, 1):
+        reports[number - 1] |= _use(planned, best == index, index)
+        number_of[index] = number
+    return replace(painting, page_source=number_of[painting.page_source]), reports
+
+
+def reasons(registered: Sequence[Registered]) -> list[str]:
+    """Why photographs are not used, in sentences."""
+    return [f"{one.photograph.name} is not used: {one.reason}" for one in registered if one.registration is None]
+
+
+def _refusal(one: Registered) -> dict[str, Any]:
+    return {"name": one.photograph.name, "accepted": False, "reason": one.reason}
+
+
+def _acceptance(one: Registered, found: Registration) -> dict[str, Any]:
+    height, width = one.photograph.image.shape[:2]
+    return {
+        "name": one.photograph.name,
+        "accepted": True,
+        "size": [width, height],
+        "residual_px": found.residual_px,
+        "uncertainty_px": found.uncertainty_px,
+        "alike": found.alike,
+        "coverage": found.coverage,
+        "camera": found.camera.described(),
+    }
+
+
+def _use(planned: Plan, here: Mask, index: int) -> dict[str, Any]:
+    """What the source `index` gave to the page, where it gave most (h, w)."""
+    seen = here & (planned.ppi[index] > 0)
+    return {
+        "painted_share": float(seen.sum() / max((planned.ppi[0] > 0).sum(), 1)),
+        "effective_ppi": float(np.median(planned.ppi[index][seen])) if seen.any() else 0.0,
+    }

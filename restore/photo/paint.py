@@ -1,0 +1,124 @@
+"""Paint the page from photographs, and from the scanner's image where no photograph is good."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from math import ceil
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from restore.errors import BadInput
+from restore.photo.camera import project_map
+from restore.photo.sampling import sample_scaled
+from restore.photo.sources import COARSE_DPI, LINEAR, Plan, Source
+from restore.raster import rasterise
+from restore.scan import Bytes, FlatMesh, Mask
+from restore.texture import MAX_PIXELS, MM_PER_INCH, PAPER, TINY, Painting
+
+BAND = 256  # rows painted at once: 60 MB at a time for an A4 page at 400 dpi
+LEAST_SHARE = 1 / 512  # of a pixel: less changes no code
+NOWHERE = 255  # source of what is not on the page
+THREADS = 2  # more gain little: the bands go through the same memory
+RING = 2.0  # pixels: the nearest pixel inside is one of the outermost
+EDGE_MM = 0.6  # the outline is known to a sample: so near to it, the photograph may show the table
+
+Codes = NDArray[np.float32]
+
+
+def paint(page: FlatMesh, sources: Sequence[Source], plan: Plan, dpi: float) -> Painting:
+    """Paint a flat page at `dpi` as planned; sources[0] is the scanner's texture.
+
+    Raises BadInput when the page would be too large for any memory.
+    """
+    assert page.texcoords is not None
+    scale = dpi / MM_PER_INCH
+    corner = np.array([page.flat[:, 0].min(), page.flat[:, 1].max()])
+    corners = (page.flat - corner) * [scale, -scale] - 0.5
+    width, height = (max(1, ceil(extent - TINY)) for extent in np.ptp(corners, axis=0))
+    if width * height > MAX_PIXELS:
+        raise BadInput(f"the page would have {width} × {height} pixels", "check the scan's unit (mm) or lower --dpi")
+    image, mask = np.empty((height, width, 3), np.uint8), np.empty((height, width), bool)
+    where, which = np.empty((height, width, 2), np.float32), np.empty((height, width), np.uint8)
+    values = np.column_stack([page.vertices, page.texcoords])
+
+    def paint_band(top: int) -> None:
+        band = slice(top, min(top + BAND, height))
+        surface = rasterise(corners - [0, top], page.faces, values, band.stop - top, width)
+        mask[band] = np.isfinite(surface[..., 0])
+        image[band], where[band], which[band] = _band(surface, sources, plan, top, dpi)
+
+    with ThreadPoolExecutor(THREADS) as threads:  # the kernels let go of the interpreter
+        list(threads.map(paint_band, range(0, height, BAND)))
+    _carry_to_edge(image, mask, round(EDGE_MM * scale))
+    return Painting(image, mask, where, _resolution(plan), which)
+
+
+def _band(
+    surface: Codes, sources: Sequence[Source], plan: Plan, top: int, dpi: float
+) -> tuple[Bytes, Codes, NDArray[np.uint8]]:
+    """Some rows of the page: their colours, the source pixel of each and the source."""
+    rows, cols = surface.shape[:2]
+    off = np.isnan(surface[..., 0])
+    weights = [_enlarged(layer, top, rows, cols, dpi) for layer in plan.weights]
+    best = np.argmax(weights, axis=0).astype(np.uint8)
+    where = np.full((rows, cols, 2), np.nan, np.float32)
+    total, shares = np.zeros((rows, cols, 3), np.float32), np.zeros((rows, cols, 1), np.float32)
+    for k, (source, weight) in enumerate(zip(sources, weights, strict=True)):
+        used = (weight > LEAST_SHARE) & ~off
+        if not used.any():
+            continue
+        pixels = surface[..., 3:] if source.camera is None else project_map(source.camera, surface[..., :3])
+        np.copyto(where, pixels, where=(best == k)[..., None])
+        pixels = np.where(used[..., None], pixels, np.float32(np.nan))
+        codes = sample_scaled(source.image, pixels)
+        if (plan.gains[k] != 1).any():
+            codes[used] = _lit(codes[used], _enlarged(plan.gains[k], top, rows, cols, dpi)[used])
+        share = np.where(used, weight, 0)[..., None]
+        total += codes * share
+        shares += share
+    image = (total / np.maximum(shares, LEAST_SHARE) + 0.5).astype(np.uint8)
+    image[off], best[off] = PAPER, NOWHERE
+    return image, where, best
+
+
+def _enlarged(layer: Codes, top: int, rows: int, cols: int, dpi: float) -> Codes:
+    """Rows of a page at `dpi` out of a layer (h, w, …) of the coarse page."""
+    x = ((np.arange(cols) + 0.5) * COARSE_DPI / dpi - 0.5).astype(np.float32)
+    y = ((np.arange(top, top + rows) + 0.5) * COARSE_DPI / dpi - 0.5).astype(np.float32)
+    x, y = np.broadcast_arrays(x[None, :], y[:, None])
+    larger: Codes = cv2.remap(
+        layer, np.ascontiguousarray(x), np.ascontiguousarray(y), cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
+    )
+    return larger
+
+
+def _lit(codes: Codes, gain: Codes) -> Codes:
+    """Codes (n, 3) whose linear light is multiplied by gain (n, 3)."""
+    light = np.interp(codes, np.arange(256), LINEAR) * gain
+    return np.interp(light, LINEAR, np.arange(256)).astype(np.float32)
+
+
+def _carry_to_edge(image: Bytes, mask: Mask, margin: int) -> None:
+    """Give the last pixels before the edge of the page the colour of the nearest ones inside, in place."""
+    if margin < 1:
+        return
+    away = cv2.distanceTransform(np.pad(mask, 1).astype(np.uint8), cv2.DIST_L2, 3)[1:-1, 1:-1]
+    outer = away <= margin
+    ring = (away > margin) & (away <= margin + RING)
+    if not ring.any():
+        return
+    _, nearest = cv2.distanceTransformWithLabels(outer.astype(np.uint8), cv2.DIST_L2, 3, labelType=cv2.DIST_LABEL_PIXEL)
+    inner = np.zeros(int(nearest.max()) + 1, np.int64)
+    inner[nearest[ring]] = np.flatnonzero(ring)
+    edge = outer & mask
+    image[edge] = image.reshape(-1, 3)[inner[nearest[edge]]]
+
+
+def _resolution(plan: Plan) -> float:
+    """Pixels per inch of what the page is painted from, median over the page."""
+    best = np.argmax(plan.weights, axis=0)
+    ppi = np.take_along_axis(plan.ppi, best[None], axis=0)[0]
+    return float(np.median(ppi[ppi > 0])) if (ppi > 0).any() else 0.0

@@ -1,0 +1,138 @@
+"""Where the camera stood: robust pose from matches between surface and photograph, then all of the lens.
+
+The focal length is not known: the pose is sought for a ladder of focal lengths, with wrong matches among the right
+ones (Fischler & Bolles 1981), and the best is refined together with focal length and distortion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import cv2
+import numpy as np
+from scipy.optimize import least_squares
+
+from restore.photo.camera import PARAMETERS, PhotoCamera, project_with_jacobian
+from restore.scan import Floats, Mask
+
+LADDER = tuple(0.6 * 1.3**k for k in range(9))  # of the longer side: 80° to 12° of view; phones 0.75, telephotos 4
+LOOSE = 0.012  # of the longer side: distortion that the first pose does not know yet
+TRIES = 400  # with a third of the matches right, four right ones are drawn with certainty
+CONFIDENCE = 0.999
+MIN_POINTS = 6
+# What is known of lenses before they are measured, as standard deviations: principal point in shares of the diagonal,
+# then k1, k2, p1, p2, k3 of lenses that are no fisheyes.
+CENTRE_SPREAD = 0.01
+DISTORTION_SPREAD = np.array([0.15, 0.15, 0.003, 0.003, 0.05])
+FOCAL_SPREAD = 1.0  # of its logarithm, when nothing is known
+FREE_STRAIGHT = 7  # of the parameters: pose and focal length
+REWEIGHTINGS = 3
+CAUCHY = 2.0  # a miss of so many sigmas counts half
+
+
+def find_pose(
+    points: Floats, pixels: Floats, size: tuple[int, int], focals: Sequence[float]
+) -> tuple[PhotoCamera, Mask]:
+    """The camera that sees most of the surface points (n, 3) mm at their pixels (n, 2), and which those are.
+
+    focals: lengths in pixels to be tried. The camera has no distortion yet; no match may be right.
+    """
+    centre = (np.array(size) - 1) / 2
+    best = PhotoCamera(_vector(np.zeros(3), np.array([0, 0, 1.0]), focals[0], centre), size)
+    inliers = np.zeros(len(points), bool)
+    if len(points) < MIN_POINTS:
+        return best, inliers
+    for focal in focals:
+        camera = _ransac(points, pixels, size, focal)
+        if camera is None:
+            continue
+        near = misses(camera, points, pixels) < LOOSE * max(size)
+        if near.sum() > inliers.sum():
+            best, inliers = camera, near
+    return best, inliers
+
+
+def _ransac(points: Floats, pixels: Floats, size: tuple[int, int], focal: float) -> PhotoCamera | None:
+    centre = (np.array(size) - 1) / 2
+    matrix = np.array([[focal, 0, centre[0]], [0, focal, centre[1]], [0, 0, 1.0]])
+    cv2.setRNGSeed(0)
+    try:
+        found, turn, shift, _ = cv2.solvePnPRansac(
+            points,
+            pixels,
+            matrix,
+            None,
+            iterationsCount=TRIES,
+            reprojectionError=LOOSE * max(size),
+            confidence=CONFIDENCE,
+            flags=cv2.SOLVEPNP_AP3P,
+        )
+    except cv2.error:  # raised when the drawn points lie so that no pose follows from them
+        return None
+    return PhotoCamera(_vector(turn.ravel(), shift.ravel(), focal, centre), size) if found else None
+
+
+def _vector(turn: Floats, shift: Floats, focal: float, centre: Floats) -> Floats:
+    return np.concatenate([turn, shift, [focal], centre, np.zeros(5)])
+
+
+def misses(camera: PhotoCamera, points: Floats, pixels: Floats) -> Floats:
+    """(n,) how far from their pixels (n, 2) the camera sees points (n, 3) mm; infinite where it cannot see them."""
+    distance = np.linalg.norm(camera.project(points) - pixels, axis=1)
+    return np.where(np.isfinite(distance), distance, np.inf)
+
+
+def refine(
+    camera: PhotoCamera,
+    points: Floats,
+    pixels: Floats,
+    noise_px: float,
+    *,
+    focal_px: float | None = None,
+    focal_spread: float = FOCAL_SPREAD,
+    straight: bool = False,
+) -> PhotoCamera:
+    """Adjust pose, focal length, principal point and distortion to points (n, 3) mm seen at pixels (n, 2).
+
+    noise_px: standard deviation of a good pixel; what misses by much more counts less and less (Cauchy weights).
+    focal_px and focal_spread: what is known of the focal length and how well (of its logarithm). straight: leave the
+    principal point and the distortion as they are.
+    """
+    known = focal_px or camera.focal_px
+    centre = (np.array(camera.size) - 1) / 2
+    middle = np.concatenate([[known], centre, np.zeros(5)])
+    spread = prior_spread(known, camera.size, focal_spread)
+    free = FREE_STRAIGHT if straight else PARAMETERS
+    vector = camera.vector.copy()
+    for _ in range(REWEIGHTINGS):
+        away = misses(PhotoCamera(vector, camera.size), points, pixels) / (CAUCHY * noise_px)
+        weight = 1.0 / (np.sqrt(1.0 + away**2) * noise_px)
+        vector[:free] = _fit(vector, free, points, pixels, weight, middle, spread)
+    return PhotoCamera(vector, camera.size)
+
+
+def prior_spread(focal_px: float, size: tuple[int, int], focal_spread: float = FOCAL_SPREAD) -> Floats:
+    """(8,) standard deviations of focal length, principal point and distortion of a lens before it is measured."""
+    centre = np.full(2, CENTRE_SPREAD * np.hypot(*size))
+    return np.concatenate([[focal_px * focal_spread], centre, DISTORTION_SPREAD])
+
+
+def _fit(
+    start: Floats, free: int, points: Floats, pixels: Floats, weight: Floats, middle: Floats, spread: Floats
+) -> Floats:
+    """The first `free` parameters by weighted least squares, the lens held near what lenses are."""
+    priors = np.eye(PARAMETERS)[6:, :free] / spread[:, None]
+
+    def full(vector: Floats) -> Floats:
+        return np.concatenate([vector, start[free:]])
+
+    def residuals(vector: Floats) -> Floats:
+        seen, _ = project_with_jacobian(full(vector), points)
+        return np.concatenate([((seen - pixels) * weight[:, None]).ravel(), (full(vector)[6:] - middle) / spread])
+
+    def jacobian(vector: Floats) -> Floats:
+        _, slopes = project_with_jacobian(full(vector), points)
+        return np.concatenate([(slopes * weight[:, None, None]).reshape(-1, PARAMETERS)[:, :free], priors])
+
+    found: Floats = least_squares(residuals, start[:free], jac=jacobian, x_scale="jac", method="lm").x
+    return found

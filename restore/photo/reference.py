@@ -1,0 +1,50 @@
+"""What a photograph is registered to: the scanner's colour image with the surface point under each of its pixels."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from restore.raster import rasterise
+from restore.scan import Bytes, FlatMesh, Floats, Mask
+
+MAX_SIDE = 1024  # pixels: the scanner's image has 640; of larger textures a smaller copy tells the pose as well
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """The sheet as the scanner saw it.
+
+    grey    (h, w) uint8, the page and what lies round it.
+    points  (h, w, 3) float32 mm, the surface under each pixel, NaN off the page.
+    """
+
+    grey: Bytes
+    points: NDArray[np.float32]
+
+    @property
+    def page(self) -> Mask:
+        """(h, w) True on the page."""
+        return np.asarray(np.isfinite(self.points[..., 0]))
+
+    def at(self, pixels: Floats) -> Floats:
+        """(n, 3) mm: the surface under pixels (n, 2), fractions allowed; NaN off the page."""
+        where = pixels.astype(np.float32).reshape(-1, 1, 2)
+        found = cv2.remap(
+            self.points, where, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_CONSTANT, borderValue=(np.nan,) * 3
+        )
+        return np.asarray(found.reshape(-1, 3), dtype=np.float64)
+
+
+def make_reference(page: FlatMesh) -> Reference:
+    """The reference of a flat page that has a texture."""
+    assert page.texture is not None and page.texcoords is not None
+    height, width = page.texture.shape[:2]
+    ratio = min(1.0, MAX_SIDE / max(height, width))
+    size = (max(round(width * ratio), 1), max(round(height * ratio), 1))
+    grey = cv2.resize(cv2.cvtColor(page.texture, cv2.COLOR_RGB2GRAY), size, interpolation=cv2.INTER_AREA)
+    corners = (page.texcoords + 0.5) * (np.array(size) / [width, height]) - 0.5
+    return Reference(grey, rasterise(corners, page.faces, page.vertices, size[1], size[0]))

@@ -1,0 +1,206 @@
+"""Find out how a photograph lies on the scanned surface, or say why that is not certain."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from restore.photo.camera import PARAMETERS, PhotoCamera, project_with_jacobian
+from restore.photo.dense import GRID, WINDOW, Shifts, measure
+from restore.photo.features import Features, detect, match, reference_features
+from restore.photo.photograph import Photograph
+from restore.photo.pose import FOCAL_SPREAD, LADDER, LOOSE, find_pose, misses, prior_spread, refine
+from restore.photo.reference import Reference
+from restore.scan import Bytes, Floats
+
+SIDES = (800, 1600, 3200)  # pixels: features are found where the print is about as coarse as the scanner's image of it
+LEAST_CONTRAST = 3.0  # grey levels: standard deviation of a picture that shows something
+MIN_INLIERS = 8  # no more agree by chance than that, and what they agree on is proved on the whole surface
+MIRRORED_INLIERS = 16  # for a reason that is not proved
+REFINEMENTS = 6
+COARSE_STEPS = 1  # with the pyramid; then it could only mislead
+BEHIND_STEP = 16  # reference pixels
+SETTLED = 0.02  # reference pixels that a refinement moves the page by: nothing more to gain
+SIGMA = 0.1  # reference pixels: how well a shift is measured
+KNOWN_FOCAL = 0.1  # how well EXIF tells the focal length: whole millimetres, and it breathes with the focus
+MAX_MISS = 1.0  # reference pixels: places that miss by more were matched wrongly, as where a window spans a crease
+MIN_PLACES = 14  # as many unknowns has a camera
+MIN_ALIKE = 0.6  # of the places with print: the rest is glare, shadow, fingers; another page has one in ten
+MAX_RESIDUAL = 0.5  # reference pixels, rms: a page that was moved or bent between scan and photograph has more
+MAX_UNCERTAIN = 0.5  # reference pixels, rms over the page
+OVERLAP = WINDOW / GRID  # neighbouring windows share most of their pixels, and so of their errors
+MIN_COVERAGE = 0.1  # of the page: less is hardly worth its seams
+
+
+class Refused(Exception):
+    """Raised when a photograph cannot be used for certain; the message is the reason."""
+
+
+@dataclass(frozen=True, eq=False)
+class Registration:
+    """A photograph in its place.
+
+    camera          the camera that took it.
+    residual_px     rms of what is left between print and print, in the photograph's pixels.
+    uncertainty_px  rms over the page of the standard deviation of where a point is seen, in the photograph's pixels.
+    alike           share of the printed places that look the same and lie where the camera says.
+    coverage        share of the page that the photograph shows.
+    scale           the photograph's pixels to one of the reference.
+    """
+
+    camera: PhotoCamera
+    residual_px: float
+    uncertainty_px: float
+    alike: float
+    coverage: float
+    scale: float
+
+
+def register(reference: Reference, photograph: Photograph) -> Registration:
+    """Find the camera of a photograph. Raises Refused when it does not show the page of the reference for certain."""
+    grey = cv2.cvtColor(photograph.image, cv2.COLOR_RGB2GRAY)
+    if grey.std() < LEAST_CONTRAST:
+        raise Refused("the photograph is blank")
+    ours, reason = reference_features(reference), ""
+    for side in SIDES:
+        small = _shrunk(grey, side)
+        focal = photograph.focal_px and photograph.focal_px * small.shape[1] / grey.shape[1]
+        camera, inliers = _posed(reference, ours, small, focal)
+        try:
+            return _certain(reference, grey, camera, inliers, photograph.focal_px)
+        except Refused as refusal:
+            reason = str(refusal)
+        if side >= max(grey.shape):
+            break
+    raise Refused("the photograph is mirrored" if _mirrored(reference, ours, grey) else reason)
+
+
+def _certain(
+    reference: Reference, grey: Bytes, camera: PhotoCamera, inliers: int, focal_px: float | None
+) -> Registration:
+    """The registration that a first pose of a small photograph leads to. Raises Refused when it is not certain."""
+    if inliers < MIN_INLIERS:
+        raise Refused(f"the photograph does not show this page: {inliers} features agree, {MIN_INLIERS} are needed")
+    if _from_behind(reference, camera):  # where a mirrored picture would have been taken, through the paper
+        raise Refused("the photograph shows the page from behind")
+    camera, shifts = _refined(reference, grey, camera.scaled(grey.shape[::-1]), focal_px)
+    found = _judged(reference, camera, shifts)
+    _insist(found)
+    return found
+
+
+def _mirrored(reference: Reference, ours: Features, grey: Bytes) -> bool:
+    """Whether the photograph shows the page when it is mirrored."""
+    for side in SIDES[:2]:
+        flipped = np.ascontiguousarray(_shrunk(grey, side)[:, ::-1])
+        camera, inliers = _posed(reference, ours, flipped, None)
+        if inliers >= MIRRORED_INLIERS and not _from_behind(reference, camera):
+            return True
+    return False
+
+
+def _from_behind(reference: Reference, camera: PhotoCamera) -> bool:
+    """Whether the camera would see the page the other way round than the scanner."""
+    points = reference.points[::BEHIND_STEP, ::BEHIND_STEP].astype(np.float64)
+    where = camera.project(points.reshape(-1, 3)).reshape(*points.shape[:2], 2)
+    right, down = np.diff(where, axis=1)[:-1], np.diff(where, axis=0)[:, :-1]
+    turn = right[..., 0] * down[..., 1] - right[..., 1] * down[..., 0]
+    return bool(np.nanmedian(turn) < 0) if np.isfinite(turn).any() else False
+
+
+def _shrunk(grey: Bytes, side: int) -> Bytes:
+    ratio = min(1.0, side / max(grey.shape))
+    size = (round(grey.shape[1] * ratio), round(grey.shape[0] * ratio))
+    smaller: Bytes = cv2.resize(grey, size, interpolation=cv2.INTER_AREA)
+    return smaller
+
+
+def _posed(reference: Reference, ours: Features, grey: Bytes, focal_px: float | None) -> tuple[PhotoCamera, int]:
+    """The camera that the features of a small photograph (h, w) speak for, and how many do."""
+    side, size = max(grey.shape), (grey.shape[1], grey.shape[0])
+    matches = match(ours, detect(grey))
+    points = reference.at(matches.reference)
+    on_page = np.isfinite(points[:, 0])
+    points, pixels = points[on_page], matches.photograph[on_page]
+    ladder = [share * side for share in LADDER]
+    camera, inliers = find_pose(points, pixels, size, [focal_px, *ladder] if focal_px else ladder)
+    for straight in (True, False):
+        if inliers.sum() >= MIN_INLIERS:
+            camera = refine(camera, points[inliers], pixels[inliers], 1.0, straight=straight)
+            inliers = misses(camera, points, pixels) < LOOSE * side / 2
+    return camera, int(inliers.sum())
+
+
+def _refined(
+    reference: Reference, grey: Bytes, camera: PhotoCamera, focal_px: float | None
+) -> tuple[PhotoCamera, Shifts]:
+    focal_spread = KNOWN_FOCAL if focal_px else FOCAL_SPREAD
+    for step in range(REFINEMENTS):
+        shifts = measure(reference, grey, camera, near=step >= COARSE_STEPS)
+        points = reference.at(shifts.moved)
+        good = shifts.alike & np.isfinite(points[:, 0])
+        if good.sum() < MIN_PLACES:
+            raise Refused("the photograph does not show this page: its print is another")
+        before = camera.project(points[good])
+        camera = refine(
+            camera,
+            points[good],
+            shifts.pixels[good],
+            SIGMA * shifts.scale,
+            focal_px=focal_px,
+            focal_spread=focal_spread,
+        )
+        if (
+            step >= COARSE_STEPS
+            and np.sqrt(np.mean((camera.project(points[good]) - before) ** 2)) < SETTLED * shifts.scale
+        ):
+            break
+    return camera, measure(reference, grey, camera, near=True)
+
+
+def _judged(reference: Reference, camera: PhotoCamera, shifts: Shifts) -> Registration:
+    points = reference.at(shifts.moved)
+    miss = misses(camera, np.nan_to_num(points, nan=np.inf), shifts.pixels)
+    good = shifts.alike & (miss < MAX_MISS * shifts.scale)
+    if good.sum() < MIN_PLACES:
+        raise Refused("the photograph does not show this page: its print is another")
+    residual = float(np.sqrt(np.mean(miss[good] ** 2)))
+    page = reference.points[reference.page][:: max(1, int(reference.page.sum()) // 1000)].astype(float)
+    uncertain = _uncertainty(camera, points[good], residual / np.sqrt(2), page)
+    return Registration(camera, residual, uncertain, float(good.mean()), shifts.coverage, shifts.scale)
+
+
+def _uncertainty(camera: PhotoCamera, points: Floats, sigma: float, page: Floats) -> float:
+    """The rms standard deviation in pixels of where points on the page (m, 3) are seen.
+
+    It follows from the adjustment to points (n, 3) whose pixels have the standard deviation sigma.
+    """
+    _, slopes = project_with_jacobian(camera.vector, points)
+    spread = prior_spread(camera.focal_px, camera.size)
+    rows = slopes.reshape(-1, PARAMETERS) / (max(sigma, 1e-3) * OVERLAP)
+    priors = np.eye(PARAMETERS)[6:] / spread[:, None]
+    scale = np.maximum(np.linalg.norm(np.concatenate([rows, priors]), axis=0), 1e-12)
+    normal = np.concatenate([rows, priors]) / scale
+    covariance = np.linalg.pinv(normal.T @ normal)
+    _, at_page = project_with_jacobian(camera.vector, page)
+    at_page = at_page / scale
+    return float(np.sqrt(np.mean(np.einsum("nij,jk,nik->n", at_page, covariance, at_page))))
+
+
+def _insist(found: Registration) -> None:
+    """Raise Refused when a registration is not certain."""
+    if found.alike < MIN_ALIKE:
+        raise Refused(f"the photograph does not show this page: only {found.alike:.0%} of the print looks the same")
+    if found.residual_px > MAX_RESIDUAL * found.scale:
+        raise Refused(
+            f"the photograph does not fit the surface: {found.residual_px:.1f} pixels rms are left; "
+            "was the page moved between scan and photograph?"
+        )
+    if found.uncertainty_px > MAX_UNCERTAIN * found.scale:
+        raise Refused(f"the print is too sparse to tell where the photograph lies: ±{found.uncertainty_px:.1f} pixels")
+    if found.coverage < MIN_COVERAGE:
+        raise Refused(f"the photograph shows only {found.coverage:.0%} of the page")
+    if found.scale <= 1.0:
+        raise Refused("the photograph is coarser than the scanner's own image")

@@ -1,0 +1,184 @@
+"""Which picture each part of the page is painted from, decided on a coarse copy of the page.
+
+Source 0 is the scanner's colour image, source k the k-th photograph.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+
+from restore.photo.camera import PhotoCamera
+from restore.photo.visible import clipped_share, glares, sees
+from restore.scan import Bytes, FlatMesh, Floats, Mask
+from restore.texture import MM_PER_INCH, page_map
+
+COARSE_DPI = 30.0  # 0.85 mm: seams are wider than that
+FEATHER_MM = 3.0  # of a seam: wide enough that light does not jump, narrow enough that print is not seen twice
+MATCH_MM = 8.0  # light is matched over this, which is wider than a line of print
+FAR_MM = 60.0  # where the pictures do not overlap, the match is carried from this far
+GLARE_MM = 25.0  # surroundings of a glare
+OVERSAMPLING = 1.2  # of the smaller copies that are read for it
+SETTLE_MM = 5.0  # changes of the better photograph over less than this are not worth a seam
+MAX_GAIN = 8.0  # between the light of two pictures; more is a hole in one of them
+TINY = 1e-6
+
+_CODE = np.arange(256) / 255
+LINEAR = np.where(_CODE <= 0.04045, _CODE / 12.92, ((_CODE + 0.055) / 1.055) ** 2.4).astype(np.float32)
+"""(256,) linear light of an sRGB code (IEC 61966-2-1)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """A picture and how the page lies in it: `camera` for a photograph, None for the scanner's texture."""
+
+    image: Bytes
+    camera: PhotoCamera | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """What to paint from, on a coarse page of COARSE_DPI.
+
+    weights  (s, h, w) float32 share of each source, in sum 1.
+    gains    (s, h, w, 3) float32 what the linear light of each source is multiplied by, so that seams do not show.
+    ppi      (s, h, w) what each source resolves there.
+    """
+
+    weights: NDArray[np.float32]
+    gains: NDArray[np.float32]
+    ppi: NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """An image, its ppi (h, w) on the coarse page, and where that lies in a smaller copy of size (w, h)."""
+
+    image: Bytes
+    ppi: Floats
+    size: tuple[int, int]
+    where: NDArray[np.float32]
+
+    @classmethod
+    def at(cls, image: Bytes, pixels: Floats, good: Mask) -> Placed:
+        """The coarse page lies at pixels (h, w, 2) of an image; good (h, w) is where that is of use."""
+        down, right = (np.gradient(pixels, axis=axis) for axis in (0, 1))
+        area = np.abs(right[..., 0] * down[..., 1] - right[..., 1] * down[..., 0])
+        ppi = np.nan_to_num(np.sqrt(area)) * COARSE_DPI
+        usual = float(np.median(ppi[good])) if good.any() else COARSE_DPI
+        shrink = min(1.0, OVERSAMPLING * COARSE_DPI / max(usual, 1.0))
+        size = max(round(image.shape[1] * shrink), 1), max(round(image.shape[0] * shrink), 1)
+        where = (pixels + 0.5) * (np.array(size) / image.shape[1::-1]) - 0.5
+        return cls(image, ppi, size, np.nan_to_num(where, nan=-1.0).astype(np.float32))
+
+    def read(self, small: Floats | Bytes) -> Floats:
+        """(h, w, …) values of a picture of the smaller size on the coarse page."""
+        values: Floats = cv2.remap(small, self.where, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        return values
+
+
+@dataclass(frozen=True, eq=False)
+class Look:
+    """One source on the coarse page: where it is good (h, w), its ppi (h, w) and its linear light (h, w, 3)."""
+
+    good: Mask
+    ppi: Floats
+    light: Floats
+
+
+def plan(page: FlatMesh, sources: Sequence[Source]) -> Plan:
+    """Decide for each part of a page what it is painted from; sources[0] is the scanner's texture."""
+    assert page.texcoords is not None
+    values = np.column_stack([page.vertices, _normals(page), page.texcoords])
+    coarse = page_map(page.flat, page.faces, values, COARSE_DPI).astype(np.float64)
+    inside = np.isfinite(coarse[..., 0])
+    scanned = _look(Placed.at(sources[0].image, coarse[..., 6:], inside), inside)
+    looks = [scanned, *(_photographed(source, page, coarse, inside, scanned) for source in sources[1:])]
+    weights = _weights(looks, inside)
+    return Plan(weights.astype(np.float32), _gains(looks, weights), np.stack([look.ppi for look in looks]))
+
+
+def _normals(page: FlatMesh) -> Floats:
+    """(n, 3) unit normals of the vertices, the mean of their faces by area."""
+    a, b, c = (page.vertices[page.faces[:, k]] for k in range(3))
+    normals = np.zeros_like(page.vertices)
+    np.add.at(normals, page.faces.ravel(), np.repeat(np.cross(b - a, c - a), 3, axis=0))
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), TINY))
+
+
+def _look(placed: Placed, good: Mask) -> Look:
+    codes = placed.read(cv2.resize(placed.image, placed.size, interpolation=cv2.INTER_AREA))
+    return Look(good, placed.ppi, LINEAR[codes].astype(np.float64))
+
+
+def _photographed(source: Source, page: FlatMesh, coarse: Floats, inside: Mask, scanned: Look) -> Look:
+    camera = source.camera
+    assert camera is not None
+    points, normals = coarse[inside][:, :3], coarse[inside][:, 3:6]
+    pixels, good = np.full((*inside.shape, 2), np.nan), np.zeros(inside.shape, bool)
+    pixels[inside] = camera.project(points)
+    good[inside] = sees(camera, page.vertices, page.faces, points, normals)
+    placed = Placed.at(source.image, pixels, good)
+    look = _look(placed, good)
+    clipped = placed.read(clipped_share(source.image, placed.size))
+    reach = GLARE_MM / MM_PER_INCH * COARSE_DPI
+    glare = glares(clipped, look.light.mean(axis=2), scanned.light.mean(axis=2), good, reach)
+    glare = cv2.dilate(glare.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
+    return replace(look, good=good & ~glare)
+
+
+def _weights(looks: Sequence[Look], inside: Mask) -> Floats:
+    """(s, h, w) share of each source: the photograph that resolves most, the scanner where none is good."""
+    pixels_per_mm = COARSE_DPI / MM_PER_INCH
+    edges = [_feathered(look.good, inside, FEATHER_MM * pixels_per_mm) for look in looks[1:]]
+    calm = [
+        cv2.GaussianBlur(np.where(look.good, look.ppi, 0.0), (0, 0), SETTLE_MM * pixels_per_mm) for look in looks[1:]
+    ]
+    best = np.argmax([np.where(edge > 0, ppi, -1.0) for edge, ppi in zip(edges, calm, strict=True)], axis=0)
+    chosen = [
+        edge * (cv2.GaussianBlur((best == k).astype(float), (0, 0), FEATHER_MM / 2 * pixels_per_mm) + TINY)
+        for k, edge in enumerate(edges)
+    ]
+    covered = np.max(edges, axis=0)
+    photographs = np.stack(chosen) / np.maximum(np.sum(chosen, axis=0), TINY**2) * covered
+    weights = np.concatenate([1.0 - covered[None], photographs])
+    rows, cols = distance_transform_edt(~inside, return_distances=False, return_indices=True)
+    return np.asarray(weights[:, rows, cols])
+
+
+def _feathered(good: Mask, inside: Mask, width: float) -> Floats:
+    """0 where a source is not good, rising to 1 within `width` pixels; the border of the page is no seam."""
+    away = distance_transform_edt(np.pad(good | ~inside, 1, constant_values=True))[1:-1, 1:-1]
+    return np.where(good, np.clip((away - 1.0) / width, 0.0, 1.0), 0.0)
+
+
+def _gains(looks: Sequence[Look], weights: Floats) -> NDArray[np.float32]:
+    """(s, h, w, 3): the light of the photograph that is used most stays, that of the others is matched to it."""
+    main = 1 + int(np.argmax(weights[1:].sum(axis=(1, 2))))
+    gains = np.ones((*weights.shape, 3), np.float32)
+    known = looks[main]
+    if not known.good.any():
+        return gains
+    gains[0] = _gain(looks[0].light, known.light, looks[0].good & known.good)
+    whole = np.where(known.good[..., None], known.light, looks[0].light * gains[0])
+    for k in range(1, len(looks)):
+        if k != main and looks[k].good.any():
+            gains[k] = _gain(looks[k].light, whole, looks[k].good)
+    return gains
+
+
+def _gain(light: Floats, wanted: Floats, both: Mask) -> Floats:
+    """(h, w, 3) by what light must be multiplied to become what is wanted, from where both are known."""
+    total, given = np.zeros_like(light), np.zeros_like(light)
+    mask = both[..., None].astype(float)
+    for width, share in ((MATCH_MM, 1.0), (FAR_MM, 1e-3)):
+        sigma = width / MM_PER_INCH * COARSE_DPI
+        total += share * cv2.GaussianBlur(wanted * mask, (0, 0), sigma)
+        given += share * cv2.GaussianBlur(light * mask, (0, 0), sigma)
+    mean = (wanted * mask).sum(axis=(0, 1)) / np.maximum((light * mask).sum(axis=(0, 1)), TINY)
+    return np.asarray(np.clip((total + TINY * mean) / (given + TINY), 1 / MAX_GAIN, MAX_GAIN))

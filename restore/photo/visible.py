@@ -1,0 +1,101 @@
+"""Which parts of the page a camera sees: not behind another part, not from the side, not glaring."""
+
+from __future__ import annotations
+
+from math import ceil
+
+import cv2
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from restore.photo.camera import PhotoCamera
+from restore.raster import HAIR
+from restore.scan import Bytes, Floats, Ints, Mask
+
+BUFFER_SIDE = 1200  # pixels of the depth buffer's longer side: a quarter of a millimetre on a page that fills it
+HIDING_MM = 1.0  # what lies this much behind the nearest surface is hidden; one pixel on a wall of 70° is less
+LEAST_FACING = 0.2  # cosine of 78°: seen flatter than that, print cannot be read
+CLIPPED = 250  # a code from which the sensor is full
+GLARE_SHARE = 0.3  # of the pixels of a spot
+GLARE_GAIN = 1.25  # of the spot's light over that of its surroundings, against what the scanner saw
+# On dark ink a glare need not fill the sensor: no slope is lit three times as much as its surroundings, and light
+# that little is no blacker black.
+INK_GAIN, INK_LIGHT = 3.0, 0.05
+HAZE_GAIN = 1.1  # of the haze round it, which is not full
+TINY = 1e-6
+
+
+def sees(camera: PhotoCamera, vertices: Floats, faces: Ints, points: Floats, normals: Floats) -> Mask:
+    """(n,) True where the camera sees points (n, 3) mm with normals (n, 3) on a mesh of vertices and faces (m, 3)."""
+    small = camera.scaled(_fitted(camera.size))
+    corners = np.nan_to_num(small.project(vertices), nan=-1e6)
+    nearest = depth_buffer(corners, small.inverse_depth(vertices), faces, small.size[1], small.size[0])
+    pixels = small.project(points)
+    inside = np.asarray(((pixels >= 0) & (pixels <= np.array(small.size) - 1)).all(axis=1))
+    cols, rows = np.rint(np.where(inside[:, None], pixels, 0)).astype(int).T
+    behind = 1.0 / camera.inverse_depth(points) - 1.0 / np.maximum(nearest[rows, cols], TINY)
+    ways = camera.position - points
+    facing = (ways * normals).sum(axis=1) / np.linalg.norm(ways, axis=1)
+    return np.asarray(inside & (behind < HIDING_MM) & (facing > LEAST_FACING))
+
+
+def _fitted(size: tuple[int, int]) -> tuple[int, int]:
+    ratio = min(1.0, BUFFER_SIDE / max(size))
+    return ceil(size[0] * ratio), ceil(size[1] * ratio)
+
+
+@numba.njit(cache=True)
+def depth_buffer(corners: Floats, inverse_depth: Floats, faces: Ints, height: int, width: int) -> NDArray[np.float32]:
+    """(height, width) inverse depth of the nearest triangle with corners (n, 2) in pixels, 0 where there is none."""
+    nearest = np.zeros((height, width), np.float32)
+    for f in range(len(faces)):
+        i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
+        ax, ay = corners[i, 0], corners[i, 1]
+        ux, uy = corners[j, 0] - ax, corners[j, 1] - ay
+        vx, vy = corners[k, 0] - ax, corners[k, 1] - ay
+        area = ux * vy - uy * vx
+        if abs(area) < HAIR or min(inverse_depth[i], inverse_depth[j], inverse_depth[k]) <= 0.0:
+            continue
+        top, bottom = ay + min(0.0, uy, vy), ay + max(0.0, uy, vy)
+        left, right = ax + min(0.0, ux, vx), ax + max(0.0, ux, vx)
+        for row in range(max(0, int(np.ceil(top))), min(height - 1, int(np.floor(bottom))) + 1):
+            for col in range(max(0, int(np.ceil(left))), min(width - 1, int(np.floor(right))) + 1):
+                u = ((col - ax) * vy - (row - ay) * vx) / area
+                v = (ux * (row - ay) - uy * (col - ax)) / area
+                if u < -HAIR or v < -HAIR or u + v > 1 + HAIR:
+                    continue
+                base = inverse_depth[i]
+                here = base + u * (inverse_depth[j] - base) + v * (inverse_depth[k] - base)
+                if here > nearest[row, col]:
+                    nearest[row, col] = here
+    return nearest
+
+
+def glares(clipped: Floats, light: Floats, expected: Floats, seen: Mask, reach: float) -> Mask:
+    """(h, w) True where the light of a lamp is mirrored.
+
+    clipped (h, w): share of full pixels. light and expected (h, w): what the photograph and the scanner saw, linear.
+    seen (h, w): where both did. reach: pixels that the surroundings extend.
+    """
+    gain = np.where(seen, light / np.maximum(expected, TINY), 0.0)
+    calm = (seen & (clipped < GLARE_SHARE)).astype(float)
+    total = cv2.GaussianBlur(calm, (0, 0), reach)
+    # Twice: the haze round a glare is no part of what is usual.
+    for _ in range(2):
+        usual = cv2.GaussianBlur(gain * calm, (0, 0), reach) / np.maximum(total, TINY)
+        calm = calm * (gain < HAZE_GAIN * usual)
+        total = cv2.GaussianBlur(calm, (0, 0), reach)
+    haze = seen & (gain > HAZE_GAIN * usual)
+    core = seen & (clipped >= GLARE_SHARE) & (gain > GLARE_GAIN * usual)
+    core |= seen & (gain > INK_GAIN * usual) & (light - usual * expected > INK_LIGHT)
+    # Haze ends near its glare; what is bright farther off is another light on another slope.
+    haze &= cv2.distanceTransform((~core).astype(np.uint8), cv2.DIST_L2, 3) < reach / 2
+    _, pieces = cv2.connectedComponents(haze.astype(np.uint8), connectivity=8)
+    return np.asarray(haze & np.isin(pieces, np.unique(pieces[core])))
+
+
+def clipped_share(image: Bytes, size: tuple[int, int]) -> Floats:
+    """(h, w) share of pixels of an image (H, W, 3) whose every channel is full, at a smaller size (w, h)."""
+    full = cv2.inRange(image, (CLIPPED,) * 3, (255,) * 3)
+    return np.asarray(cv2.resize(full, size, interpolation=cv2.INTER_AREA).astype(np.float64) / 255.0)

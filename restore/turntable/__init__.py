@@ -1,0 +1,7 @@
+"""Several views of one page on a turntable: find the axis, register the views, merge them into one surface."""
+
+from restore.turntable.axis import AxisFit, RotationAxis, fit_axis
+from restore.turntable.board import board_corners
+from restore.turntable.merge import MergedViews, View, merge_views
+
+__all__ = ["AxisFit", "MergedViews", "RotationAxis", "View", "board_corners", "fit_axis", "merge_views"]

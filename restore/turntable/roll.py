@@ -1,0 +1,28 @@
+"""Hold a scanner upside down, or on its side: the same shot in the frame of a scanner that was rolled."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from restore.scan import RangeScan
+
+
+def roll(scan: RangeScan, quarters: int) -> RangeScan:
+    """The scan as a scanner sees it before which the page was turned counter-clockwise by quarters of a turn.
+
+    Nothing is resampled: grid and picture are turned as they are, and the points by the same angle.
+    """
+    if quarters % 4 == 0:
+        return scan
+    points, texture_xy = np.rot90(scan.points, quarters), np.rot90(scan.texture_xy, quarters)
+    texture = scan.texture
+    for _ in range(quarters % 4):
+        x, y, z = np.moveaxis(points, -1, 0)
+        points = np.stack([-y, x, z], axis=-1)
+        if texture is not None:
+            right = texture.shape[1] - 1  # (x, y) of the picture goes to (y, right − x)
+            texture_xy = np.stack([texture_xy[..., 1], right - texture_xy[..., 0]], axis=-1)
+            texture = np.ascontiguousarray(np.rot90(texture))
+    return replace(scan, points=points, texture=texture, texture_xy=texture_xy)

@@ -1,0 +1,121 @@
+"""`planish board` and `planish calibrate`: the geometry of a body and its lens from scans of a marker board."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from station.errors import UsageError
+from station.telling import faults_told, say
+
+if TYPE_CHECKING:
+    from drivers.vivid900.board import Board
+    from drivers.vivid900.calibrate import Calibrated
+    from restore import RangeScan
+
+BOARD_DPI = 300.0  # of an office printer
+FROM_FRONT = re.compile(r"(?P<path>.+)@(?P<mm>\d+(\.\d+)?)")
+
+Columns = Annotated[int, typer.Option(min=2, max=50, help="Markers in a row of the board.")]
+Rows = Annotated[int, typer.Option(min=2, max=50, help="Rows of markers on the board.")]
+Marker = Annotated[float, typer.Option(min=1, max=500, help="Side of a marker as printed, mm: measure it.")]
+Pitch = Annotated[float, typer.Option(min=1, max=1000, help="From one marker to the next as printed, mm: measure it.")]
+Force = Annotated[bool, typer.Option("--force", help="Overwrite an earlier file.")]
+Debug = Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")]
+
+
+def board(
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="PNG", show_default=False)],
+    columns: Columns = 12,
+    rows: Rows = 9,
+    marker: Marker = 16.002,
+    pitch: Pitch = 21.505,
+    force: Force = False,
+    debug: Debug = False,
+) -> None:
+    """Draw a marker board to print at 100 %, glue to something flat, and calibrate by."""
+    with faults_told(debug=debug):
+        import cv2
+
+        from station.export.atomic import write_all
+        from station.export.png import encode_png
+
+        picture = _board(columns, rows, marker, pitch).picture(BOARD_DPI)
+        write_all([(output, encode_png(cv2.cvtColor(picture, cv2.COLOR_GRAY2RGB), BOARD_DPI))], force=force)
+        say(f"{output}: print it at 100 %, then measure markers and pitch for `planish calibrate`")
+
+
+def calibrate(
+    scans: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="SCAN[@MM]...",
+            help="Scan folders of the board, or of a bare plate that fills the picture; after @, if it was measured, "
+            "how far the plate is from the front of the lens.",
+            show_default=False,
+        ),
+    ],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Calibration.", show_default=False)],
+    columns: Columns = 12,
+    rows: Rows = 9,
+    marker: Marker = 16.002,
+    pitch: Pitch = 21.505,
+    force: Force = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+    debug: Debug = False,
+) -> None:
+    """Calibrate a scanner with its lens from scans of a marker board at several distances and tilts."""
+    with faults_told(debug=debug):
+        from drivers.vivid900.calibrate import calibrate as adjust
+        from drivers.vivid900.calibration import encode_calibration
+        from drivers.vivid900.plates import body_of_scans, plate_shot
+        from station.export.atomic import refuse_existing, write_all
+
+        refuse_existing([output], force=force)
+        printed = _board(columns, rows, marker, pitch)
+        stored = list(_load(scans))
+        shots = [plate_shot(scan, printed, front_mm=front_mm) for scan, front_mm in stored]
+        found = adjust(shots, body_of_scans([scan for scan, _ in stored]))
+        told = list(_summary(found, len(shots)))
+        write_all([(output, encode_calibration(found.calibration, comments=told).encode())], force=force)
+        say(json.dumps(asdict(found)) if as_json else "\n".join([*told, str(output)]))
+
+
+def _board(columns: int, rows: int, marker_mm: float, pitch_mm: float) -> Board:
+    from drivers.vivid900.board import MOST_MARKERS, Board
+
+    if columns * rows > MOST_MARKERS:
+        raise UsageError(f"a board has {MOST_MARKERS} markers at most", "lower --columns or --rows")
+    if pitch_mm <= marker_mm:
+        raise UsageError("the markers would overlap", "--pitch has to be greater than --marker")
+    return Board(columns, rows, marker_mm, pitch_mm)
+
+
+def _load(scans: Sequence[str]) -> Iterator[tuple[RangeScan, float | None]]:
+    """The scans, each with its distance from the front of the lens where one is given."""
+    from restore import BadInput, RangeScan, load_scan
+
+    for name in scans:
+        measured = None if Path(name).exists() else FROM_FRONT.fullmatch(name)
+        path, front_mm = (Path(measured["path"]), float(measured["mm"])) if measured else (Path(name), None)
+        try:
+            scan = load_scan(path)
+        except OSError as error:
+            raise BadInput(f"cannot read {error.filename or path}: {error.strerror}", "check the path") from error
+        if not isinstance(scan, RangeScan):
+            raise BadInput(f"{path} is a mesh", "give scan folders as `planish scan` stores them")
+        yield scan, front_mm
+
+
+def _summary(found: Calibrated, shots: int) -> Iterator[str]:
+    body = found.calibration
+    yield f"{body.lens} {body.lens_serial} on body {body.body}".replace("  ", " ").removesuffix(" on body ")
+    yield f"{shots} shots; rms of the markers {found.markers_px:.3f} px, of the samples {found.lines:.3f} lines"
+    yield f"largest error to expect over the field, one sigma: {found.expected_mm:.2f} mm"
+    yield "sigmas: " + ", ".join(f"{name} {sigma:.2g}" for name, sigma in found.sigma.items())

@@ -1,0 +1,189 @@
+"""`planish doctor`: what is missing before a scan can be made, and what to do about each."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from station.devices import Found, search
+from station.telling import faults_told, say
+
+if TYPE_CHECKING:
+    from drivers.vivid900.discovery import Host, Likeness
+
+PROBLEM_CODE = 4  # a device cannot be used
+
+RULES = Path("/etc/udev/rules.d/60-planish.rules")  # before 73-seat-late.rules, which acts on the tag
+RELOAD = "sudo udevadm control --reload && sudo udevadm trigger"
+FIRMWARE = "start it with the open tool xchange-fw and the firmware of Adaptec's driver: see docs/operators-guide.md"
+LATE = (
+    "switch the scanner on, remove the laser barrier and press a key; then: sudo planish devices --rescan "
+    "(cabling and SCSI IDs: docs/operators-guide.md)"
+)
+PROBE = "it may be behind the USB bridge: planish doctor --probe asks there (unmount disks behind it first)"
+OCR_PACKAGES = "sudo apt install tesseract-ocr"
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing that was looked at.
+
+    state  "ok", "problem" for what a scan needs, "optional" for what only some work needs.
+    hint   what to do now, where it is not ok.
+    """
+
+    name: str
+    state: Literal["ok", "problem", "optional"]
+    message: str
+    hint: str = ""
+
+
+Languages = Callable[[], Sequence[str] | None]
+"""Which languages tesseract knows, None when it is not installed."""
+
+
+def examine(host: Host, likeness: Likeness, languages: Languages, *, probe: bool = False) -> list[Check]:
+    """Every check, in the order in which the operator should go through them. probe: ask behind USB bridges, too."""
+    found = search(host, likeness, probe=probe)
+    return [
+        _libusb(found),
+        _scsi_driver(host),
+        *_scanners(found, likeness),
+        *_bridges(found),
+        *_serial_ports(found),
+        _words(languages()),
+    ]
+
+
+def _libusb(found: Found) -> Check:
+    if found.no_usb:
+        hint = "pip install --force-reinstall libusb-package"
+        return Check("libusb", "problem", found.no_usb, hint)
+    return Check("libusb", "ok", "USB bridges can be searched and used")
+
+
+def _scsi_driver(host: Host) -> Check:
+    if host.scsi_generic.is_dir():
+        return Check("sg", "ok", "the kernel's generic SCSI driver is loaded")
+    hint = "sudo modprobe sg && echo sg | sudo tee /etc/modules-load.d/sg.conf"
+    return Check("sg", "problem", "the kernel's generic SCSI driver (sg) is not loaded", hint)
+
+
+def _scanners(found: Found, likeness: Likeness) -> Iterator[Check]:
+    for scanner in found.scanners:
+        told = f"{scanner.identity} at {scanner.where}"
+        if not scanner.problem:
+            yield Check("scanner", "ok", f"{told} answers")
+        else:
+            hint = _add_rule(scsi_rule(likeness)) if "udev" in scanner.hint else scanner.hint
+            yield Check("scanner", "problem", f"{told}: {scanner.problem}", hint)
+    if not found.scanners:
+        yield Check("scanner", "problem", "no scanner was found", PROBE if _may_hide_one(found) else LATE)
+
+
+def _may_hide_one(found: Found) -> bool:
+    """Whether there is a bridge behind which nobody looked: those of Adaptec get no nodes from the kernel."""
+    awake = any(bridge.usable and not bridge.bridge.sleeping for bridge in found.bridges)
+    return awake and not found.probed
+
+
+def _bridges(found: Found) -> Iterator[Check]:
+    for bridge in found.bridges:
+        if bridge.bridge.sleeping:
+            yield Check("bridge", "problem", f"{bridge} waits for its firmware", FIRMWARE)
+        elif bridge.usable:
+            yield Check("bridge", "ok", str(bridge))
+        else:
+            # Whoever reaches the scanner through a node of the kernel's needs the bridge itself no more.
+            state: Literal["optional", "problem"] = "optional" if found.scanners else "problem"
+            rule = usb_rule(bridge.vendor, bridge.product)
+            yield Check("bridge", state, f"you may not use {bridge}", _add_rule(rule))
+
+
+def _serial_ports(found: Found) -> Iterator[Check]:
+    for port in found.serial:
+        if port.usable:
+            yield Check("serial port", "ok", f"{port.node} {port.description}")
+        else:
+            group = _group_of(port.node)
+            hint = f"sudo usermod -aG {group} $USER, then log out and in again"
+            yield Check("serial port", "problem", f"you may not open {port.node}", hint)
+    if not found.serial:
+        yield Check("serial port", "optional", "no serial port: only a rotary stage needs one")
+
+
+def _words(languages: Sequence[str] | None) -> Check:
+    if languages is None:
+        return Check("tesseract", "optional", "tesseract is not installed: pages cannot be read", OCR_PACKAGES)
+    if not languages:
+        return Check("tesseract", "optional", "tesseract knows no language", f"{OCR_PACKAGES}-eng")
+    return Check("tesseract", "ok", f"tesseract reads {', '.join(languages)} (more: {OCR_PACKAGES}-<language>)")
+
+
+def scsi_rule(likeness: Likeness) -> str:
+    """The udev rule that lets whoever sits at the computer use the scanner's node."""
+    names = f'ATTRS{{vendor}}=="*{likeness.vendor}*", ATTRS{{model}}=="*{likeness.product}*"'
+    return f'SUBSYSTEM=="scsi_generic", {names}, TAG+="uaccess"'
+
+
+def usb_rule(vendor: int, product: int) -> str:
+    """The udev rule that lets whoever sits at the computer use a bridge."""
+    return f'SUBSYSTEM=="usb", ATTR{{idVendor}}=="{vendor:04x}", ATTR{{idProduct}}=="{product:04x}", TAG+="uaccess"'
+
+
+def _add_rule(rule: str) -> str:
+    return f"echo {shlex.quote(rule)} | sudo tee -a {RULES} && {RELOAD}"
+
+
+def _group_of(node: Path) -> str:
+    """The group that a serial port belongs to; Debian's name for it where that cannot be seen."""
+    try:
+        return node.group()
+    except (OSError, KeyError, NotImplementedError):
+        return "dialout"
+
+
+def tesseract_languages() -> Sequence[str] | None:
+    """See Languages."""
+    program = shutil.which("tesseract")
+    if program is None:
+        return None
+    listed = subprocess.run([program, "--list-langs"], capture_output=True, text=True, check=False)
+    return listed.stdout.splitlines()[1:]  # the first line is a heading
+
+
+def doctor(
+    vendor: Annotated[str, typer.Option(help="Word in a scanner's vendor name.")] = "MINOLTA",
+    product: Annotated[str, typer.Option(help="Word in a scanner's product name.")] = "VIVID",
+    probe: Annotated[
+        bool,
+        typer.Option("--probe", help="Ask behind USB bridges that Linux does not drive. Unmount their disks first."),
+    ] = False,
+    as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")] = False,
+) -> None:
+    """Tell what is missing before a real scanner can be used, and what to do about it."""
+    with faults_told(debug=debug):
+        from drivers.vivid900.discovery import Host, Likeness
+
+        checks = examine(Host(), Likeness(vendor, product), tesseract_languages, probe=probe)
+        say(json.dumps([asdict(check) for check in checks]) if as_json else "\n".join(report(checks)))
+    if any(check.state == "problem" for check in checks):
+        raise typer.Exit(PROBLEM_CODE)
+
+
+def report(checks: Sequence[Check]) -> Iterator[str]:
+    """Lines for the operator: what is wrong, and under it what to do now."""
+    marks = {"ok": "ok      ", "problem": "MISSING ", "optional": "optional"}
+    for check in checks:
+        yield f"{marks[check.state]}  {check.name}: {check.message}"
+        if check.hint and check.state != "ok":
+            yield f"            {check.hint}"

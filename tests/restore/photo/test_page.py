@@ -1,0 +1,146 @@
+"""The page is painted from photographs, and from the scanner's image where none is good."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+from scipy.ndimage import map_coordinates
+
+from bench.photo import View
+from drivers.simulated.camera import Exposure
+from restore import Photograph, Settings, restore
+from restore.photo import Registered, paint_registered, register_photographs
+from restore.photo.paint import NOWHERE, _carry_to_edge
+from restore.texture import paint_page
+
+DPI = 100.0
+LIMIT_PX = 0.5  # rms; the limit of registration is 1.5
+FINER = 2.0  # times: 138 against 55 pixels per inch
+STEEPER = 1.1  # times: page pixels of 100 dpi take off most of it
+TABLE, PAPER = 60, 100  # codes: the table is darker than that, the paper brighter, in every photograph here
+FULL = 250
+SEAM_CODES = 1.0  # a pixel: a step would be ten and more, the two pictures have another light
+
+
+@pytest.fixture(scope="module")
+def painted(text):
+    return paint_registered(text.page, register_photographs(text.page, [text.photograph()]), DPI)
+
+
+@pytest.fixture(scope="module")
+def plain(text):
+    return paint_page(text.page, DPI)
+
+
+def test_every_pixel_comes_from_where_its_map_says(text, painted, plain):
+    painting, (report,) = painted
+    from_photo = painting.page_source == 1
+    assert from_photo.mean() > 0.95
+    assert report["painted_share"] > 0.95
+    np.testing.assert_array_equal(painting.page_source == NOWHERE, ~painting.mask)
+    # The scanner's pixel of the same place, its exact surface point, and that through the exact camera.
+    rows, cols = np.nonzero(from_photo & plain.mask)
+    at = plain.source[rows, cols][:, ::-1].T
+    points = np.stack([map_coordinates(text.truth.points[..., k], at, order=1) for k in range(3)], axis=1)
+    off = np.linalg.norm(text.camera().project(points) - painting.source[rows, cols], axis=1)
+    assert np.sqrt(np.nanmean(off**2)) < LIMIT_PX
+
+
+def test_the_page_shows_no_table_along_its_edge(painted):
+    painting = painted[0]
+    inner = cv2.erode(painting.mask.astype(np.uint8), np.ones((5, 5)), borderType=cv2.BORDER_CONSTANT, borderValue=0)
+    edge = painting.mask & (inner == 0)
+    assert (painting.image[edge].max(axis=1) < PAPER).mean() < 0.01
+
+
+@pytest.fixture(scope="module")
+def close_up(figure):
+    """A close camera sees a part of the page; where that ends there is paper and picture."""
+    near = View((-60.0, 40.0, 300.0), 1.45, 0.0, -0.1, 0.0)
+    return paint_registered(figure.page, register_photographs(figure.page, [figure.photograph(near)]), DPI)
+
+
+def test_where_a_photograph_ends_the_scanner_goes_on_without_a_seam(close_up):
+    painting, (report,) = close_up
+    assert report["accepted"]
+    assert 0.2 < report["painted_share"] < 0.9
+    seam = cv2.morphologyEx((painting.page_source == 1).astype(np.uint8), cv2.MORPH_GRADIENT, np.ones((3, 3)))
+    inner = cv2.erode(painting.mask.astype(np.uint8), np.ones((41, 41)))
+    calm = cv2.GaussianBlur(painting.image, (0, 0), 3.0).mean(axis=2)
+    steps = np.hypot(*np.gradient(calm))
+    assert np.median(steps[(seam & inner) > 0]) < np.median(steps[inner > 0]) + SEAM_CODES
+
+
+def test_ink_has_steeper_edges_than_the_scanner_gives_it(figure, close_up):
+    painting, (report,) = close_up
+    plain = paint_page(figure.page, DPI)
+    inner = cv2.erode((painting.page_source == 1).astype(np.uint8), np.ones((15, 15))) > 0
+    steepest = []
+    for image in (painting.image, plain.image):
+        grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) / np.percentile(image[inner], 90)
+        steepest.append(np.percentile(np.hypot(*np.gradient(grey))[inner], 99.5))
+    assert steepest[0] > STEEPER * steepest[1]
+    assert report["effective_ppi"] > FINER * plain.resolution_ppi
+
+
+def test_two_photographs_by_different_light_make_one_page(text):
+    left = View((-90.0, 0.0, 330.0), 1.45, 0.0, -0.1, 0.0)
+    right = View((90.0, 0.0, 330.0), 1.45, 0.0, 0.05, 0.0)
+    cold = Exposure(lamp=np.array([-0.5, 0.2, 0.8]), colour=(0.8, 0.9, 1.0), exposure=0.6)
+    outcome = register_photographs(text.page, [text.photograph(left), text.photograph(right, cold)])
+    painting, reports = paint_registered(text.page, outcome, DPI)
+    assert all(0.2 < report["painted_share"] < 0.8 for report in reports)
+    paper = painting.image[painting.mask & (painting.image.min(axis=2) > 120)].astype(float)
+    tint = np.percentile(paper[:, 0] / paper[:, 2], [5, 95])
+    assert np.ptp(tint) < 0.12  # one light; those of the two photographs differ by 0.2
+
+
+def test_a_glare_is_painted_from_the_other_photograph_or_the_scanner(text):
+    lamp = Exposure(lamp=np.array([0.0, 0.0, 1.0]), falloff=0.0)
+    images = [text.photograph(view, lamp, gloss=1.0) for view in ("above", "from the left")]
+    glare = (images[0].min(axis=2) >= FULL).mean()
+    assert glare > 0.002
+    outcome = register_photographs(text.page, images)
+    for given in (outcome, outcome[:1]):
+        painting, _ = paint_registered(text.page, given, DPI)
+        assert ((painting.image.min(axis=2) >= FULL) & painting.mask).mean() < 0.25 * glare
+
+
+def test_restore_counts_photographs_as_they_were_given_and_tells_why_one_is_refused(text):
+    photos = [np.zeros((300, 400, 3), np.uint8), Photograph(text.photograph(), "window.jpg")]
+    page = restore(text.scan, Settings(dpi=DPI), photos=photos)
+    assert set(np.unique(page.page_source)) <= {0, 2, NOWHERE}
+    refused, found = page.report["photos"]
+    assert refused == {"name": "photograph 1", "accepted": False, "reason": "the photograph is blank"}
+    assert page.report["warnings"] == ["photograph 1 is not used: the photograph is blank"]
+    assert (found["name"], found["accepted"]) == ("window.jpg", True)
+    assert found["residual_px"] < LIMIT_PX
+    assert page.report["effective_ppi"] == pytest.approx(found["effective_ppi"], rel=0.02)
+    assert page.report["seconds"]["register"] > 0
+
+
+def test_when_all_are_refused_the_page_is_the_scanner_s(text, plain):
+    none = Registered(Photograph(np.zeros((9, 9, 3), np.uint8)), None, "no")
+    painting, reports = paint_registered(text.page, [none], DPI)
+    np.testing.assert_array_equal(painting.image, plain.image)
+    assert painting.page_source is None
+    assert reports == [{"name": "photograph", "accepted": False, "reason": "no"}]
+
+
+def test_the_colour_inside_is_carried_to_the_edge():
+    image, mask = np.zeros((20, 30, 3), np.uint8), np.zeros((20, 30), bool)
+    mask[2:18, 3:27] = True
+    image[mask] = TABLE
+    image[5:15, 6:24] = 200
+    _carry_to_edge(image, mask, 3)
+    assert (image[mask] == 200).all()
+    assert (image[~mask] == 0).all()
+
+
+def test_a_strip_too_narrow_for_an_inside_stays_as_it_is(rng):
+    image, mask = rng.integers(0, 256, (20, 30, 3), np.uint8), np.zeros((20, 30), bool)
+    mask[4:8] = True
+    before = image.copy()
+    _carry_to_edge(image, mask, 3)
+    np.testing.assert_array_equal(image, before)

@@ -1,0 +1,94 @@
+"""Photographs are registered to a fraction of their pixels, or refused with the reason."""
+
+import numpy as np
+import pytest
+
+from bench.photo import LIMIT_PX, misses, photographed, staged
+from bench.photo import SHEETS as SHEETS_OF_BENCH
+from drivers.simulated import Text
+from restore import Photograph
+from restore.photo.register import Refused, register
+
+# Shifts are measured to a tenth of the scanner's pixels, which are two or three of the photograph's, at hundreds of
+# places; what is left is the scanner's own noise.
+RMS_PX = 0.5
+FOCAL = 0.03  # a page that hardly bends tells the focal length no better, nor does its place depend on it
+
+
+def rms(off):
+    return float(np.sqrt(np.mean(off**2)))
+
+
+@pytest.mark.parametrize(
+    ("studio", "view"),
+    [("text", "above"), ("text", "from the left"), ("text", "phone, held upright"), ("figure", "from the left")],
+)
+def test_a_photograph_with_distortion_blur_noise_and_another_light(studio, view, request):
+    studio = request.getfixturevalue(studio)
+    found, camera = studio.registered(view), studio.camera(view)
+    off = misses(studio.page, studio.truth, camera, found)
+    assert RMS_PX < LIMIT_PX
+    assert rms(off) < RMS_PX
+    assert found.camera.focal_px == pytest.approx(camera.focal_px, rel=FOCAL)
+    assert found.coverage > 0.9
+    # What it says of itself is no flattery.
+    assert found.uncertainty_px > 0.1 * rms(off)
+
+
+def test_the_measure_can_fail(text):
+    found, camera = text.registered(), text.camera()
+    moved = found.camera.vector.copy()
+    moved[3] += 3.0
+    worse = type(found)(type(found.camera)(moved, found.camera.size), 0, 0, 1, 1, 1)
+    assert rms(misses(text.page, text.truth, camera, worse)) > 3 * LIMIT_PX
+
+
+def test_a_part_of_the_page_is_registered_too(text):
+    image, camera = text.photograph(), text.camera()
+    top, left = 160, 240
+    found = register(text.reference, Photograph(np.ascontiguousarray(image[top:640, left:880])))
+    whole = found.camera.project(text.page.vertices) + [left, top] - camera.project(text.page.vertices)
+    seen = (np.abs(found.camera.project(text.page.vertices) - [320, 240]) < [320, 240]).all(axis=1)
+    assert 0.15 < found.coverage < 0.6
+    assert rms(whole[seen]) < LIMIT_PX
+
+
+def test_a_focal_length_from_exif_may_be_wrong(text):
+    image, camera = text.photograph(), text.camera()
+    found = register(text.reference, Photograph(image, focal_px=camera.focal_px * 1.5))
+    assert rms(misses(text.page, text.truth, camera, found)) < LIMIT_PX
+
+
+def refusal(reference, image):
+    with pytest.raises(Refused) as refused:
+        register(reference, Photograph(image))
+    return str(refused.value)
+
+
+def test_another_page_of_the_same_book_is_refused(text):
+    other = photographed(staged(SHEETS_OF_BENCH["binding"], Text(seed=9))[0], text.camera())
+    assert "does not show this page" in refusal(text.reference, other)
+
+
+def test_a_mirrored_photograph_is_refused(text):
+    assert "mirrored" in refusal(text.reference, np.ascontiguousarray(text.photograph()[:, ::-1]))
+
+
+def test_a_black_or_empty_picture_is_refused(text, rng):
+    assert "blank" in refusal(text.reference, np.zeros((600, 800, 3), np.uint8))
+    noise = rng.normal(128, 12, (600, 800, 3)).clip(0, 255).astype(np.uint8)
+    assert "does not show this page" in refusal(text.reference, noise)
+
+
+def test_a_photograph_coarser_than_the_scanner_is_refused(text):
+    import cv2
+
+    small = cv2.resize(text.photograph(), (480, 320), interpolation=cv2.INTER_AREA)
+    assert "coarser" in refusal(text.reference, small)
+
+
+@pytest.mark.slow
+def test_a_page_that_was_bent_after_the_scan_is_refused(text):
+    """The same print on a sheet that bends another way."""
+    bent = photographed(staged(SHEETS_OF_BENCH["deep gutter"], Text())[0], text.camera())
+    assert refusal(text.reference, bent)

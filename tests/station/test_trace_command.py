@@ -1,0 +1,67 @@
+"""`planish trace`: what it prints and writes, and how it ends."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from drivers.simulated.buses.capture import Urb, write_capture
+from drivers.simulated.buses.usb_descriptors import BULK_IN, BULK_OUT
+from drivers.vivid900.scsi import Identity, inquiry
+from drivers.vivid900.transports.bulk_only import CommandWrapper, StatusWrapper, build_command, build_status
+from station.cli import main
+
+VIVID = Identity(6, "MINOLTA", "VIVID 900", "1.00")
+
+
+@pytest.fixture
+def capture(tmp_path) -> Path:
+    """An INQUIRY and its answer."""
+    wrapper = CommandWrapper(1, 36, True, 0x50, inquiry())
+    urbs = [
+        Urb(BULK_OUT, build_command(wrapper), 31),
+        Urb(BULK_IN, VIVID.build(), 36),
+        Urb(BULK_IN, build_status(StatusWrapper(1, 0, 0)), 13),
+    ]
+    path = tmp_path / "vendor.pcapng"
+    with path.open("wb") as file:
+        write_capture(file, urbs)
+    return path
+
+
+def test_commands_are_listed(capture, capsys):
+    assert main(["trace", str(capture)]) == 0
+    first, *_ = capsys.readouterr().out.splitlines()
+    assert first.split()[:8] == ["0", "in", "12", "00", "00", "00", "24", "00"]
+    assert "36/36" in first
+
+
+def test_as_json(capture, capsys):
+    assert main(["trace", str(capture), "--json"]) == 0
+    (command,) = json.loads(capsys.readouterr().out)["commands"]
+    assert (command["name"], command["head"]) == ("INQUIRY", VIVID.build().hex())
+
+
+def test_a_draft_is_written_and_not_overwritten(capture, tmp_path, capsys):
+    draft = tmp_path / "my-vivid900.toml"
+    assert main(["trace", str(capture), "--profile", str(draft)]) == 0
+    told = tomllib.loads(draft.read_text("utf-8"))
+    assert told["name"] == "my-vivid900"
+    assert told["firmware"] == {"vendor": "MINOLTA", "product": "VIVID 900", "revisions": ["1.00"]}
+    draft.write_text("worked on for days")
+    assert main(["trace", str(capture), "--profile", str(draft)]) == 2
+    assert draft.read_text() == "worked on for days"
+    assert main(["trace", str(capture), "--profile", str(draft), "--force"]) == 0
+    assert draft.read_text() != "worked on for days"
+
+
+def test_a_damaged_capture_is_bad_input(capture, tmp_path, capsys):
+    capture.write_bytes(capture.read_bytes()[:60])
+    assert main(["trace", str(capture), "--profile", str(tmp_path / "draft.toml")]) == 3
+    told, hint = capsys.readouterr().err.splitlines()
+    assert told.startswith("planish: ")
+    assert "capture" in hint
+    assert not (tmp_path / "draft.toml").exists()
