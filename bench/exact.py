@@ -14,6 +14,7 @@ from restore.flatten.network import Network, edges_of, make_network
 from restore.scan import Floats, Ints, SurfaceMesh
 
 PAGE_MM: PageSize = (280.0, 200.0)
+DISTANCE_MM = 900.0  # of the scanner
 CLEARANCE = 0.5  # of the mean spacing: nearer to the border the faces would be slivers
 FLATTEST = 1e-9  # of the mean spacing squared: Delaunay leaves faces without area along straight borders
 
@@ -38,13 +39,20 @@ class ExactSheet:
 def exact_sheet(
     sheet: Sheet, points: int, *, page_mm: PageSize = PAGE_MM, noise_mm: float = 0.0, seed: int = 0
 ) -> ExactSheet:
-    """Exactly `points` irregular points on a warped page; noise_mm is the standard deviation along each axis."""
+    """Exactly `points` irregular points on a warped page, seen with a noise of noise_mm along the lines of sight."""
     rng = np.random.default_rng(seed)
     flat, faces = scattered(points, page_mm, rng)
-    vertices = sheet.warp(flat, page_mm) + rng.normal(scale=noise_mm, size=(points, 3))
+    vertices = with_noise(sheet.warp(flat, page_mm), np.array([0.0, 0.0, DISTANCE_MM]), noise_mm, rng)
     edges = edges_of(faces)
     lengths = np.linalg.norm(flat[edges[:, 0]] - flat[edges[:, 1]], axis=1)
     return ExactSheet(SurfaceMesh(vertices, faces), flat, lengths)
+
+
+def with_noise(points: Floats, eye: Floats, noise_mm: float, rng: np.random.Generator) -> Floats:
+    """Points (n, 3) mm moved along the lines of sight from an eye (3,) mm; noise_mm is the standard deviation."""
+    sight = points - eye
+    sight /= np.linalg.norm(sight, axis=1)[:, None]
+    return points + sight * rng.normal(scale=noise_mm, size=(len(points), 1))
 
 
 def scattered(points: int, page_mm: PageSize, rng: np.random.Generator) -> tuple[Floats, Ints]:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from bench.exact import PAGE_MM, scattered
+from bench.exact import DISTANCE_MM, PAGE_MM, scattered, with_noise
 from bench.markers import rigid_residual
 from bench.overlaps import overlapping_pairs
 from drivers.simulated.sheets import Cone, Crumpled, Curl, Miura, MultiFold, Sheet, Wave
@@ -26,7 +26,6 @@ POINTS = (300, 3000)
 NOISE_MM = 0.15  # standard deviation at most, along the line of sight: a third more than the scanner's worst lens
 MOST_STRAIN = 0.02  # rms over the edges of a sheet, against what they measure on the surface
 SEEN = 6.0  # mean spacings: a wave or a facet that is shorter is not there for who has only the points
-DISTANCE_MM = 900.0
 ROW = "{:<10}{:>7}{:>8}{:>9}{:>10}{:>13}{:>13}{:>10}{:>10}"
 
 
@@ -124,8 +123,7 @@ def random_sheet(seed: int) -> RandomSheet:
     noise = float(rng.uniform(0.0, NOISE_MM))
     vertices = sheet.warp(flat, PAGE_MM)
     vertices = Rotation.random(random_state=rng).apply(vertices) + [0, 0, -DISTANCE_MM]
-    sight = vertices / np.linalg.norm(vertices, axis=1)[:, None]
-    vertices = vertices + sight * rng.normal(scale=noise, size=(len(vertices), 1))
+    vertices = with_noise(vertices, np.zeros(3), noise, rng)
     return RandomSheet(seed, kind, outline, noise, SurfaceMesh(vertices, faces), flat)
 
 

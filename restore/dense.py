@@ -21,7 +21,7 @@ from restore.flatten.lengths import noise_of, surface_lengths
 from restore.flatten.network import edges_of, make_network, pieces
 from restore.flatten.orient import orient
 from restore.flatten.settle import settle
-from restore.flatten.unfold import unfold
+from restore.flatten.unfold import unfold, untangle
 from restore.prepare import INTERPOLATED, smooth
 from restore.refine import carry
 from restore.resample import MIN_VERTICES, resample
@@ -35,7 +35,6 @@ LOCAL_SWEEPS = 60  # the carried solution is right but for what lies between the
 MOMENTUM = 0.9
 MAX_SETTLED = 100_000  # vertices: a gigabyte and some seconds
 CLEAN = 0.002  # of the mean edge: noise that no scanner is without
-UNFOLDINGS = 5
 FLATTEST = 1e-6  # of its mean square: a patch of neighbours in one plane has no extent across it
 
 
@@ -108,12 +107,14 @@ def _over_points(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> Flat
 
 def _finish(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
     """Flat positions (n, 2) mm that are nearly right, with every edge (e, 2) brought to its length (e,) mm."""
-    for _ in range(UNFOLDINGS):
+    left = len(faces)
+    while left:
         relax_in_plane(flat, edges, lengths, LOCAL_SWEEPS, 0.0, MOMENTUM)
         if len(flat) <= MAX_SETTLED:
             flat = settle(flat, edges, lengths)
-        if not unfold(flat, faces):
-            break
+        before, left = left, unfold(flat, faces)
+        if left >= before:  # what is still flipped does not lie at the border
+            return untangle(flat, faces, edges)
     return flat
 
 

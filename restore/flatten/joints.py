@@ -15,7 +15,9 @@ from scipy.sparse.csgraph import connected_components
 
 from restore.flatten.lay import Laid, lay, upright
 from restore.flatten.network import Network, Piece, edges_of, make_network
+from restore.flatten.settle import settle
 from restore.scan import Floats, Ints, Mask
+from restore.strain import flipped_faces
 
 JOINT = 1e3  # a point in common outweighs the vertices beside it, which tell the turn alone
 FLATTEST = 1e-6  # of its mean square: neighbours in one plane have no extent across it
@@ -28,7 +30,7 @@ def flatten_parts(vertices: Floats, piece: Piece, seen: Floats, solve: Solve) ->
 
     seen (k, 2) mm is where the scanner saw its vertices: the largest part comes to lie there.
     """
-    flat, placed, steps = np.zeros(seen.shape), np.zeros(len(seen), bool), 0
+    flat, placed, steps, tied = np.zeros(seen.shape), np.zeros(len(seen), bool), 0, False
     for part in parts(piece.network):
         laid = replace(lay(vertices[part.vertices], part.faces), seen=seen[part.vertices])
         own, taken = solve(laid, part)
@@ -38,10 +40,17 @@ def flatten_parts(vertices: Floats, piece: Piece, seen: Floats, solve: Solve) ->
         joined = placed[part.vertices]
         if joined.any():
             own += (flat[part.vertices] - own)[joined].mean(axis=0)
+            tied |= joined.sum() > 1
         flat[part.vertices] = np.where(joined[:, None], flat[part.vertices], own)
         placed[part.vertices] = True
         steps = max(steps, taken)
-    return flat, steps
+    return (_closed(flat, piece.network) if tied else flat), steps
+
+
+def _closed(flat: Floats, network: Network) -> Floats:
+    """Flat positions of least strain near by of a piece whose parts have several points in common."""
+    settled = settle(flat, network.edges, network.lengths)
+    return settled if flipped_faces(settled, network.faces) <= flipped_faces(flat, network.faces) else flat
 
 
 def _carried_on(laid: Laid, vertices: Floats, part: Piece, edges: Ints, flat: Floats, placed: Mask) -> Laid:

@@ -16,8 +16,8 @@ SHRUNK = 0.87  # of the noise is left when a patch passes between a vertex and i
 LEAST_NOISE = 1e-7  # of the page's size: no file holds more digits
 CREASE = 0.1  # radians, 6°: a turn that the curvature of both patches does not explain is a crease
 CREASE_SHARE = 0.35  # of the whole turn: the rest of it may be curvature
-STEEPEST = 1.25  # radians, 72°: beyond, the patches of two ends do not meet between them
-MOST_STRETCH = 1.6  # of the straight edge, over a crease of twice 51°
+STEEPEST = 1.35  # radians, 77°: beyond, the patches of two ends do not meet between them
+MOST_STRETCH = 2.6  # of the straight edge, over a crease of twice 67°
 
 
 def surface_lengths(vertices: Floats, faces: Ints, edges: Ints) -> Floats:

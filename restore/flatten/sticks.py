@@ -20,8 +20,8 @@ from restore.flatten.conformal import flatten_conformal
 from restore.flatten.kernels import advance, area_of, relax, relax_in_plane
 from restore.flatten.lay import Laid
 from restore.flatten.network import Network
-from restore.flatten.settle import settle
-from restore.flatten.unfold import unfold
+from restore.flatten.settle import ITERATIONS, settle
+from restore.flatten.unfold import unfold, untangle
 from restore.scan import Floats, Ints
 from restore.strain import edge_strain, flipped_faces
 
@@ -61,8 +61,8 @@ def flatten_sticks(laid: Laid, network: Network, follow: Follow | None = None) -
         found.append((*_faults(flat, network), len(found), flat, steps))
         if found[-1][0] == 0 and found[-1][1] < SOUND_STRAIN:
             break
-    *_, flat, steps = min(found, key=lambda fault: fault[:3])
-    return flat, steps
+    flips, *_, flat, steps = min(found, key=lambda fault: fault[:3])
+    return (untangle(flat, network.faces, network.edges) if flips else flat), steps
 
 
 def _faults(flat: Floats, network: Network) -> tuple[int, float]:
@@ -81,7 +81,7 @@ def _fall_and_settle(laid: Laid, network: Network, follow: Follow | None) -> tup
     flips, strain = _faults(flat, network)
     if strain < LEFT_STRAIN:
         return flat, steps
-    settled = settle(flat, network.edges, network.lengths)
+    settled = _settled(flat, network, ITERATIONS)
     return (settled if _faults(settled, network)[0] <= flips else flat), steps
 
 
@@ -91,11 +91,18 @@ def _from_conformal(laid: Laid, network: Network, follow: Follow | None) -> tupl
         flat, steps = flatten_conformal(laid, network, follow)
     except BadInput:
         return laid.seen.copy(), 0
-    for _ in range(UNFOLDINGS):
-        flat = settle(flat, network.edges, network.lengths, CONFORMAL_ITERATIONS)
-        if not unfold(flat, network.faces):
+    return _settled(flat, network, CONFORMAL_ITERATIONS), steps
+
+
+def _settled(flat: Floats, network: Network, iterations: int) -> Floats:
+    """Flat positions (n, 2) mm of least strain near by, corners of the border unfolded."""
+    left = len(network.faces)
+    while left:
+        flat = settle(flat, network.edges, network.lengths, iterations)
+        before, left = left, unfold(flat, network.faces)
+        if left >= before:  # what is still flipped does not lie at the border
             break
-    return flat, steps
+    return flat
 
 
 def fall(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from restore.flatten.unfold import unfold
-from restore.strain import signed_areas
+from restore.flatten.network import edges_of
+from restore.flatten.unfold import unfold, untangle
+from restore.strain import flipped_faces, signed_areas
 
 EXACT = 1e-12
 
@@ -46,3 +47,21 @@ def test_a_corner_of_two_flipped_faces_is_mirrored_once():
     assert unfold(flat, faces) == 2
     np.testing.assert_allclose(flat[3], [2.0, 1.0], atol=EXACT)
     assert signed_areas(flat, faces).min() > 0
+
+
+def test_a_tangle_inside_the_page_comes_undone(warped):
+    page = warped(count=400)
+    edges = edges_of(page.mesh.faces)
+    inner = np.argmin(np.linalg.norm(page.flat, axis=1))
+    tangled = page.flat.copy()
+    tangled[inner] += [40.0, 25.0]  # over its neighbours and theirs
+    assert flipped_faces(tangled, page.mesh.faces) > 0
+    flat = untangle(tangled, page.mesh.faces, edges)
+    assert flipped_faces(flat, page.mesh.faces) == 0
+    far = np.linalg.norm(page.flat, axis=1) > 100.0
+    np.testing.assert_array_equal(flat[far], tangled[far])
+
+
+def test_a_page_without_a_tangle_stays_as_it_is(warped):
+    page = warped(count=100)
+    np.testing.assert_array_equal(untangle(page.flat, page.mesh.faces, edges_of(page.mesh.faces)), page.flat)
