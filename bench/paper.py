@@ -119,7 +119,8 @@ def fig_7() -> None:
         print(row.format(name, *cells, f"{step:.3f} ({paper_step})"), flush=True)
     ratio = steps["sticks"] / steps["springs"]
     print(
-        f"largest stable step, sticks over springs: {ratio:.1f}; at least {STEP_WANTED}: {'yes' if ratio >= STEP_WANTED else 'no'}"
+        f"largest stable step, sticks over springs: {ratio:.1f}; "
+        f"at least {STEP_WANTED}: {'yes' if ratio >= STEP_WANTED else 'no'}"
     )
 
 

@@ -50,7 +50,8 @@ def main() -> None:
         print(row.format(name, points, f"{wanted:.1e}", f"{ours:.4f}", f"{theirs:.4f}", at, ratio), flush=True)
     verdict = "yes" if min(ratios) >= WANTED else "no"
     print(
-        f"median {statistics.median(ratios):.0f}, least {min(ratios):.0f}; at least {WANTED:.0f} on every sheet: {verdict}"
+        f"median {statistics.median(ratios):.0f}, least {min(ratios):.0f}; "
+        f"at least {WANTED:.0f} on every sheet: {verdict}"
     )
 
 
