@@ -15,8 +15,9 @@ CORNER_SHARE = 0.05  # of a side at either end is left out: dog-ears and roundin
 def border_of(faces: Ints) -> Ints:
     """Vertices on the border of faces (m, 3): those of edges that only one face has."""
     half = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    edges, count = np.unique(half, axis=0, return_counts=True)
-    return np.unique(edges[count == 1])
+    size = half.max(initial=0) + 1
+    edges, count = np.unique(half[:, 0] * size + half[:, 1], return_counts=True)
+    return np.unique(np.stack(np.divmod(edges[count == 1], size)))
 
 
 def square_up(outline: Floats, area: float) -> Floats:

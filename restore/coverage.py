@@ -14,7 +14,7 @@ from enum import IntEnum
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_fill_holes, label
+from scipy.ndimage import label
 
 from restore.raster import rasterise
 from restore.rays import Rays
@@ -63,7 +63,7 @@ def cover(surface: Sheet | SurfaceMesh, fine: FlatMesh, painting: Painting, dpi:
     """Tell what was seen of a painted page."""
     on_mesh = painting.mask
     seen = np.where(on_mesh, Seen.MEASURED, Seen.OUTSIDE).astype(np.uint8)
-    seen[binary_fill_holes(on_mesh) & ~on_mesh] = Seen.HIDDEN
+    seen[_holes(on_mesh)] = Seen.HIDDEN
     if isinstance(surface, Sheet):
         at = _at_pixels(fine, np.stack(surface.rays.grid(fine.vertices), axis=1)[:, ::-1], on_mesh.shape, dpi)
         measured = cv2.remap(
@@ -78,6 +78,13 @@ def cover(surface: Sheet | SurfaceMesh, fine: FlatMesh, painting: Painting, dpi:
     return Coverage(seen)
 
 
+def _holes(covered: Mask) -> Mask:
+    """(h, w) True where the mask (h, w) leaves out what it goes all round."""
+    outside = np.pad(covered, 1).astype(np.uint8)
+    cv2.floodFill(outside, None, (0, 0), 1)
+    return outside[1:-1, 1:-1] == 0
+
+
 def blank(image: Bytes, coverage: Coverage) -> Bytes:
     """The page (h, w, 3) without what belongs elsewhere: white where it was not seen, as off the page."""
     return np.where((coverage.seen == Seen.HIDDEN)[..., None], np.uint8(PAPER), image)
@@ -89,9 +96,9 @@ def invent(image: Bytes, coverage: Coverage, dpi: float, widest_mm: float) -> tu
     A. Telea, "An image inpainting technique based on the fast marching method", J. Graphics Tools 9(1), 2004.
     """
     hidden = coverage.seen == Seen.HIDDEN
-    pieces, count = label(hidden, np.ones((3, 3)))
-    if not count:
+    if widest_mm == 0 or not hidden.any():
         return image, coverage
+    pieces, count = label(hidden, np.ones((3, 3)))
     depth = cv2.distanceTransform(hidden.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
     deepest = np.zeros(count + 1)
     np.maximum.at(deepest, pieces.ravel(), depth.ravel())
