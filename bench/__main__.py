@@ -1,11 +1,10 @@
 """`python -m bench`: run everything."""
 
-from bench import bus_faults, calibration, faults, paper, peers, scan_to_page, turntable
+from bench import bus_faults, calibration, faults, flattening, scan_to_page, turntable
 
 if __name__ == "__main__":
     scan_to_page.main()
-    paper.main()
-    peers.main()
+    flattening.main()
     turntable.main()
     calibration.main()
     faults.main()
