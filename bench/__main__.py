@@ -1,13 +1,14 @@
 """`python -m bench`: run everything."""
 
-from bench import bus_faults, calibration, faults, paper, peers, scan_to_page, turntable, words
+from bench import bus_faults, calibration, faults, flattening, photo, scan_to_page, shading, turntable, words
 
 if __name__ == "__main__":
     scan_to_page.main()
-    paper.main()
-    peers.main()
+    flattening.main()
     turntable.main()
     calibration.main()
     faults.main()
     bus_faults.main()
+    shading.main()
+    photo.main()
     words.main([])

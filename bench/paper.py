@@ -118,10 +118,8 @@ def fig_7() -> None:
         cells = (f"{found.seconds:.4f} ({paper_seconds})", found.steps, found.end_flips, f"{found.rms_mm:.4f}")
         print(row.format(name, *cells, f"{step:.3f} ({paper_step})"), flush=True)
     ratio = steps["sticks"] / steps["springs"]
-    print(
-        f"largest stable step, sticks over springs: {ratio:.1f}; "
-        f"at least {STEP_WANTED}: {'yes' if ratio >= STEP_WANTED else 'no'}"
-    )
+    verdict = "yes" if ratio >= STEP_WANTED else "no"
+    print(f"largest stable step, sticks over springs: {ratio:.1f}; at least {STEP_WANTED}: {verdict}")
 
 
 def figs_3_4() -> None:

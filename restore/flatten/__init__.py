@@ -53,15 +53,14 @@ def flatten_points(
         return _settle(mesh, method, lengths, on_step)
     edges = edges_of(mesh.faces)
     page = _settle(mesh, method, surface_lengths(mesh.vertices, mesh.faces, edges), on_step)
-    if (strained := rms_strain(page)) < DOUBTFUL:
+    if (strained := _rms_strain(page, edges)) < DOUBTFUL:
         return page
     chords = _settle(mesh, method, make_network(mesh.vertices, mesh.faces).lengths, on_step)
-    return chords if rms_strain(chords) < CLEARLY * strained else page
+    return chords if _rms_strain(chords, edges) < CLEARLY * strained else page
 
 
-def rms_strain(page: FlatMesh) -> float:
-    """Root mean square of the strain of a page's edges."""
-    return float(np.sqrt(np.mean(edge_strain(page.flat, edges_of(page.faces), page.lengths) ** 2)))
+def _rms_strain(page: FlatMesh, edges: Ints) -> float:
+    return float(np.sqrt(np.mean(edge_strain(page.flat, edges, page.lengths) ** 2)))
 
 
 def _settle(mesh: SurfaceMesh, method: str, lengths: Floats, on_step: OnStep | None) -> FlatMesh:

@@ -96,8 +96,8 @@ def parts(network: Network) -> Iterator[Piece]:
 
 def _parts(faces: Ints) -> tuple[int, Ints]:
     """How many parts there are, and of which each face (m,) is."""
-    half = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    _, edge = np.unique(half[:, 0] * (faces.max() + 1) + half[:, 1], return_inverse=True)
+    ends, count = np.roll(faces, -1, axis=1), faces.max() + 1
+    _, edge = np.unique((np.minimum(faces, ends) * count + np.maximum(faces, ends)).ravel(), return_inverse=True)
     face = np.repeat(np.arange(len(faces)), 3)
     size = len(faces) + edge.max() + 1
     _, labels = connected_components(coo_matrix((np.ones(len(face)), (face, len(faces) + edge)), (size, size)), False)

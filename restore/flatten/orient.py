@@ -17,6 +17,9 @@ def orient(faces: Ints, texcoords: Floats | None = None) -> Ints:
     texture, where most of its faces run counter-clockwise already. A one-sided piece stays as it is.
     """
     count = len(faces)
+    votes = np.ones(count) if texcoords is None else -signed_areas(texcoords, faces)  # its pixels run downwards
+    if (votes >= 0).all() and _agree(faces):
+        return faces
     # As it is and turned round, every face is there twice; those that agree over an edge are of one sheet.
     first, second, agree = _neighbours(faces)
     other = np.where(agree, second, second + count)
@@ -25,10 +28,15 @@ def orient(faces: Ints, texcoords: Floats | None = None) -> Ints:
         shape=(2 * count, 2 * count),
     )
     _, sheet = connected_components(joined, directed=False)
-    votes = np.ones(count) if texcoords is None else -signed_areas(texcoords, faces)  # its pixels run downwards
     as_it_is, turned = sheet[:count], sheet[count:]
     score = np.bincount(sheet, np.r_[votes, -votes])
     return np.where((score[turned] > score[as_it_is])[:, None], faces[:, ::-1], faces)
+
+
+def _agree(faces: Ints) -> bool:
+    """Whether no two faces run the same way along an edge."""
+    keys = np.sort((faces * (faces.max() + 1) + np.roll(faces, -1, axis=1)).ravel())
+    return bool((keys[1:] != keys[:-1]).all())
 
 
 def _neighbours(faces: Ints) -> tuple[Ints, Ints, np.ndarray]:
