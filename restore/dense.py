@@ -14,6 +14,7 @@ from scipy.spatial import cKDTree
 from restore.clean import select
 from restore.decimate import decimate, patch_and_smooth
 from restore.flatten import METHODS, OnStep, check, flatten_points
+from restore.flatten.coarse import carry_along
 from restore.flatten.kernels import relax_in_plane
 from restore.flatten.lay import lay, upright
 from restore.flatten.layout import lay_out
@@ -33,9 +34,7 @@ from restore.unroll import unroll
 COARSE = 5_000  # points that settle when no single view sees the whole surface
 LOCAL_SWEEPS = 60  # the carried solution is right but for what lies between the points that settled
 MOMENTUM = 0.9
-MAX_SETTLED = 100_000  # vertices: a gigabyte and some seconds
 CLEAN = 0.002  # of the mean edge: noise that no scanner is without
-FLATTEST = 1e-6  # of its mean square: a patch of neighbours in one plane has no extent across it
 
 
 def flatten(
@@ -110,8 +109,7 @@ def _finish(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
     left = len(faces)
     while left:
         relax_in_plane(flat, edges, lengths, LOCAL_SWEEPS, 0.0, MOMENTUM)
-        if len(flat) <= MAX_SETTLED:
-            flat = settle(flat, edges, lengths)
+        flat = settle(flat, edges, lengths)
         before, left = left, unfold(flat, faces)
         if left >= before:  # what is still flipped does not lie at the border
             return untangle(flat, faces, edges)
@@ -129,20 +127,7 @@ def _follow(vertices: Floats, edges: Ints, index: Ints, coarse: FlatMesh) -> Flo
     _, _, source = dijkstra(graph, directed=False, indices=index, min_only=True, return_predecessors=True)
     owner = np.full(len(vertices), -1)
     owner[index] = np.arange(len(index))
-    own = owner[source]
-    turns = _turns(coarse)
-    return coarse.flat[own] + np.einsum("nij,nj->ni", turns[own], vertices - coarse.vertices[own])
-
-
-def _turns(mesh: FlatMesh) -> Floats:
-    """(n, 2, 3): the map that takes the way to each neighbour of a vertex to the same way on the page, best of all."""
-    start, end = np.concatenate([edges := edges_of(mesh.faces), edges[:, ::-1]]).T
-    way, flat = mesh.vertices[end] - mesh.vertices[start], mesh.flat[end] - mesh.flat[start]
-    spread, across = np.zeros((len(mesh.vertices), 3, 3)), np.zeros((len(mesh.vertices), 2, 3))
-    np.add.at(spread, start, way[:, :, None] * way[:, None, :])
-    np.add.at(across, start, flat[:, :, None] * way[:, None, :])
-    spread += FLATTEST * np.trace(spread, axis1=1, axis2=2)[:, None, None] * np.eye(3)
-    return across @ np.linalg.inv(spread)
+    return carry_along(vertices, index, owner[source], coarse.flat, edges_of(coarse.faces))
 
 
 def _flat_mesh(mesh: SurfaceMesh, flat: Floats, lengths: Floats, steps: int) -> FlatMesh:
