@@ -14,6 +14,7 @@ import numba
 import numpy as np
 
 from restore.flatten.kernels import SMALL
+from restore.flatten.network import spread
 from restore.scan import Floats, Ints
 
 ITERATIONS = 2  # Newton's steps; the third moves no node by a hundredth of a millimetre
@@ -26,6 +27,7 @@ TINY = 1e-300  # keeps zero over zero finite
 def settle(flat: Floats, edges: Ints, lengths: Floats, iterations: int = ITERATIONS) -> Floats:
     """Flat positions (n, 2) mm of least strain: Gauss-Newton on Σ (length / rest length − 1)² over edges (e, 2)."""
     flat = flat.copy()
+    edges, lengths = spread(edges, lengths)
     for iteration in range(iterations):
         newton_step(flat, edges, lengths, REST if iteration else FIRST, MOST_PASSES)
     return flat
@@ -60,7 +62,7 @@ def newton_step(flat: Floats, edges: Ints, lengths: Floats, left: float, passes:
 
 @numba.njit(cache=True)
 def _linearised(flat: Floats, edges: Ints, lengths: Floats) -> tuple[Floats, Floats, Floats]:
-    """Gradients (e, 2) of the strains, forces (n, 2) of the sticks, inverse stiffness (n, 3) of particles: xx, xy, yy."""
+    """Gradients (e, 2) of the strains, forces (n, 2) of the sticks, inverse stiffness (n, 3) of each: xx, xy, yy."""
     gradients, force, inverse = np.empty((len(edges), 2)), np.zeros_like(flat), np.zeros((len(flat), 3))
     for k in range(len(edges)):
         a, b = edges[k, 0], edges[k, 1]

@@ -21,10 +21,10 @@ from restore.flatten.coarse import coarsen
 from restore.flatten.conformal import flatten_conformal
 from restore.flatten.kernels import advance, area_of, relax, relax_in_plane
 from restore.flatten.lay import Laid
-from restore.flatten.network import Network
+from restore.flatten.network import Network, spread
 from restore.flatten.settle import ITERATIONS, settle
 from restore.flatten.unfold import unfold, untangle
-from restore.scan import Floats, Ints
+from restore.scan import Floats
 from restore.strain import edge_strain, flipped_faces
 
 GRAVITY = 9.81  # §3.3.3
@@ -46,7 +46,6 @@ UNFOLDINGS = 5  # each frees the corners that the last one still held
 FALLING = 1_500  # particles; of more only as many fall
 SOUND_STRAIN = 0.02  # rms; no paper stretches so far
 CONFORMAL_ITERATIONS = 6  # of Newton: a conformal map of a curved sheet is some per cent off
-GOLDEN = (sqrt(5.0) - 1.0) / 2.0
 
 Follow = Callable[[int, Floats], None]
 
@@ -117,15 +116,15 @@ def _settled(flat: Floats, network: Network, sweeps: int, iterations: int = ITER
 def _eased(flat: Floats, network: Network, sweeps: int, iterations: int) -> Floats:
     """Relaxation puts neighbours in order and goes to sleep on long slow bends; Newton's steps do the rest."""
     flat = np.array(flat, order="C")
-    relax_in_plane(flat, network.edges, network.lengths, sweeps, 0.0, _momentum(len(flat)))
+    relax_in_plane(flat, *spread(network.edges, network.lengths), sweeps, 0.0, _momentum(len(flat)))
     return settle(flat, network.edges, network.lengths, iterations)
 
 
 def fall(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:
     """Let the particles fall on the table: positions (n, 2) mm where they land, and the time steps taken."""
     scale = PAGE_SIZE / sqrt(max(area_of(laid.positions, network.faces), np.finfo(float).tiny))
-    edges, lengths = _spread(network.edges, network.lengths * scale)
-    hinges, spans = _spread(network.hinges, network.spans * scale)
+    edges, lengths = spread(network.edges, network.lengths * scale)
+    hinges, spans = spread(network.hinges, network.spans * scale)
     now = laid.positions * scale
     before = now.copy()
     sweeps = round(max(SWEEPS * sqrt(len(now)), 1.0))
@@ -145,15 +144,3 @@ def fall(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, i
 
 def _momentum(count: int) -> float:
     return max(1.0 - SLOWING / sqrt(count), LEAST_MOMENTUM)
-
-
-def _spread(pairs: Ints, lengths: Floats) -> tuple[Ints, Floats]:
-    """The same pairs (k, 2) and lengths (k,) in an order in which neighbours in the list are none on the sheet.
-
-    Relaxing one pair then does not wait for the one before it, and the processor takes several at a time.
-    """
-    stride = max(round(GOLDEN * len(pairs)), 1)
-    while np.gcd(stride, max(len(pairs), 1)) != 1:
-        stride += 1
-    order = np.arange(len(pairs)) * stride % max(len(pairs), 1)
-    return pairs[order], lengths[order]
