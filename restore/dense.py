@@ -15,6 +15,7 @@ from restore.clean import select
 from restore.decimate import decimate, patch_and_smooth
 from restore.flatten import METHODS, OnStep, check, flatten_points
 from restore.flatten.coarse import carry_along
+from restore.flatten.jets import rings_of
 from restore.flatten.kernels import relax_in_plane
 from restore.flatten.lay import lay, upright
 from restore.flatten.layout import lay_out
@@ -86,7 +87,9 @@ def _over_grid(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMe
     flat = carry(sheet.inside.shape, unrolled.nodes, unrolled.fine.faces, unrolled.fine.flat, nodes)
     edges = edges_of(mesh.faces)
     lengths = sheet.lengths(nodes, edges)
-    if noise_of(mesh.vertices, mesh.faces, edges) < CLEAN * lengths.mean():  # then its vertices know better
+    if (
+        noise_of(mesh.vertices, rings_of(mesh.vertices, mesh.faces, edges)) < CLEAN * lengths.mean()
+    ):  # then its vertices know better
         lengths = surface_lengths(mesh.vertices, mesh.faces, edges)
         flat = _finish(flat, mesh.faces, edges, lengths)
     return _flat_mesh(mesh, flat, lengths, unrolled.coarse.steps)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
-from restore.flatten.jets import Adjacency, adjacency
+from restore.flatten.adjacency import Adjacency, adjacency
 from restore.flatten.network import Network, make_network
 from restore.scan import Floats, Ints
 

@@ -11,7 +11,7 @@ from math import asin, atan2, cos, sin, sqrt
 import numba
 import numpy as np
 
-from restore.flatten.jets import fit_jets
+from restore.flatten.jets import Rings, fit_jets, rings_of
 from restore.scan import Floats, Ints
 
 PROBES = 100  # vertices that tell the noise
@@ -28,16 +28,16 @@ MOST_STRETCH = 5.0  # of the straight edge, over a crease of twice 78°
 
 def surface_lengths(vertices: Floats, faces: Ints, edges: Ints) -> Floats:
     """(e,) mm between the ends of edges (e, 2), along the surface through vertices (n, 3) mm of faces (m, 3)."""
-    noise = noise_of(vertices, faces, edges)
-    jets = fit_jets(vertices, faces, edges, np.arange(len(vertices)), noise)
+    rings = rings_of(vertices, faces, edges)
+    jets = fit_jets(vertices, rings, np.arange(len(vertices)), noise_of(vertices, rings))
     return _all_lengths(vertices + jets.normals * jets.offsets[:, None], jets.normals, jets.forms, edges)
 
 
-def noise_of(vertices: Floats, faces: Ints, edges: Ints) -> float:
+def noise_of(vertices: Floats, rings: Rings) -> float:
     """Standard deviation of the vertices off the surface, mm, from patches that are not tied to their vertex."""
     size = float(np.ptp(vertices, axis=0).max())
     chosen = np.arange(0, len(vertices), max(len(vertices) // PROBES, 1))
-    offsets = fit_jets(vertices, faces, edges, chosen, size).offsets[chosen]
+    offsets = fit_jets(vertices, rings, chosen, size).offsets[chosen]
     return max(float(1.4826 * np.median(np.abs(offsets))) / SHRUNK, LEAST_NOISE * size)
 
 
