@@ -115,7 +115,7 @@ def _finish(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
         flat = settle(flat, edges, lengths)
         before, left = left, unfold(flat, faces)
         if left >= before:  # what is still flipped does not lie at the border
-            return untangle(flat, faces, edges)
+            return untangle(flat, faces, edges, lengths)
     return flat
 
 

@@ -18,7 +18,7 @@ from restore.flatten.network import spread
 from restore.scan import Floats, Ints
 
 ITERATIONS = 2  # Newton's steps; the third moves no node by a hundredth of a millimetre
-FIRST, REST = 1e-2, 1e-3  # of the imbalance may be left by a step: more in the first, which the second goes over again
+FIRST, REST = 1e-2, 3e-3  # of the imbalance may be left by a step: more in the first, which the second goes over again
 MOST_PASSES = 1000  # over the sticks in a step: a page of 50,000 points needs half
 STIFFEN = 1e-6  # of a particle's stiffness: one whose sticks lie in one line has none across it
 TINY = 1e-300  # keeps zero over zero finite

@@ -38,8 +38,7 @@ PAGE_SIZE = 240.0  # the constants above belong to a page of about this size; ot
 FLAT_HEIGHT = 1e-6  # mm: a sheet that rises less is flat already, and gets no drag
 # A pull crosses a sheet of n particles in about √n sweeps, so both numbers of sweeps grow with √n.
 SWEEPS = 0.25  # of √n in each step: with half as many corners fold, more cost time
-PLANE_SWEEPS = 4.0  # of √n: what is out of order among neighbours; Newton's steps could turn a triangle over there
-LOCAL_SWEEPS = 40  # the carried solution is right but for what lies between the points that fell
+PLANE_SWEEPS = 1.5  # of √n: what is out of order among neighbours; Newton's steps could turn a triangle over there
 SLOWING = 3.2  # the momentum 1 − SLOWING / √n carries a strain as long as the sheet out of it without swinging
 LEAST_MOMENTUM = 0.5
 UNFOLDINGS = 5  # each frees the corners that the last one still held
@@ -64,7 +63,7 @@ def flatten_sticks(laid: Laid, network: Network, follow: Follow | None = None) -
         if found[-1][0] == 0 and found[-1][1] < SOUND_STRAIN:
             break
     flips, *_, flat, steps = min(found, key=lambda fault: fault[:3])
-    return (untangle(flat, network.faces, network.edges) if flips else flat), steps
+    return (untangle(flat, network.faces, network.edges, network.lengths) if flips else flat), steps
 
 
 def _faults(flat: Floats, network: Network) -> tuple[int, float]:
@@ -79,14 +78,14 @@ def _fallen(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats
     few = coarsen(laid.positions, network, FALLING) if len(laid.positions) > FALLING else None
     if few is None:
         flat, steps = fall(laid, network, follow)
-        return _settled(flat, network, round(PLANE_SWEEPS * sqrt(len(flat)))), steps
+        return _settled(flat, network), steps
 
     def lifted(step: int, positions: Floats) -> None:
         if follow:
             follow(step, few.carry(laid.positions, positions))
 
     flat, steps = _fallen(replace(laid, positions=laid.positions[few.index]), few.network, lifted)
-    return _settled(few.carry(laid.positions, flat), network, LOCAL_SWEEPS), steps
+    return _settled(few.carry(laid.positions, flat), network), steps
 
 
 def _from_conformal(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:
@@ -95,28 +94,30 @@ def _from_conformal(laid: Laid, network: Network, follow: Follow | None) -> tupl
         flat, steps = flatten_conformal(laid, network, follow)
     except BadInput:
         return laid.seen.copy(), 0
-    return _settled(flat, network, 0, CONFORMAL_ITERATIONS), steps
+    return _settled(flat, network, CONFORMAL_ITERATIONS), steps
 
 
-def _settled(flat: Floats, network: Network, sweeps: int, iterations: int = ITERATIONS) -> Floats:
+def _settled(flat: Floats, network: Network, iterations: int = ITERATIONS) -> Floats:
     """Flat positions (n, 2) mm of least strain near by, corners of the border unfolded."""
-    flat = _eased(flat, network, sweeps, iterations)
+    flat = _eased(flat, network, iterations)
     left = flipped_faces(flat, network.faces)
     for _ in range(UNFOLDINGS):
         turned = flat.copy()
         if not unfold(turned, network.faces):
             break
-        turned = _eased(turned, network, sweeps, iterations)
+        turned = _eased(turned, network, iterations)
         if flipped_faces(turned, network.faces) >= left:  # what is still flipped does not lie at the border
             break
         flat, left = turned, flipped_faces(turned, network.faces)
     return flat
 
 
-def _eased(flat: Floats, network: Network, sweeps: int, iterations: int) -> Floats:
+def _eased(flat: Floats, network: Network, iterations: int) -> Floats:
     """Relaxation puts neighbours in order and goes to sleep on long slow bends; Newton's steps do the rest."""
     flat = np.array(flat, order="C")
-    relax_in_plane(flat, *spread(network.edges, network.lengths), sweeps, 0.0, _momentum(len(flat)))
+    size = sqrt(len(flat))
+    momentum = max(1.0 - SLOWING / size, LEAST_MOMENTUM)
+    relax_in_plane(flat, *spread(network.edges, network.lengths), round(PLANE_SWEEPS * size), 0.0, momentum)
     return settle(flat, network.edges, network.lengths, iterations)
 
 
@@ -140,7 +141,3 @@ def fall(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, i
         if height < LANDED * start or abs(area - previous) < AREA_CHANGE * area:
             break
     return now[:, :2] / scale, step
-
-
-def _momentum(count: int) -> float:
-    return max(1.0 - SLOWING / sqrt(count), LEAST_MOMENTUM)
