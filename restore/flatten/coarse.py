@@ -29,8 +29,10 @@ class Coarse:
     network: Network
 
     def carry(self, vertices: Floats, moved: Floats) -> Floats:
-        """Where all vertices (n, 3) mm are when the few have moved to (k, d) mm."""
-        return carry_along(vertices, self.index, self.owner, moved, self.network.edges)
+        """Where all vertices (n, 3) mm are when the few have moved to (k, d) mm: each goes with its own as if rigid."""
+        few = vertices[self.index]
+        turns = _turns(few, moved, self.network.edges)[self.owner]
+        return np.asarray(moved[self.owner] + np.einsum("nij,nj->ni", turns, vertices - few[self.owner]))
 
 
 def coarsen(vertices: Floats, network: Network, most: int) -> Coarse | None:
@@ -85,15 +87,6 @@ def _cells(around: Adjacency, hops: int) -> tuple[Ints, Ints]:
                 owner[k], queue[last] = owner[i], k
                 last += 1
     return index[:found].copy(), owner
-
-
-def carry_along(vertices: Floats, index: Ints, owner: Ints, moved: Floats, edges: Ints) -> Floats:
-    """(n, d) mm: vertices (n, 3) mm moved each with its owner (n,), one of the few at index (k,), as if rigid.
-
-    moved (k, d) mm is where the few are now, edges (e, 2) join them.
-    """
-    few = vertices[index]
-    return np.asarray(moved[owner] + np.einsum("nij,nj->ni", _turns(few, moved, edges)[owner], vertices - few[owner]))
 
 
 def _turns(vertices: Floats, moved: Floats, edges: Ints) -> Floats:

@@ -41,12 +41,13 @@ SWEEPS = 0.25  # of √n in each step: with half as many corners fold, more cost
 PLANE_SWEEPS = 1.5  # of √n: what is out of order among neighbours; Newton's steps could turn a triangle over there
 SLOWING = 3.2  # the momentum 1 − SLOWING / √n carries a strain as long as the sheet out of it without swinging
 LEAST_MOMENTUM = 0.5
+SOUND_FLIPS = 5e-4  # of the faces: single ones lie over where lengths contradict each other; a fold has more
 UNFOLDINGS = 5  # each frees the corners that the last one still held
-FALLING = 1_500  # particles; of more only as many fall
 SOUND_STRAIN = 0.02  # rms; no paper stretches so far
 CONFORMAL_ITERATIONS = 6  # of Newton: a conformal map of a curved sheet is some per cent off
 
 Follow = Callable[[int, Floats], None]
+Start = Callable[[Laid, Network, Follow | None], tuple[Floats, int]]
 
 
 def flatten_sticks(laid: Laid, network: Network, follow: Follow | None = None) -> tuple[Floats, int]:
@@ -57,10 +58,10 @@ def flatten_sticks(laid: Laid, network: Network, follow: Follow | None = None) -
     has only its sticks put right.
     """
     found: list[tuple[int, float, int, Floats, int]] = []
-    for way in (_fallen, _from_conformal):
-        flat, steps = way(laid, network, follow)
+    for start, most, iterations in WAYS:
+        flat, steps = _from_few(start, most, iterations, laid, network, follow)
         found.append((*_faults(flat, network), len(found), flat, steps))
-        if found[-1][0] == 0 and found[-1][1] < SOUND_STRAIN:
+        if found[-1][0] <= SOUND_FLIPS * len(network.faces) and found[-1][1] < SOUND_STRAIN:
             break
     flips, *_, flat, steps = min(found, key=lambda fault: fault[:3])
     return (untangle(flat, network.faces, network.edges, network.lengths) if flips else flat), steps
@@ -73,28 +74,30 @@ def _faults(flat: Floats, network: Network) -> tuple[int, float]:
     return flips, float(np.sqrt(np.mean(strain**2)))
 
 
-def _fallen(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:
-    """Flat positions (n, 2) mm of particles that fell, or of which few fell, and the others went along with them."""
-    few = coarsen(laid.positions, network, FALLING) if len(laid.positions) > FALLING else None
+def _from_few(
+    start: Start, most: int, iterations: int, laid: Laid, network: Network, follow: Follow | None
+) -> tuple[Floats, int]:
+    """Flat positions (n, 2) mm from where `start` has the particles, or so many of them, and the others go along."""
+    few = coarsen(laid.positions, network, most) if len(laid.positions) > most else None
     if few is None:
-        flat, steps = fall(laid, network, follow)
-        return _settled(flat, network), steps
+        flat, steps = start(laid, network, follow)
+        return _settled(flat, network, iterations), steps
 
     def lifted(step: int, positions: Floats) -> None:
         if follow:
             follow(step, few.carry(laid.positions, positions))
 
-    flat, steps = _fallen(replace(laid, positions=laid.positions[few.index]), few.network, lifted)
+    seen = replace(laid, positions=laid.positions[few.index], seen=laid.seen[few.index])
+    flat, steps = _from_few(start, most, iterations, seen, few.network, lifted)
     return _settled(few.carry(laid.positions, flat), network), steps
 
 
-def _from_conformal(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:
-    """Flat positions (n, 2) mm from the conformal map; the sheet as the scanner saw it when it has no such map."""
+def _conformal(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:
+    """Flat positions (n, 2) mm of the conformal map; the sheet as the scanner saw it when it has no such map."""
     try:
-        flat, steps = flatten_conformal(laid, network, follow)
+        return flatten_conformal(laid, network, follow)
     except BadInput:
         return laid.seen.copy(), 0
-    return _settled(flat, network, CONFORMAL_ITERATIONS), steps
 
 
 def _settled(flat: Floats, network: Network, iterations: int = ITERATIONS) -> Floats:
@@ -141,3 +144,10 @@ def fall(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, i
         if height < LANDED * start or abs(area - previous) < AREA_CHANGE * area:
             break
     return now[:, :2] / scale, step
+
+
+# How to begin, with how many particles at most, and Newton's steps from there.
+WAYS: tuple[tuple[Start, int, int], ...] = (
+    (fall, 1_500, ITERATIONS),
+    (_conformal, 6_000, CONFORMAL_ITERATIONS),
+)
