@@ -59,7 +59,7 @@ def flatten_sticks(laid: Laid, network: Network, follow: Follow | None = None) -
     """
     found: list[tuple[int, float, int, Floats, int]] = []
     for start, most, iterations in WAYS:
-        flat, steps = _from_few(start, most, iterations, laid, network, follow)
+        flat, steps = flatten_from(start, most, iterations, laid, network, follow)
         found.append((*_faults(flat, network), len(found), flat, steps))
         if found[-1][0] <= SOUND_FLIPS * len(network.faces) and found[-1][1] < SOUND_STRAIN:
             break
@@ -74,7 +74,7 @@ def _faults(flat: Floats, network: Network) -> tuple[int, float]:
     return flips, float(np.sqrt(np.mean(strain**2)))
 
 
-def _from_few(
+def flatten_from(
     start: Start, most: int, iterations: int, laid: Laid, network: Network, follow: Follow | None
 ) -> tuple[Floats, int]:
     """Flat positions (n, 2) mm from where `start` has the particles, or so many of them, and the others go along."""
@@ -88,7 +88,7 @@ def _from_few(
             follow(step, few.carry(laid.positions, positions))
 
     seen = replace(laid, positions=laid.positions[few.index], seen=laid.seen[few.index])
-    flat, steps = _from_few(start, most, iterations, seen, few.network, lifted)
+    flat, steps = flatten_from(start, most, iterations, seen, few.network, lifted)
     return _settled(few.carry(laid.positions, flat), network), steps
 
 
