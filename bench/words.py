@@ -23,7 +23,9 @@ import numpy as np
 from bench.similarity import laid_on, page_similarity
 from drivers.simulated import Binding, Cone, Crumpled, Curl, Flat, Miura, MultiFold, Pose, Text, Truth, Wave, shoot
 from drivers.simulated.sheets import Sheet
-from drivers.vivid900.lenses import LENSES, project
+from drivers.vivid900.calibration import nominal
+from drivers.vivid900.lenses import LENSES
+from drivers.vivid900.triangulation import project
 from restore import RangeScan, Settings, restore
 from restore.scan import Bytes
 from restore.texture import MM_PER_INCH, sample
@@ -129,7 +131,7 @@ def pictures(task: Task) -> Pictures:
 
 def cropped(scan: RangeScan, truth: Truth) -> Bytes:
     """The part of the colour image that the page is in: the table beside it is spared the reader."""
-    seen = project(LENSES[LENS], truth.surface(_grid(truth, 60.0)))
+    seen = project(nominal(LENSES[LENS]), truth.surface(_grid(truth, 60.0)))
     height, width = scan.texture.shape[:2]
     left, top = np.clip(np.floor(seen.min(axis=(0, 1))).astype(int), 0, [width, height])
     right, bottom = np.clip(np.ceil(seen.max(axis=(0, 1))).astype(int) + 1, 0, [width, height])
@@ -138,7 +140,7 @@ def cropped(scan: RangeScan, truth: Truth) -> Bytes:
 
 def laid_flat(scan: RangeScan, truth: Truth) -> Bytes:
     """The page as the picture shows it, by its true place, at DPI."""
-    return sample(scan.texture, project(LENSES[LENS], truth.surface(_grid(truth, DPI))).astype(np.float32))
+    return sample(scan.texture, project(nominal(LENSES[LENS]), truth.surface(_grid(truth, DPI))).astype(np.float32))
 
 
 def _grid(truth: Truth, dpi: float) -> np.ndarray:
