@@ -196,7 +196,7 @@ def verdicts(results: Sequence[Result]) -> Iterator[str]:
             _, _, removed, flat = _points(group, kind)
             if flat - removed > may_lack:
                 yield f"{warp}: {kind} {flat - removed:.1f} points below the flat original (allowed {may_lack})"
-        alike = float(np.mean([r.alike[2] for r in group]))
+        alike = float(np.mean([r.alike[0] for r in group]))
         if alike < MUST_BE_ALIKE:
             yield f"{warp}: MS-SSIM {alike:.3f} (wanted {MUST_BE_ALIKE})"
     for kind, wanted in (("words", MUST_GAIN_WORDS), ("characters", MUST_GAIN_CHARACTERS)):
@@ -227,7 +227,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for result in measured(some(tasks(), options.pages), options.workers):
         results.append(result)
         points = (f"{100 * reading.precision:.1f}" for reading in result.words)
-        print(f"{len(results):>3} {result.warp:<14} words", *points, f"MS-SSIM {result.alike[2]:.3f}", flush=True)
+        print(f"{len(results):>3} {result.warp:<14} words", *points, f"MS-SSIM {result.alike[0]:.3f}", flush=True)
     print(
         f"\nwords / characters read right, per cent, {TYPE_PT:g} pt at {len(results)} pages", *table(results), sep="\n"
     )
