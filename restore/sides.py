@@ -2,8 +2,7 @@
 
 The outline of what was scanned is known to half a sample, and it is ragged by that much. A side that was cut with a
 knife is straight, and a line through all of its raggedness tells where it ran far better. The border of the flat page
-moves onto that line; what is beyond it is left out, and what is missing up to it the surface carried on by half a
-sample or so tells, as it does between the samples.
+moves onto that line: what is beyond it is left out, and up to it the surface goes on as it does between two samples.
 """
 
 from __future__ import annotations
@@ -19,10 +18,11 @@ from restore.scan import FlatMesh, Floats, Ints, Mask
 from restore.strain import signed_areas
 from restore.surface import Sheet
 
-REACH = 1.5  # samples: half a one of raggedness, and one that the border lost or gained
-RAGGED = 0.5  # samples
+RAGGED = 0.5  # samples: what ends between two of them is taken to end midway
+REACH = 1.5  # samples: the raggedness, and a sample that the border lost or gained; no more is cut off or added
+NEAR = 0.75  # samples: the raggedness, and what the line itself may be off
+STRAIGHT = 0.75  # of a side's outline is near its line; a torn side, or a bowed one, has less that is
 CORNER_REACH = 4.0  # samples: closing and opening the outline have rounded the corner, and its nodes are as far apart
-STRAIGHT = 0.75  # of a side's outline lies on its line; a torn one, or one with a dent, has less that does
 LEAST_POINTS = 8  # of the outline that tell a line
 THINNEST = 0.1  # of what it was: a face may lose no more of its area than leaves this
 TURNS = 8  # of taking back moves that crush faces; each round leaves fewer
@@ -53,9 +53,9 @@ def straighten(sheet: Sheet, page: FlatMesh, nodes: Floats) -> tuple[FlatMesh, F
         return page, nodes
     to_grid = _to_grid(page, nodes)[border]
     lines = [_line(outline, to_grid, *side) for side in ((0, -1), (1, -1), (0, 1), (1, 1))]
-    move = np.zeros_like(page.flat)
-    move[border] = _onto(outline, to_grid, lines)
-    flat, faces = _moved(page.flat, page.faces, move)
+    goal = np.full_like(page.flat, np.nan)
+    goal[border] = _onto(outline, to_grid, lines)
+    flat, faces = _moved(page.flat, page.faces, goal)
     nodes = nodes.copy()
     nodes[border] += np.einsum("nij,nj->ni", to_grid, flat[border] - outline)
     used = np.unique(faces)
@@ -63,6 +63,7 @@ def straighten(sheet: Sheet, page: FlatMesh, nodes: Floats) -> tuple[FlatMesh, F
 
 
 def _remade(sheet: Sheet, page: FlatMesh, flat: Floats, nodes: Floats, faces: Ints) -> FlatMesh:
+    """The page with other faces (m, 3), and flat (n, 2) mm at other grid positions nodes (n, 2)."""
     return replace(
         page,
         vertices=sheet.points(nodes),
@@ -93,28 +94,31 @@ def _line(outline: Floats, to_grid: Floats, axis: int, sign: int) -> Line | None
     if side.sum() < LEAST_POINTS:
         return None
     here, there = outline[side], to_grid[side]
-    leaning, square = _leaning(here, axis, sign), _square(here, axis, sign)
+    near = np.abs(_samples(_leaning(here, axis, sign, cv2.DIST_L1), here, there)) <= REACH
+    # Among those the mean, not the median: an outline runs in steps of a sample, and the median is one of them.
+    leaning, square = _leaning(here[near], axis, sign, cv2.DIST_L2), _square(here[near], axis, sign)
     off, off_square = _samples(leaning, here, there), _samples(square, here, there)
     if not _is_straight(off):
         return None
-    # Pages are cut square: a side leans only where what was measured cannot be told from square otherwise.
+    # Pages are cut square: a side leans only where its outline does by more than its raggedness.
     return square if np.abs(off - off_square).max() <= RAGGED and _is_straight(off_square) else leaning
 
 
 def _square(side: Floats, axis: int, sign: int) -> Line:
     normal = sign * np.eye(2)[axis]
-    return Line(normal, float(np.median(side @ normal)))
+    return Line(normal, float((side @ normal).mean()))
 
 
-def _leaning(side: Floats, axis: int, sign: int) -> Line:
-    vx, vy, x, y = cv2.fitLine(side.astype(np.float32), cv2.DIST_L1, 0, 1e-4, 1e-5).ravel().astype(float)
+def _leaning(side: Floats, axis: int, sign: int, distance: int) -> Line:
+    """The line through points (n, 2) mm, by one of OpenCV's distances."""
+    vx, vy, x, y = cv2.fitLine(side.astype(np.float32), distance, 0, 1e-4, 1e-5).ravel().astype(float)
     normal = np.array([vy, -vx]) * np.sign(vy if axis == 0 else -vx) * sign
     return Line(normal, float(normal @ [x, y]))
 
 
 def _is_straight(off: Floats) -> bool:
     """Whether an outline that lies so many samples (n,) beyond a line is that line, ragged."""
-    return bool((np.abs(off) <= REACH).mean() >= STRAIGHT and off.max() <= REACH)
+    return bool((np.abs(off) <= NEAR).mean() >= STRAIGHT and off.max() <= REACH)
 
 
 def _samples(line: Line, outline: Floats, to_grid: Floats) -> Floats:
@@ -123,13 +127,14 @@ def _samples(line: Line, outline: Floats, to_grid: Floats) -> Floats:
 
 
 def _onto(outline: Floats, to_grid: Floats, lines: list[Line | None]) -> Floats:
-    """(n, 2) mm: how every point of the outline gets onto its side, and one of them into every corner."""
-    move, least = np.zeros_like(outline), np.full(len(outline), REACH)
+    """(n, 2) mm: where every point of the outline comes to lie on its side, and one of them in every corner; NaN for
+    those that stay."""
+    goal, least = np.full_like(outline, np.nan), np.full(len(outline), REACH)
     for line in lines:
         if line is not None:
             off = np.abs(_samples(line, outline, to_grid))
             nearer = off <= least
-            move[nearer] = -line.beyond(outline[nearer])[:, None] * line.normal
+            goal[nearer] = outline[nearer] - line.beyond(outline[nearer])[:, None] * line.normal
             least[nearer] = off[nearer]
     for one, other in zip(lines, lines[1:] + lines[:1], strict=True):
         if one is not None and other is not None:
@@ -137,18 +142,20 @@ def _onto(outline: Floats, to_grid: Floats, lines: list[Line | None]) -> Floats:
             way = np.linalg.norm(np.einsum("nij,nj->ni", to_grid, corner - outline), axis=1)
             nearest = int(np.argmin(way))
             if way[nearest] <= CORNER_REACH:
-                move[nearest] = corner - outline[nearest]
-    return move
+                goal[nearest] = corner
+    return goal
 
 
-def _moved(flat: Floats, faces: Ints, move: Floats) -> tuple[Floats, Ints]:
-    """Flat positions (n, 2) mm after a move, without those steps of it that would crush a face, and the faces (m, 3)
-    that are left: those that lay beyond a side have all their corners on it now, and are gone."""
-    moves, before = move.any(axis=1), signed_areas(flat, faces)
-    gone = moves[faces].all(axis=1) & _crushed(before, signed_areas(flat + move, faces))
+def _moved(flat: Floats, faces: Ints, goal: Floats) -> tuple[Floats, Ints]:
+    """Flat positions (n, 2) mm, those with a goal there unless that would crush a face, and the faces (m, 3) that are
+    left: those that lay beyond a side would have all their corners on it, and are gone."""
+    moves: Mask = np.isfinite(goal[:, 0])
+    before = signed_areas(flat, faces)
+    goal = np.where(moves[:, None], goal, flat)
+    gone = moves[faces].all(axis=1) & _crushed(before, signed_areas(goal, faces))
     faces, before = faces[~gone], before[~gone]
     for _ in range(TURNS):
-        moved = np.where(moves[:, None], flat + move, flat)
+        moved = np.where(moves[:, None], goal, flat)
         crushed = _crushed(before, signed_areas(moved, faces))
         if not crushed.any():
             return moved, faces
