@@ -25,6 +25,7 @@ STRAIGHT = 0.75  # of a side's outline is near its line; a torn side, or a bowed
 CORNER_REACH = 4.0  # samples: closing and opening the outline have rounded the corner, and its nodes are as far apart
 LEAST_POINTS = 8  # of the outline that tell a line
 THINNEST = 0.1  # of what it was: a face may lose no more of its area than leaves this
+CORRECTIONS = 5  # of the places of moved points; each leaves a half of what was wrong, or less
 TURNS = 8  # of taking back moves that crush faces; each round leaves fewer
 
 
@@ -51,15 +52,37 @@ def straighten(sheet: Sheet, page: FlatMesh, nodes: Floats) -> tuple[FlatMesh, F
     area = float(signed_areas(page.flat, page.faces).sum())
     if not fills_rectangle(outline, area):
         return page, nodes
-    to_grid = _to_grid(page, nodes)[border]
-    lines = [_line(outline, to_grid, *side) for side in ((0, -1), (1, -1), (0, 1), (1, 1))]
+    to_grid = _to_grid(page, nodes)
+    lines = [_line(outline, to_grid[border], *side) for side in ((0, -1), (1, -1), (0, 1), (1, 1))]
     goal = np.full_like(page.flat, np.nan)
-    goal[border] = _onto(outline, to_grid, lines)
+    goal[border] = _onto(outline, to_grid[border], lines)
     flat, faces = _moved(page.flat, page.faces, goal)
-    nodes = nodes.copy()
-    nodes[border] += np.einsum("nij,nj->ni", to_grid, flat[border] - outline)
+    nodes = _followed(sheet, nodes, to_grid, page.flat, flat, edges_of(faces))
     used = np.unique(faces)
     return _remade(sheet, page, flat[used], nodes[used], np.searchsorted(used, faces)), nodes[used]
+
+
+def _followed(sheet: Sheet, nodes: Floats, to_grid: Floats, before: Floats, after: Floats, edges: Ints) -> Floats:
+    """Grid positions (n, 2) of vertices that went from one flat position (n, 2) mm to another: where the edges (e, 2)
+    to their neighbours have on the surface the lengths that they have on the page."""
+    moved = (before != after).any(axis=1)
+    nodes = nodes + np.einsum("nij,nj->ni", to_grid, after - before)
+    edges = edges[moved[edges].any(axis=1)]
+    start, end = edges.T
+    way = after[end] - after[start]
+    length = np.linalg.norm(way, axis=1)
+    way /= length[:, None]
+    spread = np.zeros((len(nodes), 2, 2))
+    for one in (start, end):
+        np.add.at(spread, one, way[:, :, None] * way[:, None, :])
+    solve = to_grid[moved] @ np.linalg.pinv(spread[moved])
+    for _ in range(CORRECTIONS):
+        short = ((length - sheet.lengths(nodes, edges)) / 2)[:, None] * way
+        step = np.zeros_like(nodes)
+        np.add.at(step, end, short)
+        np.add.at(step, start, -short)
+        nodes[moved] += np.einsum("nij,nj->ni", solve, step[moved])
+    return nodes
 
 
 def _remade(sheet: Sheet, page: FlatMesh, flat: Floats, nodes: Floats, faces: Ints) -> FlatMesh:
@@ -154,12 +177,15 @@ def _moved(flat: Floats, faces: Ints, goal: Floats) -> tuple[Floats, Ints]:
     goal = np.where(moves[:, None], goal, flat)
     gone = moves[faces].all(axis=1) & _crushed(before, signed_areas(goal, faces))
     faces, before = faces[~gone], before[~gone]
+    outwards = ((goal - flat) * (flat - flat.mean(axis=0))).sum(axis=1) > 0
     for _ in range(TURNS):
         moved = np.where(moves[:, None], goal, flat)
         crushed = _crushed(before, signed_areas(moved, faces))
         if not crushed.any():
             return moved, faces
-        moves[faces[crushed]] = False
+        crushing = np.isin(np.arange(len(flat)), faces[crushed]) & moves
+        # Better a notch in the side than a tip beyond it.
+        moves &= ~(crushing & outwards if (crushing & outwards).any() else crushing)
     return flat, faces
 
 
