@@ -17,7 +17,9 @@ Check = Callable[[bytes, pikepdf.Pdf], Iterator[str]]
 
 FILTERS = {"/FlateDecode", "/DCTDecode", "/JPXDecode", "/CCITTFaxDecode", "/JBIG2Decode", "/RunLengthDecode"}
 TEXT_FILTERS = {"/ASCIIHexDecode", "/ASCII85Decode"}
-OPERATORS = set("q Q cm Do BT ET Tf Tr Tz Tm Td TD T* Tj TJ Tc Tw TL Ts g rg k G RG K gs w J j M d i".split())
+STATE, SHOWN = {"q", "Q", "cm", "gs", "w", "J", "j", "M", "d", "i"}, {"Do", "g", "rg", "k", "G", "RG", "K"}
+TEXT = {"BT", "ET", "Tf", "Tr", "Tz", "Tm", "Td", "TD", "T*", "Tj", "TJ", "Tc", "Tw", "TL", "Ts"}
+OPERATORS = STATE | SHOWN | TEXT  # no others have anything to do on such a page
 ACTIONS = ("OpenAction", "AA", "Names", "AcroForm", "Requirements", "Perms", "OCProperties")
 DEEPEST, LEAST_UNITS, MOST_UNITS = 28, 3, 14_400  # 6.1.13
 DEVICES, SPACES = {b"mntr", b"prtr"}, {b"RGB ": 3, b"GRAY": 1, b"CMYK": 4}
