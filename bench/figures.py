@@ -12,12 +12,13 @@ import numpy as np
 from PIL import Image, ImageCms, ImageDraw
 from rapidfuzz.distance import Levenshtein
 
-from bench.words import MARGIN_MM, TITLE_PT, pictures, tasks
-from drivers.simulated import Chart, Curl, Flat, Pose, Text, Truth, shoot
+from bench import small_print
+from bench.words import pictures, tasks
+from drivers.simulated import Chart, Flat, Truth, shoot
 from drivers.simulated.albedo import linear, srgb
 from drivers.simulated.artwork.typeset import typeface
 from drivers.vivid900.lenses import LENSES
-from restore import RangeScan, Settings, restore
+from restore import Settings, restore
 from restore.scan import Bytes
 from restore.super import finer_scan
 from restore.texture import MM_PER_INCH
@@ -32,11 +33,11 @@ PAPER, INK, WRONG = (255, 255, 255), (40, 40, 40), (200, 30, 30)
 GAP = 16  # pixels
 CAPTION_PT, WORDS_PT = 4.6, 4.2  # at 300 dpi, as typefaces are made here: 19 and 17 pixels
 GREYS = 48  # of the palette: a page of print needs no more, and the file is a quarter as large
-SHOWN_WORDS = 75
+SHOWN_WORDS, SHOWN_SHARE = 75, 0.6
 # A camera with overlapping filters by warm light: what it makes of linear sRGB.
 CAMERA = np.array([[0.86, 0.14, 0.04], [0.10, 0.72, 0.08], [0.02, 0.16, 0.50]])
-SHOTS, REACH_PX = 9, 1.0  # of the small print, each aside by this much at most
-SMALL_PT = 9.0
+SHOTS, SMALL_PT = 4, 9.0
+CUT_SHARE, CLEAR = 0.04, 12  # of the height: two lines of print; codes by which bare paper varies
 
 
 def words_figure() -> Image.Image:
@@ -48,7 +49,7 @@ def words_figure() -> Image.Image:
         image, dpi = seen.images[name], seen.dpi[name]
         read = recognise(image, dpi, name=name).text
         share = f"{100 * read_words(seen.text, read).precision:.0f} % of the words read right"
-        picture = enlarged(image[: round(0.52 * len(image))], 620 / image.shape[1])
+        picture = enlarged(image[: between_lines(image, SHOWN_SHARE)], 620 / image.shape[1])
         panels.append(stacked([caption(f"{title}: {share}", 620), picture, spelt(read, seen.text, 620)]))
     return beside(panels)
 
@@ -73,30 +74,24 @@ def colour_figure() -> Image.Image:
 
 def super_figure() -> Image.Image:
     """Small print restored from one shot, and from several."""
-    shots, text = small_print()
+    config = small_print.station(SMALL_PT)
+    taken, text = small_print.shots(config, SHOTS), small_print.printed(config)
     panels = []
-    for title, scan in (("one shot", shots[0]), (f"{SHOTS} shots", finer_scan(shots))):
+    for title, scan in (("one shot", taken[0]), (f"{SHOTS} shots", finer_scan(taken))):
         page = restore(scan, Settings(shading="remove")).image
         read = recognise(page, 150.0, name=title).text
         right = f"{100 * read_characters(text, read).precision:.1f} % of the characters read right"
-        part = page[round(0.06 * len(page)) : round(0.38 * len(page)), : page.shape[1] // 2]
+        part = page[: between_lines(page, 0.38), : page.shape[1] // 2]
         panels.append(stacked([caption(f"{title}, {SMALL_PT:g} pt: {right}", part.shape[1]), Image.fromarray(part)]))
     return beside(panels)
 
 
-def small_print() -> tuple[list[RangeScan], str]:
-    """Shots of a curled page of small print, moved by fractions of a pixel, and what is printed on it."""
-    rng, lens = np.random.default_rng(0), LENSES["MIDDLE"]
-    reach = REACH_PX * (900.0 + lens.pupil_mm) / lens.focal_px
-    print_ = Text(title_pt=TITLE_PT, sizes_pt=(SMALL_PT,), margin_mm=MARGIN_MM, seed=3)
-    moves = [(0.0, 0.0), *rng.uniform(-reach, reach, (SHOTS - 1, 2))]
-    found = [
-        shoot(
-            Curl(radius_mm=200.0), print_, seed=i, pose=Pose(shift_mm=(float(x), float(y), 0.0)), page_mm=(230.0, 160.0)
-        )
-        for i, (x, y) in enumerate(moves)
-    ]
-    return [scan for scan, _ in found], " ".join(word.text for word in found[0][1].words)
+def between_lines(image: Bytes, share: float) -> int:
+    """The row next to a share of the height that has the least ink: there a picture is cut between lines of print."""
+    near, reach = round(share * len(image)), round(CUT_SHARE * len(image))
+    ink = 255 - image[near - reach : near + reach, image.shape[1] // 8 : image.shape[1] // 2].min(axis=(1, 2))
+    clear = np.flatnonzero(ink <= ink.min() + CLEAR)
+    return near - reach + int(clear[np.argmin(np.abs(clear - reach))])
 
 
 def with_truth(picture: Bytes, truth: Truth) -> Bytes:
@@ -128,14 +123,14 @@ def spelt(read: str, printed: str, width: int) -> Image.Image:
         if step.tag != "equal"
         for i in range(step.dest_start, step.dest_end)
     }
-    strip = Image.new("RGB", (width, 7 * line), PAPER)
+    strip = Image.new("RGB", (width, 8 * line), PAPER)
     pen, x, y = ImageDraw.Draw(strip), 0.0, 4
     for i, word in enumerate(words[:SHOWN_WORDS]):
         if x + font.getlength(word) > width:
             x, y = 0.0, y + line
         pen.text((x, y), word, fill=WRONG if i in wrong else INK, font=font)
         x += font.getlength(word + " ")
-    return strip
+    return strip.crop((0, 0, width, y + line))
 
 
 def enlarged(image: Bytes, scale: float) -> Image.Image:

@@ -23,7 +23,9 @@ import numpy as np
 from bench.similarity import laid_on, page_similarity
 from drivers.simulated import Binding, Cone, Crumpled, Curl, Flat, Miura, MultiFold, Pose, Text, Truth, Wave, shoot
 from drivers.simulated.sheets import Sheet
-from drivers.vivid900.lenses import LENSES, project
+from drivers.vivid900.calibration import nominal
+from drivers.vivid900.lenses import LENSES
+from drivers.vivid900.triangulation import project
 from restore import RangeScan, Settings, restore
 from restore.scan import Bytes
 from restore.texture import MM_PER_INCH, sample
@@ -129,7 +131,7 @@ def pictures(task: Task) -> Pictures:
 
 def cropped(scan: RangeScan, truth: Truth) -> Bytes:
     """The part of the colour image that the page is in: the table beside it is spared the reader."""
-    seen = project(LENSES[LENS], truth.surface(_grid(truth, 60.0)))
+    seen = project(nominal(LENSES[LENS]), truth.surface(_grid(truth, 60.0)))
     height, width = scan.texture.shape[:2]
     left, top = np.clip(np.floor(seen.min(axis=(0, 1))).astype(int), 0, [width, height])
     right, bottom = np.clip(np.ceil(seen.max(axis=(0, 1))).astype(int) + 1, 0, [width, height])
@@ -138,7 +140,7 @@ def cropped(scan: RangeScan, truth: Truth) -> Bytes:
 
 def laid_flat(scan: RangeScan, truth: Truth) -> Bytes:
     """The page as the picture shows it, by its true place, at DPI."""
-    return sample(scan.texture, project(LENSES[LENS], truth.surface(_grid(truth, DPI))).astype(np.float32))
+    return sample(scan.texture, project(nominal(LENSES[LENS]), truth.surface(_grid(truth, DPI))).astype(np.float32))
 
 
 def _grid(truth: Truth, dpi: float) -> np.ndarray:
@@ -194,7 +196,7 @@ def verdicts(results: Sequence[Result]) -> Iterator[str]:
             _, _, removed, flat = _points(group, kind)
             if flat - removed > may_lack:
                 yield f"{warp}: {kind} {flat - removed:.1f} points below the flat original (allowed {may_lack})"
-        alike = float(np.mean([r.alike[2] for r in group]))
+        alike = float(np.mean([r.alike[0] for r in group]))
         if alike < MUST_BE_ALIKE:
             yield f"{warp}: MS-SSIM {alike:.3f} (wanted {MUST_BE_ALIKE})"
     for kind, wanted in (("words", MUST_GAIN_WORDS), ("characters", MUST_GAIN_CHARACTERS)):
@@ -225,7 +227,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     for result in measured(some(tasks(), options.pages), options.workers):
         results.append(result)
         points = (f"{100 * reading.precision:.1f}" for reading in result.words)
-        print(f"{len(results):>3} {result.warp:<14} words", *points, f"MS-SSIM {result.alike[2]:.3f}", flush=True)
+        print(f"{len(results):>3} {result.warp:<14} words", *points, f"MS-SSIM {result.alike[0]:.3f}", flush=True)
     print(
         f"\nwords / characters read right, per cent, {TYPE_PT:g} pt at {len(results)} pages", *table(results), sep="\n"
     )

@@ -20,11 +20,17 @@ def border_of(faces: Ints) -> Ints:
     return np.unique(np.stack(np.divmod(edges[count == 1], size)))
 
 
+def fills_rectangle(outline: Floats, area: float) -> bool:
+    """Whether a page of `area` mm² with outline (n, 2) mm is a rectangle but for rough sides and dog-ears."""
+    _, (width, height), _ = cv2.minAreaRect(outline.astype(np.float32))
+    return bool(area >= RECTANGLE * width * height)
+
+
 def square_up(outline: Floats, area: float) -> Floats:
     """(2, 2) rotation that turns the outline (n, 2) mm of a page of `area` mm² by less than 45° to lie square."""
-    _, size, angle = cv2.minAreaRect(outline.astype(np.float32))
-    if area < RECTANGLE * size[0] * size[1]:
+    if not fills_rectangle(outline, area):
         return np.eye(2)
+    _, _, angle = cv2.minAreaRect(outline.astype(np.float32))
     rough = _turn(-np.deg2rad((angle + 45.0) % 90.0 - 45.0))
     return _turn(-_tilt(outline @ rough.T)) @ rough
 

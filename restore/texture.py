@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil
+from math import ceil, floor
 
 import cv2
 import numba
@@ -47,7 +47,7 @@ def paint_page(page: FlatMesh, dpi: float) -> Painting:
     resolved = resolution(page.flat, page.faces, page.texcoords)
     # A page coarser than its source is painted finer and shrunk, so that no texture pixel is skipped.
     factor = max(1, ceil(resolved / dpi - SLACK))
-    source = page_map(page.flat, page.faces, page.texcoords, dpi * factor)
+    source = page_map(page.flat, page.faces, page.texcoords, dpi, finer=factor)
     texture = bleed(page.texture, page.texcoords, page.faces)
     image, mask = sample(texture, source), np.isfinite(source[..., 0])
     if factor > 1:
@@ -56,17 +56,18 @@ def paint_page(page: FlatMesh, dpi: float) -> Painting:
     return Painting(image, mask, source, resolved)
 
 
-def page_map(flat: Floats, faces: Ints, values: Floats, dpi: float) -> PageMap:
+def page_map(flat: Floats, faces: Ints, values: Floats, dpi: float, *, finer: int = 1) -> PageMap:
     """Spread values (n, k), such as texture pixels, over the page: (h, w, k) float32, NaN outside.
 
     flat (n, 2) mm with y up, faces (m, 3). Pixel (row, col) of the page has its centre (col + ½, row + ½) pixels from
-    the upper left corner of the page's bounding box.
+    the upper left corner of the page's bounding box. The picture ends with the last pixels whose centres are on the
+    page; `finer` divides the side of each of them.
     Raises BadInput when the page would be too large for any memory.
     """
     corner = np.array([flat[:, 0].min(), flat[:, 1].max()])
-    scale = dpi / MM_PER_INCH
+    scale = dpi * finer / MM_PER_INCH
     page = (flat - corner) * [scale, -scale] - 0.5
-    width, height = (max(1, ceil(extent - TINY)) for extent in np.ptp(page, axis=0))
+    width, height = (max(1, floor(extent / finer + 0.5)) * finer for extent in np.ptp(page, axis=0))
     if width * height > MAX_PIXELS:
         raise BadInput(f"the page would have {width} × {height} pixels", "check the scan's unit (mm) or lower --dpi")
     picture: PageMap = rasterise(page, faces, values, height, width)
@@ -108,7 +109,7 @@ def _paint_relief(page: FlatMesh, dpi: float) -> Painting:
 
 def _shrink(image: Bytes, factor: int) -> Bytes:
     """Average blocks of `factor` × `factor` pixels."""
-    size = (ceil(image.shape[1] / factor), ceil(image.shape[0] / factor))
+    size = (image.shape[1] // factor, image.shape[0] // factor)
     smaller: Bytes = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
     return smaller
 

@@ -16,6 +16,7 @@ from restore.flatten.network import edges_of
 from restore.refine import carry, refine
 from restore.scan import FlatMesh, Floats, SurfaceMesh
 from restore.settings import Settings
+from restore.sides import straighten
 from restore.strain import signed_areas
 from restore.surface import Sheet
 from restore.triangulate import lattice
@@ -57,7 +58,7 @@ def unroll(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnStep | Non
         coarse = flatten_points(mesh, settings.method, lengths=lengths, on_step=on_step)
     with clock("refine"):
         fine, fine_nodes = refine(sheet, coarse, nodes)
-        fine = square(fine)
+        fine, fine_nodes = straighten(sheet, square(fine), fine_nodes)
         if wanted > MOST_SETTLED:
             mesh, nodes = _reduce(sheet, wanted)
         points = _carried(sheet, fine, fine_nodes, mesh, nodes, coarse.steps)

@@ -48,6 +48,8 @@ class ScannerConfig(BaseModel):
     profile      name or file of the command profile that device and driver speak.
     calibration  file that the driver takes for the body's; the manual's figures when there is none.
     body         calibration file of what the simulated body really is; the driver is not told.
+    nudge_px     how far, in pixels of the colour image, a hand moves the page at most between captures; on a rotary
+                 stage it does not.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
@@ -59,6 +61,7 @@ class ScannerConfig(BaseModel):
     profile: str = SIMULATED
     calibration: str | None = None
     body: str | None = None
+    nudge_px: Annotated[float, Field(ge=0, le=50)] = 0.0
     scene: SceneConfig = SceneConfig()
 
 

@@ -63,11 +63,20 @@ class SimulatedDevice:
     log      what happened, and when the laser burned.
     barrier  whether the laser barrier stands before the laser.
     fails    message that the next operation leaves on the panel, empty for none.
+    parked   what happens when the laser has been switched off: somebody may reach in.
     """
 
-    def __init__(self, lens: Lens, profile: Profile, clock: Callable[[], float], *, body_serial: int = 9000001) -> None:
+    def __init__(
+        self,
+        lens: Lens,
+        profile: Profile,
+        clock: Callable[[], float],
+        *,
+        body_serial: int = 9000001,
+        parked: Callable[[], None] | None = None,
+    ) -> None:
         self.lens, self.profile, self.body_serial = lens, profile, body_serial
-        self.log, self.barrier, self.fails = Log(clock), False, ""
+        self.log, self.barrier, self.fails, self._parked = Log(clock), False, "", parked or _nothing
         self.parameters, self.panel, self.shot, self.focused = Parameters(), "", 0, 0
         self._clock, self._on, self._ready_at = clock, True, clock()
         self._attentions, self._sense = [POWER_ON], Sense(Key.NO_SENSE)
@@ -170,11 +179,14 @@ class SimulatedDevice:
 
     def _write_parameters(self, data: bytes, **_values: int) -> bytes:
         self._require_free()
+        burned = self.parameters.laser_power > 0
         try:
             self.parameters = commands.parse_parameters(self.profile, data)
         except ScannerError as error:
             raise _Refused(BAD_PARAMETER) from error
         self.log.add("parameters", f"laser power {self.parameters.laser_power}")
+        if burned and self.parameters.laser_power == 0:
+            self._parked()
         return b""
 
     def _passive_autofocus(self, _data: bytes) -> bytes:

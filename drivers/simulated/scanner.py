@@ -9,13 +9,15 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from drivers.scanner import SettingsError
 from drivers.simulated import config as settings_table
 from drivers.simulated.clock import VirtualClock
 from drivers.simulated.config import ScannerConfig
 from drivers.simulated.device import Lens, SimulatedDevice
 from drivers.simulated.scene import lay
-from drivers.simulated.sensor import SceneSensor, TurnedSensor
+from drivers.simulated.sensor import Hand, MovedSensor, Place, SceneSensor
 from drivers.simulated.shot import printed
 from drivers.simulated.stage import PtyStage, machine
 from drivers.vivid900.calibration import Calibration, nominal, read_calibration
@@ -41,7 +43,7 @@ class Rig:
 
     device: SimulatedDevice
     clock: VirtualClock
-    sensor: TurnedSensor
+    sensor: MovedSensor
 
 
 def _still() -> float:
@@ -58,14 +60,17 @@ def rig(
     Raises SettingsError when a setting is not known or not possible.
     """
     wanted = settings_table.read(config)
-    virtual, sensor = VirtualClock(), _sensor(wanted, angle)
+    virtual, body = VirtualClock(), _body(wanted)
+    pixel_mm = (wanted.distance_mm + body.pupil_mm) / body.focal_px
+    hand = Hand(wanted.nudge_px * pixel_mm, seed=wanted.seed)
+    sensor = _sensor(wanted, body, lambda: Place(angle(), hand.moved_mm))
     lens = Lens(wanted.lens, LENS_SERIALS[wanted.lens], sensor)
-    return Rig(SimulatedDevice(lens, load_profile(wanted.profile), clock or virtual), virtual, sensor)
+    device = SimulatedDevice(lens, load_profile(wanted.profile), clock or virtual, parked=hand.touch)
+    return Rig(device, virtual, sensor)
 
 
-def _sensor(wanted: ScannerConfig, angle: Callable[[], float]) -> TurnedSensor:
+def _sensor(wanted: ScannerConfig, body: Calibration, place: Callable[[], Place]) -> MovedSensor:
     sheet, artwork = wanted.scene.build()
-    body = _body(wanted)
     scene = lay(
         sheet,
         printed(artwork, wanted.scene.page_mm),
@@ -77,11 +82,12 @@ def _sensor(wanted: ScannerConfig, angle: Callable[[], float]) -> TurnedSensor:
     )
     contrast = artwork.name not in BLANK
 
-    def at(turned_deg: float) -> SceneSensor:
-        seen = scene.turned(turned_deg, wanted.scene.axle) if turned_deg else scene
+    def at(place: Place) -> SceneSensor:
+        seen = scene.turned(place.turned_deg, wanted.scene.axle) if place.turned_deg else scene
+        seen = seen.moved(np.array([*place.moved_mm, 0.0])) if any(place.moved_mm) else seen
         return SceneSensor(seen, body, wanted.distance_mm, seed=wanted.seed, contrast=contrast)
 
-    return TurnedSensor(at, angle)
+    return MovedSensor(at, place)
 
 
 def _body(wanted: ScannerConfig) -> Calibration:
@@ -113,7 +119,7 @@ def connect_turntable(
     Raises SettingsError for an unknown model as well.
     """
     controller = controller_named(model, relative=relative)
-    clock = VirtualClock()
+    clock, config = VirtualClock(), {**config, "nudge_px": 0.0}
     with PtyStage(machine(model, relative=relative), clock=clock) as fake:
         standing = replace(rig(config, clock=clock, angle=lambda: fake.angle_deg), clock=clock)
         port = open_port(fake.port, controller)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Protocol
 
@@ -23,6 +24,28 @@ from restore.scan import Bytes, Floats
 MAX_LEVEL = 1023  # of the ten-bit converter; MOST_SIGNAL lies there
 # A stripe is as bright as its brightest frame over about this many frames.
 STRIPE_FRAMES = 3.0
+HAND = 0  # the stream of random numbers that are the hand's; shots are counted from one
+
+
+@dataclass(frozen=True)
+class Place:
+    """How far a scene was turned by a rotary stage, in degrees, and then moved by a hand, right and up."""
+
+    turned_deg: float = 0.0
+    moved_mm: tuple[float, float] = (0.0, 0.0)
+
+
+class Hand:
+    """Whoever moves the page a little while the laser is off: so far at most, right or left and up or down."""
+
+    def __init__(self, reach_mm: float, *, seed: int) -> None:
+        self.moved_mm, self._reach_mm = (0.0, 0.0), reach_mm
+        self._rng = np.random.default_rng([seed, HAND])
+
+    def touch(self) -> None:
+        """Lay the page somewhere else."""
+        x, y = self._rng.uniform(-self._reach_mm, self._reach_mm, 2)
+        self.moved_mm = float(x), float(y)
 
 
 class Sensor(Protocol):
@@ -92,15 +115,15 @@ class SceneSensor:
         return np.random.default_rng([self._seed, shot, exposure])
 
 
-class TurnedSensor:
-    """A scene on a rotary stage, seen as the stage stands when it is looked at.
+class MovedSensor:
+    """A scene that a rotary stage or a hand moves, seen as it lies when it is looked at.
 
-    at     the sensor of the scene turned by so many degrees.
-    angle  tells where the stage stands.
+    at     the sensor of the scene in a place.
+    place  tells where it lies.
     """
 
-    def __init__(self, at: Callable[[float], SceneSensor], angle: Callable[[], float]) -> None:
-        self._at, self._angle = lru_cache(maxsize=1)(at), angle
+    def __init__(self, at: Callable[[Place], SceneSensor], place: Callable[[], Place]) -> None:
+        self._at, self._place = lru_cache(maxsize=1)(at), place
         self.distance_mm, self.contrast = self._now.distance_mm, self._now.contrast
 
     def sweep(self, mode: Mode, distance_mm: float, power: int, gain: int, shot: int) -> Sums:
@@ -117,4 +140,4 @@ class TurnedSensor:
 
     @property
     def _now(self) -> SceneSensor:
-        return self._at(self._angle())
+        return self._at(self._place())

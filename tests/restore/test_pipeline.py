@@ -16,9 +16,13 @@ from drivers.vivid900.lenses import LENSES
 from restore import BadInput, NotEnoughSurface, RangeScan, RestoredPage, Settings, flatten, load_scan, restore
 from restore.coverage import Seen
 from restore.formats import write_abs, write_obj, write_ply, write_vrml
+from restore.texture import MM_PER_INCH
 from restore.triangulate import triangulate
 
 SIZE_TOLERANCE = 0.001  # of the page: the outline is known to a quarter of a sample, 0.12 mm, on either side
+# Both edges of a page to a sixth of a sample, where its samples lie 0.47 mm apart, and half a pixel of the picture.
+EDGES_MM = 0.25
+FILLED = 0.99  # of the picture is page: a corner that the scanner lost is white
 FLAT_TOLERANCE_MM = 0.02  # noise of 0.035 mm a sample, averaged over windows of 49
 # Two ways to the same page: coordinates in the files are rounded to 0.01 mm, less than the scanner's noise.
 SAME_PAGE_MM = 0.1
@@ -51,6 +55,22 @@ def test_marker_page(name):
     assert restored.report["page_mm"] == pytest.approx(truth.page_mm, rel=SIZE_TOLERANCE)
     assert restored.report["flipped_faces"] == 0
     assert restored.report["points"] == pytest.approx(1000, rel=0.05)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_the_picture_is_the_page_from_edge_to_edge(name):
+    truth, restored = shot(name)[1], page(name)
+    picture = np.array(restored.image.shape[1::-1]) * MM_PER_INCH / restored.dpi
+    np.testing.assert_allclose(picture, truth.page_mm, atol=EDGES_MM)
+    assert restored.mask.mean() > FILLED
+
+
+@pytest.mark.parametrize("dpi", [30, 37, 50])
+def test_a_page_coarser_than_its_source(dpi):
+    truth, restored = shot("flat")[1], restore(shot("flat")[0], Settings(dpi=dpi))
+    assert restored.image.shape[:2] == restored.mask.shape == restored.coverage.shape
+    picture = np.array(restored.image.shape[1::-1]) * MM_PER_INCH / dpi
+    np.testing.assert_allclose(picture, truth.page_mm, atol=EDGES_MM + MM_PER_INCH / dpi / 2)
 
 
 def test_a_lens_that_bends_the_picture_bends_no_page():

@@ -69,10 +69,19 @@ def test_an_affine_map_is_found_to_a_hundredth_of_a_pixel(angle, across, along, 
     np.testing.assert_allclose(source, place @ linear.T + [x, y], atol=PLACE_PX)
 
 
-@pytest.mark.parametrize("width_mm, height_mm, pixels", [(30.0, 20.0, (150, 100)), (30.01, 19.99, (151, 100))])
-def test_the_picture_holds_the_whole_page(width_mm, height_mm, pixels):
+@pytest.mark.parametrize("width_mm, height_mm, pixels", [(30.0, 20.0, (150, 100)), (30.09, 19.91, (150, 100))])
+def test_the_picture_ends_with_the_last_pixels_on_the_page(width_mm, height_mm, pixels):
     flat, faces = rectangle(width_mm, height_mm)
-    assert page_map(flat, faces, flat, DPI).shape == (*pixels[::-1], 2)
+    source = page_map(flat, faces, flat, DPI)
+    assert source.shape == (*pixels[::-1], 2)
+    assert np.isfinite(source).all()
+
+
+@pytest.mark.parametrize("width", [90, 91, 92, 93])
+def test_a_coarse_page_of_any_size_has_a_mask_of_its_own_size(width):
+    for dpi in (DPI / 2, DPI / 3.4, DPI / 1.3):
+        painting = paint_page(page_of(texture(61, width)), dpi)
+        assert painting.mask.shape == painting.source.shape[:2] == painting.image.shape[:2]
 
 
 def test_a_page_coarser_than_its_texture_is_the_mean_of_its_pixels():

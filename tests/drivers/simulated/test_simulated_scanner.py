@@ -14,16 +14,18 @@ from drivers import CaptureSettings, SettingsError, open_scanner
 from drivers.scanner import TransportError
 from drivers.simulated.artwork import ARTWORK
 from drivers.simulated.exposing import GAIN_STEP, exposure_of, suiting_paper
-from drivers.simulated.scanner import connect, rig
+from drivers.simulated.scanner import connect, connect_turntable, rig
 from drivers.simulated.sheets import SHEETS
 from drivers.simulated.shot import Truth
 from drivers.vivid900.calibration import encode_calibration, nominal
 from drivers.vivid900.camera import Vivid900
 from drivers.vivid900.lenses import LENSES, MODES
 from restore.scan import RangeScan
+from restore.super import LEAST_SHOTS, finer_scan, registration
 
 NOON = datetime(2024, 5, 17, 12, 0, tzinfo=UTC)
 FAST = CaptureSettings(mode="fast")
+PLACE_PX = 0.05  # two pictures with noise are laid on each other to a few hundredths
 HALF = 0.05  # of a quotient of two spreads from tens of thousands of samples, and of strays left out
 STATION = """
 driver = "simulated"
@@ -215,3 +217,41 @@ def test_a_body_hides_its_geometry_from_the_driver(tmp_path: Path) -> None:
     assert np.nanmedian(wrong.points[..., 2]) == pytest.approx(-921.5 * 250 / 255, rel=2e-3)
     with pytest.raises(SettingsError, match=r"of the lens MIDDLE"):
         connect(small(body=str(path), lens="WIDE"))
+
+
+def printed(**settings: Any) -> dict[str, Any]:
+    return {"driver": "simulated", "scene": {"sheet": "flat", "artwork": "text", "page_mm": [200, 140]}, **settings}
+
+
+def moved(one: RangeScan, other: RangeScan) -> np.ndarray:
+    """(2,) pixels from the colour image of one shot to that of another."""
+    return registration(one.texture, other.texture, name="other")[:, 2]
+
+
+def test_a_hand_moves_the_page_between_captures() -> None:
+    with connect(printed(nudge_px=1.0)) as scanner:
+        first, second, third = (scanner.capture(FAST) for _ in range(3))
+    shifts = np.array([moved(first, second), moved(first, third)])
+    assert np.abs(shifts).max() <= 1.0 + 2 * PLACE_PX  # of the corner, where the turn that was found adds its own
+    assert np.linalg.norm(shifts, axis=1).min() > 2 * PLACE_PX
+    assert np.linalg.norm(shifts[0] - shifts[1]) > 2 * PLACE_PX
+
+
+def test_it_keeps_off_during_a_capture() -> None:
+    average = replace(FAST, average=2)
+    with connect(printed(nudge_px=5.0)) as nudged, connect(printed()) as still:
+        np.testing.assert_array_equal(nudged.capture(average).texture, still.capture(average).texture)
+
+
+def test_captures_of_a_page_that_was_touched_are_joined_to_a_finer_one() -> None:
+    with connect(printed(nudge_px=0.5)) as scanner:
+        shots = [scanner.capture(FAST) for _ in range(LEAST_SHOTS)]
+    joined = finer_scan(shots)
+    assert joined.texture.shape == (960, 1280, 3)
+    assert joined.provenance["super"]["shots"] == LEAST_SHOTS
+
+
+def test_nobody_touches_what_lies_on_a_rotary_stage() -> None:
+    with connect_turntable(printed(nudge_px=5.0), "MMC-2") as (scanner, _):
+        first, second = (scanner.capture(FAST) for _ in range(2))
+    assert np.abs(moved(first, second)).max() < PLACE_PX
