@@ -97,7 +97,9 @@ def horizon_map(relief: Relief) -> HorizonMap:
     azimuth = 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
     ways = np.stack([np.cos(azimuth), -np.sin(azimuth)], axis=1).astype(np.float32)
     slopes = np.zeros((*heights.shape, AZIMUTHS), np.float32)
-    in_bands(lambda rows: _horizon(heights, ways, _reaches(max(heights.shape)), pitch, rows.start, slopes[rows]), height)
+    in_bands(
+        lambda rows: _horizon(heights, ways, _reaches(max(heights.shape)), pitch, rows.start, slopes[rows]), height
+    )
     return HorizonMap(corner, pitch, spread(slopes, known), heights)
 
 

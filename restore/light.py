@@ -75,7 +75,9 @@ class Light:
         def shine(band: slice) -> None:
             at = places[band]
             slopes = self.horizon.slopes
-            _light(at.points, at.normals, at.openness, at.nodes, slopes, self.middle, self.lamps, strengths, light[band])
+            _light(
+                at.points, at.normals, at.openness, at.nodes, slopes, self.middle, self.lamps, strengths, light[band]
+            )
 
         in_bands(shine, len(light))
         return light

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.bands import in_bands
+from restore.crease_light import crease_light
 from restore.horizon import horizon_map, spread
 from restore.light import MAD, SAMPLES, Light, Places, fit_light
 from restore.relief import Field, Relief
@@ -27,6 +28,7 @@ LIGHT_DPI = 60.0  # cells of 0.42 mm, the samples of the range grid: no shadow i
 LOCAL_MM = 20.0  # the brightest thing within this distance is paper
 PAPER_SHARE = 0.6  # of that light: darker is ink or picture
 HUE = 0.05  # of a channel's share in the colour: lamps of several colours differ by less, inks by more
+TINT = 0.15  # of it, from channel to channel: noise of dim paper stays below, pale inks do not
 CONTRAST = 0.12  # of the light expected: cells nearer to it than this are paper
 NEAR_MM, FAR_MM = 6.0, 30.0  # widths of the surface that takes what the light leaves: on bare paper, and under figures
 FAR_SHARE = 1e-3  # of the wide surface: it counts only where there is no paper near
@@ -72,6 +74,7 @@ def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Even
     expected = cv2.GaussianBlur(spread(expected, inside), (0, 0), BLUR_MM / MM_PER_INCH * relief.dpi)
     rest, paper = _rest(colour / expected, inside)
     surface = expected * rest
+    surface *= crease_light(_sum(colour / surface) / 3, _sum(expected), inside)[..., None]
     gain = np.clip(light.level / np.maximum(surface, TINY), 1 / MAX_GAIN, MAX_GAIN)
     gain = np.ascontiguousarray(spread(gain, inside))
     evened, scale, codes = np.empty_like(image), relief.dpi / dpi, _codes()
@@ -123,7 +126,8 @@ def _rest(ratio: Field, inside: Mask) -> tuple[Field, Mask]:
     surface = np.ones_like(ratio)
     paper = inside
     for tolerance in (2 * CONTRAST, CONTRAST, CONTRAST / 2):
-        paper = inside & (_highest(np.abs(ratio / surface - 1)) < tolerance)
+        here = ratio / surface
+        paper = inside & (_highest(np.abs(here - 1)) < tolerance) & (_highest(here) - _lowest(here) < TINT)
         surface = _smooth(ratio, paper)
     return surface * _more(ratio / surface, inside) * level, paper
 
