@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 
 THREADS = 2  # more gain little: the bands go through the same memory
 BANDS = 8  # so that a core that is busy with something else gets fewer of them
@@ -13,4 +14,4 @@ def in_bands(work: Callable[[slice], None], rows: int) -> None:
     """Call work(rows of a band) for all rows, in any order."""
     edges = [rows * k // BANDS for k in range(BANDS + 1)]
     with ThreadPoolExecutor(THREADS) as threads:
-        list(threads.map(work, (slice(a, b) for a, b in zip(edges, edges[1:], strict=False) if b > a)))
+        list(threads.map(work, (slice(a, b) for a, b in pairwise(edges) if b > a)))

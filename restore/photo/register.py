@@ -61,7 +61,7 @@ class Registration:
 def register(reference: Reference, photograph: Photograph) -> Registration:
     """Find the camera of a photograph. Raises Refused when it does not show the page of the reference for certain."""
     grey = cv2.cvtColor(photograph.image, cv2.COLOR_RGB2GRAY)
-    if grey.std() < LEAST_CONTRAST:
+    if cv2.meanStdDev(grey)[1].item() < LEAST_CONTRAST:
         raise Refused("the photograph is blank")
     ours, reason = reference_features(reference), ""
     for side in SIDES:
