@@ -22,35 +22,38 @@ BESIDE = (5, 7, 9)  # cells: where the page on either side is looked at
 BRIGHT = 0.8  # of the cells along the crease are darker than its paper: what lies between lines and letters
 ALIKE = 0.4  # of the brighter: by more both sides do not differ, or the crease runs along the edge of a figure
 PASSES = 2  # the second time the sides are free of the lines that lie in them
-LEAST, MOST = 0.5, 1.6  # what a line may be of its sides
+LEAST, MOST = 0.45, 1.6  # of its sides: what is less or more is a printed line, or the gap between two figures
+SAME = 0.2  # of one another: light does alike to the darkest channel and to the brightest, ink does not
 SOFT = 0.5  # cells
 TINY = 1e-6
 
 
-def crease_light(brightness: Field, expected: Field, inside: Mask) -> Field:
+def crease_light(darkest: Field, brightest: Field, expected: Field, inside: Mask) -> Field:
     """(r, c) how much more light there is along creases than on both sides of them, 1 almost everywhere.
 
-    brightness (r, c): of the page in units of the light that is known. expected (r, c): that light, whose steps tell
+    darkest, brightest (r, c): channel of the page in units of the light that is known. expected (r, c): that light, whose steps tell
     where creases and the edges of shadows are.
     """
     across, found = _directions(expected, inside)
-    out = np.ones_like(brightness)
+    out = np.ones_like(darkest)
     if not found.any():
         return out
     for _ in range(PASSES):
-        out *= _compared(brightness / out, across, found, inside)
+        one, other = (_compared(channel / out, across, found, inside) for channel in (darkest, brightest))
+        line = np.where(np.abs(one - other) < SAME * np.maximum(one, other), np.sqrt(one * other), np.float32(1))
+        out *= cv2.GaussianBlur(line, (0, 0), SOFT)
     return out
 
 
 def _compared(brightness: Field, across: Field, found: Mask, inside: Mask) -> Field:
+    """(r, c) what lines are of their sides, 0 when no light can do that, 1 where none are found."""
     reach = 2 * (ALONG + max(BESIDE)) + 1
     near = cv2.dilate(found.astype(np.uint8), np.ones((reach, reach), np.uint8)) > 0
     near &= inside
     bright, out = np.full_like(brightness, np.nan), np.ones_like(brightness)
     in_bands(lambda rows: _bright(brightness, inside, across, near, rows.start, bright[rows]), len(out))
     in_bands(lambda rows: _beside(bright, across, found, rows.start, out[rows]), len(out))
-    smooth: Field = cv2.GaussianBlur(out, (0, 0), SOFT)
-    return smooth
+    return out
 
 
 def _directions(light: Field, inside: Mask) -> tuple[Field, Mask]:
@@ -92,9 +95,9 @@ def _bright(brightness: Field, inside: Mask, across: Field, near: Mask, first: i
 
 @numba.njit(cache=True, nogil=True)
 def _beside(bright: Field, across: Field, found: Mask, first: int, out: Field) -> None:
-    """How a line compares with both of its sides, for rows from `first` on, into out."""
+    """How a line compares with both of its sides, for rows from `first` on, into out: 0 when no light can do that."""
     rows, cols = bright.shape
-    one = np.float32(1)
+    zero, one = np.float32(0), np.float32(1)
     for row in range(first, first + len(out)):
         for col in range(cols):
             if not found[row, col] or not bright[row, col] > 0:
@@ -111,4 +114,5 @@ def _beside(bright: Field, across: Field, found: Mask, first: int, out: Field) -
             if abs(sides[0] - sides[1]) > ALIKE * max(sides[0], sides[1]):
                 continue
             over, under = bright[row, col] / max(sides[0], sides[1]), bright[row, col] / min(sides[0], sides[1])
-            out[row - first, col] = min(max(over, one), MOST) * max(min(under, one), LEAST)
+            likely = over <= MOST and under >= LEAST
+            out[row - first, col] = max(over, one) * min(under, one) if likely else zero

@@ -74,7 +74,8 @@ def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Even
     expected = cv2.GaussianBlur(spread(expected, inside), (0, 0), BLUR_MM / MM_PER_INCH * relief.dpi)
     rest, paper = _rest(colour / expected, inside)
     surface = expected * rest
-    surface *= crease_light(_sum(colour / surface) / np.float32(3), _sum(expected), inside)[..., None]
+    evener = colour / surface
+    surface *= crease_light(_lowest(evener), _highest(evener), _sum(expected), inside)[..., None]
     gain = np.clip(light.level / np.maximum(surface, TINY), 1 / MAX_GAIN, MAX_GAIN)
     gain = np.ascontiguousarray(spread(gain, inside))
     evened, scale, codes = np.empty_like(image), relief.dpi / dpi, _codes()

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from restore import crease_light as module
-from restore.crease_light import MOST, crease_light
+from restore.crease_light import crease_light
 
 SHAPE = (160, 200)
 LINE = 0.8  # of the paper on both sides
@@ -46,7 +46,7 @@ def test_a_line_along_a_crease_is_found_under_print(way, line):
     paper[np.abs(distance) < 2] *= line
     rows, cols = np.indices(SHAPE)
     paper[(rows % 10 < 5) & (cols % 3 < 1)] *= 0.2  # lines of letters
-    found = crease_light(paper, expected, everywhere())
+    found = crease_light(paper, paper, expected, everywhere())
     assert found[inner(distance, 1)].mean() == pytest.approx(line, abs=FOUND)
     assert np.abs(found[inner(distance, np.inf) & (np.abs(distance) > 8)] - 1).max() < FOUND
 
@@ -56,7 +56,7 @@ def test_a_figure_that_ends_at_a_crease_keeps_its_edge(way):
     expected, paper = page(way)
     distance = crease(way)
     paper[distance > 0] *= 0.3
-    found = crease_light(paper, expected, everywhere())
+    found = crease_light(paper, paper, expected, everywhere())
     assert np.abs(found[inner(distance, 9)] - 1).mean() < FOUND
 
 
@@ -64,7 +64,8 @@ def test_a_line_through_a_dark_figure_is_found_as_on_paper():
     expected, paper = page((1.0, 0.0))
     distance = crease((1.0, 0.0))
     paper[np.abs(distance) < 2] *= LINE
-    found = crease_light(np.float32(0.1) * paper, expected, everywhere())
+    figure = np.float32(0.1) * paper
+    found = crease_light(figure, figure, expected, everywhere())
     assert found[inner(distance, 1)].mean() == pytest.approx(LINE, abs=FOUND)
 
 
@@ -72,18 +73,25 @@ def test_where_the_light_changes_slowly_nothing_is_looked_for():
     rows, cols = np.indices(SHAPE)
     expected = (0.5 + 0.5 * cols / SHAPE[1]).astype(np.float32)
     printed = np.where(np.abs(rows - 80) < 2, 0.5, 1.0).astype(np.float32)
-    np.testing.assert_array_equal(crease_light(printed, expected, everywhere()), 1.0)
+    np.testing.assert_array_equal(crease_light(printed, printed, expected, everywhere()), 1.0)
 
 
-def test_no_line_is_taken_for_more_than_light_may_do_and_off_the_page_is_none():
+@pytest.mark.parametrize("darkest, brightest", [(0.1, 0.1), (0.1, 0.9), (3.0, 3.0), (1.0, 1.5)])
+def test_what_light_cannot_do_is_print(darkest, brightest):
+    """A black rule, a coloured one, the gap between two figures and one between coloured figures."""
     expected, paper = page((1.0, 0.0))
-    paper[:, 99:102] *= 9.0
+    rule = np.abs(crease((1.0, 0.0))) < 2
+    channels = (np.where(rule, paper * np.float32(tone), paper) for tone in (darkest, brightest))
+    found = crease_light(*channels, expected, everywhere())
+    assert np.abs(found - 1)[inner(rule, np.inf)].max() < FOUND
+
+
+def test_off_the_page_nothing_is_looked_at():
+    expected, paper = page((1.0, 0.0))
     inside = everywhere()
     inside[:40] = False
     paper[~inside] = np.nan
-    found = crease_light(paper, expected, inside)
-    assert np.isfinite(found[inside]).all()
-    assert 1.0 < found[inside].max() <= MOST**module.PASSES
+    assert np.isfinite(crease_light(paper, paper, expected, inside)[inside]).all()
 
 
 def test_compiled_and_plain_python_agree():
