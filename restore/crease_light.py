@@ -31,8 +31,8 @@ TINY = 1e-6
 def crease_light(darkest: Field, brightest: Field, expected: Field, inside: Mask) -> Field:
     """(r, c) how much more light there is along creases than on both sides of them, 1 almost everywhere.
 
-    darkest, brightest (r, c): channel of the page in units of the light that is known. expected (r, c): that light, whose steps tell
-    where creases and the edges of shadows are.
+    darkest, brightest (r, c): channel of the page in units of the light that is known. expected (r, c): that light,
+    whose steps tell where creases and the edges of shadows are.
     """
     across, found = _directions(expected, inside)
     out = np.ones_like(darkest)

@@ -63,7 +63,7 @@ def _band(
     """Some rows of the page: their colours, the source pixel of each and the source."""
     rows, cols = surface.shape[:2]
     off = np.isnan(surface[..., 0])
-    weights = [_enlarged(layer, top, rows, cols, dpi) for layer in plan.weights]
+    weights = [enlarged(layer, top, rows, cols, dpi) for layer in plan.weights]
     best = np.argmax(weights, axis=0).astype(np.uint8)
     where = np.full((rows, cols, 2), np.nan, np.float32)
     total = np.zeros((rows, cols, 4), np.float32)
@@ -76,7 +76,7 @@ def _band(
         pixels[~used] = np.nan
         codes = sample_scaled(source.image, pixels)
         if (plan.gains[k] != 1).any():
-            codes[used] = _lit(codes[used], _enlarged(plan.gains[k], top, rows, cols, dpi)[used])
+            codes[used] = lit(codes[used], enlarged(plan.gains[k], top, rows, cols, dpi)[used])
         _add(total, codes, weight, used)
     best[off] = NOWHERE
     return _blended(total, off), where, best
@@ -109,7 +109,7 @@ def _blended(total: Codes, off: Mask) -> Bytes:
     return image
 
 
-def _enlarged(layer: Codes, top: int, rows: int, cols: int, dpi: float) -> Codes:
+def enlarged(layer: Codes, top: int, rows: int, cols: int, dpi: float) -> Codes:
     """Rows of a page at `dpi` out of a layer (h, w, …) of the coarse page."""
     x = ((np.arange(cols) + 0.5) * COARSE_DPI / dpi - 0.5).astype(np.float32)
     y = ((np.arange(top, top + rows) + 0.5) * COARSE_DPI / dpi - 0.5).astype(np.float32)
@@ -120,8 +120,8 @@ def _enlarged(layer: Codes, top: int, rows: int, cols: int, dpi: float) -> Codes
     return larger
 
 
-def _lit(codes: Codes, gain: Codes) -> Codes:
-    """Codes (n, 3) whose linear light is multiplied by gain (n, 3)."""
+def lit(codes: Codes, gain: Codes) -> Codes:
+    """Codes (…, 3) whose linear light is multiplied by gain (…, 3)."""
     light = np.interp(codes, np.arange(256), LINEAR) * gain
     return np.interp(light, LINEAR, np.arange(256)).astype(np.float32)
 
