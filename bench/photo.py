@@ -208,10 +208,10 @@ def picture(target: Path) -> None:
     """Draw small print as the scanner's image and as a photograph give it, side by side."""
     scene, scan, _ = staged(SHEETS["binding"], SMALL_PRINT)
     image = photographed(scene, FILLING.camera(LARGE), exposure=DAYLIGHT)
-    settings = Settings(dpi=400.0)
+    settings = Settings(dpi=400.0, shading="remove")
     pages = [restore(scan, settings), restore(scan, settings, photos=[replace(Photograph(image), name="24 MP")])]
     height, width = pages[0].image.shape[:2]
-    rows, cols = slice(int(0.30 * height), int(0.48 * height)), slice(int(0.06 * width), int(0.24 * width))
+    rows, cols = slice(int(0.30 * height), int(0.48 * height)), slice(int(0.035 * width), int(0.225 * width))
     captions = (
         f"painted from the scanner's image: {pages[0].report['effective_ppi']:.0f} ppi",
         f"painted from a photograph: {pages[1].report['effective_ppi']:.0f} ppi",

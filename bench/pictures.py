@@ -83,7 +83,7 @@ def pleated() -> SurfaceMesh:
     faces = np.concatenate([np.stack([a, b, d], 1), np.stack([a, d, c], 1)])
     focal = LENSES["MIDDLE"].focal_px
     texcoords = points[:, :2] / -points[:, 2:] * [focal, -focal] + [319.5, 239.5]
-    print_ = printed(Text(title_pt=24.0, sizes_pt=(16.0,), margin_mm=8.0), page_mm).image
+    print_ = printed(Figure(caption_pt=12.0), page_mm).image
     flat = np.stack(np.broadcast_arrays(s, page_mm[1] - y[:, None]), axis=-1).reshape(-1, 2)
     return SurfaceMesh(points, faces, texcoords, _seen(points, faces, texcoords, flat, print_, page_mm))
 

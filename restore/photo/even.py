@@ -14,8 +14,8 @@ import numpy as np
 from restore.photo.page import Registered, sources_of
 from restore.photo.paint import LEAST_SHARE, enlarged, lit, paint
 from restore.photo.sources import LINEAR, Plan, Source, plan
-from restore.relief import Relief
-from restore.scan import Bytes, FlatMesh, Floats, Mask
+from restore.relief import Field, Relief
+from restore.scan import Bytes, FlatMesh, Mask
 from restore.shade import Evened, remove_shading
 
 SPARED = 97  # of the pixels that two pictures share, one in so many tells how they compare
@@ -32,7 +32,8 @@ def even_registered(
     if planned is None or len(used) < 2:
         return remove_shading(painted, mask, dpi, relief)
     # The scanner saw all of the page, and the more paper there is the better its light is known.
-    shares = {k: enlarged(planned.weights[k], 0, *mask.shape, dpi) for k in used}
+    rows, cols = mask.shape
+    shares = {k: enlarged(planned.weights[k], 0, rows, cols, dpi) for k in used}
     seen = {k: mask & (share > LEAST_SHARE) if k else mask for k, share in shares.items()}
     alone = {k: _alone(page, sources, planned, k, dpi) for k in used}
     evened = {k: remove_shading(alone[k], seen[k], dpi, relief) for k in used}
@@ -42,7 +43,7 @@ def even_registered(
     for k in used:
         share = np.where(seen[k], shares[k], 0)[..., None]
         gain = _gain(evened[main].image, evened[k].image, seen[main] & seen[k])
-        total += share * (evened[k].image if k == main else lit(evened[k].image, gain))
+        total += share * (evened[k].image if k == main else lit(evened[k].image.astype(np.float32), gain))
         weight += share
     image = np.where(mask[..., None], total / np.maximum(weight, LEAST_SHARE) + 0.5, painted).astype(np.uint8)
     return replace(evened[main], image=image)
@@ -55,8 +56,8 @@ def _alone(page: FlatMesh, sources: Sequence[Source], planned: Plan, k: int, dpi
     return paint(page, sources, Plan(weights, np.ones_like(planned.gains), planned.ppi), dpi).image
 
 
-def _gain(wanted: Bytes, given: Bytes, both: Mask) -> Floats:
+def _gain(wanted: Bytes, given: Bytes, both: Mask) -> Field:
     """(3,) by what the light of one picture must be multiplied to have the level and colour of another."""
     some = np.flatnonzero(both)[::SPARED]
     light = [LINEAR[picture.reshape(-1, 3)[some]].sum(axis=0, dtype=float) + TINY for picture in (wanted, given)]
-    return np.asarray(light[0] / light[1])
+    return np.asarray(light[0] / light[1], dtype=np.float32)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numba
 import numpy as np
 from numpy.typing import NDArray
@@ -63,7 +65,7 @@ def _stretch(step: float) -> float:
 
 
 @numba.njit(cache=True, fastmath=FAST)
-def _catmull_rom(t: float) -> tuple[float, float, float, float]:
+def _catmull_rom(t: Any) -> tuple[Any, Any, Any, Any]:
     """Weights of the four pixels round a place t beyond the second."""
     half, one, two, more, most = np.float32(0.5), np.float32(1), np.float32(2), np.float32(1.5), np.float32(2.5)
     last = t * t * (half * t - half)
