@@ -28,7 +28,7 @@ from station.pictures.review import hatched
 DOCS = Path(__file__).parent.parent / "docs"
 HEIGHT, WIDTH = 280, 390  # of a panel
 STEP = 4  # codes: noise that nobody sees takes most of the bytes
-FOLDED_MM, GAP_MM, BACK_MM = 63.0, 4.0, 1.5  # where the pleat starts, how high it stands, how far it runs back
+FOLDED_MM, GAP_MM, BACK_MM = 40.0, 4.0, 1.5  # where the pleat starts, how high it stands, how far it runs back
 FILLED_MM = 8.0  # the pleat hides 6 mm
 
 

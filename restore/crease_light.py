@@ -18,9 +18,9 @@ TENSOR = 3.0  # cells over which the direction of a crease is asked
 STEP = 0.02  # of the light, from a cell to the next: curved pages have less, creases more
 COHERENT = 0.5  # of the changes run across the crease: less is where several meet
 ALONG = 12  # cells to either side, 5 mm: a word, and the gaps round it
-BESIDE = (5, 7, 9)  # cells: where the page on either side is looked at
+# cells: where the page on either side is looked at; among them are, in small print, a line and a gap.
+BESIDE = (-9, -7, -5, 5, 7, 9)
 BRIGHT = 0.8  # of the cells along the crease are darker than its paper: what lies between lines and letters
-ALIKE = 0.4  # of the brighter: by more both sides do not differ, or the crease runs along the edge of a figure
 PASSES = 2  # the second time the sides are free of the lines that lie in them
 LEAST, MOST = 0.45, 1.6  # of its sides: what is less or more is a printed line, or the gap between two figures
 SAME = 0.2  # of one another: light does alike to the darkest channel and to the brightest, ink does not
@@ -98,21 +98,19 @@ def _beside(bright: Field, across: Field, found: Mask, first: int, out: Field) -
     """How a line compares with both of its sides, for rows from `first` on, into out: 0 when no light can do that."""
     rows, cols = bright.shape
     zero, one = np.float32(0), np.float32(1)
+    sides = np.empty(len(BESIDE), np.float32)
     for row in range(first, first + len(out)):
         for col in range(cols):
             if not found[row, col] or not bright[row, col] > 0:
                 continue
-            sides = np.zeros(2, np.float32)
-            for s in range(2):
-                for b in BESIDE:
-                    way = b if s else -b
-                    i, j = int(np.rint(row + way * across[row, col, 1])), int(np.rint(col + way * across[row, col, 0]))
-                    if 0 <= i < rows and 0 <= j < cols:
-                        sides[s] += bright[i, j] / len(BESIDE)
-            if not (sides[0] > 0 and sides[1] > 0):
+            for n in range(len(BESIDE)):
+                way = BESIDE[n]
+                i, j = int(np.rint(row + way * across[row, col, 1])), int(np.rint(col + way * across[row, col, 0]))
+                known = 0 <= i < rows and 0 <= j < cols and bright[i, j] > 0
+                sides[n] = bright[i, j] if known else zero
+            sides.sort()
+            if sides[0] == 0:
                 continue
-            if abs(sides[0] - sides[1]) > ALIKE * max(sides[0], sides[1]):
-                continue
-            over, under = bright[row, col] / max(sides[0], sides[1]), bright[row, col] / min(sides[0], sides[1])
+            over, under = bright[row, col] / sides[-2], bright[row, col] / sides[1]
             likely = over <= MOST and under >= LEAST
             out[row - first, col] = max(over, one) * min(under, one) if likely else zero
