@@ -28,7 +28,7 @@ from station.pictures.review import hatched
 DOCS = Path(__file__).parent.parent / "docs"
 HEIGHT, WIDTH = 280, 390  # of a panel
 STEP = 4  # codes: noise that nobody sees takes most of the bytes
-FOLDED_MM, GAP_MM, BACK_MM = 63.0, 4.0, 1.5  # where the pleat starts, how high it stands, how far it runs back
+FOLDED_MM, GAP_MM, BACK_MM = 40.0, 4.0, 1.5  # where the pleat starts, how high it stands, how far it runs back
 FILLED_MM = 8.0  # the pleat hides 6 mm
 
 
@@ -83,7 +83,7 @@ def pleated() -> SurfaceMesh:
     faces = np.concatenate([np.stack([a, b, d], 1), np.stack([a, d, c], 1)])
     focal = LENSES["MIDDLE"].focal_px
     texcoords = points[:, :2] / -points[:, 2:] * [focal, -focal] + [319.5, 239.5]
-    print_ = printed(Text(title_pt=24.0, sizes_pt=(16.0,), margin_mm=8.0), page_mm).image
+    print_ = printed(Figure(caption_pt=12.0), page_mm).image
     flat = np.stack(np.broadcast_arrays(s, page_mm[1] - y[:, None]), axis=-1).reshape(-1, 2)
     return SurfaceMesh(points, faces, texcoords, _seen(points, faces, texcoords, flat, print_, page_mm))
 

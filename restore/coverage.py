@@ -87,7 +87,9 @@ def _holes(covered: Mask) -> Mask:
 
 def blank(image: Bytes, coverage: Coverage) -> Bytes:
     """The page (h, w, 3) without what belongs elsewhere: white where it was not seen, as off the page."""
-    return np.where((coverage.seen == Seen.HIDDEN)[..., None], np.uint8(PAPER), image)
+    blanked = image.copy()
+    blanked[coverage.seen == Seen.HIDDEN] = PAPER
+    return blanked
 
 
 def invent(image: Bytes, coverage: Coverage, dpi: float, widest_mm: float) -> tuple[Bytes, Coverage]:
@@ -210,6 +212,8 @@ def _behind(fine: FlatMesh, eye: Floats, shape: tuple[int, ...], dpi: float) -> 
     )
     margin = max(BEHIND_MM, BEHIND_SHARE * float(np.ptp(distance)))
     hidden = over[..., 2] - front > margin
+    if not away.any():
+        return np.asarray(hidden)
     turned = np.repeat(away.astype(np.float64)[:, None], 3, axis=0)
     corners = np.arange(3 * len(fine.faces)).reshape(-1, 3)
     flags = page_map(fine.flat[fine.faces].reshape(-1, 2), corners, turned, dpi)

@@ -11,11 +11,12 @@ from dataclasses import dataclass
 from math import ceil
 from typing import Any
 
+import cv2
 import numba
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
+from restore.bands import in_bands
 from restore.raster import rasterise
 from restore.relief import Field, Relief
 from restore.scan import Floats, Mask
@@ -43,7 +44,8 @@ class HorizonMap:
 
     def nodes(self, points: Field) -> Field:
         """(…, 2) = (col, row) in the map, as fractions, of points (…, 3) mm."""
-        return np.asarray((points[..., :2] - self.corner) * [1 / self.pitch, -1 / self.pitch], dtype=np.float32)
+        scale = np.array([1 / self.pitch, -1 / self.pitch], np.float32)
+        return np.asarray((points[..., :2] - self.corner.astype(np.float32)) * scale)
 
     def openness(self) -> Field:
         """(rows, cols) 0 to 1: how much of the light from above that its slope could get a node does get.
@@ -51,24 +53,35 @@ class HorizonMap:
         Light from all sides, weighed by the cosine to the normal and integrated up to the horizon, against the same
         for a plane of that slope alone, (1 + n_z) / 2.
         """
-        down, right = np.gradient(np.where(self.heights == NOWHERE, np.nan, self.heights), self.pitch)
+        heights = np.where(self.heights == NOWHERE, np.float32(np.nan), self.heights)
+        down, right = np.gradient(heights, np.float32(self.pitch))
         normal = np.dstack([-right, down, np.ones_like(down)])
         normal /= np.linalg.norm(normal, axis=2, keepdims=True)
-        azimuth = 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
+        azimuth = np.float32(2 * np.pi / AZIMUTHS) * np.arange(AZIMUTHS, dtype=np.float32)
         facing = normal[..., :1] * np.cos(azimuth) + normal[..., 1:2] * np.sin(azimuth)
         # At the edge of the page nothing stands before a place but its own plane.
-        polar = np.pi / 2 - np.arctan(np.maximum(self.slopes, -facing / normal[..., 2:]))
-        slices = normal[..., 2:] * np.sin(polar) ** 2 / 2 + facing * (polar / 2 - np.sin(2 * polar) / 4)
-        share = slices.sum(axis=2) * (2 / AZIMUTHS) / ((1 + normal[..., 2]) / 2)
+        rise = np.maximum(self.slopes, -facing / normal[..., 2:])
+        # With the polar angle p of the horizon, tan p = 1 / rise: sin² p, and sin 2p / 2.
+        squared = 1 / (1 + rise * rise)
+        slices = normal[..., 2:] * squared / 2 + facing * ((np.pi / 2 - np.arctan(rise)) - rise * squared) / 2
+        share = slices.sum(axis=2) * np.float32(2 / AZIMUTHS) / ((1 + normal[..., 2]) / 2)
         return np.asarray(np.clip(spread(share, np.isfinite(share)), 0, 1), dtype=np.float32)
 
 
 def spread(field: NDArray[Any], known: Mask) -> NDArray[Any]:
     """A field (rows, cols, …) with the nearest known value wherever it is not known."""
+    if known.all():
+        return field
     if not known.any():
         return np.ones_like(field)
-    rows, cols = distance_transform_edt(~known, return_distances=False, return_indices=True)
-    return np.asarray(field[rows, cols])
+    _, nearest = cv2.distanceTransformWithLabels(
+        (~known).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    place = np.zeros(int(nearest.max()) + 1, np.int64)
+    place[nearest[known]] = np.flatnonzero(known)
+    filled = field.copy()
+    filled[~known] = field.reshape(-1, *field.shape[2:])[place[nearest[~known]]]
+    return filled
 
 
 def horizon_map(relief: Relief) -> HorizonMap:
@@ -82,35 +95,46 @@ def horizon_map(relief: Relief) -> HorizonMap:
     known = np.isfinite(heights)
     heights = np.where(known, heights, np.float32(NOWHERE))
     azimuth = 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
-    steps = np.stack([np.cos(azimuth), -np.sin(azimuth)], axis=1)
-    return HorizonMap(corner, pitch, spread(_horizon(heights, steps, pitch), known), heights)
+    ways = np.stack([np.cos(azimuth), -np.sin(azimuth)], axis=1).astype(np.float32)
+    slopes = np.zeros((*heights.shape, AZIMUTHS), np.float32)
+    in_bands(
+        lambda rows: _horizon(heights, ways, _reaches(max(heights.shape)), pitch, rows.start, slopes[rows]), height
+    )
+    return HorizonMap(corner, pitch, spread(slopes, known), heights)
 
 
-@numba.njit(cache=True)
-def _horizon(heights: Field, steps: Floats, pitch: float) -> Field:
+def _reaches(longest: int) -> Field:
+    """(k,) distances in nodes at which to look, up to the longest."""
+    steps = [1.0]
+    while steps[-1] < np.hypot(longest, longest):
+        steps.append(max(steps[-1] + 1.0, steps[-1] * GROWTH))
+    return np.array(steps, np.float32)
+
+
+@numba.njit(cache=True, nogil=True)
+def _horizon(heights: Field, ways: Field, reaches: Field, pitch: float, first: int, slopes: Field) -> None:
+    """Look round from the rows of nodes from `first` on, into slopes (some rows, cols, len(ways))."""
     rows, cols = heights.shape
-    slopes = np.full((rows, cols, len(steps)), -1e3, np.float32)
-    top = heights.max()
-    for row in range(rows):
+    top, zero, one = heights.max(), np.float32(0), np.float32(1)
+    right, bottom = np.float32(cols - 1), np.float32(rows - 1)
+    for row in range(first, first + len(slopes)):
         for col in range(cols):
             here = heights[row, col]
             if here == NOWHERE:
-                slopes[row, col, :] = 0.0
                 continue
-            for a in range(len(steps)):
-                steepest, reach = -1e3, 1.0
-                while (top - here) > steepest * reach * pitch:
-                    x, y = col + steps[a, 0] * reach, row + steps[a, 1] * reach
-                    j, i = int(np.floor(x)), int(np.floor(y))
-                    if i < 0 or j < 0 or i + 1 >= rows or j + 1 >= cols:
+            for a in range(len(ways)):
+                steepest = np.float32(-1e3)
+                for reach in reaches:
+                    x, y = col + ways[a, 0] * reach, row + ways[a, 1] * reach
+                    away = reach * np.float32(pitch)
+                    if top - here <= steepest * away or not (zero <= x < right and zero <= y < bottom):
                         break
-                    u, v = x - j, y - i
-                    upper = (1 - u) * heights[i, j] + u * heights[i, j + 1]
-                    lower = (1 - u) * heights[i + 1, j] + u * heights[i + 1, j + 1]
-                    steepest = max(steepest, ((1 - v) * upper + v * lower - here) / (reach * pitch))
-                    reach = max(reach + 1.0, reach * GROWTH)
-                slopes[row, col, a] = max(steepest, -1e3)
-    return slopes
+                    j, i = int(x), int(y)
+                    u, v = np.float32(x - j), np.float32(y - i)
+                    upper = (one - u) * heights[i, j] + u * heights[i, j + 1]
+                    lower = (one - u) * heights[i + 1, j] + u * heights[i + 1, j + 1]
+                    steepest = max(steepest, ((one - v) * upper + v * lower - here) / away)
+                slopes[row - first, col, a] = steepest
 
 
 @numba.njit(cache=True)

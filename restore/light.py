@@ -15,6 +15,7 @@ import numba
 import numpy as np
 from scipy.optimize import minimize
 
+from restore.bands import in_bands
 from restore.horizon import HorizonMap, in_sight
 from restore.relief import Field
 from restore.scan import Floats, Ints, Mask
@@ -49,7 +50,7 @@ class Places:
     openness: Field
     nodes: Field
 
-    def __getitem__(self, chosen: Ints) -> Places:
+    def __getitem__(self, chosen: Ints | slice) -> Places:
         return Places(self.points[chosen], self.normals[chosen], self.openness[chosen], self.nodes[chosen])
 
 
@@ -69,16 +70,16 @@ class Light:
 
     def on(self, places: Places) -> Field:
         """(n, 3) light on places of the page."""
-        light: Field = _light(
-            places.points,
-            places.normals,
-            places.openness,
-            places.nodes,
-            self.horizon.slopes,
-            self.middle,
-            self.lamps,
-            self.strengths.astype(np.float32),
-        )
+        light, strengths = np.empty((len(places.points), 3), np.float32), self.strengths.astype(np.float32)
+
+        def shine(band: slice) -> None:
+            at = places[band]
+            slopes = self.horizon.slopes
+            _light(
+                at.points, at.normals, at.openness, at.nodes, slopes, self.middle, self.lamps, strengths, light[band]
+            )
+
+        in_bands(shine, len(light))
         return light
 
     @property
@@ -263,7 +264,7 @@ def _lamp(
     return out
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _light(
     points: Field,
     normals: Field,
@@ -273,9 +274,9 @@ def _light(
     middle: Field,
     lamps: Floats,
     strengths: Field,
-) -> Field:
-    """(n, 3) light of the room and all lamps."""
-    out = np.empty((len(points), 3), np.float32)
+    out: Field,
+) -> None:
+    """Write the light of the room and all lamps into out (n, 3)."""
     for n in range(len(points)):
         for c in range(3):
             slope = strengths[0, c]
@@ -287,4 +288,3 @@ def _light(
         for n in range(len(points)):
             for c in range(3):
                 out[n, c] += lamp[n] * strengths[k + ROOM, c]
-    return out

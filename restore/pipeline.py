@@ -13,13 +13,20 @@ from restore.clean import clean
 from restore.coverage import blank, cover, invent
 from restore.dense import flatten
 from restore.flatten import OnStep
-from restore.photo import Photograph, Registered, paint_registered, reasons, register_photographs
+from restore.photo import (
+    Photograph,
+    Registered,
+    even_registered,
+    paint_registered,
+    reasons,
+    register_photographs,
+)
 from restore.prepare import prepare
 from restore.relief import relief_of
 from restore.report import describe
 from restore.scan import Bytes, RangeScan, RestoredPage, SurfaceMesh
 from restore.settings import Settings
-from restore.shade import LIGHT_DPI, Evened, remove_shading
+from restore.shade import LIGHT_DPI, Evened
 from restore.surface import Sheet
 from restore.texture import Painting
 from restore.unroll import Unrolled, square, unroll
@@ -59,8 +66,9 @@ def restore(
         coverage = cover(surface, unrolled.fine, painting, settings.dpi)
         painting = replace(painting, image=blank(painting.image, coverage), mask=coverage.mask)
     with clock("shade"):
-        evened = _evened(surface, unrolled, painting, settings)
-        image, coverage = invent(evened.image, coverage, settings.dpi, settings.fill_hidden_mm)
+        evened = _evened(surface, unrolled, painting, registered, settings)
+        image = blank(evened.image, coverage)
+        image, coverage = invent(image, coverage, settings.dpi, settings.fill_hidden_mm)
     report = describe(surface, unrolled, painting, settings)
     report |= {"light": evened.facts, "coverage": coverage.shares()}
     report |= {"source": dict(scan.provenance), "seconds": clock.seconds}
@@ -80,12 +88,18 @@ def restore(
     )
 
 
-def _evened(surface: Sheet | SurfaceMesh, unrolled: Unrolled, painting: Painting, settings: Settings) -> Evened:
+def _evened(
+    surface: Sheet | SurfaceMesh,
+    unrolled: Unrolled,
+    painting: Painting,
+    registered: Sequence[Registered],
+    settings: Settings,
+) -> Evened:
     """The page without its light, or as it is when that is wanted or there is no picture of it."""
     if settings.shading == "keep" or unrolled.fine.texture is None:
         return Evened(painting.image, {})
     relief = relief_of(surface, unrolled.fine, min(LIGHT_DPI, settings.dpi))
-    return remove_shading(painting.image, painting.mask, settings.dpi, relief)
+    return even_registered(unrolled.fine, registered, settings.dpi, relief, painting.image, painting.mask)
 
 
 def _unroll(surface: Sheet | SurfaceMesh, settings: Settings, clock: Stopwatch, on_step: OnStep | None) -> Unrolled:

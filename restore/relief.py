@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import cv2
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +18,7 @@ TINY = 1e-12
 DENSE_OVER = 9  # samples: what a facet is fitted to, and a little more
 SPARSE, DENSE = 0.5, 0.9  # of them measured: too few for a slope of one's own, and enough
 STEADY = 8.0  # samples, 4 mm: how far the slopes round it are asked then
+SHRINK = 4  # of the grid for that
 
 Field = NDArray[np.float32]
 
@@ -58,38 +60,51 @@ def relief_of(surface: Sheet | SurfaceMesh, fine: FlatMesh, dpi: float) -> Relie
         over = page_map(fine.flat, fine.faces, np.column_stack([vertices, nodes]), dpi)
         # Nearest, not in between: facets that meet at a crease must not be mixed.
         at = np.ascontiguousarray(over[..., [4, 3]])
-        facets = (facet_normals(surface) @ axes.T).astype(np.float32)
-        normals = cv2.remap(facets, at, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
+        facets = facet_normals(surface)
+        normals = cv2.remap(facets, at, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE) @ axes.T.astype("f")
     else:
         over = page_map(fine.flat, fine.faces, np.column_stack([vertices, own @ axes.T]), dpi)
         normals = over[..., 3:6] / np.maximum(np.linalg.norm(over[..., 3:6], axis=2, keepdims=True), TINY)
-    normals = np.where(np.isfinite(over[..., :1]), normals, np.nan)
+    normals[np.isnan(over[..., 0])] = np.nan
     return Relief(over[..., :3], normals, dpi, vertices, fine.faces, axes, laid.origin)
 
 
-def facet_normals(sheet: Sheet) -> Floats:
+def facet_normals(sheet: Sheet) -> Field:
     """(rows, cols, 3) unit normals of the facets towards the scanner.
 
     On a plane n · P = c, seen along P = (x, y, −1)·depth, inverse depth is (n_x·x + n_y·y − n_z) / c. Where hardly
     anything was measured, in ink that swallows the laser, a facet's own slope is noise: there the facets round it tell.
     """
     rays = sheet.rays
-    rows, cols = np.indices(sheet.inside.shape)
-    value, right, down = np.moveaxis(sheet.planes, -1, 0)
-    across, along = right / rays.dx, down / rays.dy
-    x, y = rays.x0 + rays.dx * cols, rays.y0 + rays.dy * rows
-    # c is negative for a normal that points back to the lens
-    normals = -np.stack([across, along, across * x + along * y - value], axis=-1)
-    normals = _steadied(normals / np.sqrt(np.einsum("ijk,ijk->ij", normals, normals))[..., None], sheet.measured)
-    return np.asarray(normals @ rays.axes)
+    normals = _steadied(_normals(sheet.planes, rays.x0, rays.dx, rays.y0, rays.dy), sheet.measured)
+    return np.asarray(normals @ rays.axes.astype(np.float32))
 
 
-def _steadied(normals: Floats, measured: Mask) -> Floats:
-    normals = normals.astype(np.float32)
+@numba.njit(cache=True)
+def _normals(planes: Floats, x0: float, dx: float, y0: float, dy: float) -> Field:
+    rows, cols, _ = planes.shape
+    normals = np.empty((rows, cols, 3), np.float32)
+    for row in range(rows):
+        for col in range(cols):
+            across, along = planes[row, col, 1] / dx, planes[row, col, 2] / dy
+            back = across * (x0 + dx * col) + along * (y0 + dy * row) - planes[row, col, 0]
+            # c is negative for a normal that points back to the lens
+            scale = -1.0 / np.sqrt(across * across + along * along + back * back)
+            normals[row, col, 0] = across * scale
+            normals[row, col, 1] = along * scale
+            normals[row, col, 2] = back * scale
+    return normals
+
+
+def _steadied(normals: Field, measured: Mask) -> Field:
     density = cv2.boxFilter(measured.astype(np.float32), -1, (DENSE_OVER, DENSE_OVER))
     own = np.clip((density - SPARSE) / (DENSE - SPARSE), 0.0, 1.0)[..., None]
-    trust = np.maximum(own, TINY)
-    round_it = cv2.GaussianBlur(normals * trust, (0, 0), STEADY) / cv2.GaussianBlur(trust, (0, 0), STEADY)[..., None]
+    trust = np.maximum(own, np.float32(TINY))
+    # Over so many samples every fourth is enough.
+    size = tuple(-(-n // SHRINK) for n in density.shape[::-1])
+    small = cv2.resize(np.dstack([normals * trust, trust]), size, interpolation=cv2.INTER_AREA)
+    small = cv2.GaussianBlur(small, (0, 0), STEADY / SHRINK)
+    round_it = cv2.resize(small[..., :3] / small[..., 3:], density.shape[::-1], interpolation=cv2.INTER_LINEAR)
     mixed = own * normals + (1 - own) * round_it
     return np.asarray(mixed / np.sqrt(np.einsum("ijk,ijk->ij", mixed, mixed))[..., None])
 

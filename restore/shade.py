@@ -16,6 +16,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from restore.bands import in_bands
+from restore.crease_light import crease_light
 from restore.horizon import horizon_map, spread
 from restore.light import MAD, SAMPLES, Light, Places, fit_light
 from restore.relief import Field, Relief
@@ -26,6 +28,7 @@ LIGHT_DPI = 60.0  # cells of 0.42 mm, the samples of the range grid: no shadow i
 LOCAL_MM = 20.0  # the brightest thing within this distance is paper
 PAPER_SHARE = 0.6  # of that light: darker is ink or picture
 HUE = 0.05  # of a channel's share in the colour: lamps of several colours differ by less, inks by more
+TINT = 0.15  # of it, from channel to channel: noise of dim paper stays below, pale inks do not
 CONTRAST = 0.12  # of the light expected: cells nearer to it than this are paper
 NEAR_MM, FAR_MM = 6.0, 30.0  # widths of the surface that takes what the light leaves: on bare paper, and under figures
 FAR_SHARE = 1e-3  # of the wide surface: it counts only where there is no paper near
@@ -56,36 +59,46 @@ class Evened:
 def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Evened:
     """Even out the light of a page (h, w, 3) uint8 whose shape is known; outside mask (h, w) nothing changes."""
     colour, inside = _cells(image, mask, dpi, relief)
-    chosen = np.flatnonzero(_bare(colour, inside)[inside])
+    chosen = np.flatnonzero(_bare(colour, inside))
     if len(chosen) < LEAST_PAPER:
         return Evened(image, {"lamps": 0, "paper_share": 0.0})
     horizon = horizon_map(relief)
     nodes = np.nan_to_num(horizon.nodes(relief.points))
     openness = cv2.remap(horizon.openness(), nodes, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    places = Places(*(field[inside] for field in (relief.points, relief.normals, openness, nodes)))
+    # What lies off the page is taken along, and never looked at: to sort it out would take longer.
+    places = Places(*(_listed(field) for field in (relief.points, relief.normals, openness, nodes)))
     chosen = chosen[:: max(1, len(chosen) // SAMPLES)]
-    light = fit_light(colour[inside][chosen], places[chosen], horizon)
-    expected = np.ones_like(colour)
-    expected[inside] = np.maximum(light.on(places), light.level / DIMMEST)
+    light = fit_light(_listed(colour)[chosen], places[chosen], horizon)
+    expected = np.maximum(light.on(places), light.level / DIMMEST).reshape(colour.shape)
     # The camera has blurred the light of a crease with everything else.
     expected = cv2.GaussianBlur(spread(expected, inside), (0, 0), BLUR_MM / MM_PER_INCH * relief.dpi)
     rest, paper = _rest(colour / expected, inside)
     surface = expected * rest
+    evener = colour / surface
+    surface *= crease_light(_lowest(evener), _highest(evener), _sum(expected), inside)[..., None]
     gain = np.clip(light.level / np.maximum(surface, TINY), 1 / MAX_GAIN, MAX_GAIN)
     gain = np.ascontiguousarray(spread(gain, inside))
-    evened = _apply(image, mask, gain, relief.dpi / dpi, LINEAR, _codes())
+    evened, scale, codes = np.empty_like(image), relief.dpi / dpi, _codes()
+    in_bands(lambda band: _apply(image, mask, gain, scale, LINEAR, codes, band.start, evened[band]), len(image))
     return Evened(evened, _facts(light, colour, gain, paper, inside))
+
+
+def _listed(field: Field) -> Field:
+    """(r · c, …) of a field (r, c, …)."""
+    return field.reshape(-1, *field.shape[2:])
 
 
 def _cells(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> tuple[Field, Mask]:
     """Linear colour (r, c, 3) over the cells of the relief, and which of them lie wholly on the page."""
     rows, cols = relief.inside.shape
-    height, width = (max(1, round(n * dpi / relief.dpi)) for n in (rows, cols))
-    bottom, right = max(0, height - image.shape[0]), max(0, width - image.shape[1])
-    padded = cv2.copyMakeBorder(image[:height, :width], 0, bottom, 0, right, cv2.BORDER_REPLICATE)
-    covered = cv2.copyMakeBorder(mask[:height, :width].astype(np.uint8) * 255, 0, bottom, 0, right, cv2.BORDER_CONSTANT)
-    codes = cv2.resize(padded, (cols, rows), interpolation=cv2.INTER_AREA)
-    whole = cv2.resize(covered, (cols, rows), interpolation=cv2.INTER_AREA) == 255
+    scale = relief.dpi / dpi
+    # The last cells may reach over the edge of the image.
+    high, wide = (max(1, min(count, int(n * scale))) for count, n in zip((rows, cols), mask.shape, strict=True))
+    within = np.s_[: max(1, round(high / scale)), : max(1, round(wide / scale))]
+    codes = cv2.resize(image[within], (wide, high), interpolation=cv2.INTER_AREA)
+    whole = cv2.resize(mask[within].view(np.uint8) * np.uint8(255), (wide, high), interpolation=cv2.INTER_AREA) == 255
+    codes = cv2.copyMakeBorder(codes, 0, rows - high, 0, cols - wide, cv2.BORDER_REPLICATE)
+    whole = np.pad(whole, ((0, rows - high), (0, cols - wide)))
     return LINEAR[codes], whole & relief.inside
 
 
@@ -108,12 +121,14 @@ def _bare(colour: Field, inside: Mask) -> Mask:
 
 def _rest(ratio: Field, inside: Mask) -> tuple[Field, Mask]:
     """What the light found leaves of the paper's brightness, smooth (r, c, 3), and where bare paper was."""
-    level = np.array([_mode(ratio[..., k][inside]) for k in range(3)], np.float32)
+    some = _listed(ratio)[np.flatnonzero(inside)[::SPARED]]
+    level = np.array([_mode(some[:, k]) for k in range(3)], np.float32)
     ratio = ratio / level
     surface = np.ones_like(ratio)
     paper = inside
     for tolerance in (2 * CONTRAST, CONTRAST, CONTRAST / 2):
-        paper = inside & (_highest(np.abs(ratio / surface - 1)) < tolerance)
+        here = ratio / surface
+        paper = inside & (_highest(np.abs(here - 1)) < tolerance) & (_highest(here) - _lowest(here) < TINT)
         surface = _smooth(ratio, paper)
     return surface * _more(ratio / surface, inside) * level, paper
 
@@ -155,7 +170,8 @@ def _smooth(ratio: Field, paper: Mask) -> Field:
 
 
 def _facts(light: Light, colour: Field, gain: Field, paper: Mask, inside: Mask) -> dict[str, Any]:
-    seen, gains = (field[paper][::SPARED] for field in (colour, gain))
+    some = np.flatnonzero(paper)[::SPARED]
+    seen, gains = (_listed(field)[some] for field in (colour, gain))
     before, after = seen.mean(axis=1), (seen * gains).mean(axis=1)
     return {
         "lamps": len(light.lamps),
@@ -180,12 +196,16 @@ def _codes() -> NDArray[np.uint8]:
     return np.clip(np.rint(codes), 0, 255).astype(np.uint8)
 
 
-@numba.njit(cache=True)
-def _apply(image: Bytes, mask: Mask, gain: Field, scale: float, linear: Field, codes: NDArray[np.uint8]) -> Bytes:
-    """Multiply the light of every masked pixel by the gain of its cells, in between by straight lines."""
-    height, width, _ = image.shape
+@numba.njit(cache=True, nogil=True)
+def _apply(
+    image: Bytes, mask: Mask, gain: Field, scale: float, linear: Field, codes: NDArray[np.uint8], first: int, out: Bytes
+) -> None:
+    """Multiply the light of every masked pixel by the gain of its cells, in between by straight lines.
+
+    The rows of the image from `first` on are written to out (some rows, w, 3).
+    """
+    _, width, _ = image.shape
     rows, cols, _ = gain.shape
-    out = image.copy()
     top = np.float32(len(codes) - 1)
     across = np.empty((cols, 3), np.float32)
     left, share = np.empty(width, np.int64), np.empty(width, np.float32)
@@ -194,7 +214,7 @@ def _apply(image: Bytes, mask: Mask, gain: Field, scale: float, linear: Field, c
         left[col] = min(int(x), max(cols - 2, 0))
         share[col] = x - left[col]
     step = 1 if cols > 1 else 0
-    for row in range(height):
+    for row in range(first, first + len(out)):
         y = min(max((row + 0.5) * scale - 0.5, 0.0), rows - 1.0)
         i = min(int(y), max(rows - 2, 0))
         v = np.float32(y - i)
@@ -204,13 +224,14 @@ def _apply(image: Bytes, mask: Mask, gain: Field, scale: float, linear: Field, c
                 across[c, k] = top * (gain[i, c, k] + v * (gain[below, c, k] - gain[i, c, k]))
         for col in range(width):
             if not mask[row, col]:
+                for k in range(3):
+                    out[row - first, col, k] = image[row, col, k]
                 continue
             j, u = left[col], share[col]
             for k in range(3):
                 here = across[j, k]
                 light = linear[image[row, col, k]] * (here + u * (across[j + step, k] - here))
-                out[row, col, k] = codes[int(min(light + np.float32(0.5), top))]
-    return out
+                out[row - first, col, k] = codes[int(min(light + np.float32(0.5), top))]
 
 
 def _lowest(field: Field) -> Field:

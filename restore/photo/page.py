@@ -20,11 +20,12 @@ from restore.texture import Painting, bleed, paint_page
 
 @dataclass(frozen=True, eq=False)
 class Registered:
-    """A photograph with its registration, or the reason why it has none."""
+    """A photograph with its registration, or the reason why it has none and what to do about it."""
 
     photograph: Photograph
     registration: Registration | None
     reason: str = ""
+    hint: str = ""
 
 
 def register_photographs(page: FlatMesh, photos: Sequence[Photograph | Bytes]) -> list[Registered]:
@@ -42,7 +43,7 @@ def register_photographs(page: FlatMesh, photos: Sequence[Photograph | Bytes]) -
         try:
             outcome.append(Registered(photograph, register(reference, photograph)))
         except Refused as refusal:
-            outcome.append(Registered(photograph, None, str(refusal)))
+            outcome.append(Registered(photograph, None, str(refusal), refusal.hint))
     return outcome
 
 
@@ -65,8 +66,7 @@ def paint_registered(
     accepted = [(k, one) for k, one in enumerate(registered, 1) if one.registration is not None]
     if not accepted or page.texture is None or page.texcoords is None:
         return paint_page(page, dpi), reports
-    sources = [Source(bleed(page.texture, page.texcoords, page.faces))]
-    sources += [Source(one.photograph.image, one.registration.camera) for _, one in accepted if one.registration]
+    sources = sources_of(page, registered)
     planned = plan(page, sources)
     painting = paint(page, sources, planned, dpi)
     assert painting.page_source is not None
@@ -77,9 +77,21 @@ def paint_registered(
     return replace(painting, page_source=number_of[painting.page_source]), reports
 
 
+def sources_of(page: FlatMesh, registered: Sequence[Registered]) -> list[Source]:
+    """What a page can be painted from: its texture, and the photographs that are registered."""
+    if page.texture is None or page.texcoords is None:
+        return []
+    photographs = [Source(one.photograph.image, one.registration.camera) for one in registered if one.registration]
+    return [Source(bleed(page.texture, page.texcoords, page.faces)), *photographs]
+
+
 def reasons(registered: Sequence[Registered]) -> list[str]:
-    """Why photographs are not used, in sentences."""
-    return [f"{one.photograph.name} is not used: {one.reason}" for one in registered if one.registration is None]
+    """Why photographs are not used and what to do about it, in sentences."""
+    return [
+        f"{one.photograph.name} is not used: {'; '.join(filter(None, (one.reason, one.hint)))}"
+        for one in registered
+        if one.registration is None
+    ]
 
 
 def _refusal(one: Registered) -> dict[str, Any]:

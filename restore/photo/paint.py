@@ -7,6 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from math import ceil
 
 import cv2
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -62,29 +63,53 @@ def _band(
     """Some rows of the page: their colours, the source pixel of each and the source."""
     rows, cols = surface.shape[:2]
     off = np.isnan(surface[..., 0])
-    weights = [_enlarged(layer, top, rows, cols, dpi) for layer in plan.weights]
+    weights = [enlarged(layer, top, rows, cols, dpi) for layer in plan.weights]
     best = np.argmax(weights, axis=0).astype(np.uint8)
     where = np.full((rows, cols, 2), np.nan, np.float32)
-    total, shares = np.zeros((rows, cols, 3), np.float32), np.zeros((rows, cols, 1), np.float32)
+    total = np.zeros((rows, cols, 4), np.float32)
     for k, (source, weight) in enumerate(zip(sources, weights, strict=True)):
         used = (weight > LEAST_SHARE) & ~off
         if not used.any():
             continue
-        pixels = surface[..., 3:] if source.camera is None else project_map(source.camera, surface[..., :3])
+        pixels = surface[..., 3:].copy() if source.camera is None else project_map(source.camera, surface[..., :3])
         np.copyto(where, pixels, where=(best == k)[..., None])
-        pixels = np.where(used[..., None], pixels, np.float32(np.nan))
+        pixels[~used] = np.nan
         codes = sample_scaled(source.image, pixels)
         if (plan.gains[k] != 1).any():
-            codes[used] = _lit(codes[used], _enlarged(plan.gains[k], top, rows, cols, dpi)[used])
-        share = np.where(used, weight, 0)[..., None]
-        total += codes * share
-        shares += share
-    image = (total / np.maximum(shares, LEAST_SHARE) + 0.5).astype(np.uint8)
-    image[off], best[off] = PAPER, NOWHERE
-    return image, where, best
+            codes[used] = lit(codes[used], enlarged(plan.gains[k], top, rows, cols, dpi)[used])
+        _add(total, codes, weight, used)
+    best[off] = NOWHERE
+    return _blended(total, off), where, best
 
 
-def _enlarged(layer: Codes, top: int, rows: int, cols: int, dpi: float) -> Codes:
+@numba.njit(cache=True, nogil=True)
+def _add(total: Codes, codes: Codes, weight: Codes, used: Mask) -> None:
+    """Add codes (h, w, 3) by their weight (h, w) to the sums total (h, w, 4), the last that of the weights."""
+    rows, cols = weight.shape
+    for row in range(rows):
+        for col in range(cols):
+            if used[row, col]:
+                share = weight[row, col]
+                for k in range(3):
+                    total[row, col, k] += share * codes[row, col, k]
+                total[row, col, 3] += share
+
+
+@numba.njit(cache=True, nogil=True)
+def _blended(total: Codes, off: Mask) -> Bytes:
+    """(h, w, 3) the means of sums (h, w, 4); paper where the page is not."""
+    rows, cols = off.shape
+    image = np.full((rows, cols, 3), PAPER, np.uint8)
+    for row in range(rows):
+        for col in range(cols):
+            if not off[row, col]:
+                share = np.float32(1) / max(total[row, col, 3], np.float32(LEAST_SHARE))
+                for k in range(3):
+                    image[row, col, k] = int(total[row, col, k] * share + np.float32(0.5))
+    return image
+
+
+def enlarged(layer: Codes, top: int, rows: int, cols: int, dpi: float) -> Codes:
     """Rows of a page at `dpi` out of a layer (h, w, …) of the coarse page."""
     x = ((np.arange(cols) + 0.5) * COARSE_DPI / dpi - 0.5).astype(np.float32)
     y = ((np.arange(top, top + rows) + 0.5) * COARSE_DPI / dpi - 0.5).astype(np.float32)
@@ -95,8 +120,8 @@ def _enlarged(layer: Codes, top: int, rows: int, cols: int, dpi: float) -> Codes
     return larger
 
 
-def _lit(codes: Codes, gain: Codes) -> Codes:
-    """Codes (n, 3) whose linear light is multiplied by gain (n, 3)."""
+def lit(codes: Codes, gain: Codes) -> Codes:
+    """Codes (…, 3) whose linear light is multiplied by gain (…, 3)."""
     light = np.interp(codes, np.arange(256), LINEAR) * gain
     return np.interp(light, LINEAR, np.arange(256)).astype(np.float32)
 

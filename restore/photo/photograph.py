@@ -26,6 +26,7 @@ KINDS = (
     "BMP",
 )  # JPEG includes the phones' files of several pictures (MPO): the first counts
 FILM_DIAGONAL_MM = 43.27  # 36 × 24 mm, to which FocalLengthIn35mmFilm refers (CIPA DC-008, tag 0xA405)
+HEIF_BOX = b"ftyp"  # at byte 4 of every file of the ISO base media format (ISO/IEC 14496-12, 4.3)
 SIXTEEN_BIT = 257.0  # 65535 / 255
 SRGB = ImageCms.createProfile("sRGB")
 
@@ -61,18 +62,35 @@ def read_photograph(path: Path | str) -> Photograph:
         except BadInput:
             raise
         except UnidentifiedImageError as error:
-            raise BadInput(f"{path} is no picture of a known kind", f"use one of {', '.join(KINDS)}") from error
+            raise _unknown(path) from error
         except Exception as error:  # Pillow's decoders raise whatever they trip over
             raise BadInput(f"{path} cannot be read: {error}", "the file is damaged: copy it again") from error
+
+
+def _unknown(path: Path) -> BadInput:
+    """What to say of a file that is no picture of the KINDS."""
+    with path.open("rb") as file:
+        head = file.read(8)
+    if head[4:] == HEIF_BOX:
+        return BadInput(
+            f"{path} is a HEIC or AVIF picture, which is not read", "save it as JPEG (phones can be set to)"
+        )
+    return BadInput(f"{path} is no picture of a known kind", f"use one of {', '.join(KINDS)}")
 
 
 def _check(path: Path) -> None:
     try:
         state = path.stat()
+    except FileNotFoundError as error:
+        raise BadInput(f"{path} is not there", "check the name and the folder") from error
     except (OSError, ValueError) as error:
         raise BadInput(f"{path} cannot be read: {error}", "check the name and the folder") from error
+    if stat.S_ISDIR(state.st_mode):
+        raise BadInput(f"{path} is a folder", "give the photograph itself, and --photo again for each other one")
     if not stat.S_ISREG(state.st_mode):  # a pipe would block, a device never end
         raise BadInput(f"{path} is no regular file", "give the photograph itself")
+    if not state.st_size:
+        raise BadInput(f"{path} is empty", "copy it again: it was cut off before its first byte")
 
 
 def _check_size(size: tuple[int, int], path: Path) -> None:

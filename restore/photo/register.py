@@ -34,8 +34,16 @@ OVERLAP = WINDOW / GRID  # neighbouring windows share most of their pixels, and 
 MIN_COVERAGE = 0.1  # of the page: less is hardly worth its seams
 
 
+ANOTHER = "check that it shows this page, sharply and in full"
+AGAIN = "photograph the page from above so that it fills the picture, and do not move it between scan and photograph"
+
+
 class Refused(Exception):
-    """Raised when a photograph cannot be used for certain; the message is the reason."""
+    """Raised when a photograph cannot be used for certain; the message is the reason, `hint` what to do now."""
+
+    def __init__(self, reason: str, hint: str = ANOTHER) -> None:
+        super().__init__(reason)
+        self.hint = hint
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,9 +69,9 @@ class Registration:
 def register(reference: Reference, photograph: Photograph) -> Registration:
     """Find the camera of a photograph. Raises Refused when it does not show the page of the reference for certain."""
     grey = cv2.cvtColor(photograph.image, cv2.COLOR_RGB2GRAY)
-    if grey.std() < LEAST_CONTRAST:
-        raise Refused("the photograph is blank")
-    ours, reason = reference_features(reference), ""
+    if cv2.meanStdDev(grey)[1].item() < LEAST_CONTRAST:
+        raise Refused("the photograph is blank", "look at it, and take it again with light and without the lens cap")
+    ours, refused = reference_features(reference), Refused("")
     for side in SIDES:
         small = _shrunk(grey, side)
         focal = photograph.focal_px and photograph.focal_px * small.shape[1] / grey.shape[1]
@@ -71,10 +79,12 @@ def register(reference: Reference, photograph: Photograph) -> Registration:
         try:
             return _certain(reference, grey, camera, inliers, photograph.focal_px)
         except Refused as refusal:
-            reason = str(refusal)
+            refused = refusal
         if side >= max(grey.shape):
             break
-    raise Refused("the photograph is mirrored" if _mirrored(reference, ours, grey) else reason)
+    if _mirrored(reference, ours, grey):
+        raise Refused("the photograph is mirrored", "flip it left to right, or switch mirroring off in the camera")
+    raise refused
 
 
 def _certain(
@@ -84,7 +94,7 @@ def _certain(
     if inliers < MIN_INLIERS:
         raise Refused(f"the photograph does not show this page: {inliers} features agree, {MIN_INLIERS} are needed")
     if _from_behind(reference, camera):  # where a mirrored picture would have been taken, through the paper
-        raise Refused("the photograph shows the page from behind")
+        raise Refused("the photograph shows the page from behind", "photograph the side that was scanned")
     camera, shifts = _refined(reference, grey, camera.scaled(grey.shape[::-1]), focal_px)
     found = _judged(reference, camera, shifts)
     _insist(found)
@@ -196,11 +206,14 @@ def _insist(found: Registration) -> None:
     if found.residual_px > MAX_RESIDUAL * found.scale:
         raise Refused(
             f"the photograph does not fit the surface: {found.residual_px:.1f} pixels rms are left; "
-            "was the page moved between scan and photograph?"
+            "was the page moved between scan and photograph?",
+            AGAIN,
         )
     if found.uncertainty_px > MAX_UNCERTAIN * found.scale:
-        raise Refused(f"the print is too sparse to tell where the photograph lies: ±{found.uncertainty_px:.1f} pixels")
+        raise Refused(
+            f"the print is too sparse to tell where the photograph lies: ±{found.uncertainty_px:.1f} pixels", AGAIN
+        )
     if found.coverage < MIN_COVERAGE:
-        raise Refused(f"the photograph shows only {found.coverage:.0%} of the page")
+        raise Refused(f"the photograph shows only {found.coverage:.0%} of the page", AGAIN)
     if found.scale <= 1.0:
-        raise Refused("the photograph is coarser than the scanner's own image")
+        raise Refused("the photograph is coarser than the scanner's own image", AGAIN)

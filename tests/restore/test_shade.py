@@ -145,5 +145,20 @@ def test_compiled_and_plain_python_agree():
     image = rng.integers(0, 256, (9, 13, 3), dtype=np.uint8)
     gain = rng.uniform(0.5, 2.0, (4, 6, 3)).astype(np.float32)
     mask = rng.random((9, 13)) > 0.2
-    arguments = (image, mask, gain, 0.45, LINEAR, module._codes())
-    np.testing.assert_array_equal(module._apply(*arguments), module._apply.py_func(*arguments))
+    compiled, plain = np.zeros_like(image[2:]), np.zeros_like(image[2:])
+    for apply, out in ((module._apply, compiled), (module._apply.py_func, plain)):
+        apply(image, mask, gain, 0.45, LINEAR, module._codes(), 2, out)
+    np.testing.assert_array_equal(compiled, plain)
+
+
+def test_a_pale_spot_in_a_figure_is_not_taken_for_paper():
+    """Cream on dark blue: no paper is near, and what is pale must not tint the light on the rest of the figure."""
+    reflectance, _ = page()
+    rows, cols = np.indices(reflectance.shape[:2])
+    figure = (np.abs(rows - 256) < 150) & (np.abs(cols - 350) < 200)
+    spot = np.hypot(rows - 256, cols - 350) < 30
+    reflectance[figure] = (60, 80, 160)
+    reflectance[spot] = (232, 222, 185)
+    image = lit(reflectance, np.full(reflectance.shape[:2], 0.95))
+    change = np.abs(evened_of(image).astype(float) - image)
+    assert change[figure].max() < EVEN

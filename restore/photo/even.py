@@ -1,0 +1,63 @@
+"""Take the light out of a page that was painted from several pictures.
+
+Each picture was taken by a light of its own, and on a creased page no smooth match makes one of the other. So each is
+painted alone, its own light is found and divided out, and only then are they blended.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from restore.photo.page import Registered, sources_of
+from restore.photo.paint import LEAST_SHARE, enlarged, lit, paint
+from restore.photo.sources import LINEAR, Plan, Source, plan
+from restore.relief import Field, Relief
+from restore.scan import Bytes, FlatMesh, Mask
+from restore.shade import Evened, remove_shading
+
+SPARED = 97  # of the pixels that two pictures share, one in so many tells how they compare
+TINY = 1e-6
+
+
+def even_registered(
+    page: FlatMesh, registered: Sequence[Registered], dpi: float, relief: Relief, painted: Bytes, mask: Mask
+) -> Evened:
+    """A page without its light: image painted (h, w, 3) from registered photographs where mask (h, w) is True."""
+    sources = sources_of(page, registered)
+    planned = plan(page, sources) if len(sources) > 1 else None
+    used = [] if planned is None else [k for k, share in enumerate(planned.weights) if share.max() > LEAST_SHARE]
+    if planned is None or len(used) < 2:
+        return remove_shading(painted, mask, dpi, relief)
+    # The scanner saw all of the page, and the more paper there is the better its light is known.
+    rows, cols = mask.shape
+    shares = {k: enlarged(planned.weights[k], 0, rows, cols, dpi) for k in used}
+    seen = {k: mask & (share > LEAST_SHARE) if k else mask for k, share in shares.items()}
+    alone = {k: _alone(page, sources, planned, k, dpi) for k in used}
+    evened = {k: remove_shading(alone[k], seen[k], dpi, relief) for k in used}
+    main = max(used, key=lambda k: float(shares[k][mask].sum()))
+    total = np.zeros((*mask.shape, 3), np.float32)
+    weight = np.zeros((*mask.shape, 1), np.float32)
+    for k in used:
+        share = np.where(seen[k], shares[k], 0)[..., None]
+        gain = _gain(evened[main].image, evened[k].image, seen[main] & seen[k])
+        total += share * (evened[k].image if k == main else lit(evened[k].image.astype(np.float32), gain))
+        weight += share
+    image = np.where(mask[..., None], total / np.maximum(weight, LEAST_SHARE) + 0.5, painted).astype(np.uint8)
+    return replace(evened[main], image=image)
+
+
+def _alone(page: FlatMesh, sources: Sequence[Source], planned: Plan, k: int, dpi: float) -> Bytes:
+    """The page painted from one source only."""
+    weights = np.zeros_like(planned.weights)
+    weights[k] = 1.0
+    return paint(page, sources, Plan(weights, np.ones_like(planned.gains), planned.ppi), dpi).image
+
+
+def _gain(wanted: Bytes, given: Bytes, both: Mask) -> Field:
+    """(3,) by what the light of one picture must be multiplied to have the level and colour of another."""
+    some = np.flatnonzero(both)[::SPARED]
+    light = [LINEAR[picture.reshape(-1, 3)[some]].sum(axis=0, dtype=float) + TINY for picture in (wanted, given)]
+    return np.asarray(light[0] / light[1], dtype=np.float32)

@@ -1,0 +1,90 @@
+"""A page painted from a photograph and the scanner's image, each by its own light, comes out as by one even light."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import cv2
+import numpy as np
+import pytest
+
+from bench.photo import View
+from drivers.simulated.camera import Exposure
+from restore import Photograph
+from restore.photo import Registered, even_registered, paint_registered, register_photographs
+from restore.prepare import prepare
+from restore.relief import relief_of
+from restore.shade import LIGHT_DPI, LINEAR, remove_shading
+from restore.texture import paint_page
+
+DPI = 80.0
+EVEN_LIGHT = Exposure(ambient=1.0, falloff=0.0, noise=0.0, colour=(1.0, 1.0, 1.0))
+PAPER_SHARE = 0.98  # in the truth, of the codes of bare paper, which is a third of the page; its edges are greyer
+LIT = 0.25  # of the light: what lamp and folds do to nine tenths of the paper, more than that
+LEFT = 0.06  # of it after: the noise of two pictures, 1.5 % rms each, and the edges of folds
+LEVEL = 0.02  # by so much two parts of a page may differ; the eye sees no step that small across 3 mm
+
+
+@pytest.fixture(scope="module")
+def close_up(figure):
+    """A close photograph that shows a part of the page."""
+    near = View((-60.0, 40.0, 300.0), 1.45, 0.0, -0.1, 0.0)
+    return register_photographs(figure.page, [figure.photograph(near)])
+
+
+@pytest.fixture(scope="module")
+def truth(figure):
+    """The page as another camera, that saw all of it, would have it in even light."""
+    found = figure.registered("above")
+    unlit = Registered(Photograph(figure.photograph("above", EVEN_LIGHT)), found)
+    return paint_registered(figure.page, [unlit], DPI)[0].image
+
+
+@pytest.fixture(scope="module")
+def relief(figure):
+    return relief_of(prepare(figure.scan), figure.page, LIGHT_DPI)
+
+
+def light_on(image, truth, where):
+    """(n,) light on paper over that of the truth."""
+    return LINEAR[image[where]].mean(axis=1) / LINEAR[truth[where]].mean(axis=1)
+
+
+def spread(light):
+    low, middle, high = np.percentile(light, [5, 50, 95])
+    return (high - low) / middle
+
+
+def test_every_picture_loses_its_own_light(figure, close_up, truth, relief):
+    painting, (told,) = paint_registered(figure.page, close_up, DPI)
+    assert 0.2 < told["painted_share"] < 0.9
+    darkest = truth.min(axis=2)
+    paper = painting.mask & (darkest > PAPER_SHARE * np.percentile(darkest[painting.mask], 80))
+    paper = cv2.erode(paper.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
+    evened = even_registered(figure.page, close_up, DPI, relief, painting.image, painting.mask)
+    together = remove_shading(painting.image, painting.mask, DPI, relief)
+    pages = painting.image, evened.image, together.image
+    before, after, mixed = (spread(light_on(page, truth, paper)) for page in pages)
+    assert before > LIT
+    assert after < LEFT
+    assert after < mixed
+    of_photo, of_scanner = (
+        np.median(light_on(evened.image, truth, paper & (painting.page_source == source))) for source in (1, 0)
+    )
+    assert of_scanner == pytest.approx(of_photo, rel=LEVEL)
+    np.testing.assert_array_equal(evened.image[~painting.mask], painting.image[~painting.mask])
+
+
+def test_one_picture_alone_is_evened_as_it_is(figure, relief):
+    plain = paint_page(figure.page, DPI)
+    refused = Registered(Photograph(np.zeros((9, 9, 3), np.uint8)), None, "no")
+    for outcome in ([], [refused]):
+        evened = even_registered(figure.page, outcome, DPI, relief, plain.image, plain.mask)
+        np.testing.assert_array_equal(evened.image, remove_shading(plain.image, plain.mask, DPI, relief).image)
+
+
+def test_a_page_without_picture_stays(figure, relief):
+    bare = replace(figure.page, texture=None, texcoords=None)
+    plain = paint_page(figure.page, DPI)
+    evened = even_registered(bare, [], DPI, relief, plain.image, plain.mask)
+    assert evened.image.shape == plain.image.shape
