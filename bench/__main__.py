@@ -1,6 +1,6 @@
 """`python -m bench`: run everything."""
 
-from bench import bus_faults, calibration, faults, flattening, photo, scan_to_page, shading, turntable, words
+from bench import bus_faults, calibration, dewarp, faults, flattening, photo, scan_to_page, shading, turntable, words
 
 if __name__ == "__main__":
     scan_to_page.main()
@@ -12,3 +12,4 @@ if __name__ == "__main__":
     shading.main()
     photo.main()
     words.main([])
+    dewarp.main()
