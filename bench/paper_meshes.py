@@ -10,12 +10,12 @@ from bench.markers import marker_error
 from bench.sheets import CASES
 from drivers.simulated import Crumpled, Truth, shoot
 from restore import RangeScan, Settings, restore
-from restore.decimate import decimate, depth_distance
+from restore.decimate import depth_distance
 from restore.prepare import prepare
 from restore.scan import Floats, Ints
 from restore.surface import Sheet
 from restore.triangulate import lattice
-from restore.unroll import DENSE_STRIDE
+from restore.unroll import thin_out
 
 SEED = 5
 FIG_2_POINTS = 1200  # the paper's
@@ -84,9 +84,8 @@ def surface_of(scan: RangeScan) -> Sheet:
 
 def sparse(surface: Sheet, points: int) -> tuple[Floats, Ints]:
     """Grid positions (n, 2) and faces of the irregular mesh, as the pipeline makes it."""
-    dense, faces = lattice(surface.inside, DENSE_STRIDE)
-    vertices, faces = decimate(surface.points(dense), faces, points)
-    return np.stack(surface.rays.grid(vertices), axis=1), faces
+    mesh, nodes = thin_out(surface, points)
+    return nodes, mesh.faces
 
 
 def even(surface: Sheet, points: int) -> tuple[Floats, Ints]:

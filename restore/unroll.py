@@ -51,7 +51,7 @@ def unroll(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnStep | Non
     """
     wanted = settings.points or int(sheet.inside.sum())
     with clock("decimate"):
-        mesh, nodes = _reduce(sheet, min(wanted, MOST_SETTLED))
+        mesh, nodes = thin_out(sheet, min(wanted, MOST_SETTLED))
         distance = depth_distance(sheet, nodes, mesh.faces)
     with clock("flatten"):
         lengths = sheet.lengths(nodes, edges_of(mesh.faces))
@@ -60,12 +60,12 @@ def unroll(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnStep | Non
         fine, fine_nodes = refine(sheet, coarse, nodes)
         fine, fine_nodes = straighten(sheet, square(fine), fine_nodes)
         if wanted > MOST_SETTLED:
-            mesh, nodes = _reduce(sheet, wanted)
+            mesh, nodes = thin_out(sheet, wanted)
         points = _carried(sheet, fine, fine_nodes, mesh, nodes, coarse.steps)
     return Unrolled(points, fine, fine_nodes, distance)
 
 
-def _reduce(sheet: Sheet, points: int) -> tuple[SurfaceMesh, Floats]:
+def thin_out(sheet: Sheet, points: int) -> tuple[SurfaceMesh, Floats]:
     """About so many points of the sheet, and their grid positions (n, 2)."""
     enough = [stride for stride in STRIDES if sheet.inside.sum() >= SPARE * points * stride**2]
     nodes, faces = lattice(sheet.inside, max(enough, default=1))
