@@ -20,7 +20,7 @@ COHERENT = 0.5  # of the changes run across the crease: less is where several me
 ALONG = 12  # cells to either side, 5 mm: a word, and the gaps round it
 # cells: where the page on either side is looked at; among them are, in small print, a line and a gap.
 BESIDE = (-9, -7, -5, 5, 7, 9)
-BRIGHT = 0.8  # of the cells along the crease are darker than its paper: what lies between lines and letters
+BRIGHT = 0.9  # of the cells along the crease are darker than its paper: what lies between lines and letters
 PASSES = 2  # the second time the sides are free of the lines that lie in them
 LEAST, MOST = 0.45, 1.6  # of its sides: what is less or more is a printed line, or the gap between two figures
 SAME = 0.2  # of one another: light does alike to the darkest channel and to the brightest, ink does not
@@ -111,6 +111,6 @@ def _beside(bright: Field, across: Field, found: Mask, first: int, out: Field) -
             sides.sort()
             if sides[0] == 0:
                 continue
-            over, under = bright[row, col] / sides[-2], bright[row, col] / sides[1]
+            over, under = bright[row, col] / sides[-1], bright[row, col] / sides[0]
             likely = over <= MOST and under >= LEAST
             out[row - first, col] = max(over, one) * min(under, one) if likely else zero
