@@ -1,4 +1,4 @@
-"""Flatten a mesh of any size: a large one is solved on few points, and the solution is carried to all of it."""
+"""Flatten a mesh of any size: a large one is looked at as a scanner would, which takes its noise out."""
 
 from __future__ import annotations
 
@@ -7,13 +7,11 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import dijkstra
-from scipy.spatial import cKDTree
 
 from restore.clean import select
-from restore.decimate import decimate, patch_and_smooth
+from restore.decimate import patch_and_smooth
 from restore.flatten import METHODS, OnStep, check, flatten_points
+from restore.flatten.jets import rings_of
 from restore.flatten.kernels import relax_in_plane
 from restore.flatten.lay import lay, upright
 from restore.flatten.layout import lay_out
@@ -30,12 +28,9 @@ from restore.segment import outline
 from restore.settings import Settings
 from restore.unroll import unroll
 
-COARSE = 5_000  # points that settle when no single view sees the whole surface
 LOCAL_SWEEPS = 60  # the carried solution is right but for what lies between the points that settled
 MOMENTUM = 0.9
-MAX_SETTLED = 100_000  # vertices: a gigabyte and some seconds
 CLEAN = 0.002  # of the mean edge: noise that no scanner is without
-FLATTEST = 1e-6  # of its mean square: a patch of neighbours in one plane has no extent across it
 
 
 def flatten(
@@ -87,22 +82,23 @@ def _over_grid(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMe
     flat = carry(sheet.inside.shape, unrolled.nodes, unrolled.fine.faces, unrolled.fine.flat, nodes)
     edges = edges_of(mesh.faces)
     lengths = sheet.lengths(nodes, edges)
-    if noise_of(mesh.vertices, mesh.faces, edges) < CLEAN * lengths.mean():  # then its vertices know better
+    if (
+        noise_of(mesh.vertices, rings_of(mesh.vertices, mesh.faces, edges)) < CLEAN * lengths.mean()
+    ):  # then its vertices know better
         lengths = surface_lengths(mesh.vertices, mesh.faces, edges)
         flat = _finish(flat, mesh.faces, edges, lengths)
     return _flat_mesh(mesh, flat, lengths, unrolled.coarse.steps)
 
 
 def _over_points(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMesh:
-    """Over some of its own vertices, smoothed; the others follow the nearest of them over the surface."""
-    smoothed, _ = patch_and_smooth(mesh.vertices, mesh.faces)
-    kept, faces = decimate(smoothed, mesh.faces, COARSE, own_vertices=True)
-    _, index = cKDTree(smoothed).query(kept)
-    coarse = flatten_points(SurfaceMesh(kept, faces), method, on_step=on_step)
+    """By its own vertices alone, smoothed where they are noisy."""
     edges = edges_of(mesh.faces)
-    flat = _follow(smoothed, edges, index, coarse)
-    lengths = surface_lengths(smoothed, mesh.faces, edges)
-    return _flat_mesh(mesh, _finish(flat, mesh.faces, edges, lengths), lengths, coarse.steps)
+    mean = float(np.linalg.norm(mesh.vertices[edges[:, 0]] - mesh.vertices[edges[:, 1]], axis=1).mean())
+    if noise_of(mesh.vertices, rings_of(mesh.vertices, mesh.faces, edges)) < CLEAN * mean:
+        return flatten_points(mesh, method, on_step=on_step)
+    smoothed, _ = patch_and_smooth(mesh.vertices, mesh.faces)
+    page = flatten_points(replace(mesh, vertices=smoothed), method, on_step=on_step)
+    return replace(page, vertices=mesh.vertices)
 
 
 def _finish(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
@@ -110,39 +106,11 @@ def _finish(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
     left = len(faces)
     while left:
         relax_in_plane(flat, edges, lengths, LOCAL_SWEEPS, 0.0, MOMENTUM)
-        if len(flat) <= MAX_SETTLED:
-            flat = settle(flat, edges, lengths)
+        flat = settle(flat, edges, lengths)
         before, left = left, unfold(flat, faces)
         if left >= before:  # what is still flipped does not lie at the border
-            return untangle(flat, faces, edges)
+            return untangle(flat, faces, edges, lengths)
     return flat
-
-
-def _follow(vertices: Floats, edges: Ints, index: Ints, coarse: FlatMesh) -> Floats:
-    """Flat positions (n, 2) of vertices (n, 3) mm: each goes with the nearest vertex of the coarse mesh, as if rigid.
-
-    edges (e, 2) join the vertices, index (k,) tells which of them the coarse mesh has.
-    """
-    start, end = edges.T
-    distances = np.linalg.norm(vertices[start] - vertices[end], axis=1)
-    graph = coo_matrix((distances, (start, end)), shape=(len(vertices),) * 2).tocsr()
-    _, _, source = dijkstra(graph, directed=False, indices=index, min_only=True, return_predecessors=True)
-    owner = np.full(len(vertices), -1)
-    owner[index] = np.arange(len(index))
-    own = owner[source]
-    turns = _turns(coarse)
-    return coarse.flat[own] + np.einsum("nij,nj->ni", turns[own], vertices - coarse.vertices[own])
-
-
-def _turns(mesh: FlatMesh) -> Floats:
-    """(n, 2, 3): the map that takes the way to each neighbour of a vertex to the same way on the page, best of all."""
-    start, end = np.concatenate([edges := edges_of(mesh.faces), edges[:, ::-1]]).T
-    way, flat = mesh.vertices[end] - mesh.vertices[start], mesh.flat[end] - mesh.flat[start]
-    spread, across = np.zeros((len(mesh.vertices), 3, 3)), np.zeros((len(mesh.vertices), 2, 3))
-    np.add.at(spread, start, way[:, :, None] * way[:, None, :])
-    np.add.at(across, start, flat[:, :, None] * way[:, None, :])
-    spread += FLATTEST * np.trace(spread, axis1=1, axis2=2)[:, None, None] * np.eye(3)
-    return across @ np.linalg.inv(spread)
 
 
 def _flat_mesh(mesh: SurfaceMesh, flat: Floats, lengths: Floats, steps: int) -> FlatMesh:

@@ -16,6 +16,7 @@ from restore.flatten.layout import lay_out
 from restore.flatten.lengths import surface_lengths
 from restore.flatten.network import Network, Piece, edges_of, make_network, pieces
 from restore.flatten.orient import orient
+from restore.flatten.settle import settle
 from restore.flatten.springs import flatten_springs
 from restore.flatten.sticks import flatten_sticks
 from restore.scan import FlatMesh, Floats, Ints, SurfaceMesh
@@ -30,6 +31,8 @@ Solver = Callable[[Laid, Network, Callable[[int, Floats], None] | None], tuple[F
 METHODS: dict[str, Solver] = {"sticks": flatten_sticks, "springs": flatten_springs, "conformal": flatten_conformal}
 
 DOUBTFUL = 0.01  # rms strain of an estimate that may be wrong: bends too tight for their points look like creases …
+OUTLYING = 0.1  # a single short edge in a tangle may be stretched to several times its length
+UNSOUND = 0.05  # rms strain of a page that may have come down folded: what lies near it tells nothing
 CLEARLY = 0.7  # … and then the straight lengths fit the plane with so much less strain; facets cost either no more
 
 
@@ -55,12 +58,17 @@ def flatten_points(
     page = _settle(mesh, method, surface_lengths(mesh.vertices, mesh.faces, edges), on_step)
     if (strained := _rms_strain(page, edges)) < DOUBTFUL:
         return page
-    chords = _settle(mesh, method, make_network(mesh.vertices, mesh.faces).lengths, on_step)
+    straight = np.linalg.norm(mesh.vertices[edges[:, 0]] - mesh.vertices[edges[:, 1]], axis=1)
+    near = replace(page, flat=settle(page.flat, edges, straight), lengths=straight)
+    if strained < UNSOUND and _rms_strain(near, edges) > CLEARLY * strained:
+        return page
+    chords = _settle(mesh, method, straight, on_step)
     return chords if _rms_strain(chords, edges) < CLEARLY * strained else page
 
 
 def _rms_strain(page: FlatMesh, edges: Ints) -> float:
-    return float(np.sqrt(np.mean(edge_strain(page.flat, edges, page.lengths) ** 2)))
+    strain = edge_strain(page.flat, edges, page.lengths)
+    return float(np.sqrt(np.mean(np.clip(strain, -OUTLYING, OUTLYING) ** 2)))
 
 
 def _settle(mesh: SurfaceMesh, method: str, lengths: Floats, on_step: OnStep | None) -> FlatMesh:

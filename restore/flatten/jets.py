@@ -12,6 +12,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from restore.flatten.adjacency import Adjacency, adjacency
 from restore.scan import Floats, Ints
 
 MOST_NEIGHBOURS = 32  # two rings have 18 on average
@@ -35,31 +36,30 @@ class Jets(NamedTuple):
     forms: Floats
 
 
-class Adjacency(NamedTuple):
-    """Rows of a table of which each may have another length: row i is items[start[i] : start[i + 1]]."""
+class Rings(NamedTuple):
+    """What lies round every vertex of a mesh: its neighbours, its faces, and the unit normals (m, 3) of all faces."""
 
-    start: Ints
-    items: Ints
-
-
-def adjacency(rows: Ints, items: Ints, count: int) -> Adjacency:
-    """Group items (k,) by rows (k,)."""
-    order = np.argsort(rows, kind="stable")
-    return Adjacency(np.searchsorted(rows[order], np.arange(count + 1)), np.ascontiguousarray(items[order]))
+    neighbours: Adjacency
+    around: Adjacency
+    planes: Floats
 
 
-def fit_jets(vertices: Floats, faces: Ints, edges: Ints, chosen: Ints, noise: float) -> Jets:
-    """Fit patches at the chosen (k,) of vertices (n, 3) mm; the others get none, and normals of zero.
-
-    noise (mm, standard deviation) tells how far a patch may pass by its own vertex.
-    """
+def rings_of(vertices: Floats, faces: Ints, edges: Ints) -> Rings:
+    """The rings of vertices (n, 3) with faces (m, 3) and edges (e, 2)."""
     count = len(vertices)
     neighbours = adjacency(edges.ravel(), edges[:, ::-1].ravel(), count)
     around = adjacency(faces.ravel(), np.repeat(np.arange(len(faces)), 3), count)
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     planes = np.cross(b - a, c - a)
-    planes /= np.maximum(np.linalg.norm(planes, axis=1), TINY)[:, None]
-    return Jets(*_fit_all(vertices, neighbours, around, planes, chosen, noise))
+    return Rings(neighbours, around, planes / np.maximum(np.linalg.norm(planes, axis=1), TINY)[:, None])
+
+
+def fit_jets(vertices: Floats, rings: Rings, chosen: Ints, noise: float) -> Jets:
+    """Fit patches at the chosen (k,) of vertices (n, 3) mm; the others get none, and normals of zero.
+
+    noise (mm, standard deviation) tells how far a patch may pass by its own vertex.
+    """
+    return Jets(*_fit_all(vertices, *rings, chosen, noise))
 
 
 @numba.njit(cache=True)

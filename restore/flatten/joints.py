@@ -14,7 +14,7 @@ from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
 from restore.flatten.lay import Laid, lay, upright
-from restore.flatten.network import Network, Piece, edges_of, make_network
+from restore.flatten.network import Network, Piece, edges_of, half_edges, make_network
 from restore.flatten.settle import settle
 from restore.scan import Floats, Ints, Mask
 from restore.strain import flipped_faces
@@ -96,11 +96,11 @@ def parts(network: Network) -> Iterator[Piece]:
 
 def _parts(faces: Ints) -> tuple[int, Ints]:
     """How many parts there are, and of which each face (m,) is."""
-    ends, count = np.roll(faces, -1, axis=1), faces.max() + 1
-    _, edge = np.unique((np.minimum(faces, ends) * count + np.maximum(faces, ends)).ravel(), return_inverse=True)
-    face = np.repeat(np.arange(len(faces)), 3)
-    size = len(faces) + edge.max() + 1
-    _, labels = connected_components(coo_matrix((np.ones(len(face)), (face, len(faces) + edge)), (size, size)), False)
+    _, owner, first = half_edges(faces)
+    edge = np.repeat(np.arange(len(first) - 1), np.diff(first))
+    size = len(faces) + len(first) - 1
+    graph = coo_matrix((np.ones(len(owner), bool), (owner, len(faces) + edge)), (size, size))
+    _, labels = connected_components(graph, False)
     return int(labels.max()) + 1, labels[: len(faces)]
 
 

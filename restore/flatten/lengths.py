@@ -6,9 +6,12 @@ that noise has moved. The patches round both ends tell the length of the way bet
 
 from __future__ import annotations
 
+from math import asin, atan2, cos, sin, sqrt
+
+import numba
 import numpy as np
 
-from restore.flatten.jets import Jets, fit_jets
+from restore.flatten.jets import Rings, fit_jets, rings_of
 from restore.scan import Floats, Ints
 
 PROBES = 100  # vertices that tell the noise
@@ -16,43 +19,126 @@ SHRUNK = 0.87  # of the noise is left when a patch passes between a vertex and i
 LEAST_NOISE = 1e-7  # of the page's size: no file holds more digits
 CREASE = 0.1  # radians, 6°: a turn that the curvature of both patches does not explain is a crease
 CREASE_SHARE = 0.35  # of the whole turn: the rest of it may be curvature
-STEEPEST = 1.35  # radians, 77°: beyond, the patches of two ends do not meet between them
-MOST_STRETCH = 2.6  # of the straight edge, over a crease of twice 67°
+TINY = 1e-30  # keeps what has no extent from dividing by zero
+PARALLEL = 1e-3  # sine of the turn: two patches that meet at less than 0.06° have no line in common
+STEEPEST = 0.9  # slope of a patch against its tangent plane at the crease: beyond, its curvature is a guess
+BENDINGS = 3  # of the tangents towards the crease, by Newton's method; a fourth changes no digit that counts
+MOST_STRETCH = 5.0  # of the straight edge, over a crease of twice 78°
 
 
 def surface_lengths(vertices: Floats, faces: Ints, edges: Ints) -> Floats:
     """(e,) mm between the ends of edges (e, 2), along the surface through vertices (n, 3) mm of faces (m, 3)."""
-    noise = noise_of(vertices, faces, edges)
-    jets = fit_jets(vertices, faces, edges, np.arange(len(vertices)), noise)
-    points = vertices + jets.normals * jets.offsets[:, None]
-    way = points[edges[:, 1]] - points[edges[:, 0]]
-    chord = np.maximum(np.linalg.norm(way, axis=1), np.finfo(float).tiny)
-    return chord * np.clip(_stretch(jets, edges, way / chord[:, None], chord), 1.0, MOST_STRETCH)
+    rings = rings_of(vertices, faces, edges)
+    jets = fit_jets(vertices, rings, np.arange(len(vertices)), noise_of(vertices, rings))
+    return _all_lengths(vertices + jets.normals * jets.offsets[:, None], jets.normals, jets.forms, edges)
 
 
-def noise_of(vertices: Floats, faces: Ints, edges: Ints) -> float:
+def noise_of(vertices: Floats, rings: Rings) -> float:
     """Standard deviation of the vertices off the surface, mm, from patches that are not tied to their vertex."""
     size = float(np.ptp(vertices, axis=0).max())
     chosen = np.arange(0, len(vertices), max(len(vertices) // PROBES, 1))
-    offsets = fit_jets(vertices, faces, edges, chosen, size).offsets[chosen]
+    offsets = fit_jets(vertices, rings, chosen, size).offsets[chosen]
     return max(float(1.4826 * np.median(np.abs(offsets))) / SHRUNK, LEAST_NOISE * size)
 
 
-def _stretch(jets: Jets, edges: Ints, way: Floats, chord: Floats) -> Floats:
-    """(e,) length along the surface over the straight distance; way (e, 3) unit vectors, chord (e,) mm.
+@numba.njit(cache=True)
+def _all_lengths(points: Floats, normals: Floats, forms: Floats, edges: Ints) -> Floats:
+    """(e,) mm along the surface. points, normals (n, 3), forms (n, 3, 3): the patches round every vertex."""
+    lengths, way, fold = np.empty(len(edges)), np.empty(3), np.empty(3)
+    for k in range(len(edges)):
+        a, b = edges[k, 0], edges[k, 1]
+        for axis in range(3):
+            way[axis] = points[b, axis] - points[a, axis]
+        chord = max(sqrt(_dot(way, way)), TINY)
+        way /= chord
+        most = MOST_STRETCH * chord
+        broken = _over_crease(way, chord, normals[a], normals[b], forms[a], forms[b], fold)
+        lengths[k] = min(broken, most) if broken > chord else chord * _bent(way, normals[a], normals[b])
+    return lengths
 
-    On a smooth surface the section over the edge is the cubic with the slopes of both ends. Over a crease it is the
-    broken line of their tangents.
+
+@numba.njit(cache=True)
+def _bent(way: Floats, start: Floats, end: Floats) -> float:
+    """Length over straight distance of the cubic that leaves and arrives along two tangent planes."""
+    rise, sink = -asin(min(max(_dot(start, way), -1.0), 1.0)), asin(min(max(_dot(end, way), -1.0), 1.0))
+    return 1.0 + (2.0 * rise**2 + rise * sink + 2.0 * sink**2) / 30.0
+
+
+@numba.njit(cache=True)
+def _over_crease(
+    way: Floats, chord: float, start: Floats, end: Floats, form: Floats, other: Floats, fold: Floats
+) -> float:
+    """mm from one patch to the other, both laid into one plane round the line in which they meet; 0 without a crease.
+
+    way (3,) is the direction to the other end; start, end (3,) are the normals; fold (3,) is written over.
     """
-    start, end = edges.T
-    rise = -np.einsum("ij,ij->i", jets.normals[start], way)
-    sink = np.einsum("ij,ij->i", jets.normals[end], way)
-    rise, sink = (np.clip(np.arcsin(np.clip(a, -1, 1)), -STEEPEST, STEEPEST) for a in (rise, sink))
-    curvature = np.einsum("ij,ij->i", np.matmul(jets.forms[start] + jets.forms[end], way[:, :, None])[..., 0], way) / 2
-    turn = np.abs(rise + sink)
-    unexplained = turn - np.abs(curvature) * chord
-    creased = (unexplained > CREASE) & (unexplained > CREASE_SHARE * turn) & (rise * sink > 0)
-    smooth = 1.0 + (2 * rise**2 + rise * sink + 2 * sink**2) / 30.0
-    turned = np.where(creased, turn, 1.0)
-    broken = (np.sin(np.abs(rise)) + np.sin(np.abs(sink))) / np.maximum(np.sin(turned), np.finfo(float).eps)
-    return np.where(creased, broken, smooth)
+    for p in range(3):
+        m, n = (p + 1) % 3, (p + 2) % 3
+        fold[p] = start[m] * end[n] - start[n] * end[m]
+    sine = sqrt(_dot(fold, fold))
+    if sine < PARALLEL:
+        return 0.0
+    fold /= sine
+    turn, along = atan2(sine, _dot(start, end)), chord * _dot(fold, way)
+    # In the plane across the fold: the start at (0, 0), its tangent (1, 0), its normal (0, 1).
+    x = chord * (_dot(way, end) - _dot(way, start) * cos(turn)) / sine
+    y = chord * _dot(way, start)
+    # Mirrored where the way goes to the left, so that the surface turns down and curvatures that go along are negative.
+    side = 1.0 if x >= 0.0 else -1.0
+    first, second = side * _curvature(form, start, fold), side * _curvature(other, end, fold)
+    unexplained = turn - 0.5 * max(-first - second, 0.0) * sqrt(x * x + y * y)
+    if unexplained < CREASE or unexplained < CREASE_SHARE * turn:
+        return 0.0
+    near, far = _meet(side * x, side * y, turn, first, second)
+    return sqrt((near + far) ** 2 + along**2) if near > 0.0 and far > 0.0 else 0.0
+
+
+@numba.njit(cache=True)
+def _meet(x: float, y: float, turn: float, first: float, second: float) -> tuple[float, float]:
+    """How far two curves run till they meet: one from (0, 0) along (1, 0), one from (x, y) back, turned down by `turn`.
+
+    first and second are their curvatures upwards. Negative where they do not meet between the ends. Paper rises to its
+    spine the steeper the nearer it is; a patch that turns down to a crease has only taken in points from beyond.
+    """
+    c, s = cos(turn), sin(turn)
+    far = -y / s
+    near = x - far * c
+    if near <= 0.0 or far <= 0.0:
+        return -1.0, -1.0
+    first, second = _tamed(first, near), _tamed(second, far)
+    for _ in range(BENDINGS):
+        # near·(1, 0) + first·near²/2·(0, 1) = (x, y) − far·(c, −s) + second·far²/2·(s, c)
+        bend, back = first * near, second * far
+        off_x = near - x + far * c - 0.5 * back * far * s
+        off_y = 0.5 * bend * near - y - far * s - 0.5 * back * far * c
+        by_far_x, by_far_y = c - back * s, -s - back * c
+        determinant = by_far_y - bend * by_far_x
+        if abs(determinant) < TINY:
+            return -1.0, -1.0
+        near -= (off_x * by_far_y - off_y * by_far_x) / determinant
+        far -= (off_y - bend * off_x) / determinant
+    return near * (1.0 + (first * near) ** 2 / 6.0), far * (1.0 + (second * far) ** 2 / 6.0)
+
+
+@numba.njit(cache=True)
+def _tamed(curvature: float, distance: float) -> float:
+    """A curvature upwards that turns a patch by no more than STEEPEST on its way."""
+    return min(max(curvature, 0.0), STEEPEST / distance)
+
+
+@numba.njit(cache=True)
+def _curvature(form: Floats, normal: Floats, fold: Floats) -> float:
+    """Normal curvature of a patch across a fold."""
+    total = 0.0
+    for p in range(3):
+        m, n = (p + 1) % 3, (p + 2) % 3
+        across = fold[m] * normal[n] - fold[n] * normal[m]
+        for q in range(3):
+            i, j = (q + 1) % 3, (q + 2) % 3
+            total += across * form[p, q] * (fold[i] * normal[j] - fold[j] * normal[i])
+    return total
+
+
+@numba.njit(cache=True)
+def _dot(a: Floats, b: Floats) -> float:
+    return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])

@@ -11,18 +11,20 @@ takes four times as long and changes nothing.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import sqrt
 
 import numpy as np
 
 from restore.errors import BadInput
+from restore.flatten.coarse import coarsen
 from restore.flatten.conformal import flatten_conformal
 from restore.flatten.kernels import advance, area_of, relax, relax_in_plane
 from restore.flatten.lay import Laid
-from restore.flatten.network import Network
+from restore.flatten.network import Network, spread
 from restore.flatten.settle import ITERATIONS, settle
 from restore.flatten.unfold import unfold, untangle
-from restore.scan import Floats, Ints
+from restore.scan import Floats
 from restore.strain import edge_strain, flipped_faces
 
 GRAVITY = 9.81  # §3.3.3
@@ -36,33 +38,33 @@ PAGE_SIZE = 240.0  # the constants above belong to a page of about this size; ot
 FLAT_HEIGHT = 1e-6  # mm: a sheet that rises less is flat already, and gets no drag
 # A pull crosses a sheet of n particles in about √n sweeps, so both numbers of sweeps grow with √n.
 SWEEPS = 0.25  # of √n in each step: with half as many corners fold, more cost time
-PLANE_SWEEPS = 25.0  # of √n at most; most sheets need half
+PLANE_SWEEPS = 1.5  # of √n: what is out of order among neighbours; Newton's steps could turn a triangle over there
 SLOWING = 3.2  # the momentum 1 − SLOWING / √n carries a strain as long as the sheet out of it without swinging
 LEAST_MOMENTUM = 0.5
+SOUND_FLIPS = 5e-4  # of the faces: single ones lie over where lengths contradict each other; a fold has more
 UNFOLDINGS = 5  # each frees the corners that the last one still held
-LEFT_STRAIN = 1e-4  # rms; lengths that fit the plane are relaxed to a tenth of it and less
 SOUND_STRAIN = 0.02  # rms; no paper stretches so far
 CONFORMAL_ITERATIONS = 6  # of Newton: a conformal map of a curved sheet is some per cent off
-PLANE_CHANGE = 1e-7  # of the page's size: one hundred-thousandth of a millimetre in a sweep
-GOLDEN = (sqrt(5.0) - 1.0) / 2.0
 
 Follow = Callable[[int, Floats], None]
+Start = Callable[[Laid, Network, Follow | None], tuple[Floats, int]]
 
 
 def flatten_sticks(laid: Laid, network: Network, follow: Follow | None = None) -> tuple[Floats, int]:
     """Flat positions (n, 2) mm of a sheet laid over the table, and the number of time steps taken.
 
-    follow(step, positions (n, 3) mm) is called after each step. A sheet that came down torn or folded starts again
-    from its conformal map instead of falling, and has only its sticks put right.
+    follow(step, positions (n, 3) mm) is called after each step. Of a sheet of many particles few fall, and take the
+    others with them. A sheet that came down torn or folded starts again from its conformal map instead of falling, and
+    has only its sticks put right.
     """
     found: list[tuple[int, float, int, Floats, int]] = []
-    for way in (_fall_and_settle, _from_conformal):
-        flat, steps = way(laid, network, follow)
+    for start, most, iterations in WAYS:
+        flat, steps = _from_few(start, most, iterations, laid, network, follow)
         found.append((*_faults(flat, network), len(found), flat, steps))
-        if found[-1][0] == 0 and found[-1][1] < SOUND_STRAIN:
+        if found[-1][0] <= SOUND_FLIPS * len(network.faces) and found[-1][1] < SOUND_STRAIN:
             break
     flips, *_, flat, steps = min(found, key=lambda fault: fault[:3])
-    return (untangle(flat, network.faces, network.edges) if flips else flat), steps
+    return (untangle(flat, network.faces, network.edges, network.lengths) if flips else flat), steps
 
 
 def _faults(flat: Floats, network: Network) -> tuple[int, float]:
@@ -72,44 +74,61 @@ def _faults(flat: Floats, network: Network) -> tuple[int, float]:
     return flips, float(np.sqrt(np.mean(strain**2)))
 
 
-def _fall_and_settle(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:
-    """Flat positions (n, 2) mm from the fall, and where strain remains, from the least strain near by.
+def _from_few(
+    start: Start, most: int, iterations: int, laid: Laid, network: Network, follow: Follow | None
+) -> tuple[Floats, int]:
+    """Flat positions (n, 2) mm from where `start` has the particles, or so many of them, and the others go along."""
+    few = coarsen(laid.positions, network, most) if len(laid.positions) > most else None
+    if few is None:
+        flat, steps = start(laid, network, follow)
+        return _settled(flat, network, iterations), steps
 
-    Relaxation goes to sleep on the long slow bends of an arm or beside a hole, and shares strain out unevenly.
-    """
-    flat, steps = fall(laid, network, follow)
-    flips, strain = _faults(flat, network)
-    if strain < LEFT_STRAIN:
-        return flat, steps
-    settled = _settled(flat, network, ITERATIONS)
-    return (settled if _faults(settled, network)[0] <= flips else flat), steps
+    def lifted(step: int, positions: Floats) -> None:
+        if follow:
+            follow(step, few.carry(laid.positions, positions))
+
+    seen = replace(laid, positions=laid.positions[few.index], seen=laid.seen[few.index])
+    flat, steps = _from_few(start, most, iterations, seen, few.network, lifted)
+    return _settled(few.carry(laid.positions, flat), network), steps
 
 
-def _from_conformal(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:
-    """Flat positions (n, 2) mm from the conformal map; the sheet as the scanner saw it when it has no such map."""
+def _conformal(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:
+    """Flat positions (n, 2) mm of the conformal map; the sheet as the scanner saw it when it has no such map."""
     try:
-        flat, steps = flatten_conformal(laid, network, follow)
+        return flatten_conformal(laid, network, follow)
     except BadInput:
         return laid.seen.copy(), 0
-    return _settled(flat, network, CONFORMAL_ITERATIONS), steps
 
 
-def _settled(flat: Floats, network: Network, iterations: int) -> Floats:
+def _settled(flat: Floats, network: Network, iterations: int = ITERATIONS) -> Floats:
     """Flat positions (n, 2) mm of least strain near by, corners of the border unfolded."""
-    left = len(network.faces)
-    while left:
-        flat = settle(flat, network.edges, network.lengths, iterations)
-        before, left = left, unfold(flat, network.faces)
-        if left >= before:  # what is still flipped does not lie at the border
+    flat = _eased(flat, network, iterations)
+    left = flipped_faces(flat, network.faces)
+    for _ in range(UNFOLDINGS):
+        turned = flat.copy()
+        if not unfold(turned, network.faces):
             break
+        turned = _eased(turned, network, iterations)
+        if flipped_faces(turned, network.faces) >= left:  # what is still flipped does not lie at the border
+            break
+        flat, left = turned, flipped_faces(turned, network.faces)
     return flat
 
 
+def _eased(flat: Floats, network: Network, iterations: int) -> Floats:
+    """Relaxation puts neighbours in order and goes to sleep on long slow bends; Newton's steps do the rest."""
+    flat = np.array(flat, order="C")
+    size = sqrt(len(flat))
+    momentum = max(1.0 - SLOWING / size, LEAST_MOMENTUM)
+    relax_in_plane(flat, *spread(network.edges, network.lengths), round(PLANE_SWEEPS * size), 0.0, momentum)
+    return settle(flat, network.edges, network.lengths, iterations)
+
+
 def fall(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:
-    """Let the particles fall on the table: flat positions (n, 2) mm and the time steps taken."""
+    """Let the particles fall on the table: positions (n, 2) mm where they land, and the time steps taken."""
     scale = PAGE_SIZE / sqrt(max(area_of(laid.positions, network.faces), np.finfo(float).tiny))
-    edges, lengths = _spread(network.edges, network.lengths * scale)
-    hinges, spans = _spread(network.hinges, network.spans * scale)
+    edges, lengths = spread(network.edges, network.lengths * scale)
+    hinges, spans = spread(network.hinges, network.spans * scale)
     now = laid.positions * scale
     before = now.copy()
     sweeps = round(max(SWEEPS * sqrt(len(now)), 1.0))
@@ -124,28 +143,11 @@ def fall(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, i
         previous, area = area, area_of(now[:, :2], network.faces)
         if height < LANDED * start or abs(area - previous) < AREA_CHANGE * area:
             break
-    flat = np.ascontiguousarray(now[:, :2])
-    for _ in range(UNFOLDINGS):
-        rest(flat, edges, lengths)
-        if not unfold(flat, network.faces):
-            break
-    return flat / scale, step
+    return now[:, :2] / scale, step
 
 
-def rest(flat: Floats, edges: Ints, lengths: Floats) -> int:
-    """Relax a page of about PAGE_SIZE in the plane, flat (n, 2) in place, until nothing moves; the sweeps taken."""
-    size = sqrt(len(flat))
-    momentum = max(1.0 - SLOWING / size, LEAST_MOMENTUM)
-    return relax_in_plane(flat, edges, lengths, round(PLANE_SWEEPS * size), PLANE_CHANGE * PAGE_SIZE, momentum)
-
-
-def _spread(pairs: Ints, lengths: Floats) -> tuple[Ints, Floats]:
-    """The same pairs (k, 2) and lengths (k,) in an order in which neighbours in the list are none on the sheet.
-
-    Relaxing one pair then does not wait for the one before it, and the processor takes several at a time.
-    """
-    stride = max(round(GOLDEN * len(pairs)), 1)
-    while np.gcd(stride, max(len(pairs), 1)) != 1:
-        stride += 1
-    order = np.arange(len(pairs)) * stride % max(len(pairs), 1)
-    return pairs[order], lengths[order]
+# How to begin, with how many particles at most, and Newton's steps from there.
+WAYS: tuple[tuple[Start, int, int], ...] = (
+    (fall, 1_500, ITERATIONS),
+    (_conformal, 6_000, CONFORMAL_ITERATIONS),
+)

@@ -6,14 +6,20 @@ the page a triangle falls over where lengths contradict each other, mostly over 
 
 from __future__ import annotations
 
+import numba
 import numpy as np
 
 from restore.align import border_of
-from restore.scan import Floats, Ints
+from restore.flatten.adjacency import Adjacency, adjacency
+from restore.flatten.kernels import SMALL
+from restore.scan import Floats, Ints, Mask
 from restore.strain import signed_areas
 
 AVERAGINGS = 10  # between two looks at what is still flipped
 LOOKS = 12  # each may take in more of what is round a tangle
+EASINGS = 60  # sweeps; a tangle and its neighbours are a few vertices wide
+HALVINGS = 6  # of a move, before it is given up
+SLIMMEST = 0.02  # of the middle face's area: no face gets slimmer, or rounding could turn it over
 
 
 def unfold(flat: Floats, faces: Ints) -> int:
@@ -36,15 +42,28 @@ def unfold(flat: Floats, faces: Ints) -> int:
     return len(flipped)
 
 
-def untangle(flat: Floats, faces: Ints, edges: Ints) -> Floats:
+def untangle(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
     """Flat positions (n, 2) mm with fewer faces (m, 3) flipped: their corners go amid their neighbours.
 
-    It costs the edges (e, 2) there their lengths, and is the last resort.
+    It costs the edges (e, 2) there their lengths (e,) mm, as few and as little as can be, and is the last resort.
     """
+    flat, moved = _amid_neighbours(flat.copy(), faces, edges)
+    near = moved.copy()
+    near[edges[moved[edges].any(axis=1)]] = True
+    count = len(flat)
+    ways = adjacency(edges.ravel(), np.repeat(np.arange(len(edges)), 2), count)
+    around = adjacency(faces.ravel(), np.repeat(np.arange(len(faces)), 3), count)
+    least = SLIMMEST * np.median(np.abs(signed_areas(flat, faces)))
+    ease(flat, faces, edges, lengths, ways, around, np.flatnonzero(near), float(least), EASINGS)
+    return flat
+
+
+def _amid_neighbours(flat: Floats, faces: Ints, edges: Ints) -> tuple[Floats, Mask]:
+    """The corners (n, 2) of flipped faces put amid their neighbours, in place, and which they are."""
     loose, inner = np.zeros(len(flat), bool), np.ones(len(flat), bool)
     inner[border_of(faces)] = False  # would be drawn in
     degree = np.bincount(edges.ravel(), minlength=len(flat))
-    flat, start, end = flat.copy(), *edges.T
+    start, end = edges.T
     for look in range(LOOKS):
         flipped = signed_areas(flat, faces) < 0.0
         if not flipped.any():
@@ -58,4 +77,54 @@ def untangle(flat: Floats, faces: Ints, edges: Ints) -> Floats:
             np.add.at(total, start, flat[end])
             np.add.at(total, end, flat[start])
             flat[move] = total[move] / degree[move, None]
-    return flat
+    return flat, loose
+
+
+@numba.njit(cache=True)
+def ease(
+    flat: Floats,
+    faces: Ints,
+    edges: Ints,
+    lengths: Floats,
+    ways: Adjacency,
+    around: Adjacency,
+    moving: Ints,
+    least: float,
+    sweeps: int,
+) -> None:
+    """Relax the sticks at the moving vertices (k,), flat (n, 2) in place, each as far as no face gets below `least`.
+
+    ways and around are the edges and the faces at every vertex.
+    """
+    for _ in range(sweeps):
+        for i in moving:
+            x, y, count = 0.0, 0.0, max(ways.start[i + 1] - ways.start[i], 1)
+            for q in range(ways.start[i], ways.start[i + 1]):
+                k = ways.items[q]
+                other = edges[k, 0] + edges[k, 1] - i
+                off_x, off_y = flat[other, 0] - flat[i, 0], flat[other, 1] - flat[i, 1]
+                share = 1.0 - lengths[k] / (np.sqrt(off_x * off_x + off_y * off_y) + SMALL)
+                x += share * off_x / count
+                y += share * off_y / count
+            was_x, was_y = flat[i, 0], flat[i, 1]
+            before = _slimmest(i, flat, faces, around)
+            step = 1.0
+            for _ in range(HALVINGS):
+                flat[i, 0], flat[i, 1] = was_x + step * x, was_y + step * y
+                if _slimmest(i, flat, faces, around) >= min(least, before):
+                    break
+                step *= 0.5
+            else:
+                flat[i, 0], flat[i, 1] = was_x, was_y
+
+
+@numba.njit(cache=True)
+def _slimmest(i: int, flat: Floats, faces: Ints, around: Adjacency) -> float:
+    """The least signed area of the faces at vertex i."""
+    least = np.inf
+    for q in range(around.start[i], around.start[i + 1]):
+        a, b, c = faces[around.items[q]]
+        ux, uy = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
+        vx, vy = flat[c, 0] - flat[a, 0], flat[c, 1] - flat[a, 1]
+        least = min(least, 0.5 * (ux * vy - uy * vx))
+    return least

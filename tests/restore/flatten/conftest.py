@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from types import ModuleType
+from typing import Any, NamedTuple
 
+import numba
 import numpy as np
 import pytest
 from scipy.spatial import Delaunay
@@ -109,3 +111,17 @@ def make_warped(
 @pytest.fixture(scope="session")
 def warped() -> Callable[..., Warped]:
     return make_warped
+
+
+@pytest.fixture
+def plain(monkeypatch) -> Callable[[ModuleType], dict[str, Any]]:
+    """Has all compiled functions that a module knows run as plain Python; they are returned by name."""
+
+    def interpreted(module: ModuleType) -> dict[str, Any]:
+        dispatcher = numba.core.dispatcher.Dispatcher
+        kernels = {name: value for name, value in vars(module).items() if isinstance(value, dispatcher)}
+        for name, kernel in kernels.items():
+            monkeypatch.setattr(module, name, kernel.py_func)
+        return kernels
+
+    return interpreted

@@ -1,12 +1,11 @@
 """Patches of known surfaces: their normals, their curvature, how far they pass by noisy vertices."""
 
-import numba
 import numpy as np
 import pytest
 
 from bench.exact import scattered
 from restore.flatten import jets as module
-from restore.flatten.jets import MOST_NEIGHBOURS, TERMS, adjacency, fit_jets
+from restore.flatten.jets import MOST_NEIGHBOURS, TERMS, fit_jets, rings_of
 from restore.flatten.network import edges_of
 
 PATCH_MM = (60.0, 40.0)
@@ -33,7 +32,8 @@ def plane():
 
 
 def fit(flat, height, faces, edges, noise=STILL):
-    return fit_jets(np.column_stack([flat, height]), faces, edges, np.arange(len(flat)), noise)
+    vertices = np.column_stack([flat, height])
+    return fit_jets(vertices, rings_of(vertices, faces, edges), np.arange(len(flat)), noise)
 
 
 def test_a_quadratic_surface_gets_its_normals_and_curvatures(plane):
@@ -79,35 +79,25 @@ def test_patches_pass_by_noisy_vertices_by_their_noise(plane):
 
 def test_only_the_chosen_vertices_get_a_patch(plane):
     flat, faces, edges = plane
-    found = fit_jets(np.column_stack([flat, 0 * flat[:, 0]]), faces, edges, np.array([3, 5]), STILL)
+    vertices = np.column_stack([flat, 0 * flat[:, 0]])
+    found = fit_jets(vertices, rings_of(vertices, faces, edges), np.array([3, 5]), STILL)
     np.testing.assert_array_equal(np.flatnonzero(found.normals.any(axis=1)), [3, 5])
 
 
 def test_a_lone_triangle_gets_no_patch():
     triangle = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
     faces = np.array([[0, 1, 2]])
-    found = fit_jets(triangle, faces, edges_of(faces), np.arange(3), STILL)
+    found = fit_jets(triangle, rings_of(triangle, faces, edges_of(faces)), np.arange(3), STILL)
     assert not found.normals.any()
     assert not found.offsets.any()
 
 
-def test_rows_of_the_table_hold_what_was_grouped():
-    table = adjacency(np.array([2, 0, 2, 2]), np.array([7, 8, 9, 4]), 4)
-    rows = [set(table.items[a:b]) for a, b in zip(table.start[:-1], table.start[1:], strict=True)]
-    assert rows == [{8}, set(), {7, 9, 4}, set()]
-
-
-def test_compiled_and_plain_python_agree(monkeypatch):
+def test_compiled_and_plain_python_agree(plain):
     flat, faces = scattered(80, PATCH_MM, np.random.default_rng(2))
     vertices = np.column_stack([flat, 0.003 * flat[:, 0] ** 2 + 0.3 * np.abs(flat[:, 1])])
-    work = (vertices, faces, edges_of(faces), np.arange(len(flat)), 1e-3)
+    work = (vertices, rings_of(vertices, faces, edges_of(faces)), np.arange(len(flat)), 1e-3)
     compiled = fit_jets(*work)
-    kernels = {
-        name: value for name, value in vars(module).items() if isinstance(value, numba.core.dispatcher.Dispatcher)
-    }
-    assert len(kernels) == 9
-    for name, kernel in kernels.items():
-        monkeypatch.setattr(module, name, kernel.py_func)
+    assert "_fit_all" in plain(module)
     for one, other in zip(compiled, fit_jets(*work), strict=True):
         np.testing.assert_allclose(one, other, atol=PARITY)
 

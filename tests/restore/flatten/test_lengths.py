@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from bench.exact import scattered
+from restore.flatten import lengths as module
+from restore.flatten.jets import rings_of
 from restore.flatten.lengths import noise_of, surface_lengths
 from restore.flatten.network import edges_of
 
@@ -15,6 +17,10 @@ EXACT = 1e-12
 ARC = 0.05  # of the chords' error may remain on a cylinder; 0.01 measured
 OVER_CREASE = 0.25  # of the chords' error, rms of the edges over it; 0.17 measured: which side is which, patches guess
 BESIDE = 0.01  # rms of edges that lie on one side of it alone
+SPINE = np.deg2rad(70.0)
+SPINE_BEND_MM = 60.0  # radius of the pages beside it, which rise to it the steeper the nearer they are
+OVER_SPINE = 0.2  # of the chords' error, median of the edges over it; 0.1 measured
+PARITY = 1e-9
 NOISE_MM = 0.02
 NOISE_KNOWN = 0.2  # of it; of 100 probes a median absolute deviation is known to 12 %
 INFLATED = 0.75  # of what the chords grow; the patches take off-plane noise out but between near neighbours
@@ -59,18 +65,30 @@ def test_over_a_fold_they_go_over_the_crease(patch):
     assert rms(found[~over]) < BESIDE
 
 
+def test_over_a_spine_they_follow_the_pages_that_rise_to_it(patch):
+    flat, faces, edges, true = patch
+    off = flat[:, 0] - CREASE_MM
+    slope = SPINE - np.abs(off) / SPINE_BEND_MM
+    along = SPINE_BEND_MM * (np.sin(SPINE) - np.sin(slope))
+    rise = SPINE_BEND_MM * (np.cos(slope) - np.cos(SPINE))
+    vertices = np.column_stack([np.sign(off) * along, flat[:, 1], -rise])
+    found, over = surface_lengths(vertices, faces, edges) / true - 1, off[edges].prod(axis=1) < 0
+    chords = length(vertices, edges) / true - 1
+    assert np.median(np.abs(found[over])) < OVER_SPINE * np.median(np.abs(chords[over]))
+
+
 def test_noise_does_not_inflate_them_as_it_does_the_chords(patch):
     flat, faces, edges, true = patch
     vertices = np.column_stack([flat, np.random.default_rng(1).normal(scale=NOISE_MM, size=len(flat))])
     grown, chords = (np.mean(x / true - 1) for x in (surface_lengths(vertices, faces, edges), length(vertices, edges)))
-    assert abs(noise_of(vertices, faces, edges) / NOISE_MM - 1) < NOISE_KNOWN
+    assert abs(noise_of(vertices, rings_of(vertices, faces, edges)) / NOISE_MM - 1) < NOISE_KNOWN
     assert 0 < grown < INFLATED * chords
 
 
 def test_a_surface_without_noise_is_told(patch):
     flat, faces, edges, _ = patch
     vertices = np.column_stack([flat, 0.5 * flat[:, 0] ** 2 / RADIUS_MM])
-    assert noise_of(vertices, faces, edges) < 0.1 * NOISE_MM
+    assert noise_of(vertices, rings_of(vertices, faces, edges)) < 0.1 * NOISE_MM
 
 
 def test_they_scale_with_the_surface(patch):
@@ -78,3 +96,12 @@ def test_they_scale_with_the_surface(patch):
     vertices = np.column_stack([flat, 0.2 * np.abs(flat[:, 0] - CREASE_MM) + 0.002 * flat[:, 1] ** 2])
     here = surface_lengths(vertices, faces, edges)
     np.testing.assert_allclose(surface_lengths(1e3 * vertices, faces, edges), 1e3 * here, rtol=1e-6)
+
+
+def test_compiled_and_plain_python_agree(plain):
+    flat, faces = scattered(150, PATCH_MM, np.random.default_rng(1))
+    vertices = np.column_stack([flat, 0.5 * np.abs(flat[:, 0] - CREASE_MM) + 0.002 * flat[:, 1] ** 2])
+    edges = edges_of(faces)
+    compiled = surface_lengths(vertices, faces, edges)
+    assert "_over_crease" in plain(module)
+    np.testing.assert_allclose(compiled, surface_lengths(vertices, faces, edges), atol=PARITY)

@@ -1,12 +1,17 @@
 """Corners of the border that fell on their face are mirrored back."""
 
+from importlib import import_module
+
 import numpy as np
 
 from restore.flatten.network import edges_of
 from restore.flatten.unfold import unfold, untangle
-from restore.strain import flipped_faces, signed_areas
+from restore.strain import edge_strain, flipped_faces, signed_areas
 
 EXACT = 1e-12
+TANGLE_MM = 25.0  # two spacings: the point comes to lie beyond its neighbours
+EASED = 0.01  # strain: its place among them is known, relaxation comes back to it
+PARITY = 1e-9
 
 
 def folded(flat, faces, face):
@@ -56,7 +61,7 @@ def test_a_tangle_inside_the_page_comes_undone(warped):
     tangled = page.flat.copy()
     tangled[inner] += [40.0, 25.0]  # over its neighbours and theirs
     assert flipped_faces(tangled, page.mesh.faces) > 0
-    flat = untangle(tangled, page.mesh.faces, edges)
+    flat = untangle(tangled, page.mesh.faces, edges, page.lengths)
     assert flipped_faces(flat, page.mesh.faces) == 0
     far = np.linalg.norm(page.flat, axis=1) > 100.0
     np.testing.assert_array_equal(flat[far], tangled[far])
@@ -64,4 +69,26 @@ def test_a_tangle_inside_the_page_comes_undone(warped):
 
 def test_a_page_without_a_tangle_stays_as_it_is(warped):
     page = warped(count=100)
-    np.testing.assert_array_equal(untangle(page.flat, page.mesh.faces, edges_of(page.mesh.faces)), page.flat)
+    np.testing.assert_array_equal(
+        untangle(page.flat, page.mesh.faces, edges_of(page.mesh.faces), page.lengths), page.flat
+    )
+
+
+def test_a_page_that_was_tangled_is_hardly_stretched(warped):
+    page = warped(count=400)
+    edges = edges_of(page.mesh.faces)
+    middle = int(np.argmin(np.linalg.norm(page.flat, axis=1)))
+    tangled = page.flat.copy()
+    tangled[middle] += TANGLE_MM
+    flat = untangle(tangled, page.mesh.faces, edges, page.lengths)
+    assert np.abs(edge_strain(flat, edges, page.lengths)).max() < EASED
+
+
+def test_compiled_and_plain_python_agree(warped, plain):
+    page = warped(count=60)
+    edges = edges_of(page.mesh.faces)
+    tangled = page.flat.copy()
+    tangled[int(np.argmin(np.linalg.norm(page.flat, axis=1)))] += 2 * TANGLE_MM
+    compiled = untangle(tangled, page.mesh.faces, edges, page.lengths)
+    assert "ease" in plain(import_module("restore.flatten.unfold"))
+    np.testing.assert_allclose(compiled, untangle(tangled, page.mesh.faces, edges, page.lengths), atol=PARITY)
