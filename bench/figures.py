@@ -32,12 +32,12 @@ from station.words import recognise
 PAPER, INK, WRONG = (255, 255, 255), (40, 40, 40), (200, 30, 30)
 GAP = 16  # pixels
 CAPTION_PT, WORDS_PT = 4.6, 4.2  # at 300 dpi, as typefaces are made here: 19 and 17 pixels
-GREYS = 48  # of the palette: a page of print needs no more, and the file is a quarter as large
+GREYS = 96  # of the palette: a page of print needs no more, and the file is a third as large
 SHOWN_WORDS, SHOWN_SHARE = 75, 0.6
 # A camera with overlapping filters by warm light: what it makes of linear sRGB.
 CAMERA = np.array([[0.86, 0.14, 0.04], [0.10, 0.72, 0.08], [0.02, 0.16, 0.50]])
 SHOTS, SMALL_PT = 4, 9.0
-CUT_SHARE, CLEAR = 0.04, 12  # of the height: two lines of print; codes by which bare paper varies
+CUT_SHARE, CLEAR = 0.04, 5  # of the height: two lines of print; codes by which bare paper varies
 
 
 def words_figure() -> Image.Image:

@@ -48,7 +48,7 @@ def paint_page(page: FlatMesh, dpi: float) -> Painting:
     # A page coarser than its source is painted finer and shrunk, so that no texture pixel is skipped.
     factor = max(1, ceil(resolved / dpi - SLACK))
     source = page_map(page.flat, page.faces, page.texcoords, dpi, finer=factor)
-    texture = bleed(page.texture, page.texcoords, page.faces)
+    texture = bleed(page.texture, page.texcoords, page.faces, mixed=page.provenance.get("super", {}).get("factor", 1))
     image, mask = sample(texture, source), np.isfinite(source[..., 0])
     if factor > 1:
         middle = slice(factor // 2, None, factor)
@@ -82,13 +82,14 @@ def resolution(flat: Floats, faces: Ints, pixels: Floats) -> float:
     return float(np.sqrt(ratio[order][min(middle, len(order) - 1)]) * MM_PER_INCH)
 
 
-def bleed(texture: Bytes, texcoords: Floats, faces: Ints) -> Bytes:
+def bleed(texture: Bytes, texcoords: Floats, faces: Ints, *, mixed: int = 1) -> Bytes:
     """The texture (h, w, 3), the colour of the sheet carried on past its edge, where half of a pixel is table.
 
-    texcoords (n, 2) texture pixels and faces (m, 3) tell what of the texture is the sheet.
+    texcoords (n, 2) texture pixels and faces (m, 3) tell what of the texture is the sheet; `mixed` is how many pixels
+    at its edge are not its own, more than one where several shots made them finer.
     """
     covered = rasterise(texcoords, faces, np.zeros((len(texcoords), 1)), *texture.shape[:2])[..., 0]
-    whole = binary_erosion(np.isfinite(covered), border_value=1)
+    whole = binary_erosion(np.isfinite(covered), iterations=mixed, border_value=1)
     if not whole.any():
         return texture
     rows, cols = distance_transform_edt(~whole, return_distances=False, return_indices=True)
