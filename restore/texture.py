@@ -48,12 +48,19 @@ def paint_page(page: FlatMesh, dpi: float) -> Painting:
     # A page coarser than its source is painted finer and shrunk, so that no texture pixel is skipped.
     factor = max(1, ceil(resolved / dpi - SLACK))
     source = page_map(page.flat, page.faces, page.texcoords, dpi, finer=factor)
-    texture = bleed(page.texture, page.texcoords, page.faces, mixed=page.provenance.get("super", {}).get("factor", 1))
+    texture = bleed(page.texture, page.texcoords, page.faces, mixed=_mixed(page))
     image, mask = sample(texture, source), np.isfinite(source[..., 0])
     if factor > 1:
         middle = slice(factor // 2, None, factor)
         image, mask, source = _shrink(image, factor), mask[middle, middle], source[middle, middle]
     return Painting(image, mask, source, resolved)
+
+
+def _mixed(page: FlatMesh) -> int:
+    """Pixels at the edge of the sheet that are not its own: half of one is table; where several shots were joined to
+    finer ones, the step to the table rings on for as far again."""
+    factor = int(page.provenance.get("super", {}).get("factor", 1))
+    return 1 if factor == 1 else 2 * factor
 
 
 def page_map(flat: Floats, faces: Ints, values: Floats, dpi: float, *, finer: int = 1) -> PageMap:
