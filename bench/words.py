@@ -231,7 +231,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     print(
         f"\nwords / characters read right, per cent, {TYPE_PT:g} pt at {len(results)} pages", *table(results), sep="\n"
     )
-    print(*(verdicts(results) or ["nothing falls short"]), sep="\n")
+    print(*(list(verdicts(results)) or ["nothing falls short"]), sep="\n")
     print(f"{time.perf_counter() - start:.0f} s")
 
 

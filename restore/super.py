@@ -68,9 +68,11 @@ def finer(images: Sequence[Bytes]) -> Finer:
         raise BadInput("the shots lie on each other", "move page or scanner by half a pixel or so between shots")
     seen = [image.astype(np.float32) for image in images]
     picture = np.mean([_back(image, here) for image, here in zip(seen, maps, strict=True)], axis=0)
+    # Beside ink and table, projecting back overshoots: paper there is no brighter than what was seen of it.
+    brightest = cv2.dilate(picture, np.ones((2 * FACTOR + 1, 2 * FACTOR + 1), np.uint8))
     for _ in range(ROUNDS):
         lacks = [_back(image - _look(picture, here), here) for image, here in zip(seen, maps, strict=True)]
-        picture += np.mean(lacks, axis=0)
+        picture = np.minimum(picture + np.mean(lacks, axis=0), brightest)
     return Finer(np.clip(np.rint(picture), 0, 255).astype(np.uint8), maps)
 
 

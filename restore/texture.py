@@ -48,12 +48,31 @@ def paint_page(page: FlatMesh, dpi: float) -> Painting:
     # A page coarser than its source is painted finer and shrunk, so that no texture pixel is skipped.
     factor = max(1, ceil(resolved / dpi - SLACK))
     source = page_map(page.flat, page.faces, page.texcoords, dpi, finer=factor)
-    texture = bleed(page.texture, page.texcoords, page.faces)
+    texture = bleed(page.texture, page.texcoords, page.faces, mixed=_mixed(page))
     image, mask = sample(texture, source), np.isfinite(source[..., 0])
     if factor > 1:
         middle = slice(factor // 2, None, factor)
         image, mask, source = _shrink(image, factor), mask[middle, middle], source[middle, middle]
     return Painting(image, mask, source, resolved)
+
+
+def _mixed(page: FlatMesh) -> int:
+    """Pixels at the edge of the sheet that are not its own: half of one is table; where several shots were joined to
+    finer ones, the step to the table rings on for as far again."""
+    factor = int(page.provenance.get("super", {}).get("factor", 1))
+    return 1 if factor == 1 else 2 * factor
+
+
+def picture_size(flat: Floats, dpi: float, *, finer: int = 1) -> tuple[int, int]:
+    """Width and height in pixels of the picture of a page, flat (n, 2) mm, at `dpi` times `finer`.
+
+    Raises BadInput when the page would be too large for any memory.
+    """
+    extents = np.ptp(flat, axis=0) * dpi / MM_PER_INCH
+    width, height = (max(1, floor(extent + 0.5)) * finer for extent in extents)
+    if width * height > MAX_PIXELS:
+        raise BadInput(f"the page would have {width} × {height} pixels", "check the scan's unit (mm) or lower --dpi")
+    return width, height
 
 
 def page_map(flat: Floats, faces: Ints, values: Floats, dpi: float, *, finer: int = 1) -> PageMap:
@@ -64,12 +83,9 @@ def page_map(flat: Floats, faces: Ints, values: Floats, dpi: float, *, finer: in
     page; `finer` divides the side of each of them.
     Raises BadInput when the page would be too large for any memory.
     """
+    width, height = picture_size(flat, dpi, finer=finer)
     corner = np.array([flat[:, 0].min(), flat[:, 1].max()])
-    scale = dpi * finer / MM_PER_INCH
-    page = (flat - corner) * [scale, -scale] - 0.5
-    width, height = (max(1, floor(extent / finer + 0.5)) * finer for extent in np.ptp(page, axis=0))
-    if width * height > MAX_PIXELS:
-        raise BadInput(f"the page would have {width} × {height} pixels", "check the scan's unit (mm) or lower --dpi")
+    page = (flat - corner) * (np.array([1.0, -1.0]) * dpi * finer / MM_PER_INCH) - 0.5
     picture: PageMap = rasterise(page, faces, values, height, width)
     return picture
 
@@ -82,13 +98,14 @@ def resolution(flat: Floats, faces: Ints, pixels: Floats) -> float:
     return float(np.sqrt(ratio[order][min(middle, len(order) - 1)]) * MM_PER_INCH)
 
 
-def bleed(texture: Bytes, texcoords: Floats, faces: Ints) -> Bytes:
+def bleed(texture: Bytes, texcoords: Floats, faces: Ints, *, mixed: int = 1) -> Bytes:
     """The texture (h, w, 3), the colour of the sheet carried on past its edge, where half of a pixel is table.
 
-    texcoords (n, 2) texture pixels and faces (m, 3) tell what of the texture is the sheet.
+    texcoords (n, 2) texture pixels and faces (m, 3) tell what of the texture is the sheet; `mixed` is how many pixels
+    at its edge are not its own, more than one where several shots made them finer.
     """
     covered = rasterise(texcoords, faces, np.zeros((len(texcoords), 1)), *texture.shape[:2])[..., 0]
-    whole = binary_erosion(np.isfinite(covered), border_value=1)
+    whole = binary_erosion(np.isfinite(covered), iterations=mixed, border_value=1)
     if not whole.any():
         return texture
     rows, cols = distance_transform_edt(~whole, return_distances=False, return_indices=True)

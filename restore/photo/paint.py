@@ -4,20 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from math import ceil
 
 import cv2
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from restore.errors import BadInput
 from restore.photo.camera import project_map
 from restore.photo.sampling import sample_scaled
 from restore.photo.sources import COARSE_DPI, LINEAR, Plan, Source
 from restore.raster import rasterise
 from restore.scan import Bytes, FlatMesh, Mask
-from restore.texture import MAX_PIXELS, MM_PER_INCH, PAPER, TINY, Painting
+from restore.texture import MM_PER_INCH, PAPER, Painting, picture_size
 
 BAND = 256  # rows painted at once: 60 MB at a time for an A4 page at 400 dpi
 LEAST_SHARE = 1 / 512  # of a pixel: less changes no code
@@ -38,9 +36,7 @@ def paint(page: FlatMesh, sources: Sequence[Source], plan: Plan, dpi: float) -> 
     scale = dpi / MM_PER_INCH
     corner = np.array([page.flat[:, 0].min(), page.flat[:, 1].max()])
     corners = (page.flat - corner) * [scale, -scale] - 0.5
-    width, height = (max(1, ceil(extent - TINY)) for extent in np.ptp(corners, axis=0))
-    if width * height > MAX_PIXELS:
-        raise BadInput(f"the page would have {width} × {height} pixels", "check the scan's unit (mm) or lower --dpi")
+    width, height = picture_size(page.flat, dpi)
     image, mask = np.empty((height, width, 3), np.uint8), np.empty((height, width), bool)
     where, which = np.empty((height, width, 2), np.float32), np.empty((height, width), np.uint8)
     values = np.column_stack([page.vertices, page.texcoords])

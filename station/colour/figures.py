@@ -28,7 +28,8 @@ class Criterion:
     """A figure, and what it may be at most (at least, where `least`) for each level, the strictest first.
 
     Limits of FADGI 2023 (bound volumes: general collections) and ISO 19264-1:2021 as set side by side in "Tabela
-    porównawcza: FADGI/ISO/Metamorfoze", skandalski.pl.
+    porównawcza: FADGI/ISO/Metamorfoze", skandalski.pl; the tables of both themselves were not at hand. 36 CFR 1236.50
+    (b) and (d), which goes by FADGI's three stars, asks for 300 ppi as well.
     """
 
     name: str

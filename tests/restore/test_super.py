@@ -15,6 +15,7 @@ FINE = 8  # pixels of the known picture to one of an image
 SIZE = 96, 128  # rows, columns of the images
 SHIFTS = [(0, 0), (4, 0), (0, 4), (4, 4), (-3, 5), (6, -2)]  # eighths of a pixel, right and down
 NEARER = 0.67  # the rest is the lens's blur and the pixel's area, which nothing brings back whole
+HALO = 3  # codes: the noise of the mean of six images
 PLACE_PX = 0.05  # of a registration: its parabola is fitted to noise and aliasing
 
 
@@ -67,6 +68,12 @@ def test_the_finer_picture_lies_where_the_first_image_does(images):
     moved = registration(images[0], again)
     middle = np.array([SIZE[1] / 2, SIZE[0] / 2, 1])
     np.testing.assert_allclose(moved @ middle, middle[:2], atol=PLACE_PX)
+
+
+def test_there_is_no_halo_round_ink(known, images):
+    darker = [(image * 0.8).astype(np.uint8) for image in images]  # paper at 204: what is brighter can be seen
+    paper = int(np.mean([np.percentile(image, 90) for image in darker]))
+    assert np.percentile(finer(darker).image, 99) <= paper + HALO
 
 
 def test_an_even_picture_stays_even():
