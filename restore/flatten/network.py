@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.sparse import coo_matrix
@@ -119,6 +120,7 @@ def spread(pairs: Ints, lengths: Floats) -> tuple[Ints, Floats]:
     return pairs[order], lengths[order]
 
 
+@lru_cache(maxsize=16)
 def _strides(count: int) -> Ints:
     """0 to count − 1 in steps of about the golden section, which come back to the same place last."""
     stride = max(round(GOLDEN * count), 1)
