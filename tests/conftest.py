@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import signal
 import site
 import sys
 import sysconfig
@@ -20,6 +21,10 @@ from hypothesis import settings
 
 settings.register_profile("no clock", deadline=None)  # how long a test takes is the machine's business
 settings.load_profile("no clock")
+
+# A run in the background of a script ignores Ctrl-C, and so would the processes that tests start and interrupt.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 GRACE_SECONDS = 2.0  # a thread that was told to end may need a moment
 # Opened once for the life of the process, on first use: devices, the kernel's own tables, parts of installed libraries
