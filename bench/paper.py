@@ -7,7 +7,6 @@ folds.
 
 from __future__ import annotations
 
-import statistics
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -20,6 +19,7 @@ import numpy as np
 
 from bench.exact import ExactSheet, exact_sheet
 from bench.markers import rigid_residual
+from bench.timing import REPEATS, median_seconds
 from drivers.simulated.sheets import Binding, Cone, Crumpled, Curl, Miura, MultiFold, Sheet, Spread, Wave
 from restore.errors import BadInput
 from restore.flatten import springs, sticks
@@ -31,7 +31,6 @@ from restore.flatten.sticks import fall, flatten_from, flatten_sticks
 from restore.scan import Floats
 from restore.strain import edge_strain, flipped_faces
 
-REPEATS = 5
 SEED = 1
 PAPER_DRAG = 0.05  # eq. 4
 STABLE_STRAIN = 0.05  # rms of the edges after the last time step: settled runs end below 0.02, diverged ones above 0.1
@@ -96,7 +95,7 @@ def table_2() -> None:
     for name, (sheet, points, paper) in TABLE_2.items():
         warped = exact_sheet(sheet, points, seed=SEED)
         laid, network = warped.laid(), warped.network()
-        bending = seconds_of(warped.network)
+        bending = median_seconds(warped.network)
         ours, theirs = (median_outcome(solver, warped, laid, network) for solver in (fall_as_sticks, flatten_springs))
         shipped = median_outcome(flatten_sticks, warped, laid, network)
         measured = (bending, ours.seconds, bending + ours.seconds, bending + theirs.seconds)
@@ -179,7 +178,7 @@ def largest_stable_step(warped: ExactSheet, solver: Solver, module: ModuleType, 
 def median_outcome(solver: Solver, warped: ExactSheet, laid: Laid, network: Network) -> Outcome:
     """How a flattening ends, with the median of its seconds, unobserved."""
     found = outcome(solver, warped, laid, network)
-    return replace(found, seconds=seconds_of(partial(solver, laid, network, None)))
+    return replace(found, seconds=median_seconds(partial(solver, laid, network, None)))
 
 
 def outcome(solver: Solver, warped: ExactSheet, laid: Laid, network: Network) -> Outcome:
@@ -202,16 +201,6 @@ def outcome(solver: Solver, warped: ExactSheet, laid: Laid, network: Network) ->
     flips, end_flips = (flipped_faces(positions, network.faces) for positions in (last[:, :2], flat))
     rms = float(np.sqrt((rigid_residual(flat, warped.flat)[0] ** 2).sum(axis=1).mean()))
     return Outcome(seconds, steps, strain, flips, end_flips, rms)
-
-
-def seconds_of(run: Callable[[], object]) -> float:
-    """Median seconds of several runs; the first only warms up."""
-    taken = []
-    for _ in range(REPEATS + 1):
-        start = time.perf_counter()
-        run()
-        taken.append(time.perf_counter() - start)
-    return statistics.median(taken[1:])
 
 
 if __name__ == "__main__":

@@ -10,9 +10,7 @@ no method can be better.
 
 from __future__ import annotations
 
-import statistics
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import cache
@@ -20,6 +18,7 @@ from functools import cache
 import cv2
 import numpy as np
 
+from bench.timing import REPEATS, median_seconds
 from drivers.simulated import Crumpled, Curl, Figure, MultiFold, Spread, Text, Wave
 from drivers.simulated.albedo import LINEAR, srgb
 from drivers.simulated.artwork import Artwork
@@ -45,7 +44,6 @@ SEED = 5
 PAGE_MM = (280.0, 200.0)
 DISTANCE_MM = 900.0
 DPI = 150.0
-REPEATS = 5
 A4_MM, A4_DPI = (297.0, 210.0), 300.0  # the page of which the time is told
 PAPER_CODES = 4  # of 255: bare paper in the truth differs from the paper's own colour by less, farther off it is ink
 INK_MM = 1.0  # paper nearer to ink than this is judged with neither: the lens has blurred both
@@ -186,16 +184,6 @@ def a4_seconds() -> float:
         remove_shading(image, mask, dpi, relief_of(found.surface, found.unrolled.fine, LIGHT_DPI))
 
     return median_seconds(run)
-
-
-def median_seconds(run: Callable[[], None]) -> float:
-    """Median of several runs, after one to warm up."""
-    taken = []
-    for _ in range(REPEATS + 1):
-        start = time.perf_counter()
-        run()
-        taken.append(time.perf_counter() - start)
-    return statistics.median(taken[1:])
 
 
 if __name__ == "__main__":

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from contextlib import nullcontext
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +15,7 @@ from restore.flatten.kernels import relax_in_plane
 from restore.flatten.lay import lay, upright
 from restore.flatten.layout import lay_out
 from restore.flatten.lengths import noise_of, surface_lengths
-from restore.flatten.network import edges_of, make_network, pieces
+from restore.flatten.network import edges_of, make_network, pieces, straight_lengths
 from restore.flatten.orient import orient
 from restore.flatten.settle import settle
 from restore.flatten.unfold import unfold, untangle
@@ -62,7 +61,7 @@ def flatten(
         rest[np.isin(network.edges[:, 0], part.vertices)] = piece.lengths
         steps = max(steps, piece.steps)
     lay_out(flat, [(part.vertices, part.faces) for part in parts])
-    return _flat_mesh(mesh, flat, rest, steps)
+    return FlatMesh.of(mesh, flat, rest, steps)
 
 
 def _flatten_piece(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMesh:
@@ -83,23 +82,26 @@ def _over_grid(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMe
     flat = carry(sheet.inside.shape, unrolled.nodes, unrolled.fine.faces, unrolled.fine.flat, nodes)
     edges = edges_of(mesh.faces)
     lengths = sheet.lengths(nodes, edges)
-    if (
-        noise_of(mesh.vertices, rings_of(mesh.vertices, mesh.faces, edges)) < CLEAN * lengths.mean()
-    ):  # then its vertices know better
+    if _clean(mesh, edges, lengths):  # then its vertices know better
         lengths = surface_lengths(mesh.vertices, mesh.faces, edges)
         flat = _finish(flat, mesh.faces, edges, lengths)
-    return _flat_mesh(mesh, flat, lengths, unrolled.coarse.steps)
+    return FlatMesh.of(mesh, flat, lengths, unrolled.coarse.steps)
 
 
 def _over_points(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMesh:
     """By its own vertices alone, smoothed where they are noisy."""
     edges = edges_of(mesh.faces)
-    mean = float(np.linalg.norm(mesh.vertices[edges[:, 0]] - mesh.vertices[edges[:, 1]], axis=1).mean())
-    if noise_of(mesh.vertices, rings_of(mesh.vertices, mesh.faces, edges)) < CLEAN * mean:
+    if _clean(mesh, edges, straight_lengths(mesh.vertices, edges)):
         return flatten_points(mesh, method, on_step=on_step)
     smoothed, _ = patch_and_smooth(mesh.vertices, mesh.faces)
     page = flatten_points(replace(mesh, vertices=smoothed), method, on_step=on_step)
     return replace(page, vertices=mesh.vertices)
+
+
+def _clean(mesh: SurfaceMesh, edges: Ints, lengths: Floats) -> bool:
+    """Whether the vertices of a mesh are where its surface is; lengths (e,) mm of its edges (e, 2)."""
+    noise = noise_of(mesh.vertices, rings_of(mesh.vertices, mesh.faces, edges))
+    return bool(noise < CLEAN * lengths.mean())
 
 
 def _finish(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
@@ -112,8 +114,3 @@ def _finish(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
         if left >= before:  # what is still flipped does not lie at the border
             return untangle(flat, faces, edges, lengths)
     return flat
-
-
-def _flat_mesh(mesh: SurfaceMesh, flat: Floats, lengths: Floats, steps: int) -> FlatMesh:
-    fields: dict[str, Any] = {name: getattr(mesh, name) for name in SurfaceMesh.__dataclass_fields__}
-    return FlatMesh(**fields, flat=flat, lengths=lengths, steps=steps)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,6 +69,12 @@ class FlatMesh(SurfaceMesh):
     flat: Floats = field(default_factory=lambda: np.empty((0, 2)))
     steps: int = 0
     lengths: Floats = field(default_factory=lambda: np.empty(0))
+
+    @classmethod
+    def of(cls, mesh: SurfaceMesh, flat: Floats, lengths: Floats, steps: int) -> Self:
+        """A surface mesh with where it lies flat."""
+        surface: dict[str, Any] = {name: getattr(mesh, name) for name in SurfaceMesh.__dataclass_fields__}
+        return cls(**surface, flat=flat, lengths=lengths, steps=steps)
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,7 +37,7 @@ def face_shapes(faces: Ints, edges: Ints, lengths: Floats, thinnest: float = THI
 
     None is lower than thinnest × base: over a crease three lengths may make no triangle.
     """
-    base, near, far = (_between(faces[:, a], faces[:, b], edges, lengths) for a, b in ((0, 1), (0, 2), (1, 2)))
+    base, near, far = (between(faces[:, a], faces[:, b], edges, lengths) for a, b in ((0, 1), (0, 2), (1, 2)))
     along = (base**2 + near**2 - far**2) / (2.0 * base)
     return base, along, np.sqrt(np.maximum(near**2 - along**2, (thinnest * base) ** 2))
 
@@ -49,7 +49,8 @@ def at_vertices(values: Floats, faces: Ints, count: int) -> Floats:
     return total / np.maximum(np.bincount(faces.ravel(), minlength=count), 1)[:, None]
 
 
-def _between(a: Ints, b: Ints, edges: Ints, lengths: Floats) -> Floats:
+def between(a: Ints, b: Ints, edges: Ints, lengths: Floats) -> Floats:
+    """(k,) the lengths of the edges that join vertices a (k,) and b (k,); edges (e, 2) in ascending order."""
     count = edges.max() + 1
     keys = edges[:, 0] * count + edges[:, 1]
     found: Floats = lengths[np.searchsorted(keys, np.minimum(a, b) * count + np.maximum(a, b))]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -81,8 +80,7 @@ def _carried(
     edges = edges_of(mesh.faces)
     flat = carry(sheet.inside.shape, fine_nodes, fine.faces, fine.flat, nodes)
     lengths = sheet.lengths(nodes, edges)
-    fields: dict[str, Any] = {name: getattr(mesh, name) for name in SurfaceMesh.__dataclass_fields__}
-    return FlatMesh(**fields, flat=flat, lengths=lengths, steps=steps)
+    return FlatMesh.of(mesh, flat, lengths, steps)
 
 
 def square(flat: FlatMesh) -> FlatMesh:

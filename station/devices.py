@@ -35,6 +35,13 @@ class Found:
         return [device for device in self.scsi if device.is_scanner]
 
 
+Vendor = Annotated[str, typer.Option(help="Word in a scanner's vendor name.")]
+Product = Annotated[str, typer.Option(help="Word in a scanner's product name.")]
+Probe = Annotated[
+    bool, typer.Option("--probe", help="Ask behind USB bridges that Linux does not drive. Unmount their disks first.")
+]
+
+
 def search(host: Host, likeness: Likeness, *, probe: bool = False) -> Found:
     """Look everywhere. probe: ask behind USB bridges, too."""
     from drivers.scanner import TransportError
@@ -49,12 +56,9 @@ def search(host: Host, likeness: Likeness, *, probe: bool = False) -> Found:
 
 
 def devices(
-    vendor: Annotated[str, typer.Option(help="Word in a scanner's vendor name.")] = "MINOLTA",
-    product: Annotated[str, typer.Option(help="Word in a scanner's product name.")] = "VIVID",
-    probe: Annotated[
-        bool,
-        typer.Option("--probe", help="Ask behind USB bridges that Linux does not drive. Unmount their disks first."),
-    ] = False,
+    vendor: Vendor = "MINOLTA",
+    product: Product = "VIVID",
+    probe: Probe = False,
     rescan: Annotated[
         bool, typer.Option("--rescan", help="Let SCSI cards look for devices that were switched on late.")
     ] = False,

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from station.devices import Found, search
+from station.devices import Found, Probe, Product, Vendor, search
 from station.telling import faults_told, say
 
 if TYPE_CHECKING:
@@ -161,12 +161,9 @@ def tesseract_languages() -> Sequence[str] | None:
 
 
 def doctor(
-    vendor: Annotated[str, typer.Option(help="Word in a scanner's vendor name.")] = "MINOLTA",
-    product: Annotated[str, typer.Option(help="Word in a scanner's product name.")] = "VIVID",
-    probe: Annotated[
-        bool,
-        typer.Option("--probe", help="Ask behind USB bridges that Linux does not drive. Unmount their disks first."),
-    ] = False,
+    vendor: Vendor = "MINOLTA",
+    product: Product = "VIVID",
+    probe: Probe = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
     debug: Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")] = False,
 ) -> None:

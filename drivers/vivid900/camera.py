@@ -9,8 +9,7 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import replace
 from datetime import UTC, datetime
-from types import TracebackType
-from typing import Any, Literal, Self, TypeVar
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 
@@ -19,6 +18,7 @@ from drivers.vivid900 import merge
 from drivers.vivid900.aim import aim
 from drivers.vivid900.body import RANGE_MODES, Body, Shot
 from drivers.vivid900.calibration import Calibration
+from drivers.vivid900.closing import Closing
 from drivers.vivid900.colour import Samples
 from drivers.vivid900.commands import Parameters, ShotMode, State, Status
 from drivers.vivid900.errors import BadReply, Interrupted
@@ -43,11 +43,13 @@ def _silent(step: str, done: float) -> None:
     """No one is listening."""
 
 
-class Vivid900:
+class Vivid900(Closing):
     """A Vivid 900. Raising from `progress` cancels a capture wherever it stands.
 
     identity  what the scanner says of itself.
     """
+
+    unrest = "and the scanner could not be brought to rest"
 
     def __init__(
         self,
@@ -115,19 +117,6 @@ class Vivid900:
                 pass
         finally:
             self._link.transport.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        try:
-            self.close()
-        except ScannerError as fault:
-            if error is None:
-                raise
-            error.add_note(f"and the scanner could not be brought to rest: {fault}")
 
     def _body(self, progress: Progress = _silent) -> Body:
         return Body(self._link, self._profile, progress)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from restore.flatten.joints import flatten_parts
 from restore.flatten.lay import Laid, lay
 from restore.flatten.layout import lay_out
 from restore.flatten.lengths import surface_lengths
-from restore.flatten.network import Network, Piece, edges_of, make_network, pieces
+from restore.flatten.network import Network, Piece, edges_of, make_network, pieces, straight_lengths
 from restore.flatten.orient import orient
 from restore.flatten.settle import settle
 from restore.flatten.springs import flatten_springs
@@ -58,7 +57,7 @@ def flatten_points(
     page = _settle(mesh, method, surface_lengths(mesh.vertices, mesh.faces, edges), on_step)
     if (strained := _rms_strain(page, edges)) < DOUBTFUL:
         return page
-    straight = np.linalg.norm(mesh.vertices[edges[:, 0]] - mesh.vertices[edges[:, 1]], axis=1)
+    straight = straight_lengths(mesh.vertices, edges)
     near = replace(page, flat=settle(page.flat, edges, straight), lengths=straight)
     if strained < UNSOUND and _rms_strain(near, edges) > CLEARLY * strained:
         return page
@@ -88,8 +87,7 @@ def _settle(mesh: SurfaceMesh, method: str, lengths: Floats, on_step: OnStep | N
         laid_out.append((piece.vertices, piece.faces))
         steps = max(steps, taken)
     lay_out(flat, laid_out)
-    fields: dict[str, Any] = {name: getattr(mesh, name) for name in SurfaceMesh.__dataclass_fields__}
-    return FlatMesh(**fields, flat=flat, lengths=network.lengths, steps=steps)
+    return FlatMesh.of(mesh, flat, network.lengths, steps)
 
 
 def check(mesh: SurfaceMesh) -> None:

@@ -17,7 +17,7 @@ from restore.flatten.lay import Laid, lay, upright
 from restore.flatten.network import Network, Piece, edges_of, half_edges, make_network
 from restore.flatten.settle import settle
 from restore.scan import Floats, Ints, Mask
-from restore.strain import flipped_faces
+from restore.strain import between, flipped_faces
 
 JOINT = 1e3  # a point in common outweighs the vertices beside it, which tell the turn alone
 FLATTEST = 1e-6  # of its mean square: neighbours in one plane have no extent across it
@@ -96,10 +96,10 @@ def parts(network: Network) -> Iterator[Piece]:
 
 def _parts(faces: Ints) -> tuple[int, Ints]:
     """How many parts there are, and of which each face (m,) is."""
-    _, owner, first = half_edges(faces)
+    _, side, first = half_edges(faces)
     edge = np.repeat(np.arange(len(first) - 1), np.diff(first))
     size = len(faces) + len(first) - 1
-    graph = coo_matrix((np.ones(len(owner), bool), (owner, len(faces) + edge)), (size, size))
+    graph = coo_matrix((np.ones(len(side), bool), (side // 3, len(faces) + edge)), (size, size))
     _, labels = connected_components(graph, False)
     return int(labels.max()) + 1, labels[: len(faces)]
 
@@ -107,11 +107,6 @@ def _parts(faces: Ints) -> tuple[int, Ints]:
 def _part(network: Network, member: Mask) -> Piece:
     vertices, faces = np.unique(network.faces[member], return_inverse=True)
     faces = faces.reshape(-1, 3)
-    count = network.faces.max() + 1
-    keys = network.edges[:, 0] * count + network.edges[:, 1]
     start, end = vertices[edges_of(faces)].T
-    return Piece(
-        vertices,
-        faces,
-        make_network(np.empty((0, 3)), faces, network.lengths[np.searchsorted(keys, start * count + end)]),
-    )
+    lengths = between(start, end, network.edges, network.lengths)
+    return Piece(vertices, faces, make_network(np.empty((0, 3)), faces, lengths))

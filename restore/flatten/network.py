@@ -13,6 +13,7 @@ from scipy.sparse.csgraph import connected_components
 from restore.errors import BadInput
 from restore.flatten.adjacency import order_of_pairs
 from restore.scan import Floats, Ints
+from restore.strain import between
 
 GOLDEN = (5.0**0.5 - 1.0) / 2.0
 BLOCK = 8192  # pairs of a quarter of a megabyte
@@ -57,25 +58,33 @@ def make_network(vertices: Floats, faces: Ints, lengths: Floats | None = None) -
     """
     edges, inner, hinges = _edges_and_apexes(faces)
     if lengths is None:
-        lengths = np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1)
+        lengths = straight_lengths(vertices, edges)
     if lengths.shape != (len(edges),) or not (lengths >= 0).all() or not 0 < lengths.sum() < np.inf:
         raise BadInput(f"{len(edges)} edges need {len(edges)} finite lengths", "give them in the order of `edges_of`")
     lengths = np.maximum(lengths, TINY * lengths.mean())
     return Network(faces, edges, lengths, hinges, _spans(edges, lengths, inner, hinges))
 
 
+def straight_lengths(vertices: Floats, edges: Ints) -> Floats:
+    """(e,) distances of the ends of edges (e, 2) among vertices (n, 3) mm."""
+    return np.asarray(np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1))
+
+
 def _edges_and_apexes(faces: Ints) -> tuple[Ints, Ints, Ints]:
     """Edges (e, 2); which of them are inner (b,); the two corners facing each inner edge (b, 2)."""
-    half, owner, first = half_edges(faces)
+    half, side, first = half_edges(faces)
     inner = np.flatnonzero(np.diff(first) == 2)  # an edge of three faces is a flaw of the mesh and no hinge
     edges, pair = half[first[:-1]], first[inner]
     ends = edges[inner].sum(axis=1)
-    return edges, inner, np.stack([faces[owner[side]].sum(axis=1) - ends for side in (pair, pair + 1)], axis=1)
+    return edges, inner, np.stack([faces[side[k] // 3].sum(axis=1) - ends for k in (pair, pair + 1)], axis=1)
 
 
 def half_edges(faces: Ints) -> tuple[Ints, Ints, Ints]:
-    """The sides (h, 2) of faces (m, 3), the smaller vertex first, in ascending order; the face (h,) of each; where
-    each edge begins among them, and the end (e + 1,)."""
+    """The sides (h, 2) of faces (m, 3), the smaller vertex first, in ascending order; which they are (h,); where each
+    edge begins among them, and the end (e + 1,).
+
+    Side 3·f + k runs from corner k of face f to the next.
+    """
     ends = np.roll(faces, -1, axis=1)
     low, high = np.minimum(faces, ends).ravel(), np.maximum(faces, ends).ravel()
     order = order_of_pairs(low, high, int(faces.max(initial=-1)) + 1)
@@ -83,23 +92,16 @@ def half_edges(faces: Ints) -> tuple[Ints, Ints, Ints]:
     low, high = low[order], high[order]
     new = np.ones(len(low), bool)
     new[1:] = (low[1:] != low[:-1]) | (high[1:] != high[:-1])
-    return np.stack([low, high], axis=1), order // 3, np.append(np.flatnonzero(new), len(low))
+    return np.stack([low, high], axis=1), order, np.append(np.flatnonzero(new), len(low))
 
 
 def _spans(edges: Ints, lengths: Floats, inner: Ints, hinges: Ints) -> Floats:
     """Distance of the two corners when both triangles are unfolded into one plane, from the five edge lengths."""
-    count = edges.max(initial=0) + 1
-    keys = edges[:, 0] * count + edges[:, 1]
-
-    def length(a: Ints, b: Ints) -> Floats:
-        found: Floats = lengths[np.searchsorted(keys, np.minimum(a, b) * count + np.maximum(a, b))]
-        return found
-
     base = lengths[inner]
     start, end = edges[inner].T
 
     def corner(apex: Ints) -> tuple[Floats, Floats]:
-        near, far = length(start, apex), length(end, apex)
+        near, far = (between(side, apex, edges, lengths) for side in (start, end))
         # Never farther along than the side is long, or a sliver would throw its corner off the page.
         along = np.clip((near**2 - far**2 + base**2) / (2 * base), -near, near)
         return along, np.sqrt(np.maximum(near**2 - along**2, 0.0))

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
+from restore.flatten.network import half_edges
 from restore.scan import Floats, Ints
 from restore.strain import signed_areas
 
@@ -41,10 +42,7 @@ def _agree(faces: Ints) -> bool:
 
 def _neighbours(faces: Ints) -> tuple[Ints, Ints, np.ndarray]:
     """The two faces on every inner edge, (b,) and (b,), and whether they run the same way round."""
-    half = faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
-    forward, ends = half[:, 0] < half[:, 1], np.sort(half, axis=1)
-    order = np.lexsort((ends[:, 1], ends[:, 0]))
-    ends, forward, owner = ends[order], forward[order], order // 3
-    start = np.flatnonzero(np.r_[True, (ends[1:] != ends[:-1]).any(axis=1)])
-    inner = start[np.diff(np.r_[start, len(ends)]) == 2]
-    return owner[inner], owner[inner + 1], forward[inner] != forward[inner + 1]
+    ends, side, first = half_edges(faces)
+    forward = faces.ravel()[side] == ends[:, 0]
+    inner = first[:-1][np.diff(first) == 2]
+    return side[inner] // 3, side[inner + 1] // 3, forward[inner] != forward[inner + 1]

@@ -27,10 +27,14 @@ TINY = 1e-300  # keeps zero over zero finite
 def settle(flat: Floats, edges: Ints, lengths: Floats, iterations: int = ITERATIONS) -> Floats:
     """Flat positions (n, 2) mm of least strain: Gauss-Newton on Σ (length / rest length − 1)² over edges (e, 2)."""
     flat = flat.copy()
-    edges, lengths = spread(edges, lengths)
+    descend(flat, *spread(edges, lengths), iterations)
+    return flat
+
+
+def descend(flat: Floats, edges: Ints, lengths: Floats, iterations: int) -> None:
+    """As `settle`, flat (n, 2) mm in place, the edges gone over in the order given."""
     for iteration in range(iterations):
         newton_step(flat, edges, lengths, REST if iteration else FIRST, MOST_PASSES)
-    return flat
 
 
 @numba.njit(cache=True)

@@ -22,7 +22,7 @@ from restore.flatten.conformal import flatten_conformal
 from restore.flatten.kernels import advance, area_of, relax, relax_in_plane
 from restore.flatten.lay import Laid
 from restore.flatten.network import Network, spread
-from restore.flatten.settle import ITERATIONS, settle
+from restore.flatten.settle import ITERATIONS, descend
 from restore.flatten.unfold import unfold, untangle
 from restore.scan import Floats
 from restore.strain import edge_strain, flipped_faces
@@ -120,8 +120,10 @@ def _eased(flat: Floats, network: Network, iterations: int) -> Floats:
     flat = np.array(flat, order="C")
     size = sqrt(len(flat))
     momentum = max(1.0 - SLOWING / size, LEAST_MOMENTUM)
-    relax_in_plane(flat, *spread(network.edges, network.lengths), round(PLANE_SWEEPS * size), 0.0, momentum)
-    return settle(flat, network.edges, network.lengths, iterations)
+    edges, lengths = spread(network.edges, network.lengths)
+    relax_in_plane(flat, edges, lengths, round(PLANE_SWEEPS * size), 0.0, momentum)
+    descend(flat, edges, lengths, iterations)
+    return flat
 
 
 def fall(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 
 import cv2
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from restore.bands import in_bands
 from restore.photo.camera import project_map
 from restore.photo.sampling import sample_scaled
 from restore.photo.sources import COARSE_DPI, LINEAR, Plan, Source
@@ -20,7 +20,6 @@ from restore.texture import MM_PER_INCH, PAPER, Painting, picture_size
 BAND = 256  # rows painted at once: 60 MB at a time for an A4 page at 400 dpi
 LEAST_SHARE = 1 / 512  # of a pixel: less changes no code
 NOWHERE = 255  # source of what is not on the page
-THREADS = 2  # more gain little: the bands go through the same memory
 RING = 2.0  # pixels: the nearest pixel inside is one of the outermost
 EDGE_MM = 0.6  # the outline is known to a sample: so near to it, the photograph may show the table
 
@@ -41,14 +40,12 @@ def paint(page: FlatMesh, sources: Sequence[Source], plan: Plan, dpi: float) -> 
     where, which = np.empty((height, width, 2), np.float32), np.empty((height, width), np.uint8)
     values = np.column_stack([page.vertices, page.texcoords])
 
-    def paint_band(top: int) -> None:
-        band = slice(top, min(top + BAND, height))
-        surface = rasterise(corners - [0, top], page.faces, values, band.stop - top, width)
+    def paint_band(band: slice) -> None:
+        surface = rasterise(corners - [0, band.start], page.faces, values, band.stop - band.start, width)
         mask[band] = np.isfinite(surface[..., 0])
-        image[band], where[band], which[band] = _band(surface, sources, plan, top, dpi)
+        image[band], where[band], which[band] = _band(surface, sources, plan, band.start, dpi)
 
-    with ThreadPoolExecutor(THREADS) as threads:  # the kernels let go of the interpreter
-        list(threads.map(paint_band, range(0, height, BAND)))
+    in_bands(paint_band, height, BAND)
     _carry_to_edge(image, mask, round(EDGE_MM * scale))
     return Painting(image, mask, where, _resolution(plan), which)
 

@@ -6,10 +6,10 @@ import termios
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from types import TracebackType
-from typing import Protocol, Self
+from typing import Protocol
 
 from drivers.scanner import DeviceError, TransportError
+from drivers.vivid900.closing import Closing
 from drivers.vivid900.stage import dialogue
 from drivers.vivid900.stage.controllers import Controller
 from drivers.vivid900.stage.dialogue import Answer, Exchange
@@ -34,13 +34,15 @@ class Port(Protocol):
     def close(self) -> None: ...
 
 
-class RotaryStage:
+class RotaryStage(Closing):
     """Turns what stands on it about its axis. Leaving the context stops it, whatever happened.
 
     controller  the row of the table.
     relative    whether the controller takes the number of `rotate` as a way from where it stands, not from home.
     clock       seconds that only grow; `sleep` lets some of them pass.
     """
+
+    unrest = "the rotary stage could not be stopped"
 
     def __init__(
         self,
@@ -128,19 +130,6 @@ class RotaryStage:
         finally:
             with self._translated():
                 self._port.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        try:
-            self.close()
-        except TransportError as fault:
-            if error is None:
-                raise
-            error.add_note(f"the rotary stage could not be stopped: {fault}")
 
     def _exchange(self, exchange: Exchange) -> None:
         """Send, and wait until the answer has come and the stage stands."""

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from bench.calibration import HIDDEN
 from drivers.scanner import SettingsError
 from drivers.vivid900.board import Board, sight_board
 from drivers.vivid900.bundle import MARKER_PX, PRIOR, PlateShot, unknowns_of
@@ -16,17 +17,6 @@ from drivers.vivid900.lenses import FINE, LENSES, texture_grid
 from drivers.vivid900.triangulation import pitch_at, points_of, project, tangents
 
 MIDDLE = nominal(LENSES["MIDDLE"])
-HIDDEN = replace(
-    MIDDLE,
-    baseline_mm=251.3,
-    focal_px=1930.2,
-    centre_px=(323.1, 236.4),
-    pupil_mm=22.4,
-    distortion=(-0.07, 0.08),
-    plane=(1.1e-3, -4e-3, 2e-3, 1e-3),
-    tilt=8e-4,
-    bow=1.5e-3,
-)
 BOARD = Board()
 SIZE = np.array([BOARD.columns, -BOARD.rows]) * BOARD.pitch_mm
 LINES, PIXELS = 0.03, 0.04  # noise of the samples and the markers here
