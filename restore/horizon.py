@@ -44,8 +44,9 @@ class HorizonMap:
 
     def nodes(self, points: Field) -> Field:
         """(…, 2) = (col, row) in the map, as fractions, of points (…, 3) mm."""
-        scale = np.array([1 / self.pitch, -1 / self.pitch], np.float32)
-        return np.asarray((points[..., :2] - self.corner.astype(np.float32)) * scale)
+        left, top = self.corner.astype(np.float32)
+        pitch = np.float32(self.pitch)
+        return np.stack([(points[..., 0] - left) / pitch, (top - points[..., 1]) / pitch], axis=-1)
 
     def openness(self) -> Field:
         """(rows, cols) 0 to 1: how much of the light from above that its slope could get a node does get.
@@ -113,28 +114,29 @@ def _reaches(longest: int) -> Field:
 
 @numba.njit(cache=True, nogil=True)
 def _horizon(heights: Field, ways: Field, reaches: Field, pitch: float, first: int, slopes: Field) -> None:
-    """Look round from the rows of nodes from `first` on, into slopes (some rows, cols, len(ways))."""
+    """Look round from the rows of nodes from `first` on, into slopes (some rows, cols, len(ways)).
+
+    All nodes of a row look equally far at once: what they see lies beside one another in memory.
+    """
     rows, cols = heights.shape
-    top, zero, one = heights.max(), np.float32(0), np.float32(1)
-    right, bottom = np.float32(cols - 1), np.float32(rows - 1)
+    one = np.float32(1)
     for row in range(first, first + len(slopes)):
-        for col in range(cols):
-            here = heights[row, col]
-            if here == NOWHERE:
-                continue
-            for a in range(len(ways)):
-                steepest = np.float32(-1e3)
-                for reach in reaches:
-                    x, y = col + ways[a, 0] * reach, row + ways[a, 1] * reach
-                    away = reach * np.float32(pitch)
-                    if top - here <= steepest * away or not (zero <= x < right and zero <= y < bottom):
-                        break
-                    j, i = int(x), int(y)
-                    u, v = np.float32(x - j), np.float32(y - i)
-                    upper = (one - u) * heights[i, j] + u * heights[i, j + 1]
-                    lower = (one - u) * heights[i + 1, j] + u * heights[i + 1, j + 1]
-                    steepest = max(steepest, ((one - v) * upper + v * lower - here) / away)
-                slopes[row - first, col, a] = steepest
+        for a in range(len(ways)):
+            steepest = np.full(cols, np.float32(-1e3))
+            for reach in reaches:
+                x, y = ways[a, 0] * reach, row + ways[a, 1] * reach
+                right, i = int(np.floor(x)), int(np.floor(y))
+                start, stop = max(0, -right), min(cols, cols - 1 - right)
+                if start >= stop or not 0 <= i < rows - 1:
+                    break
+                u, v, nearness = np.float32(x - right), np.float32(y - i), one / (reach * np.float32(pitch))
+                here, steep = heights[row, start:stop], steepest[start:stop]
+                upper, lower = heights[i, start + right :], heights[i + 1, start + right :]
+                for k in range(stop - start):
+                    above = (one - u) * upper[k] + u * upper[k + 1]
+                    below = (one - u) * lower[k] + u * lower[k + 1]
+                    steep[k] = max(steep[k], ((one - v) * above + v * below - here[k]) * nearness)
+            slopes[row - first, :, a] = steepest
 
 
 @numba.njit(cache=True)
