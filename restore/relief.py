@@ -52,19 +52,18 @@ def relief_of(surface: Sheet | SurfaceMesh, fine: FlatMesh, dpi: float) -> Relie
 
     On a range grid every sample has a facet of its own, so a crease is sharp; a mesh has the normals of its vertices.
     """
-    own = vertex_normals(fine.vertices, fine.faces)
     laid = lay(fine.vertices, fine.faces)
     vertices, axes = laid.positions, laid.axes
     if isinstance(surface, Sheet):
-        nodes = np.stack(surface.rays.grid(fine.vertices), axis=1)
-        over = page_map(fine.flat, fine.faces, np.column_stack([vertices, nodes]), dpi)
+        rows, cols = surface.rays.grid(fine.vertices)
+        over = page_map(fine.flat, fine.faces, np.column_stack([vertices, cols, rows]), dpi)
         # Nearest, not in between: facets that meet at a crease must not be mixed.
-        at = np.ascontiguousarray(over[..., [4, 3]])
-        facets = facet_normals(surface)
+        facets, at = facet_normals(surface), np.ascontiguousarray(over[..., 3:])
         normals = cv2.remap(facets, at, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE) @ axes.T.astype("f")
     else:
+        own = vertex_normals(fine.vertices, fine.faces)
         over = page_map(fine.flat, fine.faces, np.column_stack([vertices, own @ axes.T]), dpi)
-        normals = over[..., 3:6] / np.maximum(np.linalg.norm(over[..., 3:6], axis=2, keepdims=True), TINY)
+        normals = over[..., 3:] / np.maximum(np.linalg.norm(over[..., 3:], axis=2, keepdims=True), TINY)
     normals[np.isnan(over[..., 0])] = np.nan
     return Relief(over[..., :3], normals, dpi, vertices, fine.faces, axes, laid.origin)
 
@@ -98,15 +97,18 @@ def _normals(planes: Floats, x0: float, dx: float, y0: float, dy: float) -> Fiel
 
 def _steadied(normals: Field, measured: Mask) -> Field:
     density = cv2.boxFilter(measured.astype(np.float32), -1, (DENSE_OVER, DENSE_OVER))
-    own = np.clip((density - SPARSE) / (DENSE - SPARSE), 0.0, 1.0)[..., None]
+    own = np.clip((density - SPARSE) / (DENSE - SPARSE), 0.0, 1.0)
     trust = np.maximum(own, np.float32(TINY))
     # Over so many samples every fourth is enough.
     size = tuple(-(-n // SHRINK) for n in density.shape[::-1])
-    small = cv2.resize(np.dstack([normals * trust, trust]), size, interpolation=cv2.INTER_AREA)
-    small = cv2.GaussianBlur(small, (0, 0), STEADY / SHRINK)
-    round_it = cv2.resize(small[..., :3] / small[..., 3:], density.shape[::-1], interpolation=cv2.INTER_LINEAR)
-    mixed = own * normals + (1 - own) * round_it
-    return np.asarray(mixed / np.sqrt(np.einsum("ijk,ijk->ij", mixed, mixed))[..., None])
+    total, weight = (
+        cv2.GaussianBlur(cv2.resize(field, size, interpolation=cv2.INTER_AREA), (0, 0), STEADY / SHRINK)
+        for field in (normals * trust[..., None], trust)
+    )
+    round_it = cv2.resize(total / weight[..., None], density.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    mixed = cv2.blendLinear(normals, round_it, own, 1 - own)
+    length = np.sqrt(cv2.transform(mixed * mixed, np.ones((1, 3))))
+    return np.asarray(mixed / length[..., None])
 
 
 def vertex_normals(vertices: Floats, faces: Ints) -> Floats:
