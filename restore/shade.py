@@ -9,6 +9,7 @@ surface only takes what is left.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil
 from typing import Any
 
 import cv2
@@ -63,24 +64,31 @@ def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Even
     if len(chosen) < LEAST_PAPER:
         return Evened(image, {"lamps": 0, "paper_share": 0.0})
     horizon = horizon_map(relief)
-    nodes = np.nan_to_num(horizon.nodes(relief.points))
+    nodes = horizon.nodes(relief.points)
     openness = cv2.remap(horizon.openness(), nodes, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     # What lies off the page is taken along, and never looked at: to sort it out would take longer.
     places = Places(*(_listed(field) for field in (relief.points, relief.normals, openness, nodes)))
     chosen = chosen[:: max(1, len(chosen) // SAMPLES)]
     light = fit_light(_listed(colour)[chosen], places[chosen], horizon)
-    expected = np.maximum(light.on(places), light.level / DIMMEST).reshape(colour.shape)
+    # From here on light is measured in the level light.
+    relative = 1 / np.maximum(light.level, TINY)
+    expected = np.maximum(_scaled(light.on(places).reshape(colour.shape), relative), 1 / DIMMEST)
     # The camera has blurred the light of a crease with everything else.
     expected = cv2.GaussianBlur(spread(expected, inside), (0, 0), BLUR_MM / MM_PER_INCH * relief.dpi)
-    rest, paper = _rest(colour / expected, inside)
+    seen = _scaled(colour, relative)
+    rest, paper = _rest(seen / expected, inside)
     surface = expected * rest
-    evener = colour / surface
+    evener = seen / surface
     surface *= crease_light(_lowest(evener), _highest(evener), _sum(expected), inside)[..., None]
-    gain = np.clip(light.level / np.maximum(surface, TINY), 1 / MAX_GAIN, MAX_GAIN)
-    gain = np.ascontiguousarray(spread(gain, inside))
+    gain = spread(np.clip(1 / np.maximum(surface, TINY), 1 / MAX_GAIN, MAX_GAIN), inside)
     evened, scale, codes = np.empty_like(image), relief.dpi / dpi, _codes()
     in_bands(lambda band: _apply(image, mask, gain, scale, LINEAR, codes, band.start, evened[band]), len(image))
     return Evened(evened, _facts(light, colour, gain, paper, inside))
+
+
+def _scaled(field: Field, factors: Floats) -> Field:
+    """A field (r, c, 3), each channel times its own of three factors; numpy is slow to repeat three numbers."""
+    return np.asarray(cv2.transform(field, np.diag(factors)))
 
 
 def _listed(field: Field) -> Field:
@@ -96,24 +104,28 @@ def _cells(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> tuple[Field,
     high, wide = (max(1, min(count, int(n * scale))) for count, n in zip((rows, cols), mask.shape, strict=True))
     within = np.s_[: max(1, round(high / scale)), : max(1, round(wide / scale))]
     codes = cv2.resize(image[within], (wide, high), interpolation=cv2.INTER_AREA)
-    whole = cv2.resize(mask[within].view(np.uint8) * np.uint8(255), (wide, high), interpolation=cv2.INTER_AREA) == 255
+    reach = 2 * ceil(1 / scale / 2) + 1  # pixels of a cell, and a fraction more
+    whole = cv2.erode(mask[within].view(np.uint8), np.ones((reach, reach), np.uint8))
+    whole = cv2.resize(whole, (wide, high), interpolation=cv2.INTER_NEAREST_EXACT) > 0
     codes = cv2.copyMakeBorder(codes, 0, rows - high, 0, cols - wide, cv2.BORDER_REPLICATE)
     whole = np.pad(whole, ((0, rows - high), (0, cols - wide)))
-    return LINEAR[codes], whole & relief.inside
+    return np.asarray(cv2.LUT(codes, LINEAR)), whole & relief.inside
 
 
 def _bare(colour: Field, inside: Mask) -> Mask:
     """Where the page may show bare paper: as bright as its surroundings, of the paper's hue, and beside no ink."""
-    brightness = np.where(inside, _sum(colour) / 3, 0).astype(np.float32)
+    total = _sum(colour)
+    brightness = np.where(inside, total, np.float32(0))
     small = brightness[::SHRINK, ::SHRINK]
     reach = 2 * round(LOCAL_MM / MM_PER_INCH * LIGHT_DPI / SHRINK / 2) + 1
     brightest = cv2.dilate(small, np.ones((reach, reach), np.uint8))
     brightest = cv2.resize(brightest, brightness.shape[::-1], interpolation=cv2.INTER_LINEAR)
-    hue = colour / np.maximum(_sum(colour)[..., None], TINY)
     bright = inside & (brightness > PAPER_SHARE * brightest)
     if not bright.any():
         return bright
-    odd = _highest(np.abs(hue - np.median(hue[bright][::SPARED], axis=0))) > HUE
+    some = np.flatnonzero(bright)[::SPARED]
+    hue = np.median(_listed(colour)[some] / _listed(total)[some, None], axis=0)
+    odd = _highest(np.abs(cv2.transform(colour, np.eye(3) - hue[:, None]))) > HUE * total
     dark = (~bright | odd).astype(np.uint8)
     full = _lowest(colour) > LINEAR[CLIPPED]
     return np.asarray((cv2.dilate(dark, np.ones((3, 3), np.uint8)) == 0) & ~full)
@@ -122,15 +134,25 @@ def _bare(colour: Field, inside: Mask) -> Mask:
 def _rest(ratio: Field, inside: Mask) -> tuple[Field, Mask]:
     """What the light found leaves of the paper's brightness, smooth (r, c, 3), and where bare paper was."""
     some = _listed(ratio)[np.flatnonzero(inside)[::SPARED]]
-    level = np.array([_mode(some[:, k]) for k in range(3)], np.float32)
-    ratio = ratio / level
-    surface = np.ones_like(ratio)
-    paper = inside
-    for tolerance in (2 * CONTRAST, CONTRAST, CONTRAST / 2):
-        here = ratio / surface
-        paper = inside & (_highest(np.abs(here - 1)) < tolerance) & (_highest(here) - _lowest(here) < TINT)
-        surface = _smooth(ratio, paper)
-    return surface * _more(ratio / surface, inside) * level, paper
+    level = np.array([_mode(some[:, k]) for k in range(3)])
+    ratio = _scaled(ratio, 1 / level)
+    # To tell where there may be paper, few cells do.
+    few, within = ratio[::SHRINK, ::SHRINK], inside[::SHRINK, ::SHRINK]
+    smooth = np.ones_like(few)
+    for tolerance in (2 * CONTRAST, CONTRAST):
+        paper = _paper(few / smooth, tolerance, within)
+        smooth = _smooth(few * paper[..., None], paper.astype(np.float32))
+    paper = _paper(ratio / _enlarged(smooth, inside), CONTRAST / 2, inside)
+    fields = cv2.copyTo(ratio, paper.view(np.uint8)), paper.astype(np.float32)
+    size = smooth.shape[1::-1]
+    surface = _enlarged(_smooth(*(cv2.resize(field, size, interpolation=cv2.INTER_AREA) for field in fields)), inside)
+    return _scaled(surface * _more(ratio / surface, inside), level), paper
+
+
+def _paper(ratio: Field, tolerance: float, inside: Mask) -> Mask:
+    """Where the page is paper by a ratio (r, c, 3) that is 1 there, give or take a tolerance."""
+    low, high = _lowest(ratio), _highest(ratio)
+    return np.asarray(inside & (low > 1 - tolerance) & (high < 1 + tolerance) & (high - low < TINT))
 
 
 def _more(ratio: Field, inside: Mask) -> Field:
@@ -155,18 +177,20 @@ def _mode(values: Field) -> float:
     return float(edges[top : top + 2].mean())
 
 
-def _smooth(ratio: Field, paper: Mask) -> Field:
-    """The mean of the paper's ratio (r, c, 3) round every cell, continued under ink and figures."""
-    size = tuple(-(-n // SHRINK) for n in paper.shape[::-1])
-    weight = cv2.resize(paper.astype(np.float32), size, interpolation=cv2.INTER_AREA)
-    value = cv2.resize(ratio * paper[..., None], size, interpolation=cv2.INTER_AREA)
+def _smooth(value: Field, weight: Field) -> Field:
+    """The weighted mean round every cell of every SHRINK-th row and column: value (r, c, 3) is that of paper times
+    weight (r, c), the share of paper; under ink and figures it is continued."""
     total, count = TINY * np.ones_like(value), np.full_like(weight, TINY)
     for width, share in ((NEAR_MM, 1.0), (FAR_MM, FAR_SHARE)):
         sigma = width / MM_PER_INCH * LIGHT_DPI / SHRINK
         total += share * cv2.GaussianBlur(value, (0, 0), sigma)
         count += share * cv2.GaussianBlur(weight, (0, 0), sigma)
-    surface: Field = cv2.resize(total / count[..., None], paper.shape[::-1], interpolation=cv2.INTER_LINEAR)
-    return surface
+    return np.asarray(total / count[..., None])
+
+
+def _enlarged(field: Field, over: Mask) -> Field:
+    """A smooth field on every cell of a mask (r, c)."""
+    return np.asarray(cv2.resize(field, over.shape[::-1], interpolation=cv2.INTER_LINEAR))
 
 
 def _facts(light: Light, colour: Field, gain: Field, paper: Mask, inside: Mask) -> dict[str, Any]:
@@ -178,7 +202,7 @@ def _facts(light: Light, colour: Field, gain: Field, paper: Mask, inside: Mask) 
         "paper_share": float(paper.sum() / max(inside.sum(), 1)),
         "unevenness_before": _unevenness(before),
         "unevenness": _unevenness(after),
-        "gain": {"min": float(gain[inside].min()), "max": float(gain[inside].max())},
+        "gain": {"min": float(gain.min()), "max": float(gain.max())},
     }
 
 
@@ -208,12 +232,12 @@ def _apply(
     rows, cols, _ = gain.shape
     top = np.float32(len(codes) - 1)
     across = np.empty((cols, 3), np.float32)
-    left, share = np.empty(width, np.int64), np.empty(width, np.float32)
+    left, share = np.empty(width, np.uint32), np.empty(width, np.float32)
     for col in range(width):
         x = min(max((col + 0.5) * scale - 0.5, 0.0), cols - 1.0)
         left[col] = min(int(x), max(cols - 2, 0))
         share[col] = x - left[col]
-    step = 1 if cols > 1 else 0
+    step = np.uint32(1 if cols > 1 else 0)  # without a sign, no index needs a look for negative ones
     for row in range(first, first + len(out)):
         y = min(max((row + 0.5) * scale - 0.5, 0.0), rows - 1.0)
         i = min(int(y), max(rows - 2, 0))
@@ -222,16 +246,16 @@ def _apply(
         for c in range(cols):
             for k in range(3):
                 across[c, k] = top * (gain[i, c, k] + v * (gain[below, c, k] - gain[i, c, k]))
+        before, after, on = image[row], out[row - first], mask[row]
         for col in range(width):
-            if not mask[row, col]:
-                for k in range(3):
-                    out[row - first, col, k] = image[row, col, k]
+            if not on[col]:
+                after[col] = before[col]
                 continue
             j, u = left[col], share[col]
             for k in range(3):
                 here = across[j, k]
-                light = linear[image[row, col, k]] * (here + u * (across[j + step, k] - here))
-                out[row - first, col, k] = codes[int(min(light + np.float32(0.5), top))]
+                light = linear[before[col, k]] * (here + u * (across[j + step, k] - here))
+                after[col, k] = codes[np.uint32(min(light + np.float32(0.5), top))]
 
 
 def _lowest(field: Field) -> Field:
@@ -244,4 +268,4 @@ def _highest(field: Field) -> Field:
 
 
 def _sum(field: Field) -> Field:
-    return np.asarray(field[..., 0] + field[..., 1] + field[..., 2])
+    return np.asarray(cv2.transform(field, np.ones((1, 3))))
