@@ -26,6 +26,7 @@ SAMPLES = 1000  # of bare paper: thirteen unknowns, and lamps must be tried in h
 AZIMUTHS, POLARS = 12, (25.0, 45.0, 65.0)  # degrees from the page's normal: where a lamp is first looked for
 FIRST_NEARNESS = 7e-4  # per mm: between a desk lamp and a far one
 SIMPLEX = (0.15, 0.12, 5e-4)  # first steps of the search: radians, radians, per mm
+PROMISING = 0.995  # the first guess at a lamp must bring the deviation down to this share: no worse one ends well
 WORTH = 0.85  # a lamp must bring the deviation down to this share, or it explains figures and noise
 EVEN = 0.005  # of the light: less than the noise of a cell; what is that even needs no lamp to explain it
 RIDGE = 1e-5  # of the mean: a flat page tells lamp and room not apart, and none of them may grow without end
@@ -97,8 +98,10 @@ def fit_light(colour: Field, places: Places, horizon: HorizonMap) -> Light:
     enough = EVEN * float(brightness.mean())
     while len(lamps) < MAX_LAMPS and fit.deviation(lamps) > enough:
         found = _one_more(lamps, fit)
-        # Either it explains bare paper better, or a shadow that was taken for ink.
-        if not any(fit.deviation(found, doubt) <= WORTH * fit.deviation(lamps, doubt) for doubt in (0.0, DOUBTED)):
+        if not fit.better(found, lamps, PROMISING):
+            break
+        found = _refined(found, fit)
+        if not fit.better(found, lamps, WORTH):
             break
         lamps = found
         fit = fit.trusting(lamps, FLOOR)
@@ -169,6 +172,13 @@ class _Fit:
         """
         return float(_judged(self.terms(lamps), self.brightness, self.weights, self.cap, doubted))
 
+    def better(self, found: Floats, lamps: Floats, share: float) -> bool:
+        """Whether the lamps found bring the deviation down to a share of what others leave.
+
+        Either they explain bare paper better, or a shadow that was taken for ink.
+        """
+        return any(self.deviation(found, doubt) <= share * self.deviation(lamps, doubt) for doubt in (0.0, DOUBTED))
+
     def trusting(self, lamps: Floats, floor: float) -> _Fit:
         """The same, trusting what these lamps explain."""
         fit = self
@@ -178,22 +188,25 @@ class _Fit:
 
 
 def _one_more(lamps: Floats, fit: _Fit) -> Floats:
-    """The lamps and one more: looked for all over the sky, then all of them refined together."""
+    """The lamps and one more, looked for all over the sky."""
+    azimuths = 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
+    sky = [(azimuth, np.radians(polar), FIRST_NEARNESS) for azimuth in azimuths for polar in POLARS]
+    return min((np.vstack([lamps, lamp]) for lamp in sky), key=fit.deviation)
+
+
+def _refined(lamps: Floats, fit: _Fit) -> Floats:
+    """All lamps, each of them moved to where they leave least."""
 
     def cost(flat: Floats) -> float:
         if not all(0 <= p <= np.pi / 2 for p in flat[1::3]) or not all(0 <= n <= 1 / CLOSEST_MM for n in flat[2::3]):
             return np.inf
         return fit.deviation(flat.reshape(-1, 3))
 
-    azimuths = 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
-    sky = [np.array([azimuth, np.radians(polar), FIRST_NEARNESS]) for azimuth in azimuths for polar in POLARS]
-    best = min(sky, key=lambda lamp: cost(np.concatenate([lamps.ravel(), lamp])))
-    start = np.concatenate([lamps.ravel(), best])
-    simplex = np.vstack([start, start + np.diag(np.tile(SIMPLEX, len(start) // 3))])
+    start = lamps.ravel()
+    simplex = np.vstack([start, start + np.diag(np.tile(SIMPLEX, len(lamps)))])
     simplex[:, 1::3] = np.clip(simplex[:, 1::3], 0, np.pi / 2)
-    options = {"initial_simplex": simplex, "maxfev": TRIALS * len(start) // 3, "xatol": 1e-4, "fatol": 1e-7}
-    found = minimize(cost, start, method="Nelder-Mead", options=options).x
-    return np.asarray(found.reshape(-1, 3))
+    options = {"initial_simplex": simplex, "maxfev": TRIALS * len(lamps), "xatol": 1e-4, "fatol": 1e-7}
+    return np.asarray(minimize(cost, start, method="Nelder-Mead", options=options).x.reshape(-1, 3))
 
 
 def _solve(terms: Floats, brightness: Floats, weights: Floats) -> Floats:
