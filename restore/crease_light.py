@@ -21,6 +21,7 @@ ALONG = 12  # cells to either side, 5 mm: a word, and the gaps round it
 # cells: where the page on either side is looked at; among them are, in small print, a line and a gap.
 BESIDE = (-9, -7, -5, 5, 7, 9)
 BRIGHT = 0.9  # of the cells along the crease are darker than its paper: what lies between lines and letters
+ABOVE = 2 * ALONG - int(BRIGHT * 2 * ALONG)  # so many of them may be brighter
 PASSES = 2  # the second time the sides are free of the lines that lie in them
 LEAST, MOST = 0.45, 1.6  # of its sides: what is less or more is a printed line, or the gap between two figures
 SAME = 0.2  # of one another: light does alike to the darkest channel and to the brightest, ink does not
@@ -47,7 +48,7 @@ def crease_light(darkest: Field, brightest: Field, expected: Field, inside: Mask
 
 def _compared(brightness: Field, across: Field, found: Mask, inside: Mask) -> Field:
     """(r, c) what lines are of their sides, 0 when no light can do that, 1 where none are found."""
-    reach = 2 * (ALONG + max(BESIDE)) + 1
+    reach = 2 * max(BESIDE) + 1
     near = cv2.dilate(found.astype(np.uint8), np.ones((reach, reach), np.uint8)) > 0
     near &= inside
     bright, out = np.full_like(brightness, np.nan), np.ones_like(brightness)
@@ -72,25 +73,23 @@ def _directions(light: Field, inside: Mask) -> tuple[Field, Mask]:
 def _bright(brightness: Field, inside: Mask, across: Field, near: Mask, first: int, out: Field) -> None:
     """The paper's brightness along the direction of the crease, for rows from `first` on, into out."""
     rows, cols = brightness.shape
-    seen = np.empty(2 * ALONG + 1, np.float32)
+    brightest = np.empty(ABOVE + 1, np.float32)
     for row in range(first, first + len(out)):
         for col in range(cols):
             if not near[row, col]:
                 continue
             x, y = -across[row, col, 1], across[row, col, 0]
             count = 0
+            brightest[:] = -1.0
             for k in range(-ALONG, ALONG + 1):
                 i, j = int(np.rint(row + k * y)), int(np.rint(col + k * x))
                 if 0 <= i < rows and 0 <= j < cols and inside[i, j]:
                     value = brightness[i, j]
-                    place = count
-                    while place > 0 and seen[place - 1] > value:
-                        seen[place] = seen[place - 1]
-                        place -= 1
-                    seen[place] = value
                     count += 1
+                    for n in range(len(brightest)):
+                        brightest[n], value = max(brightest[n], value), min(brightest[n], value)
             if count > ALONG:
-                out[row - first, col] = seen[int(BRIGHT * (count - 1))]
+                out[row - first, col] = brightest[count - 1 - int(BRIGHT * (count - 1))]
 
 
 @numba.njit(cache=True, nogil=True)
@@ -98,19 +97,18 @@ def _beside(bright: Field, across: Field, found: Mask, first: int, out: Field) -
     """How a line compares with both of its sides, for rows from `first` on, into out: 0 when no light can do that."""
     rows, cols = bright.shape
     zero, one = np.float32(0), np.float32(1)
-    sides = np.empty(len(BESIDE), np.float32)
     for row in range(first, first + len(out)):
         for col in range(cols):
-            if not found[row, col] or not bright[row, col] > 0:
+            here = bright[row, col]
+            if not found[row, col] or not here > 0:
                 continue
-            for n in range(len(BESIDE)):
-                way = BESIDE[n]
+            least, most = np.float32(np.inf), zero
+            for way in BESIDE:
                 i, j = int(np.rint(row + way * across[row, col, 1])), int(np.rint(col + way * across[row, col, 0]))
                 known = 0 <= i < rows and 0 <= j < cols and bright[i, j] > 0
-                sides[n] = bright[i, j] if known else zero
-            sides.sort()
-            if sides[0] == 0:
-                continue
-            over, under = bright[row, col] / sides[-1], bright[row, col] / sides[0]
-            likely = over <= MOST and under >= LEAST
-            out[row - first, col] = max(over, one) * min(under, one) if likely else zero
+                side = bright[i, j] if known else zero
+                least, most = min(least, side), max(most, side)
+            if least > 0:
+                over, under = here / most, here / least
+                likely = over <= MOST and under >= LEAST
+                out[row - first, col] = max(over, one) * min(under, one) if likely else zero
