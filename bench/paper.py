@@ -25,7 +25,6 @@ from restore.errors import BadInput
 from restore.flatten import springs, sticks
 from restore.flatten.lay import Laid
 from restore.flatten.network import Network
-from restore.flatten.settle import ITERATIONS
 from restore.flatten.springs import flatten_springs
 from restore.flatten.sticks import fall, flatten_from, flatten_sticks
 from restore.scan import Floats
@@ -83,7 +82,7 @@ def main() -> None:
 
 def fall_as_sticks(laid: Laid, network: Network, follow: Callable[[int, Floats], None] | None) -> tuple[Floats, int]:
     """The sticks as the paper runs them: all particles fall, whatever comes of it."""
-    return flatten_from(fall, len(laid.positions), ITERATIONS, laid, network, follow)
+    return flatten_from(fall, len(laid.positions), laid, network, follow)
 
 
 def table_2() -> None:

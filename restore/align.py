@@ -5,19 +5,11 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from restore.scan import Floats, Ints
+from restore.scan import Floats
 
 RECTANGLE = 0.95  # of its bounding rectangle: a page that fills less is torn or no rectangle and stays as it lies
 NEAR_SIDE_MM = 2.0  # outline points this near belong to the side
 CORNER_SHARE = 0.05  # of a side at either end is left out: dog-ears and rounding live there
-
-
-def border_of(faces: Ints) -> Ints:
-    """Vertices on the border of faces (m, 3): those of edges that only one face has."""
-    half = np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
-    size = half.max(initial=0) + 1
-    edges, count = np.unique(half[:, 0] * size + half[:, 1], return_counts=True)
-    return np.unique(np.stack(np.divmod(edges[count == 1], size)))
 
 
 def fills_rectangle(outline: Floats, area: float) -> bool:

@@ -29,7 +29,6 @@ from restore.unroll import unroll
 
 LOCAL_SWEEPS = 60  # the carried solution is right but for what lies between the points that settled
 MOMENTUM = 0.9
-FINISHING = 3  # of Newton's steps: over so many vertices one alone leaves micrometres
 CLEAN = 0.002  # of the mean edge: noise that no scanner is without
 
 
@@ -109,7 +108,7 @@ def _finish(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
     left = len(faces)
     while left:
         relax_in_plane(flat, edges, lengths, LOCAL_SWEEPS, 0.0, MOMENTUM)
-        flat = settle(flat, edges, lengths, FINISHING)
+        flat = settle(flat, edges, lengths)
         before, left = left, unfold(flat, faces)
         if left >= before:  # what is still flipped does not lie at the border
             return untangle(flat, faces, edges, lengths)

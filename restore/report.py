@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from restore.align import border_of, page_size
+from restore.align import page_size
+from restore.flatten.adjacency import border_of
 from restore.flatten.network import edges_of
 from restore.scan import FlatMesh, Ints, SurfaceMesh
 from restore.settings import Settings

@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from restore.align import CORNER_SHARE, border_of, fills_rectangle
+from restore.align import CORNER_SHARE, fills_rectangle
+from restore.flatten.adjacency import border_of
 from restore.flatten.network import edges_of
 from restore.scan import FlatMesh, Floats, Ints, Mask
 from restore.strain import signed_areas

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from math import sqrt
+
+import numba
 import numpy as np
 
 from restore.scan import Floats, Ints
@@ -10,9 +13,14 @@ THINNEST = 1e-4  # height of a face as a share of its base; thinner ones, or non
 THINNEST_STRAINED = 0.05  # and tell nothing of how the page was strained across them
 
 
+@numba.njit(cache=True)
 def edge_strain(flat: Floats, edges: Ints, lengths: Floats) -> Floats:
     """(e,) relative change of length of edges (e, 2) from lengths (e,) mm on the surface to flat (n, 2) mm."""
-    return np.linalg.norm(flat[edges[:, 0]] - flat[edges[:, 1]], axis=1) / lengths - 1.0
+    strain = np.empty(len(edges))
+    for k in range(len(edges)):
+        a, b = edges[k, 0], edges[k, 1]
+        strain[k] = sqrt((flat[a, 0] - flat[b, 0]) ** 2 + (flat[a, 1] - flat[b, 1]) ** 2) / lengths[k] - 1.0
+    return strain
 
 
 def face_strain(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
@@ -57,11 +65,16 @@ def between(a: Ints, b: Ints, edges: Ints, lengths: Floats) -> Floats:
     return found
 
 
+@numba.njit(cache=True)
 def signed_areas(flat: Floats, faces: Ints) -> Floats:
     """(m,) mm², negative where a face is flipped."""
-    a, b, c = (flat[faces[:, k]] for k in range(3))
-    doubled: Floats = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
-    return doubled / 2.0
+    areas = np.empty(len(faces))
+    for f in range(len(faces)):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        ux, uy = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
+        vx, vy = flat[c, 0] - flat[a, 0], flat[c, 1] - flat[a, 1]
+        areas[f] = 0.5 * (ux * vy - uy * vx)
+    return areas
 
 
 def flipped_faces(flat: Floats, faces: Ints) -> int:
@@ -73,7 +86,31 @@ def flipped_faces(flat: Floats, faces: Ints) -> int:
     return int((areas * (np.sign(areas.sum()) or 1.0) < 0).sum())
 
 
+@numba.njit(cache=True)
+def normals_of(vertices: Floats, faces: Ints) -> Floats:
+    """(m, 3) normals of faces (m, 3) over vertices (n, 3) mm, twice as long as their areas."""
+    normals = np.empty((len(faces), 3))
+    for f in range(len(faces)):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        for k in range(3):
+            m, n = (k + 1) % 3, (k + 2) % 3
+            along, up = vertices[b, m] - vertices[a, m], vertices[c, n] - vertices[a, n]
+            across, out = vertices[b, n] - vertices[a, n], vertices[c, m] - vertices[a, m]
+            normals[f, k] = along * up - across * out
+    return normals
+
+
+@numba.njit(cache=True)
 def surface_area(vertices: Floats, faces: Ints) -> float:
-    """Area in mm² of faces (m, 3) over vertices (n, 3) mm."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    return float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum() / 2.0)
+    """Area in mm² of faces (m, 3) over vertices (n, 3) mm, or (n, 2) in the plane, whichever side is up."""
+    total = 0.0
+    for f in range(len(faces)):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        ux, uy = vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1]
+        vx, vy = vertices[c, 0] - vertices[a, 0], vertices[c, 1] - vertices[a, 1]
+        x, y, z = 0.0, 0.0, ux * vy - uy * vx
+        if vertices.shape[1] == 3:
+            uz, vz = vertices[b, 2] - vertices[a, 2], vertices[c, 2] - vertices[a, 2]
+            x, y = uy * vz - uz * vy, uz * vx - ux * vz
+        total += 0.5 * sqrt(x * x + y * y + z * z)
+    return total

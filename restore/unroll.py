@@ -8,9 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from restore.align import border_of, square_up
+from restore.align import square_up
 from restore.decimate import decimate, depth_distance
 from restore.flatten import OnStep, flatten_points
+from restore.flatten.adjacency import border_of
 from restore.flatten.network import edges_of
 from restore.refine import carry, refine
 from restore.scan import FlatMesh, Floats, SurfaceMesh

@@ -8,12 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from restore.errors import BadInput, NotEnoughSurface
+from restore.flatten.adjacency import Sides, sides_of
 from restore.flatten.conformal import flatten_conformal
 from restore.flatten.joints import flatten_parts
 from restore.flatten.lay import Laid, lay
 from restore.flatten.layout import lay_out
 from restore.flatten.lengths import surface_lengths
-from restore.flatten.network import Network, Piece, edges_of, make_network, pieces, straight_lengths
+from restore.flatten.network import Network, Piece, make_network, pieces, straight_lengths
 from restore.flatten.orient import orient
 from restore.flatten.settle import settle
 from restore.flatten.springs import flatten_springs
@@ -31,7 +32,7 @@ METHODS: dict[str, Solver] = {"sticks": flatten_sticks, "springs": flatten_sprin
 
 DOUBTFUL = 0.01  # rms strain of an estimate that may be wrong: bends too tight for their points look like creases …
 OUTLYING = 0.1  # a single short edge in a tangle may be stretched to several times its length
-UNSOUND = 0.05  # rms strain of a page that may have come down folded: what lies near it tells nothing
+UNSOUND = 0.03  # rms strain of a page that may have come down folded: what lies near it tells nothing
 CLEARLY = 0.7  # … and then the straight lengths fit the plane with so much less strain; facets cost either no more
 
 
@@ -50,18 +51,21 @@ def flatten_points(
     if method not in METHODS:
         raise BadInput(f"there is no flattening method {method!r}", f"use one of: {', '.join(METHODS)}")
     check(mesh)
-    mesh = replace(mesh, faces=orient(mesh.faces, mesh.texcoords))
+    sides = sides_of(mesh.faces)
+    faces = orient(mesh.faces, mesh.texcoords, sides)
+    if faces is not mesh.faces:
+        mesh, sides = replace(mesh, faces=faces), sides_of(faces)
     if lengths is not None:
-        return _settle(mesh, method, lengths, on_step)
-    edges = edges_of(mesh.faces)
-    page = _settle(mesh, method, surface_lengths(mesh.vertices, mesh.faces, edges), on_step)
+        return _settle(mesh, sides, method, lengths, on_step)
+    edges = sides.edges
+    page = _settle(mesh, sides, method, surface_lengths(mesh.vertices, mesh.faces, edges), on_step)
     if (strained := _rms_strain(page, edges)) < DOUBTFUL:
         return page
     straight = straight_lengths(mesh.vertices, edges)
     near = replace(page, flat=settle(page.flat, edges, straight), lengths=straight)
     if strained < UNSOUND and _rms_strain(near, edges) > CLEARLY * strained:
         return page
-    chords = _settle(mesh, method, straight, on_step)
+    chords = _settle(mesh, sides, method, straight, on_step)
     return chords if _rms_strain(chords, edges) < CLEARLY * strained else page
 
 
@@ -70,9 +74,9 @@ def _rms_strain(page: FlatMesh, edges: Ints) -> float:
     return float(np.sqrt(np.mean(np.clip(strain, -OUTLYING, OUTLYING) ** 2)))
 
 
-def _settle(mesh: SurfaceMesh, method: str, lengths: Floats, on_step: OnStep | None) -> FlatMesh:
+def _settle(mesh: SurfaceMesh, sides: Sides, method: str, lengths: Floats, on_step: OnStep | None) -> FlatMesh:
     """Each connected piece by itself, then all of them side by side."""
-    network = make_network(mesh.vertices, mesh.faces, lengths)
+    network = make_network(mesh.vertices, mesh.faces, lengths, sides)
     if len(network.hinges) == len(network.edges):
         raise NotEnoughSurface("the surface is closed all round: a page has a border", "cut the page out of the mesh")
     flat, laid_out, steps = np.zeros((len(mesh.vertices), 2)), list[tuple[Ints, Ints]](), 0

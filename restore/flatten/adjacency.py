@@ -17,6 +17,21 @@ class Adjacency(NamedTuple):
     items: Ints
 
 
+class Sides(NamedTuple):
+    """The sides of faces (m, 3) and the edges that they are. Side 3·f + k runs from corner k of face f to the next.
+
+    edges   (e, 2): each edge once, the smaller vertex first, in ascending order.
+    at      (h,): the sides, those of an edge together, in the order of the edges.
+    first   (e + 1,): where those of each edge begin in `at`, and its end.
+    edge    (3·m,): which edge each side is; −1 where a face names a vertex twice, which makes no side.
+    """
+
+    edges: Ints
+    at: Ints
+    first: Ints
+    edge: Ints
+
+
 @numba.njit(cache=True)
 def adjacency(rows: Ints, items: Ints, count: int) -> Adjacency:
     """Group items (k,) by rows (k,), each less than `count`, in the order in which they come."""
@@ -45,3 +60,56 @@ def order_of_pairs(first: Ints, second: Ints, count: int) -> Ints:
                 place -= 1
             order[place] = item
     return order
+
+
+@numba.njit(cache=True)
+def sides_of(faces: Ints) -> Sides:
+    """Gather the sides of faces (m, 3) to edges."""
+    count = 3 * len(faces)
+    low, high, most = np.empty(count, np.int64), np.empty(count, np.int64), -1
+    for f in range(len(faces)):
+        for k in range(3):
+            a, b = faces[f, k], faces[f, (k + 1) % 3]
+            low[3 * f + k], high[3 * f + k] = min(a, b), max(a, b)
+            most = max(most, a)
+    edges, at, first = np.empty((count, 2), np.int64), np.empty(count, np.int64), np.empty(count + 1, np.int64)
+    edge = np.full(count, -1)
+    e, filled = -1, 0
+    for side in order_of_pairs(low, high, most + 1):
+        if low[side] == high[side]:
+            continue
+        if e < 0 or edges[e, 0] != low[side] or edges[e, 1] != high[side]:
+            e += 1
+            edges[e, 0], edges[e, 1], first[e] = low[side], high[side], filled
+        at[filled], edge[side] = side, e
+        filled += 1
+    first[e + 1] = filled
+    return Sides(edges[: e + 1].copy(), at[:filled].copy(), first[: e + 2].copy(), edge)
+
+
+def border_of(faces: Ints) -> Ints:
+    """Vertices on the border of faces (m, 3), in ascending order: those of edges that only one face has."""
+    sides = sides_of(faces)
+    return np.unique(sides.edges[np.diff(sides.first) == 1])
+
+
+@numba.njit(cache=True)
+def components(pairs: Ints, count: int) -> Ints:
+    """(count,) the connected part that each of `count` nodes is in, joined by pairs (k, 2); numbered as they come."""
+    root = np.arange(count)
+    for k in range(len(pairs)):
+        a, b = pairs[k, 0], pairs[k, 1]
+        while root[a] != a:
+            root[a] = root[root[a]]
+            a = root[a]
+        while root[b] != b:
+            root[b] = root[root[b]]
+            b = root[b]
+        root[max(a, b)] = min(a, b)
+    found = 0
+    for i in range(count):  # the root of a part is its first node: it has its number before the others ask
+        if root[i] == i:
+            root[i], found = found, found + 1
+        else:
+            root[i] = root[root[i]]
+    return root

@@ -42,9 +42,10 @@ def coarsen(vertices: Floats, network: Network, most: int) -> Coarse | None:
     around = adjacency(network.edges.ravel(), network.edges[:, ::-1].ravel(), count)
     index, owner = _cells(around, hops)
     corners = owner[network.faces]
-    meet = (corners != np.roll(corners, 1, axis=1)).all(axis=1)
-    faces = corners[meet]
-    _, first = np.unique(np.sort(faces, axis=1), axis=0, return_index=True)
+    a, b, c = corners.T
+    faces = corners[(a != b) & (b != c) & (c != a)]
+    low, middle, high = np.sort(faces, axis=1).T
+    _, first = np.unique((low * count + middle) * count + high, return_index=True)
     faces = faces[np.sort(first)]
     if len(faces) == 0 or len(np.unique(faces)) < len(index):
         return None
@@ -91,11 +92,25 @@ def _cells(around: Adjacency, hops: int) -> tuple[Ints, Ints]:
 
 def _turns(vertices: Floats, moved: Floats, edges: Ints) -> Floats:
     """(k, d, 3): the map that takes the way to each neighbour of a vertex (k, 3) to the same way in moved (k, d)."""
-    start, end = np.concatenate([edges, edges[:, ::-1]]).T
-    way, new = vertices[end] - vertices[start], moved[end] - moved[start]
-    spread = np.zeros((len(vertices), 3, 3))
-    across = np.zeros((len(vertices), moved.shape[1], 3))
-    np.add.at(spread, start, way[:, :, None] * way[:, None, :])
-    np.add.at(across, start, new[:, :, None] * way[:, None, :])
+    spread, across = _spread(vertices, moved, edges)
     spread += FLATTEST * np.trace(spread, axis1=1, axis2=2)[:, None, None] * np.eye(3)
-    return across @ np.linalg.inv(spread)
+    return np.asarray(across @ np.linalg.inv(spread))
+
+
+@numba.njit(cache=True)
+def _spread(vertices: Floats, moved: Floats, edges: Ints) -> tuple[Floats, Floats]:
+    """Sums over the ways to all neighbours of a vertex: way × way (k, 3, 3) and moved way × way (k, d, 3)."""
+    spread, across = np.zeros((len(vertices), 3, 3)), np.zeros((len(vertices), moved.shape[1], 3))
+    for e in range(len(edges)):
+        a, b = edges[e, 0], edges[e, 1]
+        for q in range(3):
+            way = vertices[b, q] - vertices[a, q]
+            for p in range(3):
+                product = (vertices[b, p] - vertices[a, p]) * way
+                spread[a, p, q] += product
+                spread[b, p, q] += product
+            for p in range(moved.shape[1]):
+                product = (moved[b, p] - moved[a, p]) * way
+                across[a, p, q] += product
+                across[b, p, q] += product
+    return spread, across

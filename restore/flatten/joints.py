@@ -10,14 +10,13 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
+from restore.flatten.adjacency import Sides, components
 from restore.flatten.lay import Laid, lay, upright
-from restore.flatten.network import Network, Piece, edges_of, half_edges, make_network
+from restore.flatten.network import Network, Piece, part_of
 from restore.flatten.settle import settle
 from restore.scan import Floats, Ints, Mask
-from restore.strain import between, flipped_faces
+from restore.strain import flipped_faces
 
 JOINT = 1e3  # a point in common outweighs the vertices beside it, which tell the turn alone
 FLATTEST = 1e-6  # of its mean square: neighbours in one plane have no extent across it
@@ -79,8 +78,8 @@ def _onward(flat_ways: Floats, ways: Floats) -> Floats:
 
 def parts(network: Network) -> Iterator[Piece]:
     """The parts whose faces hang together over edges: the largest first, then always the largest beside those."""
-    count, labels = _parts(network.faces)
-    if count == 1:
+    labels = components(_hanging(network.sides), len(network.faces))
+    if not labels.any():
         yield Piece(np.arange(network.faces.max() + 1), network.faces, network)
         return
     reached = np.zeros(network.faces.max() + 1, bool)
@@ -89,24 +88,14 @@ def parts(network: Network) -> Iterator[Piece]:
         beside = np.unique(labels[reached[network.faces].any(axis=1)])
         label = next((label for label in left if label in beside), left[0])
         left.remove(label)
-        piece = _part(network, labels == label)
+        piece = part_of(network, labels == label)
         reached[piece.vertices] = True
         yield piece
 
 
-def _parts(faces: Ints) -> tuple[int, Ints]:
-    """How many parts there are, and of which each face (m,) is."""
-    _, side, first = half_edges(faces)
-    edge = np.repeat(np.arange(len(first) - 1), np.diff(first))
-    size = len(faces) + len(first) - 1
-    graph = coo_matrix((np.ones(len(side), bool), (side // 3, len(faces) + edge)), (size, size))
-    _, labels = connected_components(graph, False)
-    return int(labels.max()) + 1, labels[: len(faces)]
-
-
-def _part(network: Network, member: Mask) -> Piece:
-    vertices, faces = np.unique(network.faces[member], return_inverse=True)
-    faces = faces.reshape(-1, 3)
-    start, end = vertices[edges_of(faces)].T
-    lengths = between(start, end, network.edges, network.lengths)
-    return Piece(vertices, faces, make_network(np.empty((0, 3)), faces, lengths))
+def _hanging(sides: Sides) -> Ints:
+    """(k, 2) faces that hang together over an edge."""
+    follows = np.ones(len(sides.at), bool)
+    follows[sides.first[:-1]] = False
+    after = np.flatnonzero(follows)
+    return np.stack([sides.at[after - 1], sides.at[after]], axis=1) // 3

@@ -81,19 +81,3 @@ def relax_in_plane(flat: Floats, edges: Ints, lengths: Floats, sweeps: int, chan
         if moved < change:
             return sweep + 1
     return sweeps
-
-
-@numba.njit(cache=True)
-def area_of(positions: Floats, faces: Ints) -> float:
-    """Area of faces (m, 3) over positions (n, 3), or of their shadow when positions are (n, 2)."""
-    total = 0.0
-    for f in range(len(faces)):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        ux, uy = positions[b, 0] - positions[a, 0], positions[b, 1] - positions[a, 1]
-        vx, vy = positions[c, 0] - positions[a, 0], positions[c, 1] - positions[a, 1]
-        x, y, z = 0.0, 0.0, ux * vy - uy * vx
-        if positions.shape[1] == 3:
-            uz, vz = positions[b, 2] - positions[a, 2], positions[c, 2] - positions[a, 2]
-            x, y = uy * vz - uz * vy, uz * vx - ux * vz
-        total += 0.5 * np.sqrt(x * x + y * y + z * z)
-    return total

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import sqrt
 
+import numba
 import numpy as np
 
 from restore.scan import Floats, Ints
+from restore.strain import normals_of
 
 LEVEL = 0.2  # a sheet closed to a tube has no mean normal; below this share of its area we ask its principal axes
+TINY = 1e-300  # keeps a sheet without area from dividing by zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,33 +37,42 @@ def lay(vertices: Floats, faces: Ints) -> Laid:
 
     The printed side is where its faces (m, 3) run counter-clockwise.
     """
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    normals = np.cross(b - a, c - a)
-    weights = np.asarray(
-        np.bincount(faces.ravel(), np.repeat(np.linalg.norm(normals, axis=1), 3), len(vertices)), dtype=float
-    )
-    weights = weights / max(weights.sum(), np.finfo(float).tiny)
+    weights, mean = _weigh(vertices, faces)
     centre = weights @ vertices
-    axes = _axes(vertices - centre, weights, normals)
+    axes = _axes(vertices - centre, weights, mean)
     origin = centre + axes[2] * ((vertices - centre) @ axes[2]).min()
     positions = (vertices - origin) @ axes.T
     return Laid(positions, axes, origin, vertices @ axes[:2].T, weights)
 
 
-def _axes(offsets: Floats, weights: Floats, normals: Floats) -> Floats:
+@numba.njit(cache=True)
+def _weigh(vertices: Floats, faces: Ints) -> tuple[Floats, Floats]:
+    """The share of the area that each vertex (n, 3) stands for, and the mean normal (3,) of faces (m, 3) by area."""
+    weights, mean = np.zeros(len(vertices)), np.zeros(3)
+    normals = normals_of(vertices, faces)
+    for f in range(len(faces)):
+        area = sqrt(normals[f, 0] ** 2 + normals[f, 1] ** 2 + normals[f, 2] ** 2)
+        for k in range(3):
+            weights[faces[f, k]] += area
+            mean[k] += normals[f, k]
+    total = max(weights.sum(), TINY)
+    return weights / total, mean / (total / 3.0)
+
+
+def _axes(offsets: Floats, weights: Floats, mean: Floats) -> Floats:
     """(3, 3) rows right, up, out of the page; up is as near to the scanner's as the page allows."""
-    mean = normals.sum(axis=0)
-    if np.linalg.norm(mean) > LEVEL * np.linalg.norm(normals, axis=1).sum():
+    if sqrt(mean @ mean) > LEVEL:
         out = mean
     else:
         _, _, principal = np.linalg.svd(offsets * np.sqrt(weights)[:, None], full_matrices=False)
         out = principal[2] * (np.sign(principal[2] @ mean) or 1.0)
-    out = out / np.linalg.norm(out)
+    out = out / sqrt(out @ out)
     # A page that lies before the scanner keeps the scanner's right; one seen edge-on from the side takes what is left.
     right = np.array([1.0, 0.0, 0.0]) if abs(out[0]) < 0.9 else np.array([0.0, 0.0, -np.sign(out[0])])
     right = right - out * (right @ out)
-    right /= np.linalg.norm(right)
-    return np.stack([right, np.cross(out, right), out])
+    right /= sqrt(right @ right)
+    up = [out[k - 2] * right[k - 1] - out[k - 1] * right[k - 2] for k in range(3)]
+    return np.array([right, up, out])
 
 
 def upright(flat: Floats, laid: Laid) -> Floats:

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
+from math import sqrt
 
+import numba
 import numpy as np
-from scipy.sparse import coo_matrix
-from scipy.sparse.csgraph import connected_components
 
 from restore.errors import BadInput
-from restore.flatten.adjacency import order_of_pairs
-from restore.scan import Floats, Ints
+from restore.flatten.adjacency import Sides, components, sides_of
+from restore.scan import Floats, Ints, Mask
 from restore.strain import between
 
 GOLDEN = (5.0**0.5 - 1.0) / 2.0
@@ -25,16 +25,21 @@ class Network:
     """Sticks and hinges.
 
     faces          (m, 3)
+    sides          the sides of the faces.
     edges, lengths (e, 2), (e,) mm: sticks, each edge of the mesh once.
     hinges, spans  (b, 2), (b,) mm: the two corners that face each other over every inner edge, and how far apart they
                    are when the hinge lies flat. Keeping them there is the bending resistance.
     """
 
     faces: Ints
-    edges: Ints
+    sides: Sides
     lengths: Floats
     hinges: Ints
     spans: Floats
+
+    @property
+    def edges(self) -> Ints:
+        return self.sides.edges
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,66 +53,65 @@ class Piece:
 
 def edges_of(faces: Ints) -> Ints:
     """(e, 2): each edge of faces (m, 3) once, the smaller vertex first, in ascending order."""
-    return _edges_and_apexes(faces)[0]
+    return sides_of(faces).edges
 
 
-def make_network(vertices: Floats, faces: Ints, lengths: Floats | None = None) -> Network:
+def make_network(vertices: Floats, faces: Ints, lengths: Floats | None = None, sides: Sides | None = None) -> Network:
     """Join vertices (n, 3) mm along the edges of faces (m, 3); lengths (e,) as in `edges_of`, or measured here.
 
+    sides are those of the faces when they are known already.
     Raises BadInput when the lengths are not one for each edge.
     """
-    edges, inner, hinges = _edges_and_apexes(faces)
+    sides = sides or sides_of(faces)
     if lengths is None:
-        lengths = straight_lengths(vertices, edges)
-    if lengths.shape != (len(edges),) or not (lengths >= 0).all() or not 0 < lengths.sum() < np.inf:
-        raise BadInput(f"{len(edges)} edges need {len(edges)} finite lengths", "give them in the order of `edges_of`")
+        lengths = straight_lengths(vertices, sides.edges)
+    count = len(sides.edges)
+    if lengths.shape != (count,) or not (lengths >= 0).all() or not 0 < lengths.sum() < np.inf:
+        raise BadInput(f"{count} edges need {count} finite lengths", "give them in the order of `edges_of`")
     lengths = np.maximum(lengths, TINY * lengths.mean())
-    return Network(faces, edges, lengths, hinges, _spans(edges, lengths, inner, hinges))
+    return Network(faces, sides, lengths, *_hinges(faces, sides, lengths))
 
 
+@numba.njit(cache=True)
 def straight_lengths(vertices: Floats, edges: Ints) -> Floats:
     """(e,) distances of the ends of edges (e, 2) among vertices (n, 3) mm."""
-    return np.asarray(np.linalg.norm(vertices[edges[:, 0]] - vertices[edges[:, 1]], axis=1))
+    lengths = np.empty(len(edges))
+    for k in range(len(edges)):
+        squared = 0.0
+        for axis in range(vertices.shape[1]):
+            squared += (vertices[edges[k, 0], axis] - vertices[edges[k, 1], axis]) ** 2
+        lengths[k] = sqrt(squared)
+    return lengths
 
 
-def _edges_and_apexes(faces: Ints) -> tuple[Ints, Ints, Ints]:
-    """Edges (e, 2); which of them are inner (b,); the two corners facing each inner edge (b, 2)."""
-    half, side, first = half_edges(faces)
-    inner = np.flatnonzero(np.diff(first) == 2)  # an edge of three faces is a flaw of the mesh and no hinge
-    edges, pair = half[first[:-1]], first[inner]
-    ends = edges[inner].sum(axis=1)
-    return edges, inner, np.stack([faces[side[k] // 3].sum(axis=1) - ends for k in (pair, pair + 1)], axis=1)
+@numba.njit(cache=True)
+def _hinges(faces: Ints, sides: Sides, lengths: Floats) -> tuple[Ints, Floats]:
+    """The two corners that face each other over every inner edge (b, 2), and their spans (b,) from five lengths.
 
-
-def half_edges(faces: Ints) -> tuple[Ints, Ints, Ints]:
-    """The sides (h, 2) of faces (m, 3), the smaller vertex first, in ascending order; which they are (h,); where each
-    edge begins among them, and the end (e + 1,).
-
-    Side 3·f + k runs from corner k of face f to the next.
+    A span is their distance when both triangles are unfolded into one plane.
     """
-    ends = np.roll(faces, -1, axis=1)
-    low, high = np.minimum(faces, ends).ravel(), np.maximum(faces, ends).ravel()
-    order = order_of_pairs(low, high, int(faces.max(initial=-1)) + 1)
-    order = order[low[order] < high[order]]  # a face that names a vertex twice has a side that is none
-    low, high = low[order], high[order]
-    new = np.ones(len(low), bool)
-    new[1:] = (low[1:] != low[:-1]) | (high[1:] != high[:-1])
-    return np.stack([low, high], axis=1), order, np.append(np.flatnonzero(new), len(low))
+    hinges, spans, found = np.empty((len(lengths), 2), np.int64), np.empty(len(lengths)), 0
+    for e in range(len(lengths)):
+        pair = sides.first[e]
+        if sides.first[e + 1] - pair != 2:  # an edge of three faces is a flaw of the mesh and no hinge
+            continue
+        hinges[found, 0], x0, y0 = _corner(sides.at[pair], faces, sides, lengths)
+        hinges[found, 1], x1, y1 = _corner(sides.at[pair + 1], faces, sides, lengths)
+        spans[found] = sqrt((x0 - x1) ** 2 + (y0 + y1) ** 2)
+        found += 1
+    return hinges[:found].copy(), spans[:found].copy()
 
 
-def _spans(edges: Ints, lengths: Floats, inner: Ints, hinges: Ints) -> Floats:
-    """Distance of the two corners when both triangles are unfolded into one plane, from the five edge lengths."""
-    base = lengths[inner]
-    start, end = edges[inner].T
-
-    def corner(apex: Ints) -> tuple[Floats, Floats]:
-        near, far = (between(side, apex, edges, lengths) for side in (start, end))
-        # Never farther along than the side is long, or a sliver would throw its corner off the page.
-        along = np.clip((near**2 - far**2 + base**2) / (2 * base), -near, near)
-        return along, np.sqrt(np.maximum(near**2 - along**2, 0.0))
-
-    (x0, y0), (x1, y1) = corner(hinges[:, 0]), corner(hinges[:, 1])
-    return np.hypot(x0 - x1, y0 + y1)
+@numba.njit(cache=True)
+def _corner(side: int, faces: Ints, sides: Sides, lengths: Floats) -> tuple[int, float, float]:
+    """The corner that faces a side, and where it lies: along the edge, from its smaller vertex, and how high above."""
+    face, k = side // 3, side % 3
+    following, last = lengths[sides.edge[3 * face + (k + 1) % 3]], lengths[sides.edge[3 * face + (k + 2) % 3]]
+    near, far = (last, following) if faces[face, k] < faces[face, (k + 1) % 3] else (following, last)
+    base = lengths[sides.edge[side]]
+    # Never farther along than the side is long, or a sliver would throw its corner off the page.
+    along = min(max((near**2 - far**2 + base**2) / (2.0 * base), -near), near)
+    return faces[face, (k + 2) % 3], along, sqrt(max(near**2 - along**2, 0.0))
 
 
 def spread(pairs: Ints, lengths: Floats) -> tuple[Ints, Floats]:
@@ -134,8 +138,7 @@ def _strides(count: int) -> Ints:
 def pieces(network: Network) -> Iterator[Piece]:
     """The connected parts, largest first. Vertices without a face belong to none."""
     count = network.faces.max() + 1
-    graph = coo_matrix((np.ones(len(network.edges)), network.edges.T), shape=(count, count))
-    _, label = connected_components(graph, directed=False)
+    label = components(network.edges, count)
     sizes = np.bincount(label[network.faces[:, 0]], minlength=label.max() + 1)
     for part in np.argsort(-sizes, kind="stable"):
         if sizes[part] == 0:
@@ -143,15 +146,17 @@ def pieces(network: Network) -> Iterator[Piece]:
         if sizes[part] == len(network.faces) and (label == part).all():
             yield Piece(np.arange(count), network.faces, network)
             break
-        yield _piece(network, label == part)
+        yield part_of(network, label[network.faces[:, 0]] == part)
 
 
-def _piece(network: Network, member: np.ndarray) -> Piece:
-    index = np.cumsum(member) - 1
-    faces = index[network.faces[member[network.faces[:, 0]]]]
-    sticks = member[network.edges[:, 0]]
-    bends = member[network.hinges[:, 0]]
-    part = Network(
-        faces, index[network.edges[sticks]], network.lengths[sticks], index[network.hinges[bends]], network.spans[bends]
-    )
-    return Piece(np.flatnonzero(member), faces, part)
+def part_of(network: Network, member: Mask) -> Piece:
+    """What some of the faces of a network, member (m,), are by themselves."""
+    chosen = network.faces[member]
+    inside = np.zeros(chosen.max() + 1, bool)
+    inside[chosen] = True
+    vertices = np.flatnonzero(inside)
+    faces = (np.cumsum(inside) - 1)[chosen]
+    sides = sides_of(faces)
+    start, end = vertices[sides.edges].T
+    lengths = between(start, end, network.edges, network.lengths)
+    return Piece(vertices, faces, make_network(np.empty((0, 3)), faces, lengths, sides))

@@ -17,57 +17,88 @@ from restore.flatten.kernels import SMALL
 from restore.flatten.network import spread
 from restore.scan import Floats, Ints
 
-ITERATIONS = 2  # Newton's steps; the third moves no node by a hundredth of a millimetre
-FIRST, REST = 1e-2, 3e-3  # of the imbalance may be left by a step: more in the first, which the second goes over again
+STEPS = 8  # Newton's, at most: a page that lies nearly right needs two
+LEFT = 0.1  # of the imbalance may be left by a step, and less where the steps before it did what they promised:
+FORCING = 0.9  # of the square of what the last one left (Eisenstat & Walker 1996, their second choice)
+SETTLED = 1e-3  # of the imbalance at the start: what is left moves no node by a hundredth of a millimetre
+BALANCED = 1e-9  # rms strain that a particle could still be relieved of: there is nothing to do
+HALVINGS = 8  # of a step, before the page is left as it is
 MOST_PASSES = 1000  # over the sticks in a step: a page of 50,000 points needs half
 STIFFEN = 1e-6  # of a particle's stiffness: one whose sticks lie in one line has none across it
 TINY = 1e-300  # keeps zero over zero finite
 
 
-def settle(flat: Floats, edges: Ints, lengths: Floats, iterations: int = ITERATIONS) -> Floats:
+def settle(flat: Floats, edges: Ints, lengths: Floats) -> Floats:
     """Flat positions (n, 2) mm of least strain: Gauss-Newton on Σ (length / rest length − 1)² over edges (e, 2)."""
     flat = flat.copy()
-    descend(flat, *spread(edges, lengths), iterations)
+    descend(flat, *spread(edges, lengths))
     return flat
 
 
-def descend(flat: Floats, edges: Ints, lengths: Floats, iterations: int) -> None:
-    """As `settle`, flat (n, 2) mm in place, the edges gone over in the order given."""
-    for iteration in range(iterations):
-        newton_step(flat, edges, lengths, REST if iteration else FIRST, MOST_PASSES)
+@numba.njit(cache=True)
+def descend(flat: Floats, edges: Ints, lengths: Floats, steps: int = STEPS, start: float = 0.0) -> float:
+    """As `settle`, flat (n, 2) mm in place, the edges gone over in the order given; the imbalance at the start.
+
+    That is the rms strain that a particle could be relieved of alone. When it was begun before, it goes on from there
+    to what may be left of that start. A step that would strain the page more is halved.
+    """
+    last, way = 0.0, np.empty_like(flat)
+    gradients, force, inverse, strain = _linearised(flat, edges, lengths)
+    for _ in range(steps):
+        now = sqrt(_precondition(force, inverse, way) / len(flat))
+        start = start if start > 0.0 else now
+        if now <= max(SETTLED * start, BALANCED):
+            break
+        step = _balance(
+            gradients, force, inverse, edges, min(LEFT, FORCING * (now / last) ** 2) if last > 0.0 else LEFT
+        )
+        last, before = now, strain
+        for _ in range(HALVINGS):
+            flat += step
+            gradients, force, inverse, strain = _linearised(flat, edges, lengths)
+            if strain <= before:
+                break
+            flat -= step
+            step *= 0.5
+        if strain > before:
+            break
+    return start
 
 
 @numba.njit(cache=True)
-def newton_step(flat: Floats, edges: Ints, lengths: Floats, left: float, passes: int) -> int:
-    """Move flat (n, 2), in place, to where the sticks would be balanced were they linear; the passes taken.
+def _balance(gradients: Floats, force: Floats, inverse: Floats, edges: Ints, left: float) -> Floats:
+    """The step (n, 2) after which the sticks would be balanced were they linear, but for a share `left`.
 
-    left is the share of the imbalance to stop at, in the norm of the preconditioner: each particle's own stiffness.
+    It is measured in the norm of the preconditioner, each particle's own stiffness; force (n, 2) is written over.
     """
-    gradients, force, inverse = _linearised(flat, edges, lengths)
-    step, push, pulled = np.zeros_like(flat), np.zeros_like(flat), np.empty_like(flat)
-    now, taken = _precondition(force, inverse, pulled), 0
-    wanted, before = left * left * now, np.inf
-    while now > wanted and taken < passes:
+    step, push, pulled = np.zeros_like(force), np.zeros_like(force), np.empty_like(force)
+    now, before = _precondition(force, inverse, pulled), np.inf
+    wanted = left * left * now
+    for _ in range(MOST_PASSES):
+        if now <= wanted:
+            break
         carried = now / before
-        for i in range(len(flat)):
+        for i in range(len(force)):
             for axis in range(2):
                 push[i, axis] = pulled[i, axis] + carried * push[i, axis]
         stiffness = _pull(push, gradients, edges, pulled)
         along = now / max(stiffness, TINY)
-        for i in range(len(flat)):
+        for i in range(len(force)):
             for axis in range(2):
                 step[i, axis] += along * push[i, axis]
                 force[i, axis] -= along * pulled[i, axis]
         before, now = now, _precondition(force, inverse, pulled)
-        taken += 1
-    flat += step
-    return taken
+    return step
 
 
 @numba.njit(cache=True)
-def _linearised(flat: Floats, edges: Ints, lengths: Floats) -> tuple[Floats, Floats, Floats]:
-    """Gradients (e, 2) of the strains, forces (n, 2) of the sticks, inverse stiffness (n, 3) of each: xx, xy, yy."""
+def _linearised(flat: Floats, edges: Ints, lengths: Floats) -> tuple[Floats, Floats, Floats, float]:
+    """Gradients (e, 2) of the strains, forces (n, 2) of the sticks, inverse stiffness (n, 3) of each: xx, xy, yy.
+
+    And the sum of the squared strains.
+    """
     gradients, force, inverse = np.empty((len(edges), 2)), np.zeros_like(flat), np.zeros((len(flat), 3))
+    strain = 0.0
     for k in range(len(edges)):
         a, b = edges[k, 0], edges[k, 1]
         x, y = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
@@ -75,6 +106,7 @@ def _linearised(flat: Floats, edges: Ints, lengths: Floats) -> tuple[Floats, Flo
         x, y = x / (distance * lengths[k]), y / (distance * lengths[k])
         gradients[k, 0], gradients[k, 1] = x, y
         slack = 1.0 - distance / lengths[k]
+        strain += slack * slack
         force[a, 0] -= slack * x
         force[a, 1] -= slack * y
         force[b, 0] += slack * x
@@ -86,9 +118,9 @@ def _linearised(flat: Floats, edges: Ints, lengths: Floats) -> tuple[Floats, Flo
     for i in range(len(flat)):
         more = STIFFEN * (inverse[i, 0] + inverse[i, 2]) + TINY
         xx, xy, yy = inverse[i, 0] + more, inverse[i, 1], inverse[i, 2] + more
-        inverse[i, 0], inverse[i, 1], inverse[i, 2] = yy, -xy, xx
-        inverse[i] /= max(xx * yy - xy * xy, TINY)
-    return gradients, force, inverse
+        share = 1.0 / max(xx * yy - xy * xy, TINY)
+        inverse[i, 0], inverse[i, 1], inverse[i, 2] = share * yy, -share * xy, share * xx
+    return gradients, force, inverse, strain
 
 
 @numba.njit(cache=True)

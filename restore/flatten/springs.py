@@ -16,10 +16,11 @@ import numba
 import numpy as np
 
 from restore.errors import BadInput
-from restore.flatten.kernels import SMALL, area_of
+from restore.flatten.kernels import SMALL
 from restore.flatten.lay import Laid
 from restore.flatten.network import Network
 from restore.scan import Floats, Ints
+from restore.strain import surface_area
 
 GRAVITY = 9.81
 TIME_STEP = 0.02  # s; the largest stable step that Zhang, Zhang & Tan (TPAMI 2008, §4.2) report for this method
@@ -46,7 +47,7 @@ def flatten_springs(laid: Laid, network: Network, follow: Follow | None = None) 
     follow(step, positions (n, 3) mm) is called after each step. Raises BadInput when the springs diverge, as they may
     where very many edges meet.
     """
-    scale = PAGE_SIZE / sqrt(max(area_of(laid.positions, network.faces), np.finfo(float).tiny))
+    scale = PAGE_SIZE / sqrt(max(surface_area(laid.positions, network.faces), np.finfo(float).tiny))
     lengths, spans = network.lengths * scale, network.spans * scale
     now = laid.positions * scale
     velocity, force = np.zeros_like(now), np.empty_like(now)
@@ -56,7 +57,7 @@ def flatten_springs(laid: Laid, network: Network, follow: Follow | None = None) 
         advance(now, velocity, force, GRAVITY, DRAG, RESTITUTION, TIME_STEP)
         if follow:
             follow(step, now / scale)
-        previous, area = area, area_of(now, network.faces)
+        previous, area = area, surface_area(now, network.faces)
         still = abs(area - previous) < AREA_CHANGE * area and now[:, 2].max() < FLAT_HEIGHT * PAGE_SIZE
         quiet = quiet + 1 if still else 0
         if not np.isfinite(area):

@@ -19,13 +19,13 @@ import numpy as np
 from restore.errors import BadInput
 from restore.flatten.coarse import coarsen
 from restore.flatten.conformal import flatten_conformal
-from restore.flatten.kernels import advance, area_of, relax, relax_in_plane
+from restore.flatten.kernels import advance, relax, relax_in_plane
 from restore.flatten.lay import Laid
 from restore.flatten.network import Network, spread
-from restore.flatten.settle import ITERATIONS, descend
+from restore.flatten.settle import STEPS, descend
 from restore.flatten.unfold import unfold, untangle
-from restore.scan import Floats
-from restore.strain import edge_strain, flipped_faces
+from restore.scan import Floats, Ints
+from restore.strain import edge_strain, flipped_faces, surface_area
 
 GRAVITY = 9.81  # §3.3.3
 DRAG = 0.2  # eq. 4; the paper's 0.05 leaves rolls of more than 90° folded, with fading four times as much is safe
@@ -41,10 +41,9 @@ SWEEPS = 0.25  # of √n in each step: with half as many corners fold, more cost
 PLANE_SWEEPS = 1.5  # of √n: what is out of order among neighbours; Newton's steps could turn a triangle over there
 SLOWING = 3.2  # the momentum 1 − SLOWING / √n carries a strain as long as the sheet out of it without swinging
 LEAST_MOMENTUM = 0.5
-SOUND_FLIPS = 5e-4  # of the faces: single ones lie over where lengths contradict each other; a fold has more
+HASTY = 2  # of Newton's steps between two looks at what lies on its face
 UNFOLDINGS = 5  # each frees the corners that the last one still held
-SOUND_STRAIN = 0.02  # rms; no paper stretches so far
-CONFORMAL_ITERATIONS = 6  # of Newton: a conformal map of a curved sheet is some per cent off
+SOUND_STRAIN = 0.03  # rms; no paper stretches so far
 
 Follow = Callable[[int, Floats], None]
 Start = Callable[[Laid, Network, Follow | None], tuple[Floats, int]]
@@ -58,37 +57,38 @@ def flatten_sticks(laid: Laid, network: Network, follow: Follow | None = None) -
     has only its sticks put right.
     """
     found: list[tuple[int, float, int, Floats, int]] = []
-    for start, most, iterations in WAYS:
-        flat, steps = flatten_from(start, most, iterations, laid, network, follow)
-        found.append((*_faults(flat, network), len(found), flat, steps))
-        if found[-1][0] <= SOUND_FLIPS * len(network.faces) and found[-1][1] < SOUND_STRAIN:
+    for start, most, cost in WAYS:
+        flat, steps = flatten_from(start, most, laid, network, follow)
+        flips, tangled = _faults(flat, network)
+        if flips:
+            flat = untangle(flat, network.faces, network.edges, network.lengths)
+        left, strain = _faults(flat, network)
+        found.append((left, strain, len(found), flat, steps))
+        if left == 0 and strain < SOUND_STRAIN and (not flips or strain < cost * tangled):
             break
-    flips, *_, flat, steps = min(found, key=lambda fault: fault[:3])
-    return (untangle(flat, network.faces, network.edges, network.lengths) if flips else flat), steps
+    *_, flat, steps = min(found, key=lambda fault: fault[:3])
+    return flat, steps
 
 
 def _faults(flat: Floats, network: Network) -> tuple[int, float]:
     """How many faces lie on their face, and the rms strain of the sticks."""
-    flips = flipped_faces(flat, network.faces)
     strain = edge_strain(flat, network.edges, network.lengths)
-    return flips, float(np.sqrt(np.mean(strain**2)))
+    return flipped_faces(flat, network.faces), float(np.sqrt(np.mean(strain**2)))
 
 
-def flatten_from(
-    start: Start, most: int, iterations: int, laid: Laid, network: Network, follow: Follow | None
-) -> tuple[Floats, int]:
+def flatten_from(start: Start, most: int, laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:
     """Flat positions (n, 2) mm from where `start` has the particles, or so many of them, and the others go along."""
     few = coarsen(laid.positions, network, most) if len(laid.positions) > most else None
     if few is None:
         flat, steps = start(laid, network, follow)
-        return _settled(flat, network, iterations), steps
+        return _settled(flat, network), steps
 
     def lifted(step: int, positions: Floats) -> None:
         if follow:
             follow(step, few.carry(laid.positions, positions))
 
     seen = replace(laid, positions=laid.positions[few.index], seen=laid.seen[few.index])
-    flat, steps = flatten_from(start, most, iterations, seen, few.network, lifted)
+    flat, steps = flatten_from(start, most, seen, few.network, lifted)
     return _settled(few.carry(laid.positions, flat), network), steps
 
 
@@ -100,35 +100,41 @@ def _conformal(laid: Laid, network: Network, follow: Follow | None) -> tuple[Flo
         return laid.seen.copy(), 0
 
 
-def _settled(flat: Floats, network: Network, iterations: int = ITERATIONS) -> Floats:
-    """Flat positions (n, 2) mm of least strain near by, corners of the border unfolded."""
-    flat = _eased(flat, network, iterations)
+def _settled(flat: Floats, network: Network) -> Floats:
+    """Flat positions (n, 2) mm of least strain near by, corners of the border unfolded.
+
+    As long as something lies on its face few of Newton's steps are taken: more would settle the page in its folds.
+    """
+    edges, lengths = spread(network.edges, network.lengths)
+    flat, start = _eased(flat, edges, lengths)
     left = flipped_faces(flat, network.faces)
     for _ in range(UNFOLDINGS):
         turned = flat.copy()
         if not unfold(turned, network.faces):
             break
-        turned = _eased(turned, network, iterations)
+        turned, start = _eased(turned, edges, lengths)
         if flipped_faces(turned, network.faces) >= left:  # what is still flipped does not lie at the border
             break
         flat, left = turned, flipped_faces(turned, network.faces)
+    descend(flat, edges, lengths, STEPS, start)
     return flat
 
 
-def _eased(flat: Floats, network: Network, iterations: int) -> Floats:
-    """Relaxation puts neighbours in order and goes to sleep on long slow bends; Newton's steps do the rest."""
+def _eased(flat: Floats, edges: Ints, lengths: Floats) -> tuple[Floats, float]:
+    """Relaxation puts neighbours in order and goes to sleep on long slow bends; Newton's steps do the rest.
+
+    Returns flat positions (n, 2) mm and the imbalance that relaxation left.
+    """
     flat = np.array(flat, order="C")
     size = sqrt(len(flat))
     momentum = max(1.0 - SLOWING / size, LEAST_MOMENTUM)
-    edges, lengths = spread(network.edges, network.lengths)
     relax_in_plane(flat, edges, lengths, round(PLANE_SWEEPS * size), 0.0, momentum)
-    descend(flat, edges, lengths, iterations)
-    return flat
+    return flat, descend(flat, edges, lengths, HASTY)
 
 
 def fall(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:
     """Let the particles fall on the table: positions (n, 2) mm where they land, and the time steps taken."""
-    scale = PAGE_SIZE / sqrt(max(area_of(laid.positions, network.faces), np.finfo(float).tiny))
+    scale = PAGE_SIZE / sqrt(max(surface_area(laid.positions, network.faces), np.finfo(float).tiny))
     edges, lengths = spread(network.edges, network.lengths * scale)
     hinges, spans = spread(network.hinges, network.spans * scale)
     now = laid.positions * scale
@@ -142,14 +148,17 @@ def fall(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, i
         if follow:
             follow(step, now / scale)
         height = float(now[:, 2].max())
-        previous, area = area, area_of(now[:, :2], network.faces)
+        previous, area = area, surface_area(now[:, :2], network.faces)
         if height < LANDED * start or abs(area - previous) < AREA_CHANGE * area:
             break
     return now[:, :2] / scale, step
 
 
-# How to begin, with how many particles at most, and Newton's steps from there.
-WAYS: tuple[tuple[Start, int, int], ...] = (
-    (fall, 1_500, ITERATIONS),
-    (_conformal, 6_000, CONFORMAL_ITERATIONS),
+# How to begin, with how many particles at most, and by how much untangling may raise the strain. Where lengths
+# contradict each other, over creases that the points missed, faces fall over and that costs little; undoing a fold
+# costs more.
+WAYS: tuple[tuple[Start, int, float], ...] = (
+    (fall, 600, 1.35),
+    (fall, 6_000, 1.5),
+    (_conformal, 6_000, np.inf),
 )

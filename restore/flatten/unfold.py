@@ -9,8 +9,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from restore.align import border_of
-from restore.flatten.adjacency import Adjacency, adjacency
+from restore.flatten.adjacency import Adjacency, adjacency, border_of
 from restore.flatten.kernels import SMALL
 from restore.scan import Floats, Ints, Mask
 from restore.strain import signed_areas
@@ -47,37 +46,44 @@ def untangle(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
 
     It costs the edges (e, 2) there their lengths (e,) mm, as few and as little as can be, and is the last resort.
     """
-    flat, moved = _amid_neighbours(flat.copy(), faces, edges)
-    near = moved.copy()
-    near[edges[moved[edges].any(axis=1)]] = True
-    count = len(flat)
+    flat, count = flat.copy(), len(flat)
     ways = adjacency(edges.ravel(), np.repeat(np.arange(len(edges)), 2), count)
     around = adjacency(faces.ravel(), np.repeat(np.arange(len(faces)), 3), count)
+    inner = np.ones(count, bool)
+    inner[border_of(faces)] = False  # would be drawn in
+    moved = amid_neighbours(flat, faces, edges, ways, inner)
+    near = moved.copy()
+    near[edges[moved[edges].any(axis=1)]] = True
     least = SLIMMEST * np.median(np.abs(signed_areas(flat, faces)))
     ease(flat, faces, edges, lengths, ways, around, np.flatnonzero(near), float(least), EASINGS)
     return flat
 
 
-def _amid_neighbours(flat: Floats, faces: Ints, edges: Ints) -> tuple[Floats, Mask]:
-    """The corners (n, 2) of flipped faces put amid their neighbours, in place, and which they are."""
-    loose, inner = np.zeros(len(flat), bool), np.ones(len(flat), bool)
-    inner[border_of(faces)] = False  # would be drawn in
-    degree = np.bincount(edges.ravel(), minlength=len(flat))
-    start, end = edges.T
+@numba.njit(cache=True)
+def amid_neighbours(flat: Floats, faces: Ints, edges: Ints, ways: Adjacency, inner: Mask) -> Mask:
+    """Put the corners (n, 2) of flipped faces amid their neighbours, in place; which they are (n,).
+
+    ways are the edges at every vertex; those that are not inner (n,) stay as long as that may do.
+    """
+    loose = np.zeros(len(flat), np.bool_)
     for look in range(LOOKS):
         flipped = signed_areas(flat, faces) < 0.0
         if not flipped.any():
             break
-        loose[faces[flipped]] = True
-        if look > LOOKS // 2:
-            inner[faces[flipped]] = True  # it hangs on the border: better drawn in than folded
-        move = loose & inner
+        for f in np.flatnonzero(flipped):
+            for i in faces[f]:
+                loose[i] = True
+        moving = np.flatnonzero(loose & (inner if look <= LOOKS // 2 else loose))  # drawn in is better than folded
         for _ in range(AVERAGINGS):
-            total = np.zeros_like(flat)
-            np.add.at(total, start, flat[end])
-            np.add.at(total, end, flat[start])
-            flat[move] = total[move] / degree[move, None]
-    return flat, loose
+            for i in moving:
+                x, y, count = 0.0, 0.0, ways.start[i + 1] - ways.start[i]
+                for q in range(ways.start[i], ways.start[i + 1]):
+                    k = ways.items[q]
+                    other = edges[k, 0] + edges[k, 1] - i
+                    x += flat[other, 0] / count
+                    y += flat[other, 1] / count
+                flat[i, 0], flat[i, 1] = x, y
+    return loose
 
 
 @numba.njit(cache=True)

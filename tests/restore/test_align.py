@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from restore.align import CORNER_SHARE, RECTANGLE, border_of, page_size, square_up
+from restore.align import CORNER_SHARE, RECTANGLE, page_size, square_up
+from restore.flatten.adjacency import border_of
 
 WIDTH, HEIGHT = 280.0, 200.0
 SQUARE_RAD = 1e-6  # 0.3 µm over the page: the rough turn is found in single precision, the sides then to rounding

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from restore.align import border_of
 from restore.decimate import PINHOLE_EDGES, decimate, depth_distance, patch_and_smooth
 from restore.errors import NotEnoughSurface
+from restore.flatten.adjacency import border_of
 from restore.strain import signed_areas, surface_area
 from restore.triangulate import lattice, triangulate
 

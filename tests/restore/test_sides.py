@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from restore.align import border_of
+from restore.flatten.adjacency import border_of
 from restore.flatten.network import edges_of
 from restore.scan import FlatMesh
 from restore.sides import REACH, straighten

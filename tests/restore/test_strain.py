@@ -5,11 +5,20 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from restore.strain import at_vertices, edge_strain, face_strain, flipped_faces, signed_areas, surface_area
+from restore.strain import (
+    at_vertices,
+    edge_strain,
+    face_strain,
+    flipped_faces,
+    normals_of,
+    signed_areas,
+    surface_area,
+)
 
 SQUARE = np.array([[0.0, 0.0], [3.0, 0.0], [0.0, 4.0], [3.0, 4.0]])
 FACES = np.array([[0, 1, 2], [1, 3, 2]])
 EXACT = 1e-12
+PARITY = 1e-9
 
 
 def test_strain_is_the_relative_change_of_length():
@@ -43,6 +52,33 @@ def test_the_area_of_a_warped_surface():
     faces = np.array([[0, 1, 3], [1, 4, 3], [1, 2, 4], [2, 5, 4]])
     assert surface_area(roof, faces) == pytest.approx(20.0)
     assert surface_area(roof, faces[:, ::-1]) == pytest.approx(20.0)
+
+
+def test_the_area_of_triangles_and_of_their_shadows():
+    corners = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 0.0, 4.0], [0.0, 2.0, 0.0]])
+    faces = np.array([[0, 1, 2], [0, 1, 3]])
+    assert surface_area(corners, faces) == pytest.approx(6.0 + 3.0)
+    assert surface_area(corners[:, :2].copy(), faces) == pytest.approx(3.0)
+
+
+def test_normals_are_twice_as_long_as_the_areas():
+    corners = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 0.0, 4.0], [0.0, 2.0, 0.0]])
+    faces = np.array([[0, 1, 2], [0, 1, 3], [1, 2, 3]])
+    a, b, c = (corners[faces[:, k]] for k in range(3))
+    np.testing.assert_allclose(normals_of(corners, faces), np.cross(b - a, c - a), atol=EXACT)
+
+
+@pytest.mark.parametrize(
+    "kernel, work",
+    [
+        (edge_strain, (SQUARE, np.array([[0, 1], [0, 2], [1, 2]]), np.array([3.0, 5.0, 4.0]))),
+        (signed_areas, (SQUARE, FACES)),
+        (surface_area, (SQUARE, FACES)),
+        (normals_of, (np.column_stack([SQUARE, [1.0, 2.0, 0.0, 5.0]]), FACES)),
+    ],
+)
+def test_compiled_and_plain_python_agree(kernel, work):
+    np.testing.assert_allclose(kernel(*work), kernel.py_func(*work), atol=PARITY)
 
 
 LENGTHS = np.array([3.0, 4.0, 5.0, 4.0, 3.0])  # of the edges of the rectangle and its diagonal

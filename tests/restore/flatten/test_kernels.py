@@ -38,10 +38,6 @@ def relax_in_plane(run, now, before, network):
     return flat, run(flat, network.edges, network.lengths, 30, 1e-5, MOMENTUM)
 
 
-def area_of(run, now, before, network):
-    return run(now, network.faces), run(now[:, :2].copy(), network.faces)
-
-
 @pytest.mark.parametrize(
     "name, work",
     [
@@ -49,7 +45,6 @@ def area_of(run, now, before, network):
         ("_project", project),
         ("relax", relax),
         ("relax_in_plane", relax_in_plane),
-        ("area_of", area_of),
     ],
 )
 def test_compiled_and_plain_python_agree(sheet, name, work):
@@ -120,10 +115,3 @@ def test_momentum_carries_strain_out_sooner(warped):
         return 40
 
     assert sweeps(MOMENTUM) < sweeps(0.0)
-
-
-def test_areas_of_triangles_and_of_their_shadows():
-    corners = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 0.0, 4.0], [0.0, 2.0, 0.0]])
-    faces = np.array([[0, 1, 2], [0, 1, 3]])
-    assert kernels.area_of(corners, faces) == pytest.approx(6.0 + 3.0)
-    assert kernels.area_of(corners[:, :2].copy(), faces) == pytest.approx(3.0)

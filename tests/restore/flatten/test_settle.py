@@ -11,14 +11,14 @@ from restore.strain import edge_strain
 SQUARE = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]])
 EDGES = edges_of(np.array([[0, 1, 2], [0, 2, 3]]))
 LENGTHS = np.linalg.norm(SQUARE[EDGES[:, 0]] - SQUARE[EDGES[:, 1]], axis=1)
-CONVERGED = 1e-9  # relative; Newton's steps double the correct digits
+CONVERGED = 1e-4  # strain: a thousandth of the tenth that the square is pushed askew
 PARITY = 1e-9
 LEAST_MM = 1e-3  # the third of Newton's steps moves no node farther
 
 
 def test_a_square_pushed_askew_gets_its_lengths_back():
     askew = SQUARE + np.random.default_rng(0).normal(0, 0.5, SQUARE.shape)
-    strain = edge_strain(settle(askew, EDGES, LENGTHS, 8), EDGES, LENGTHS)
+    strain = edge_strain(settle(askew, EDGES, LENGTHS), EDGES, LENGTHS)
     assert np.abs(strain).max() < CONVERGED
 
 
@@ -36,7 +36,7 @@ def test_no_page_near_by_has_less_strain(warped):
     def strain(flat):
         return (edge_strain(flat, edges, lengths) ** 2).sum()
 
-    found = settle(page.flat, edges, lengths, 4)
+    found = settle(page.flat, edges, lengths)
     ways = rng.normal(0, LEAST_MM, (20, *found.shape))
     assert all(strain(found + way) > strain(found) for way in ways)
 
@@ -50,5 +50,5 @@ def test_compiled_and_plain_python_agree(warped, plain):
     page = warped("fold", count=60)
     edges, askew = edges_of(page.mesh.faces), page.flat + np.random.default_rng(0).normal(0, 1.0, page.flat.shape)
     compiled = settle(askew, edges, page.lengths)
-    assert "newton_step" in plain(import_module("restore.flatten.settle"))
+    assert "descend" in plain(import_module("restore.flatten.settle"))
     np.testing.assert_allclose(compiled, settle(askew, edges, page.lengths), atol=PARITY)
