@@ -14,6 +14,7 @@ import numpy as np
 
 from restore.flatten.adjacency import Adjacency, adjacency
 from restore.scan import Floats, Ints
+from restore.strain import normals_of
 
 MOST_NEIGHBOURS = 32  # two rings have 18 on average
 ON_PLANE = 0.1  # slope, 6°: neighbours that stand off a face by more count half against it
@@ -21,6 +22,7 @@ ON_PATCH = 0.03  # slope: neighbours that stand off the patch by more have a qua
 ROUNDS = 3  # of reweighting
 GRADIENT_PRIOR, CURVATURE_PRIOR = 1e-3, 1e-2  # hold what few neighbours leave open near zero
 TERMS = 6  # height, two slopes, three second derivatives
+PRODUCTS = TERMS * (TERMS + 1) // 2 + TERMS  # of the terms with each other and with the height
 MOST_TIED = 1e9  # weight of its own vertex in a patch of a surface without noise
 TINY = 1e-30
 
@@ -49,9 +51,8 @@ def rings_of(vertices: Floats, faces: Ints, edges: Ints) -> Rings:
     count = len(vertices)
     neighbours = adjacency(edges.ravel(), edges[:, ::-1].ravel(), count)
     around = adjacency(faces.ravel(), np.repeat(np.arange(len(faces)), 3), count)
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    planes = np.cross(b - a, c - a)
-    return Rings(neighbours, around, planes / np.maximum(np.linalg.norm(planes, axis=1), TINY)[:, None])
+    planes = normals_of(vertices, faces)
+    return Rings(neighbours, around, planes / np.maximum(np.sqrt((planes**2).sum(axis=1)), TINY)[:, None])
 
 
 def fit_jets(vertices: Floats, rings: Rings, chosen: Ints, noise: float) -> Jets:
@@ -68,18 +69,18 @@ def _fit_all(
 ) -> tuple[Floats, Floats, Floats]:
     count = len(vertices)
     normals, offsets, forms = np.zeros((count, 3)), np.zeros(count), np.zeros((count, 3, 3))
-    found, weights = np.empty(MOST_NEIGHBOURS, np.int64), np.empty(MOST_NEIGHBOURS)
-    points, distances = np.empty((MOST_NEIGHBOURS, 3)), np.empty(MOST_NEIGHBOURS)
-    terms, matrix, jet, frame = np.empty((MOST_NEIGHBOURS, TERMS)), np.empty((TERMS, TERMS)), np.empty(TERMS), np.eye(3)
+    met, found, weights = np.full(count, -1), np.empty(MOST_NEIGHBOURS, np.int64), np.empty(MOST_NEIGHBOURS)
+    points, nearness = np.empty((MOST_NEIGHBOURS, 3)), np.empty(MOST_NEIGHBOURS)
+    products, sums, jet, frame = np.empty((MOST_NEIGHBOURS, PRODUCTS)), np.empty(PRODUCTS), np.empty(TERMS), np.eye(3)
     for i in chosen:
-        near, far = _two_rings(i, neighbours, found)
+        near, far = _two_rings(i, neighbours, met, found)
         if far < 3:
             continue
-        reach = _beside(i, vertices, found, near, far, points, distances)
-        _set_frame(planes[_own_face(i, around, planes, points, distances, far, weights)], frame)
+        reach = _beside(i, vertices, found, near, far, points, nearness)
+        _set_frame(planes[_own_face(i, around, planes, points, nearness, far, weights)], frame)
         _turn(points, far, frame)
         own = min(1.0 + (ON_PATCH * reach / max(3.0 * noise, TINY)) ** 2, MOST_TIED)
-        _fit(points, distances, far, terms, weights, own, matrix, jet)
+        _fit(points, nearness, far, products, weights, own, sums, jet)
         steep = 1.0 / sqrt(1.0 + jet[1] ** 2 + jet[2] ** 2)
         offsets[i] = steep * jet[0] * reach
         for p in range(3):
@@ -92,66 +93,72 @@ def _fit_all(
 
 
 @numba.njit(cache=True)
-def _two_rings(i: int, neighbours: Adjacency, found: Ints) -> tuple[int, int]:
-    """Write the neighbours of vertex i and then theirs; how many neighbours there are, and how many of both."""
-    count = 0
+def _two_rings(i: int, neighbours: Adjacency, met: Ints, found: Ints) -> tuple[int, int]:
+    """Write the neighbours of vertex i and then theirs; how many neighbours there are, and how many of both.
+
+    met (n,) tells at which vertex each was found last.
+    """
+    count, met[i] = 0, i
     for q in range(neighbours.start[i], min(neighbours.start[i + 1], neighbours.start[i] + MOST_NEIGHBOURS)):
-        found[count] = neighbours.items[q]
+        found[count], met[neighbours.items[q]] = neighbours.items[q], i
         count += 1
     near = count
     for f in range(near):
         for q in range(neighbours.start[found[f]], neighbours.start[found[f] + 1]):
-            k, new = neighbours.items[q], count < MOST_NEIGHBOURS
-            for m in range(count):
-                new = new and found[m] != k
-            if new and k != i:
-                found[count] = k
+            k = neighbours.items[q]
+            if met[k] != i and count < MOST_NEIGHBOURS:
+                found[count], met[k] = k, i
                 count += 1
     return near, count
 
 
 @numba.njit(cache=True)
-def _beside(i: int, vertices: Floats, found: Ints, near: int, far: int, points: Floats, distances: Floats) -> float:
-    """Write where the neighbours lie from vertex i, in units of their mean distance, which is returned in mm."""
+def _beside(i: int, vertices: Floats, found: Ints, near: int, far: int, points: Floats, nearness: Floats) -> float:
+    """Write where the neighbours lie from vertex i and how near, 1 / distance, in units of the mean distance.
+
+    That is of the first `near` of them, and returned in mm.
+    """
     reach = TINY
     for k in range(far):
         squared = 0.0
         for axis in range(3):
             points[k, axis] = vertices[found[k], axis] - vertices[i, axis]
             squared += points[k, axis] ** 2
-        distances[k] = sqrt(squared) + TINY
+        distance = sqrt(squared) + TINY
+        nearness[k] = 1.0 / distance
         if k < near:
-            reach += distances[k] / near
+            reach += distance / near
+    scale = 1.0 / reach
     for k in range(far):
-        distances[k] /= reach
+        nearness[k] *= reach
         for axis in range(3):
-            points[k, axis] /= reach
+            points[k, axis] *= scale
     return reach
 
 
 @numba.njit(cache=True)
 def _own_face(
-    i: int, around: Adjacency, planes: Floats, points: Floats, distances: Floats, far: int, weights: Floats
+    i: int, around: Adjacency, planes: Floats, points: Floats, nearness: Floats, far: int, weights: Floats
 ) -> int:
     """That face at vertex i whose plane agrees best with its neighbours; the weights tell which of them agree."""
     least, own = np.inf, around.items[around.start[i]]
     for q in range(around.start[i], around.start[i + 1]):
         face, against = around.items[q], 0.0
         for k in range(far):
-            squared = _squared_slope(planes, face, points, distances, k)
+            squared = _squared_slope(planes, face, points, nearness, k)
             against += squared / (1.0 + squared)
         if against < least:
             least, own = against, face
     for k in range(far):
-        weights[k] = 1.0 / (1.0 + _squared_slope(planes, own, points, distances, k)) ** 2
+        weights[k] = 1.0 / (1.0 + _squared_slope(planes, own, points, nearness, k)) ** 2
     return own
 
 
 @numba.njit(cache=True)
-def _squared_slope(planes: Floats, face: int, points: Floats, distances: Floats, k: int) -> float:
+def _squared_slope(planes: Floats, face: int, points: Floats, nearness: Floats, k: int) -> float:
     """How steeply neighbour k stands off the plane of a face, squared, in units of ON_PLANE."""
     off = planes[face, 0] * points[k, 0] + planes[face, 1] * points[k, 1] + planes[face, 2] * points[k, 2]
-    return (off / (ON_PLANE * distances[k])) ** 2
+    return (off * nearness[k] * (1.0 / ON_PLANE)) ** 2
 
 
 @numba.njit(cache=True)
@@ -177,54 +184,62 @@ def _turn(points: Floats, far: int, frame: Floats) -> None:
 
 @numba.njit(cache=True)
 def _fit(
-    points: Floats,
-    distances: Floats,
-    far: int,
-    terms: Floats,
-    weights: Floats,
-    own: float,
-    matrix: Floats,
-    jet: Floats,
+    points: Floats, nearness: Floats, far: int, products: Floats, weights: Floats, own: float, sums: Floats, jet: Floats
 ) -> None:
-    """Write height, slopes and second derivatives of a patch through points (far, 3) and, weighing own, the origin."""
+    """Write height, slopes and second derivatives of a patch through points (far, 3) and, weighing own, the origin.
+
+    products (far, PRODUCTS) and sums (PRODUCTS,) are written over.
+    """
     for k in range(far):
-        x, y = points[k, 0], points[k, 1]
-        terms[k, 0], terms[k, 1], terms[k, 2] = 1.0, x, y
-        terms[k, 3], terms[k, 4], terms[k, 5] = 0.5 * x * x, x * y, 0.5 * y * y
+        _multiply(points[k, 0], points[k, 1], points[k, 2], products[k])
     for _ in range(ROUNDS):
+        sums[:] = 0.0
         for p in range(TERMS):
-            jet[p] = 0.0
-            for q in range(p):
-                matrix[p, q] = 0.0
-            matrix[p, p] = own if p == 0 else GRADIENT_PRIOR if p < 3 else CURVATURE_PRIOR
+            sums[row_of(p) + p] = own if p == 0 else GRADIENT_PRIOR if p < 3 else CURVATURE_PRIOR
         for k in range(far):
-            for p in range(TERMS):
-                share = weights[k] * terms[k, p]
-                jet[p] += share * points[k, 2]
-                for q in range(p + 1):
-                    matrix[p, q] += share * terms[k, q]
-        _solve(matrix, jet)
+            weight = weights[k]
+            for m in range(PRODUCTS):
+                sums[m] += weight * products[k, m]
+        _solve(sums, jet)
         for k in range(far):
             off = points[k, 2]
             for p in range(TERMS):
-                off -= terms[k, p] * jet[p]
-            weights[k] = 1.0 / (1.0 + (off / (ON_PATCH * distances[k])) ** 2) ** 2
+                off -= products[k, row_of(p)] * jet[p]
+            weights[k] = 1.0 / (1.0 + (off * nearness[k] * (1.0 / ON_PATCH)) ** 2) ** 2
 
 
 @numba.njit(cache=True)
-def _solve(matrix: Floats, right: Floats) -> None:
-    """Solve a symmetric positive definite system in place by Cholesky's method; the lower triangle is read."""
-    for row in range(len(right)):
-        for col in range(row + 1):
-            rest = matrix[row, col]
-            for k in range(col):
-                rest -= matrix[row, k] * matrix[col, k]
-            matrix[row, col] = rest / matrix[col, col] if col < row else sqrt(max(rest, TINY))
-    for row in range(len(right)):
-        for k in range(row):
-            right[row] -= matrix[row, k] * right[k]
-        right[row] /= matrix[row, row]
-    for row in range(len(right) - 1, -1, -1):
-        for k in range(row + 1, len(right)):
-            right[row] -= matrix[k, row] * right[k]
-        right[row] /= matrix[row, row]
+def row_of(p: int) -> int:
+    """Where row p begins in a triangle that is stored row by row."""
+    return p * (p + 1) // 2
+
+
+@numba.njit(cache=True)
+def _multiply(x: float, y: float, z: float, products: Floats) -> None:
+    """Write the products of the terms with each other, the lower triangle row by row, and with the height z below."""
+    for p, term in enumerate((1.0, x, y, 0.5 * x * x, x * y, 0.5 * y * y)):
+        row = row_of(p)
+        products[row], products[row_of(TERMS) + p] = term, term * z
+        for q in range(1, p + 1):
+            products[row + q] = term * products[row_of(q)]
+
+
+@numba.njit(cache=True)
+def _solve(triangle: Floats, found: Floats) -> None:
+    """Solve a symmetric positive definite system by Cholesky's method.
+
+    triangle (PRODUCTS,) is its lower half row by row, with the right side as one row more; it is written over.
+    """
+    for p in range(TERMS + 1):
+        row = row_of(p)
+        for q in range(min(p + 1, TERMS)):
+            col, rest = row_of(q), triangle[row + q]
+            for k in range(q):
+                rest -= triangle[row + k] * triangle[col + k]
+            # The diagonal is kept as what the others are multiplied by.
+            triangle[row + q] = rest * triangle[col + q] if q < p else 1.0 / sqrt(max(rest, TINY))
+    for p in range(TERMS - 1, -1, -1):
+        rest = triangle[row_of(TERMS) + p]
+        for k in range(p + 1, TERMS):
+            rest -= triangle[row_of(k) + p] * found[k]
+        found[p] = rest * triangle[row_of(p) + p]

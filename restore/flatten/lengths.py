@@ -80,6 +80,8 @@ def _over_crease(
         return 0.0
     fold /= sine
     turn, along = atan2(sine, _dot(start, end)), chord * _dot(fold, way)
+    if turn < CREASE:
+        return 0.0
     # In the plane across the fold: the start at (0, 0), its tangent (1, 0), its normal (0, 1).
     x = chord * (_dot(way, end) - _dot(way, start) * cos(turn)) / sine
     y = chord * _dot(way, start)

@@ -5,7 +5,7 @@ import pytest
 
 from bench.exact import scattered
 from restore.flatten import jets as module
-from restore.flatten.jets import MOST_NEIGHBOURS, TERMS, fit_jets, rings_of
+from restore.flatten.jets import MOST_NEIGHBOURS, PRODUCTS, TERMS, fit_jets, rings_of
 from restore.flatten.network import edges_of
 
 PATCH_MM = (60.0, 40.0)
@@ -106,6 +106,16 @@ def test_the_linear_solver_solves():
     random = np.random.default_rng(3)
     half = random.normal(size=(TERMS, MOST_NEIGHBOURS))
     matrix, right = half @ half.T, random.normal(size=TERMS)
-    solution = right.copy()
-    module._solve(np.tril(matrix), solution)
-    np.testing.assert_allclose(matrix @ solution, right, atol=ROUNDING)
+    triangle = np.concatenate([matrix[np.tril_indices(TERMS)], right])
+    solution = np.empty(TERMS)
+    module._solve(triangle, solution)
+    np.testing.assert_allclose(matrix @ solution, right, atol=PARITY)
+
+
+def test_the_products_are_those_of_the_normal_equations():
+    x, y, z = 0.7, -1.3, 0.4
+    terms = np.array([1.0, x, y, x * x / 2, x * y, y * y / 2])
+    products = np.empty(PRODUCTS)
+    module._multiply(x, y, z, products)
+    np.testing.assert_allclose(products[:-TERMS], np.outer(terms, terms)[np.tril_indices(TERMS)], atol=PARITY)
+    np.testing.assert_allclose(products[-TERMS:], z * terms, atol=PARITY)
