@@ -6,16 +6,19 @@ from math import ceil, sqrt
 
 import numpy as np
 
-from restore.flatten.lay import lay
+from restore.flatten.lay import Laid, lay
 from restore.flatten.orient import orient
 from restore.raster import rasterise
 from restore.rays import Rays
 from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
-from restore.strain import signed_areas, surface_area
+from restore.strain import normals_of, signed_areas, surface_area
 
 MIN_VERTICES = 40_000  # a window of seven samples is then 4 % of the page; coarser meshes would lose their bends in it
 MAX_GRID = 1000  # samples along the longer side
 DISTANCE = 5.0  # page sizes: far enough that walls do not hide behind each other, near enough for exact arithmetic
+STEEP = 0.05  # of the area: the steepest part of the page, which the grid is to sample as densely as its vertices do
+FINEST = 0.5  # of the vertices' spacing: finer, the grid holds little but their noise; nor finer than …
+STEEP_GRID = 500  # … so many samples along the longer side, as many as a scanner has, for whose noise all is made
 MAX_HIDDEN = 0.01  # of the area may be turned away or covered; more, and one view does not tell the surface
 
 
@@ -33,7 +36,9 @@ def resample(mesh: SurfaceMesh) -> tuple[RangeScan, Rays] | None:
     eye = np.array([0.0, 0.0, laid.positions[:, 2].max() + DISTANCE * size])
     camera = laid.positions - eye
     tangents = camera[:, :2] / -camera[:, 2:]
-    pitch = max(sqrt(surface_area(mesh.vertices, mesh.faces) / len(mesh.vertices)), size / MAX_GRID) / (DISTANCE * size)
+    spacing = sqrt(surface_area(mesh.vertices, faces) / len(mesh.vertices))
+    steep = max(spacing * _foreshortened(mesh.vertices, faces, laid), size / STEEP_GRID)
+    pitch = max(min(spacing, steep), size / MAX_GRID) / (DISTANCE * size)
     low = tangents.min(axis=0)
     cols, rows = (ceil(extent / pitch) + 1 for extent in np.ptp(tangents, axis=0))
     corners = np.stack([(tangents[:, 0] - low[0]) / pitch, rows - 1 - (tangents[:, 1] - low[1]) / pitch], axis=1)
@@ -51,6 +56,16 @@ def resample(mesh: SurfaceMesh) -> tuple[RangeScan, Rays] | None:
     scan = RangeScan(np.dstack([x, y, -depth]), mesh.texture, grid[..., 1:] * depth[..., None], mesh.provenance)
     y0 = low[1] + pitch * (rows - 1)
     return scan, Rays(low[0], pitch, y0, -pitch, laid.axes, laid.origin + eye @ laid.axes)
+
+
+def _foreshortened(vertices: Floats, faces: Ints, laid: Laid) -> float:
+    """How much nearer than on the surface the vertices lie in the view where the page is steep."""
+    normals = normals_of(vertices, faces)
+    areas = np.sqrt((normals**2).sum(axis=1))
+    slopes = normals @ laid.axes[2] / np.maximum(areas, np.finfo(float).tiny)
+    order = np.argsort(slopes)
+    steep = np.searchsorted(np.cumsum(areas[order]), STEEP * areas.sum())
+    return float(np.clip(slopes[order[steep]], FINEST, 1.0))
 
 
 def _hidden(corners: Floats, faces: Ints, seen: Mask) -> float:
