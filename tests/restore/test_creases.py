@@ -6,8 +6,9 @@ import pytest
 
 from restore.creases import RADIUS, find_creases
 
-FOLD_DEG = 45.0  # at 0.9 m a kink of 8 to 10 standard deviations over a window, twice what has to stand out
-FAINT_DEG = 10.0  # 2 standard deviations
+FOLD_DEG = 45.0  # at 0.9 m a kink of 29 standard deviations over a window, five times what has to stand out
+SLIGHT_DEG = 15.0  # 3.4 standard deviations over 7×7 samples, 9 over the window that is longer along the fold
+FAINT_DEG = 4.0  # 2.5 standard deviations over that
 OFF_RIDGE = 1.5  # samples: the ridge falls between two samples, and noise may prefer the next
 STRETCH = 4  # samples along the ridge without a single crease are a gap
 STRAY = 10  # of 32,000 samples that noise passes for a crease, correlated along the stripe as it is
@@ -62,6 +63,18 @@ def test_a_curl_has_no_crease(camera, radius, hollow, correlated):
 def test_noise_has_no_crease(camera, correlated):
     counts = [creases(camera, camera.plane() + noise(camera, seed, correlated=correlated)).sum() for seed in range(5)]
     assert max(counts) <= STRAY
+
+
+@pytest.mark.parametrize("angle_deg", [0.0, 20.0, 45.0, 75.0])
+def test_a_slight_fold_is_found_because_it_goes_on(camera, angle_deg):
+    across, along = camera.about_ridge(angle_deg, 100.3)
+    found = creases(camera, camera.roof(SLIGHT_DEG, angle_deg, 100.3) + noise(camera, 6))
+    inner = np.zeros(camera.shape, bool)
+    inner[RADIUS:-RADIUS, RADIUS:-RADIUS] = True
+    ridge = along[inner & (np.abs(across) < 1.0)]
+    seen = along[found & (np.abs(across) < 2 * OFF_RIDGE)]
+    assert len(np.unique(np.floor(seen))) > 0.8 * np.ptp(ridge)
+    assert (found & (np.abs(across) >= 2 * OFF_RIDGE)).sum() <= STRAY
 
 
 def test_a_fold_that_noise_hides_is_not_guessed(camera):
