@@ -19,17 +19,19 @@ KINK_SIGMAS = 5.5
 FOLLOW_SIGMAS = 3.0
 APART = 5  # samples: a strong crease answers again on either side, no true crease is told apart so near to it
 MAD_TO_SIGMA = 1.4826
-SURE = 1e-6  # of the most variance: below, what was filled in, and rounding, tell of no crease
+SURE = 0.5  # of the samples must be measured: at the rim of what was filled in there are kinks that are none
 TINY = 1e-300  # keeps a surface without noise from dividing by zero
 
 
 def find_creases(data: Floats, deviation: Floats, inside: Mask) -> Mask:
     """The samples (rows, cols) that lie on a crease of the surface `inside`, one sample wide.
 
-    data has no gaps and no outliers; deviation is the standard deviation of each sample, 0 where it was filled in.
+    data has no outliers, and NaN where nothing is known; deviation is the standard deviation of each sample, 0 where it
+    was filled in.
     """
     window = np.ones((2 * RADIUS + 1, 2 * RADIUS + 1), np.uint8)
-    inner = cv2.erode(inside.astype(np.uint8), window, borderValue=0)
+    known = inside & np.isfinite(data)
+    data, inner = np.where(known, data, 0.0), cv2.erode(known.astype(np.uint8), window, borderValue=0)
     strongest, across = np.zeros(inside.shape, np.float32), np.zeros(inside.shape, np.uint8)
     angles = np.arange(DIRECTIONS) * np.pi / DIRECTIONS
     for k, angle in enumerate(angles):
@@ -52,7 +54,8 @@ def _kinks(data: Floats, deviation: Floats, inner: np.ndarray, angle: float) -> 
     kernel, along = _kernel(angle), _line(angle + np.pi / 2, REACH)
     variance = np.maximum(cv2.filter2D(deviation**2, cv2.CV_64F, kernel**2), 0.0)
     sigmas = np.abs(cv2.filter2D(data, cv2.CV_64F, kernel)) / np.sqrt(np.maximum(variance, TINY))
-    whole = (cv2.erode(inner, along, borderValue=0) > 0) & (variance > SURE * variance.max())
+    measured = cv2.filter2D((deviation > 0).astype(np.float32), cv2.CV_32F, (kernel != 0) / np.count_nonzero(kernel))
+    whole = (cv2.erode(inner, along, borderValue=0) > 0) & (measured > SURE)
     if not whole.any():
         return np.zeros(data.shape, np.float32)
     # Noise that is correlated between samples reaches farther than its variance tells.

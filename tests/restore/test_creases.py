@@ -22,7 +22,7 @@ def noise(camera, seed, *, correlated=False):
 
 def creases(camera, inverse_depth, inside=None, deviation=None):
     inside = np.ones(camera.shape, bool) if inside is None else inside
-    level = np.median(inverse_depth)
+    level = np.nanmedian(inverse_depth)
     deviation = np.full(camera.shape, camera.noise) if deviation is None else deviation
     return find_creases(np.where(inside, inverse_depth - level, 0.0), deviation, inside)
 
@@ -93,6 +93,15 @@ def test_samples_that_scatter_more_need_a_sharper_crease(camera):
 def test_what_was_filled_in_has_no_crease(camera):
     filled = creases(camera, camera.roof(FOLD_DEG, 0.0, 100.3), deviation=np.zeros(camera.shape))
     assert not filled.any()
+
+
+def test_a_gap_is_no_crease_and_hides_none_elsewhere(camera):
+    roof = camera.roof(FOLD_DEG, 0.0, 100.3) + noise(camera, 7)
+    rows, cols = camera.indices
+    gap = np.hypot(rows - 60, cols - 40) < 20
+    whole, holed = creases(camera, roof), creases(camera, np.where(gap, np.nan, roof))
+    assert set(np.nonzero(holed)[1]) <= {99, 100, 101}
+    np.testing.assert_array_equal(holed[:, 99:102], whole[:, 99:102])
 
 
 def test_the_outline_is_no_crease_however_the_page_lies(camera):
