@@ -25,6 +25,7 @@ from restore.resample import MIN_VERTICES, resample
 from restore.scan import FlatMesh, Floats, Ints, SurfaceMesh
 from restore.segment import outline
 from restore.settings import Settings
+from restore.strain import flipped_faces
 from restore.unroll import unroll
 
 LOCAL_SWEEPS = 60  # the carried solution is right but for what lies between the points that settled
@@ -84,6 +85,8 @@ def _over_grid(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMe
     if _clean(mesh, edges, lengths):  # then its vertices know better
         lengths = surface_lengths(mesh.vertices, mesh.faces, edges)
         flat = _finish(flat, mesh.faces, edges, lengths)
+    elif flipped_faces(flat, mesh.faces):  # noise has put a vertex beyond its neighbours
+        flat = untangle(flat, mesh.faces, edges, lengths)
     return FlatMesh.of(mesh, flat, lengths, unrolled.coarse.steps)
 
 

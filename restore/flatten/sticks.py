@@ -53,8 +53,8 @@ def flatten_sticks(laid: Laid, network: Network, follow: Follow | None = None) -
     """Flat positions (n, 2) mm of a sheet laid over the table, and the number of time steps taken.
 
     follow(step, positions (n, 3) mm) is called after each step. Of a sheet of many particles few fall, and take the
-    others with them. A sheet that came down torn or folded starts again from its conformal map instead of falling, and
-    has only its sticks put right.
+    others with them. One that comes down torn or folded falls again with more of them; if that is no better it starts
+    from its conformal map instead, and has only its sticks put right.
     """
     found: list[tuple[int, float, int, Floats, int]] = []
     for start, most, cost in WAYS:

@@ -12,7 +12,7 @@ import numpy as np
 from restore.flatten.adjacency import Adjacency, adjacency, border_of
 from restore.flatten.kernels import SMALL
 from restore.scan import Floats, Ints, Mask
-from restore.strain import signed_areas
+from restore.strain import flipped_faces, signed_areas
 
 AVERAGINGS = 10  # between two looks at what is still flipped
 LOOKS = 12  # each may take in more of what is round a tangle
@@ -42,11 +42,11 @@ def unfold(flat: Floats, faces: Ints) -> int:
 
 
 def untangle(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
-    """Flat positions (n, 2) mm with fewer faces (m, 3) flipped: their corners go amid their neighbours.
+    """Flat positions (n, 2) mm with fewer faces (m, 3) flipped, if that can be: their corners go amid their neighbours.
 
     It costs the edges (e, 2) there their lengths (e,) mm, as few and as little as can be, and is the last resort.
     """
-    flat, count = flat.copy(), len(flat)
+    before, flat, count = flat, flat.copy(), len(flat)
     ways = adjacency(edges.ravel(), np.repeat(np.arange(len(edges)), 2), count)
     around = adjacency(faces.ravel(), np.repeat(np.arange(len(faces)), 3), count)
     inner = np.ones(count, bool)
@@ -56,7 +56,7 @@ def untangle(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
     near[edges[moved[edges].any(axis=1)]] = True
     least = SLIMMEST * np.median(np.abs(signed_areas(flat, faces)))
     ease(flat, faces, edges, lengths, ways, around, np.flatnonzero(near), float(least), EASINGS)
-    return flat
+    return flat if flipped_faces(flat, faces) < flipped_faces(before, faces) else before
 
 
 @numba.njit(cache=True)

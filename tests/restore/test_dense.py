@@ -70,6 +70,12 @@ def test_noise_along_the_line_of_sight_neither_inflates_nor_bends_the_page(seen,
     assert page.lengths.sum() < 1.001 * seen.lengths.sum()
 
 
+def test_vertices_that_noise_put_beyond_their_neighbours_turn_no_face_over():
+    """Ten times the scanner's noise, nearly as much as the vertices are apart."""
+    page = flatten(exact_sheet(CURL, POINTS, noise_mm=10 * NOISE_MM).mesh)
+    assert flipped_faces(page.flat, page.faces) == 0
+
+
 def test_a_roll_that_no_view_sees_whole_is_flattened_over_its_points():
     sheet = noisy(ROLL)
     page = flatten(sheet.mesh)
