@@ -13,6 +13,7 @@ RADIUS = 4  # samples to either side of a crease tell its kink; facets that are 
 REACH = (
     12  # samples along it, either way: 11 mm on a Vivid at 0.9 m, as far as most creases of crumpled paper run straight
 )
+RIM = 2  # samples at the border of the page are cut by it, and bend the surface along all of it
 DIRECTIONS = 16  # every 11.25°: half of that off the crease, its ends are a sample away from it
 # Hysteresis (Canny 1986): a crease starts where nothing but a kink can be, and goes on while it still stands out.
 KINK_SIGMAS = 5.5
@@ -55,13 +56,14 @@ def _kinks(data: Floats, deviation: Floats, inner: np.ndarray, angle: float) -> 
     variance = np.maximum(cv2.filter2D(deviation**2, cv2.CV_64F, kernel**2), 0.0)
     sigmas = np.abs(cv2.filter2D(data, cv2.CV_64F, kernel)) / np.sqrt(np.maximum(variance, TINY))
     measured = cv2.filter2D((deviation > 0).astype(np.float32), cv2.CV_32F, (kernel != 0) / np.count_nonzero(kernel))
-    whole = (cv2.erode(inner, along, borderValue=0) > 0) & (measured > SURE)
+    sound = cv2.erode(inner, np.ones((2 * RIM + 1, 2 * RIM + 1), np.uint8), borderValue=0)
+    whole = (cv2.erode(sound, along, borderValue=0) > 0) & (measured > SURE)
     if not whole.any():
         return np.zeros(data.shape, np.float32)
     # Noise that is correlated between samples reaches farther than its variance tells.
     sigmas /= max(1.0, MAD_TO_SIGMA * float(np.median(sigmas[whole])))
     known = np.where(whole, sigmas, 0.0).astype(np.float32)
-    return np.where(whole, known, cv2.dilate(known, along)) * inner
+    return np.where(whole, known, cv2.dilate(known, _line(angle + np.pi / 2, REACH + 2 * RIM))) * inner
 
 
 def _kernel(angle: float) -> Floats:
