@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from restore.errors import NotEnoughSurface
 from restore.creases import RADIUS, REACH, RIM
+from restore.errors import NotEnoughSurface
 from restore.facets import WIDE, fit_facets
 from restore.quadratics import POWERS, fit_quadratics
 
