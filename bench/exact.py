@@ -12,6 +12,7 @@ from drivers.simulated.sheets import PageSize, Sheet
 from restore.flatten.lay import Laid, lay
 from restore.flatten.network import Network, edges_of, make_network
 from restore.scan import Floats, Ints, SurfaceMesh
+from restore.strain import straight_lengths
 
 PAGE_MM: PageSize = (280.0, 200.0)
 DISTANCE_MM = 900.0  # of the scanner
@@ -43,9 +44,7 @@ def exact_sheet(
     rng = np.random.default_rng(seed)
     flat, faces = scattered(points, page_mm, rng)
     vertices = with_noise(sheet.warp(flat, page_mm), np.array([0.0, 0.0, DISTANCE_MM]), noise_mm, rng)
-    edges = edges_of(faces)
-    lengths = np.linalg.norm(flat[edges[:, 0]] - flat[edges[:, 1]], axis=1)
-    return ExactSheet(SurfaceMesh(vertices, faces), flat, lengths)
+    return ExactSheet(SurfaceMesh(vertices, faces), flat, straight_lengths(flat, edges_of(faces)))
 
 
 def with_noise(points: Floats, eye: Floats, noise_mm: float, rng: np.random.Generator) -> Floats:

@@ -21,7 +21,7 @@ from drivers.simulated.sheets import Sheet
 from restore import flatten
 from restore.flatten.network import edges_of, make_network
 from restore.scan import Floats, SurfaceMesh
-from restore.strain import edge_strain, flipped_faces
+from restore.strain import edge_strain, flipped_faces, straight_lengths
 from restore.triangulate import triangulate
 
 SEED = 1
@@ -135,7 +135,7 @@ def judged(name: str, mesh: SurfaceMesh, truth: Floats, noise: float, methods: d
                 seconds[method].append(time.perf_counter() - start)
             memory[method] = growth()
     edges = edges_of(mesh.faces)
-    lengths = np.linalg.norm(truth[edges[:, 0]] - truth[edges[:, 1]], axis=1)
+    lengths = straight_lengths(truth, edges)
     for method, flat in found.items():
         rest, _ = rigid_residual(flat, truth)
         rms = float(np.sqrt((rest**2).sum(axis=1).mean()))

@@ -19,6 +19,7 @@ from scipy.ndimage import label
 from restore.raster import rasterise
 from restore.rays import Rays
 from restore.scan import Bytes, FlatMesh, Floats, Mask, SurfaceMesh
+from restore.strain import normals_of
 from restore.surface import Sheet
 from restore.texture import MM_PER_INCH, Painting, page_map
 
@@ -233,8 +234,7 @@ def _behind(fine: FlatMesh, eye: Floats, shape: tuple[int, ...], dpi: float) -> 
 def _turned_away(fine: FlatMesh, eye: Floats) -> NDArray[np.bool_]:
     """(m,) True for faces that the eye (3,) sees from behind or from the edge."""
     a, b, c = (fine.vertices[fine.faces[:, k]] for k in range(3))
-    normals = np.cross(b - a, c - a)
-    way = eye - (a + b + c) / 3
+    normals, way = normals_of(fine.vertices, fine.faces), eye - (a + b + c) / 3
     scale = np.linalg.norm(normals, axis=1) * np.linalg.norm(way, axis=1)
     cosine = np.einsum("ij,ij->i", normals, way) / np.maximum(scale, np.finfo(float).tiny)
     return np.asarray(cosine < 1 / np.hypot(1.0, GRAZING))

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import label
 
 from restore.quadratics import POWERS
-from restore.scan import Floats, Mask
+from restore.scan import Bytes, Floats, Mask
 
 RADIUS = 4  # samples to either side of a crease tell its kink; facets that are narrower hide it
-REACH = (
-    12  # samples along it, either way: 11 mm on a Vivid at 0.9 m, as far as most creases of crumpled paper run straight
-)
+REACH = 12  # samples along it, either way: 11 mm on a Vivid at 0.9 m, and most creases of crumpled paper run as far
 RIM = 2  # samples at the border of the page are cut by it, and bend the surface along all of it
 DIRECTIONS = 16  # every 11.25°: half of that off the crease, its ends are a sample away from it
 # Hysteresis (Canny 1986): a crease starts where nothing but a kink can be, and goes on while it still stands out.
@@ -30,13 +29,13 @@ def find_creases(data: Floats, deviation: Floats, inside: Mask) -> Mask:
     data has no outliers, and NaN where nothing is known; deviation is the standard deviation of each sample, 0 where it
     was filled in.
     """
-    window = np.ones((2 * RADIUS + 1, 2 * RADIUS + 1), np.uint8)
     known = inside & np.isfinite(data)
-    data, inner = np.where(known, data, 0.0), cv2.erode(known.astype(np.uint8), window, borderValue=0)
+    data, inner = np.where(known, data, 0.0), _within(known.astype(np.uint8), RADIUS)
+    sound = _within(inner, RIM)
     strongest, across = np.zeros(inside.shape, np.float32), np.zeros(inside.shape, np.uint8)
     angles = np.arange(DIRECTIONS) * np.pi / DIRECTIONS
     for k, angle in enumerate(angles):
-        kink = _kinks(data, deviation, inner, angle)
+        kink = _kinks(data, deviation, inner, sound, angle)
         across[kink > strongest] = k
         np.maximum(strongest, kink, out=strongest)
     crest = np.zeros_like(inside)
@@ -47,23 +46,29 @@ def find_creases(data: Floats, deviation: Floats, inside: Mask) -> Mask:
     return creases
 
 
-def _kinks(data: Floats, deviation: Floats, inner: np.ndarray, angle: float) -> np.ndarray:
+def _within(mask: Bytes, samples: int) -> Bytes:
+    """What of a mask lies so many samples inside it."""
+    window = np.ones((2 * samples + 1, 2 * samples + 1), np.uint8)
+    return np.asarray(cv2.erode(mask, window, borderValue=0), dtype=np.uint8)
+
+
+def _kinks(data: Floats, deviation: Floats, inner: Bytes, sound: Bytes, angle: float) -> NDArray[np.float32]:
     """How many standard deviations a kink across the direction `angle` stands out (rows, cols), 0 where not inner.
 
-    Where the border of the page cuts the kernel off, a crease is taken to go on as it comes.
+    Only where all of its kernel is sound is it looked for: from there a crease is taken to go on to the border.
     """
     kernel, along = _kernel(angle), _line(angle + np.pi / 2, REACH)
     variance = np.maximum(cv2.filter2D(deviation**2, cv2.CV_64F, kernel**2), 0.0)
     sigmas = np.abs(cv2.filter2D(data, cv2.CV_64F, kernel)) / np.sqrt(np.maximum(variance, TINY))
     measured = cv2.filter2D((deviation > 0).astype(np.float32), cv2.CV_32F, (kernel != 0) / np.count_nonzero(kernel))
-    sound = cv2.erode(inner, np.ones((2 * RIM + 1, 2 * RIM + 1), np.uint8), borderValue=0)
     whole = (cv2.erode(sound, along, borderValue=0) > 0) & (measured > SURE)
     if not whole.any():
         return np.zeros(data.shape, np.float32)
     # Noise that is correlated between samples reaches farther than its variance tells.
     sigmas /= max(1.0, MAD_TO_SIGMA * float(np.median(sigmas[whole])))
     known = np.where(whole, sigmas, 0.0).astype(np.float32)
-    return np.where(whole, known, cv2.dilate(known, _line(angle + np.pi / 2, REACH + 2 * RIM))) * inner
+    carried = cv2.dilate(known, _line(angle + np.pi / 2, REACH + 2 * RIM))
+    return np.asarray(np.where(whole, known, carried) * inner, dtype=np.float32)
 
 
 def _kernel(angle: float) -> Floats:
@@ -82,7 +87,7 @@ def _kernel(angle: float) -> Floats:
     return kernel / (kernel * np.abs(u)).sum()
 
 
-def _line(angle: float, reach: int) -> np.ndarray:
+def _line(angle: float, reach: int) -> Bytes:
     """The samples of a line through the centre at `angle`, so many to either side."""
     line = np.zeros((2 * reach + 1, 2 * reach + 1), np.uint8)
     for step in np.arange(-reach, reach + 0.25, 0.25):

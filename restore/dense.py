@@ -15,7 +15,7 @@ from restore.flatten.kernels import relax_in_plane
 from restore.flatten.lay import lay, upright
 from restore.flatten.layout import lay_out
 from restore.flatten.lengths import noise_of, surface_lengths
-from restore.flatten.network import edges_of, make_network, pieces, straight_lengths
+from restore.flatten.network import edges_of, make_network, pieces
 from restore.flatten.orient import orient
 from restore.flatten.settle import settle
 from restore.flatten.unfold import unfold, untangle
@@ -25,7 +25,7 @@ from restore.resample import MIN_VERTICES, resample
 from restore.scan import FlatMesh, Floats, Ints, SurfaceMesh
 from restore.segment import outline
 from restore.settings import Settings
-from restore.strain import flipped_faces
+from restore.strain import flipped_faces, straight_lengths
 from restore.unroll import unroll
 
 LOCAL_SWEEPS = 60  # the carried solution is right but for what lies between the points that settled

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from restore.flatten.lay import lay
 from restore.scan import FlatMesh, Floats, Ints, Mask, SurfaceMesh
+from restore.strain import vertex_normals
 from restore.surface import Sheet
 from restore.texture import page_map
 
@@ -109,14 +110,3 @@ def _steadied(normals: Field, measured: Mask) -> Field:
     mixed = cv2.blendLinear(normals, round_it, own, 1 - own)
     length = np.sqrt(cv2.transform(mixed * mixed, np.ones((1, 3))))
     return np.asarray(mixed / length[..., None])
-
-
-def vertex_normals(vertices: Floats, faces: Ints) -> Floats:
-    """(n, 3) unit normals: the mean over the triangles round a vertex, weighed by area."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    of_faces = np.cross(b - a, c - a)
-    normals = np.stack(
-        [np.bincount(faces.ravel(), np.repeat(of_faces[:, axis], 3), minlength=len(vertices)) for axis in range(3)],
-        axis=1,
-    )
-    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), TINY))

@@ -10,17 +10,25 @@ import numpy as np
 from restore.scan import Floats, Ints
 
 THINNEST = 1e-4  # height of a face as a share of its base; thinner ones, or none at all, would weigh without bound
+TINY = 1e-12  # keeps a vertex without a face from dividing by zero
 THINNEST_STRAINED = 0.05  # and tell nothing of how the page was strained across them
 
 
 @numba.njit(cache=True)
+def straight_lengths(vertices: Floats, edges: Ints) -> Floats:
+    """(e,) distances of the ends of edges (e, 2) among vertices (n, 3) mm, or flat ones (n, 2)."""
+    lengths = np.empty(len(edges))
+    for k in range(len(edges)):
+        squared = 0.0
+        for axis in range(vertices.shape[1]):
+            squared += (vertices[edges[k, 0], axis] - vertices[edges[k, 1], axis]) ** 2
+        lengths[k] = sqrt(squared)
+    return lengths
+
+
 def edge_strain(flat: Floats, edges: Ints, lengths: Floats) -> Floats:
     """(e,) relative change of length of edges (e, 2) from lengths (e,) mm on the surface to flat (n, 2) mm."""
-    strain = np.empty(len(edges))
-    for k in range(len(edges)):
-        a, b = edges[k, 0], edges[k, 1]
-        strain[k] = sqrt((flat[a, 0] - flat[b, 0]) ** 2 + (flat[a, 1] - flat[b, 1]) ** 2) / lengths[k] - 1.0
-    return strain
+    return np.asarray(straight_lengths(flat, edges) / lengths - 1.0)
 
 
 def face_strain(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
@@ -98,6 +106,16 @@ def normals_of(vertices: Floats, faces: Ints) -> Floats:
             across, out = vertices[b, n] - vertices[a, n], vertices[c, m] - vertices[a, m]
             normals[f, k] = along * up - across * out
     return normals
+
+
+def vertex_normals(vertices: Floats, faces: Ints) -> Floats:
+    """(n, 3) unit normals: the mean over the faces (m, 3) round a vertex, weighed by area."""
+    of_faces = normals_of(vertices, faces)
+    normals = np.stack(
+        [np.bincount(faces.ravel(), np.repeat(of_faces[:, axis], 3), minlength=len(vertices)) for axis in range(3)],
+        axis=1,
+    )
+    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), TINY))
 
 
 @numba.njit(cache=True)

@@ -14,7 +14,7 @@ from scipy.ndimage import binary_erosion, distance_transform_edt
 from restore.errors import BadInput
 from restore.raster import rasterise
 from restore.scan import Bytes, FlatMesh, Floats, Ints, Mask
-from restore.strain import signed_areas
+from restore.strain import signed_areas, vertex_normals
 
 MM_PER_INCH = 25.4
 PAPER = 255  # outside the page: white, as a copier leaves it
@@ -114,10 +114,7 @@ def bleed(texture: Bytes, texcoords: Floats, faces: Ints, *, mixed: int = 1) -> 
 
 def _paint_relief(page: FlatMesh, dpi: float) -> Painting:
     """The page as white paper lit from the upper left."""
-    a, b, c = (page.vertices[page.faces[:, k]] for k in range(3))
-    normals = np.zeros_like(page.vertices)
-    np.add.at(normals, page.faces.ravel(), np.repeat(np.cross(b - a, c - a), 3, axis=0))
-    normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), TINY)
+    normals = vertex_normals(page.vertices, page.faces)
     grey = page_map(page.flat, page.faces, PAPER * np.abs(normals @ LIGHT)[:, None], dpi)
     image = np.where(np.isfinite(grey), grey, PAPER).astype(np.uint8).repeat(3, axis=2)
     nowhere = np.full((*grey.shape[:2], 2), np.nan, np.float32)

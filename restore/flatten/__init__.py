@@ -14,13 +14,13 @@ from restore.flatten.joints import flatten_parts
 from restore.flatten.lay import Laid, lay
 from restore.flatten.layout import lay_out
 from restore.flatten.lengths import surface_lengths
-from restore.flatten.network import Network, Piece, make_network, pieces, straight_lengths
+from restore.flatten.network import Network, Piece, make_network, pieces
 from restore.flatten.orient import orient
 from restore.flatten.settle import settle
 from restore.flatten.springs import flatten_springs
 from restore.flatten.sticks import flatten_sticks
 from restore.scan import FlatMesh, Floats, Ints, SurfaceMesh
-from restore.strain import edge_strain, surface_area
+from restore.strain import edge_strain, straight_lengths, surface_area
 
 OnStep = Callable[[int, Floats, Ints], None]
 """Called after each time step with its number, the positions (n, 3) mm and the faces (m, 3)."""

@@ -45,7 +45,7 @@ def coarsen(vertices: Floats, network: Network, most: int) -> Coarse | None:
     a, b, c = corners.T
     faces = corners[(a != b) & (b != c) & (c != a)]
     low, middle, high = np.sort(faces, axis=1).T
-    _, first = np.unique((low * count + middle) * count + high, return_index=True)
+    _, first = np.unique((low * len(index) + middle) * len(index) + high, return_index=True)
     faces = faces[np.sort(first)]
     if len(faces) == 0 or len(np.unique(faces)) < len(index):
         return None

@@ -76,12 +76,11 @@ def _over_crease(
         m, n = (p + 1) % 3, (p + 2) % 3
         fold[p] = start[m] * end[n] - start[n] * end[m]
     sine = sqrt(_dot(fold, fold))
-    if sine < PARALLEL:
+    turn = atan2(sine, _dot(start, end))
+    if turn < CREASE or sine < PARALLEL:
         return 0.0
     fold /= sine
-    turn, along = atan2(sine, _dot(start, end)), chord * _dot(fold, way)
-    if turn < CREASE:
-        return 0.0
+    along = chord * _dot(fold, way)
     # In the plane across the fold: the start at (0, 0), its tangent (1, 0), its normal (0, 1).
     x = chord * (_dot(way, end) - _dot(way, start) * cos(turn)) / sine
     y = chord * _dot(way, start)

@@ -13,7 +13,7 @@ import numpy as np
 from restore.errors import BadInput
 from restore.flatten.adjacency import Sides, components, sides_of
 from restore.scan import Floats, Ints, Mask
-from restore.strain import between
+from restore.strain import between, straight_lengths
 
 GOLDEN = (5.0**0.5 - 1.0) / 2.0
 BLOCK = 8192  # pairs of a quarter of a megabyte
@@ -70,18 +70,6 @@ def make_network(vertices: Floats, faces: Ints, lengths: Floats | None = None, s
         raise BadInput(f"{count} edges need {count} finite lengths", "give them in the order of `edges_of`")
     lengths = np.maximum(lengths, TINY * lengths.mean())
     return Network(faces, sides, lengths, *_hinges(faces, sides, lengths))
-
-
-@numba.njit(cache=True)
-def straight_lengths(vertices: Floats, edges: Ints) -> Floats:
-    """(e,) distances of the ends of edges (e, 2) among vertices (n, 3) mm."""
-    lengths = np.empty(len(edges))
-    for k in range(len(edges)):
-        squared = 0.0
-        for axis in range(vertices.shape[1]):
-            squared += (vertices[edges[k, 0], axis] - vertices[edges[k, 1], axis]) ** 2
-        lengths[k] = sqrt(squared)
-    return lengths
 
 
 @numba.njit(cache=True)

@@ -43,6 +43,7 @@ SLOWING = 3.2  # the momentum 1 − SLOWING / √n carries a strain as long as t
 LEAST_MOMENTUM = 0.5
 HASTY = 2  # of Newton's steps between two looks at what lies on its face
 UNFOLDINGS = 5  # each frees the corners that the last one still held
+FEW = 600  # particles fall first; of a sheet that has no more all do
 SOUND_STRAIN = 0.03  # rms; no paper stretches so far
 
 Follow = Callable[[int, Floats], None]
@@ -57,12 +58,12 @@ def flatten_sticks(laid: Laid, network: Network, follow: Follow | None = None) -
     from its conformal map instead, and has only its sticks put right.
     """
     found: list[tuple[int, float, int, Floats, int]] = []
-    for start, most, cost in WAYS:
+    for start, most, cost in WAYS if len(laid.positions) > FEW else WAYS[1:]:
         flat, steps = flatten_from(start, most, laid, network, follow)
-        flips, tangled = _faults(flat, network)
+        left, strain = flips, tangled = _faults(flat, network)
         if flips:
             flat = untangle(flat, network.faces, network.edges, network.lengths)
-        left, strain = _faults(flat, network)
+            left, strain = _faults(flat, network)
         found.append((left, strain, len(found), flat, steps))
         if left == 0 and strain < SOUND_STRAIN and (not flips or strain < cost * tangled):
             break
@@ -158,7 +159,7 @@ def fall(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, i
 # contradict each other, over creases that the points missed, faces fall over and that costs little; undoing a fold
 # costs more.
 WAYS: tuple[tuple[Start, int, float], ...] = (
-    (fall, 600, 1.35),
+    (fall, FEW, 1.35),
     (fall, 6_000, 1.5),
     (_conformal, 6_000, np.inf),
 )

@@ -16,6 +16,7 @@ from scipy.ndimage import distance_transform_edt
 from restore.photo.camera import PhotoCamera
 from restore.photo.visible import clipped_share, glares, sees
 from restore.scan import Bytes, FlatMesh, Floats, Mask
+from restore.strain import vertex_normals
 from restore.texture import MM_PER_INCH, page_map
 
 COARSE_DPI = 30.0  # 0.85 mm: seams are wider than that
@@ -94,21 +95,13 @@ class Look:
 def plan(page: FlatMesh, sources: Sequence[Source]) -> Plan:
     """Decide for each part of a page what it is painted from; sources[0] is the scanner's texture."""
     assert page.texcoords is not None
-    values = np.column_stack([page.vertices, _normals(page), page.texcoords])
+    values = np.column_stack([page.vertices, vertex_normals(page.vertices, page.faces), page.texcoords])
     coarse = page_map(page.flat, page.faces, values, COARSE_DPI).astype(np.float64)
     inside = np.isfinite(coarse[..., 0])
     scanned = _look(Placed.at(sources[0].image, coarse[..., 6:], inside), inside)
     looks = [scanned, *(_photographed(source, page, coarse, inside, scanned) for source in sources[1:])]
     weights = _weights(looks, inside)
     return Plan(weights.astype(np.float32), _gains(looks, weights), np.stack([look.ppi for look in looks]))
-
-
-def _normals(page: FlatMesh) -> Floats:
-    """(n, 3) unit normals of the vertices, the mean of their faces by area."""
-    a, b, c = (page.vertices[page.faces[:, k]] for k in range(3))
-    normals = np.zeros_like(page.vertices)
-    np.add.at(normals, page.faces.ravel(), np.repeat(np.cross(b - a, c - a), 3, axis=0))
-    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), TINY))
 
 
 def _look(placed: Placed, good: Mask) -> Look:

@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
+from restore.scan import Bytes, Floats, Mask, SurfaceMesh
+from restore.strain import vertex_normals
 from station.pictures.raster import Visible, rasterise
 
 GROUND = np.array([58.0, 63.0, 70.0])  # darker than any paper, so that the page stands out
@@ -114,14 +115,3 @@ def _front(mesh: SurfaceMesh, camera: Camera) -> Mask:
     eye = camera.centre + camera.rotation[2] * EYE_DISTANCE * camera.radius
     front: Mask = np.einsum("fk,fk->f", np.cross(b - a, c - a), eye - a) > 0
     return front
-
-
-def vertex_normals(vertices: Floats, faces: Ints) -> Floats:
-    """Normals (n, 3) of unit length: the mean over the triangles round a vertex, weighed by area."""
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    of_faces = np.cross(b - a, c - a)
-    normals = np.zeros_like(vertices)
-    for k in range(3):
-        np.add.at(normals, faces[:, k], of_faces)
-    length = np.linalg.norm(normals, axis=1, keepdims=True)
-    return normals / np.where(length > 0, length, 1.0)

@@ -9,6 +9,7 @@ import pytest
 
 from restore import SurfaceMesh
 from restore.coverage import Seen
+from restore.strain import vertex_normals
 from station.pictures import view
 from station.pictures.canvas import Panel, fit, side_by_side
 from station.pictures.frames import COLUMNS, FRAMES, HEIGHT, KEPT, WIDTH, Recorder, frames_sheet
@@ -87,7 +88,7 @@ def test_the_view_shows_the_texture_on_the_front_and_paper_on_the_back(page):
 
 
 def test_normals_point_to_the_scanner(page):
-    normals = view.vertex_normals(page.flat.vertices, page.flat.faces)
+    normals = vertex_normals(page.flat.vertices, page.flat.faces)
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1, atol=ROUNDING)
     assert (normals[:, 2] > 0).all()
 
