@@ -13,6 +13,7 @@ from math import sqrt
 import numba
 import numpy as np
 
+from restore.flatten.aggregates import Aggregates, aggregate, move_rigidly
 from restore.flatten.kernels import SMALL
 from restore.flatten.network import spread
 from restore.scan import Floats, Ints
@@ -23,7 +24,8 @@ FORCING = 0.9  # of the square of what the last one left (Eisenstat & Walker 199
 SETTLED = 1e-3  # of the imbalance at the start: what is left moves no node by a hundredth of a millimetre
 BALANCED = 1e-9  # rms strain that a particle could still be relieved of: there is nothing to do
 HALVINGS = 8  # of a step, before the page is left as it is
-MOST_PASSES = 1000  # over the sticks in a step: a page of 50,000 points needs half
+ALONE = 12  # passes over the sticks in a step; when they do not do, the page is seen as a whole
+TOGETHER = 1000  # more, at most: a page of any size needs about 40
 STIFFEN = 1e-6  # of a particle's stiffness: one whose sticks lie in one line has none across it
 TINY = 1e-300  # keeps zero over zero finite
 
@@ -43,15 +45,15 @@ def descend(flat: Floats, edges: Ints, lengths: Floats, steps: int = STEPS, star
     to what may be left of that start. A step that would strain the page more is halved.
     """
     last, way = 0.0, np.empty_like(flat)
+    edges = edges.astype(np.uint32)
     gradients, force, inverse, strain = _linearised(flat, edges, lengths)
     for _ in range(steps):
         now = sqrt(_precondition(force, inverse, way) / len(flat))
         start = start if start > 0.0 else now
         if now <= max(SETTLED * start, BALANCED):
             break
-        step = _balance(
-            gradients, force, inverse, edges, min(LEFT, FORCING * (now / last) ** 2) if last > 0.0 else LEFT
-        )
+        left = min(LEFT, FORCING * (now / last) ** 2) if last > 0.0 else LEFT
+        step = _balance(flat, edges, gradients, force, inverse, left)
         last, before = now, strain
         for _ in range(HALVINGS):
             flat += step
@@ -66,29 +68,51 @@ def descend(flat: Floats, edges: Ints, lengths: Floats, steps: int = STEPS, star
 
 
 @numba.njit(cache=True)
-def _balance(gradients: Floats, force: Floats, inverse: Floats, edges: Ints, left: float) -> Floats:
+def _balance(flat: Floats, edges: Ints, gradients: Floats, force: Floats, inverse: Floats, left: float) -> Floats:
     """The step (n, 2) after which the sticks would be balanced were they linear, but for a share `left`.
 
-    It is measured in the norm of the preconditioner, each particle's own stiffness; force (n, 2) is written over.
+    It is measured in the norm of each particle's own stiffness; force (n, 2) is written over.
     """
-    step, push, pulled = np.zeros_like(force), np.zeros_like(force), np.empty_like(force)
-    now, before = _precondition(force, inverse, pulled), np.inf
-    wanted = left * left * now
-    for _ in range(MOST_PASSES):
-        if now <= wanted:
+    step = np.zeros_like(force)
+    wanted = left * left * _precondition(force, inverse, np.empty_like(force))
+    if _conjugate(step, edges, gradients, force, inverse, None, wanted, ALONE) > wanted:
+        together = aggregate(flat, edges, gradients)
+        _conjugate(step, edges, gradients, force, inverse, together, wanted, TOGETHER)
+    return step
+
+
+@numba.njit(cache=True)
+def _conjugate(
+    step: Floats,
+    edges: Ints,
+    gradients: Floats,
+    force: Floats,
+    inverse: Floats,
+    together: Aggregates | None,
+    wanted: float,
+    most: int,
+) -> float:
+    """Go on with a step (n, 2) until no more than wanted of the force (n, 2) is left, or `most` times; what is left."""
+    push, pulled, way = np.zeros_like(force), np.empty_like(force), np.empty_like(force)
+    left, before = _precondition(force, inverse, way), np.inf
+    for _ in range(most):
+        if left <= wanted:
             break
+        now = left
+        if together is not None:
+            now += move_rigidly(together, force, way)
         carried = now / before
         for i in range(len(force)):
             for axis in range(2):
-                push[i, axis] = pulled[i, axis] + carried * push[i, axis]
+                push[i, axis] = way[i, axis] + carried * push[i, axis]
         stiffness = _pull(push, gradients, edges, pulled)
         along = now / max(stiffness, TINY)
         for i in range(len(force)):
             for axis in range(2):
                 step[i, axis] += along * push[i, axis]
                 force[i, axis] -= along * pulled[i, axis]
-        before, now = now, _precondition(force, inverse, pulled)
-    return step
+        before, left = now, _precondition(force, inverse, way)
+    return left
 
 
 @numba.njit(cache=True)
