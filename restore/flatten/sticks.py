@@ -36,11 +36,9 @@ AREA_CHANGE = 1e-5  # relative, the paper's ε
 LANDED = 0.1  # of the height at the start: what still stands up is flattened by relaxation without a fold
 PAGE_SIZE = 240.0  # the constants above belong to a page of about this size; others are scaled to it
 FLAT_HEIGHT = 1e-6  # mm: a sheet that rises less is flat already, and gets no drag
-# A pull crosses a sheet of n particles in about √n sweeps, so both numbers of sweeps grow with √n.
-SWEEPS = 0.25  # of √n in each step: with half as many corners fold, more cost time
-PLANE_SWEEPS = 1.5  # of √n: what is out of order among neighbours; Newton's steps could turn a triangle over there
-SLOWING = 3.2  # the momentum 1 − SLOWING / √n carries a strain as long as the sheet out of it without swinging
-LEAST_MOMENTUM = 0.5
+SWEEPS = 0.25  # in each step, of √n: a pull crosses a sheet of n in √n sweeps; with half as many corners fold
+PLANE_SWEEPS = 10  # what is out of order among neighbours; Newton's steps could turn a triangle over there
+MOMENTUM = 0.5  # of the last sweep
 HASTY = 2  # of Newton's steps between two looks at what lies on its face
 UNFOLDINGS = 5  # each frees the corners that the last one still held
 FEW = 600  # particles fall first; of a sheet that has no more all do
@@ -122,14 +120,12 @@ def _settled(flat: Floats, network: Network) -> Floats:
 
 
 def _eased(flat: Floats, edges: Ints, lengths: Floats) -> tuple[Floats, float]:
-    """Relaxation puts neighbours in order and goes to sleep on long slow bends; Newton's steps do the rest.
+    """A little relaxation puts neighbours in order, Newton's steps do the rest.
 
     Returns flat positions (n, 2) mm and the imbalance that relaxation left.
     """
     flat = np.array(flat, order="C")
-    size = sqrt(len(flat))
-    momentum = max(1.0 - SLOWING / size, LEAST_MOMENTUM)
-    relax_in_plane(flat, edges, lengths, round(PLANE_SWEEPS * size), 0.0, momentum)
+    relax_in_plane(flat, edges, lengths, PLANE_SWEEPS, 0.0, MOMENTUM)
     return flat, descend(flat, edges, lengths, HASTY)
 
 
