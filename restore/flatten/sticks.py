@@ -36,9 +36,12 @@ AREA_CHANGE = 1e-5  # relative, the paper's ε
 LANDED = 0.1  # of the height at the start: what still stands up is flattened by relaxation without a fold
 PAGE_SIZE = 240.0  # the constants above belong to a page of about this size; others are scaled to it
 FLAT_HEIGHT = 1e-6  # mm: a sheet that rises less is flat already, and gets no drag
-SWEEPS = 0.25  # in each step, of √n: a pull crosses a sheet of n in √n sweeps; with half as many corners fold
-PLANE_SWEEPS = 10  # what is out of order among neighbours; Newton's steps could turn a triangle over there
-MOMENTUM = 0.5  # of the last sweep
+FEW_SWEEPS = 10  # in the plane, of what lies nearly right; the rest is quicker by Newton's steps
+# A pull crosses a sheet of n particles in about √n sweeps, so these numbers of sweeps grow with √n.
+SWEEPS = 0.25  # of √n in each step: with half as many corners fold, more cost time
+PLANE_SWEEPS = 1.5  # of √n, where something is out of order: Newton's steps would settle it in its folds
+SLOWING = 3.2  # the momentum 1 − SLOWING / √n carries a strain as long as the sheet out of it without swinging
+LEAST_MOMENTUM = 0.5
 HASTY = 2  # of Newton's steps between two looks at what lies on its face
 UNFOLDINGS = 5  # each frees the corners that the last one still held
 FEW = 600  # particles fall first; of a sheet that has no more all do
@@ -105,13 +108,13 @@ def _settled(flat: Floats, network: Network) -> Floats:
     As long as something lies on its face few of Newton's steps are taken: more would settle the page in its folds.
     """
     edges, lengths = spread(network.edges, network.lengths)
-    flat, start = _eased(flat, edges, lengths)
+    flat, start = _eased(flat, network.faces, edges, lengths)
     left = flipped_faces(flat, network.faces)
     for _ in range(UNFOLDINGS):
         turned = flat.copy()
         if not unfold(turned, network.faces):
             break
-        turned, start = _eased(turned, edges, lengths)
+        turned, start = _eased(turned, network.faces, edges, lengths)
         if flipped_faces(turned, network.faces) >= left:  # what is still flipped does not lie at the border
             break
         flat, left = turned, flipped_faces(turned, network.faces)
@@ -119,13 +122,17 @@ def _settled(flat: Floats, network: Network) -> Floats:
     return flat
 
 
-def _eased(flat: Floats, edges: Ints, lengths: Floats) -> tuple[Floats, float]:
-    """A little relaxation puts neighbours in order, Newton's steps do the rest.
+def _eased(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> tuple[Floats, float]:
+    """Relaxation puts neighbours in order and goes to sleep on long slow bends; Newton's steps do the rest.
 
     Returns flat positions (n, 2) mm and the imbalance that relaxation left.
     """
     flat = np.array(flat, order="C")
-    relax_in_plane(flat, edges, lengths, PLANE_SWEEPS, 0.0, MOMENTUM)
+    size = sqrt(len(flat))
+    momentum = max(1.0 - SLOWING / size, LEAST_MOMENTUM)
+    relax_in_plane(flat, edges, lengths, FEW_SWEEPS, 0.0, momentum)
+    if flipped_faces(flat, faces):
+        relax_in_plane(flat, edges, lengths, round(PLANE_SWEEPS * size), 0.0, momentum)
     return flat, descend(flat, edges, lengths, HASTY)
 
 
