@@ -20,9 +20,11 @@ MOST_NEIGHBOURS = 32  # two rings have 18 on average
 ON_PLANE = 0.1  # slope, 6°: neighbours that stand off a face by more count half against it
 ON_PATCH = 0.03  # slope: neighbours that stand off the patch by more have a quarter of their weight
 ROUNDS = 3  # of reweighting
+AGREED = 0.98  # of the points lie on the patch: another round would not change it
 GRADIENT_PRIOR, CURVATURE_PRIOR = 1e-3, 1e-2  # hold what few neighbours leave open near zero
 TERMS = 6  # height, two slopes, three second derivatives
 PRODUCTS = TERMS * (TERMS + 1) // 2 + TERMS  # of the terms with each other and with the height
+LANES = 4  # points added up at a time; beyond the last are so many of no weight
 MOST_TIED = 1e9  # weight of its own vertex in a patch of a surface without noise
 TINY = 1e-30
 
@@ -63,15 +65,16 @@ def fit_jets(vertices: Floats, rings: Rings, chosen: Ints, noise: float) -> Jets
     return Jets(*_fit_all(vertices, *rings, chosen, noise))
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _fit_all(
     vertices: Floats, neighbours: Adjacency, around: Adjacency, planes: Floats, chosen: Ints, noise: float
 ) -> tuple[Floats, Floats, Floats]:
     count = len(vertices)
     normals, offsets, forms = np.zeros((count, 3)), np.zeros(count), np.zeros((count, 3, 3))
-    met, found, weights = np.full(count, -1), np.empty(MOST_NEIGHBOURS, np.int64), np.empty(MOST_NEIGHBOURS)
-    points, nearness = np.empty((MOST_NEIGHBOURS, 3)), np.empty(MOST_NEIGHBOURS)
-    products, sums, jet, frame = np.empty((MOST_NEIGHBOURS, PRODUCTS)), np.empty(PRODUCTS), np.empty(TERMS), np.eye(3)
+    met, found, weights = np.full(count, -1), np.empty(MOST_NEIGHBOURS, np.int64), np.empty(MOST_NEIGHBOURS + LANES)
+    points, nearness = np.empty((3, MOST_NEIGHBOURS)), np.empty(MOST_NEIGHBOURS)
+    products, sums = np.empty((MOST_NEIGHBOURS + LANES, PRODUCTS)), np.empty(PRODUCTS)
+    jet, frame = np.empty(TERMS), np.eye(3)
     for i in chosen:
         near, far = _two_rings(i, neighbours, met, found)
         if far < 3:
@@ -92,7 +95,7 @@ def _fit_all(
     return normals, offsets, forms
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _two_rings(i: int, neighbours: Adjacency, met: Ints, found: Ints) -> tuple[int, int]:
     """Write the neighbours of vertex i and then theirs; how many neighbours there are, and how many of both.
 
@@ -112,7 +115,7 @@ def _two_rings(i: int, neighbours: Adjacency, met: Ints, found: Ints) -> tuple[i
     return near, count
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _beside(i: int, vertices: Floats, found: Ints, near: int, far: int, points: Floats, nearness: Floats) -> float:
     """Write where the neighbours lie from vertex i and how near, 1 / distance, in units of the mean distance.
 
@@ -120,23 +123,20 @@ def _beside(i: int, vertices: Floats, found: Ints, near: int, far: int, points: 
     """
     reach = TINY
     for k in range(far):
-        squared = 0.0
         for axis in range(3):
-            points[k, axis] = vertices[found[k], axis] - vertices[i, axis]
-            squared += points[k, axis] ** 2
-        distance = sqrt(squared) + TINY
-        nearness[k] = 1.0 / distance
-        if k < near:
-            reach += distance / near
-    scale = 1.0 / reach
+            points[axis, k] = vertices[found[k], axis] - vertices[i, axis]
     for k in range(far):
-        nearness[k] *= reach
+        nearness[k] = sqrt(points[0, k] ** 2 + points[1, k] ** 2 + points[2, k] ** 2) + TINY
+    for k in range(near):
+        reach += nearness[k] / near
+    for k in range(far):
+        nearness[k] = reach / nearness[k]
         for axis in range(3):
-            points[k, axis] *= scale
+            points[axis, k] *= 1.0 / reach
     return reach
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy", fastmath={"reassoc", "nsz"})
 def _own_face(
     i: int, around: Adjacency, planes: Floats, points: Floats, nearness: Floats, far: int, weights: Floats
 ) -> int:
@@ -154,14 +154,14 @@ def _own_face(
     return own
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy", fastmath={"reassoc", "nsz"})
 def _squared_slope(planes: Floats, face: int, points: Floats, nearness: Floats, k: int) -> float:
     """How steeply neighbour k stands off the plane of a face, squared, in units of ON_PLANE."""
-    off = planes[face, 0] * points[k, 0] + planes[face, 1] * points[k, 1] + planes[face, 2] * points[k, 2]
+    off = planes[face, 0] * points[0, k] + planes[face, 1] * points[1, k] + planes[face, 2] * points[2, k]
     return (off * nearness[k] * (1.0 / ON_PLANE)) ** 2
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _set_frame(normal: Floats, frame: Floats) -> None:
     """Write rows: two directions along the plane of a normal (3,), and the normal."""
     axis = 0 if abs(normal[0]) < 0.6 else 1
@@ -174,57 +174,69 @@ def _set_frame(normal: Floats, frame: Floats) -> None:
         frame[1, k] = frame[2, m] * frame[0, n] - frame[2, n] * frame[0, m]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _turn(points: Floats, far: int, frame: Floats) -> None:
     for k in range(far):
-        x, y, z = points[k, 0], points[k, 1], points[k, 2]
+        x, y, z = points[0, k], points[1, k], points[2, k]
         for row in range(3):
-            points[k, row] = frame[row, 0] * x + frame[row, 1] * y + frame[row, 2] * z
+            points[row, k] = frame[row, 0] * x + frame[row, 1] * y + frame[row, 2] * z
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _fit(
     points: Floats, nearness: Floats, far: int, products: Floats, weights: Floats, own: float, sums: Floats, jet: Floats
 ) -> None:
-    """Write height, slopes and second derivatives of a patch through points (far, 3) and, weighing own, the origin.
+    """Write height, slopes and second derivatives of a patch through points (3, far) and, weighing own, the origin.
 
-    products (far, PRODUCTS) and sums (PRODUCTS,) are written over.
+    products (·, PRODUCTS) and sums (PRODUCTS,) are written over.
     """
     for k in range(far):
-        _multiply(points[k, 0], points[k, 1], points[k, 2], products[k])
+        _multiply(points, k, products)
+    weights[far : far + LANES] = 0.0
+    products[far : far + LANES] = 0.0
     for _ in range(ROUNDS):
         sums[:] = 0.0
         for p in range(TERMS):
             sums[row_of(p) + p] = own if p == 0 else GRADIENT_PRIOR if p < 3 else CURVATURE_PRIOR
-        for k in range(far):
-            weight = weights[k]
-            for m in range(PRODUCTS):
-                sums[m] += weight * products[k, m]
+        for k in range(0, far, LANES):
+            a, b, c, d = weights[k], weights[k + 1], weights[k + 2], weights[k + 3]
+            for m in range(len(sums)):  # compilers do not vectorise what a constant has them unroll
+                sums[m] += a * products[k, m] + b * products[k + 1, m] + c * products[k + 2, m] + d * products[k + 3, m]
         _solve(sums, jet)
-        for k in range(far):
-            off = points[k, 2]
-            for p in range(TERMS):
-                off -= products[k, row_of(p)] * jet[p]
-            weights[k] = 1.0 / (1.0 + (off * nearness[k] * (1.0 / ON_PATCH)) ** 2) ** 2
+        if _weigh(points, nearness, far, jet, weights) > AGREED * far:
+            break
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy", fastmath={"reassoc", "nsz"})
+def _weigh(points: Floats, nearness: Floats, far: int, jet: Floats, weights: Floats) -> float:
+    """Write what say each point has, less where it stands off the patch; the sum of it."""
+    total = 0.0
+    for k in range(far):
+        x, y = points[0, k], points[1, k]
+        off = points[2, k] - jet[0] - (jet[1] + 0.5 * jet[3] * x) * x - (jet[2] + jet[4] * x + 0.5 * jet[5] * y) * y
+        weights[k] = 1.0 / (1.0 + (off * nearness[k] * (1.0 / ON_PATCH)) ** 2) ** 2
+        total += weights[k]
+    return total
+
+
+@numba.njit(cache=True, error_model="numpy")
 def row_of(p: int) -> int:
     """Where row p begins in a triangle that is stored row by row."""
     return p * (p + 1) // 2
 
 
-@numba.njit(cache=True)
-def _multiply(x: float, y: float, z: float, products: Floats) -> None:
-    """Write the products of the terms with each other, the lower triangle row by row, and with the height z below."""
+@numba.njit(cache=True, error_model="numpy")
+def _multiply(points: Floats, k: int, products: Floats) -> None:
+    """Write the products of the terms with each other at point k, the lower triangle by rows, and with its height."""
+    x, y, z = points[0, k], points[1, k], points[2, k]
     for p, term in enumerate((1.0, x, y, 0.5 * x * x, x * y, 0.5 * y * y)):
         row = row_of(p)
-        products[row], products[row_of(TERMS) + p] = term, term * z
+        products[k, row], products[k, row_of(TERMS) + p] = term, term * z
         for q in range(1, p + 1):
-            products[row + q] = term * products[row_of(q)]
+            products[k, row + q] = term * products[k, row_of(q)]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _solve(triangle: Floats, found: Floats) -> None:
     """Solve a symmetric positive definite system by Cholesky's method.
 

@@ -22,6 +22,7 @@ STEPS = 8  # Newton's, at most: a page that lies nearly right needs two
 LEFT = 0.1  # of the imbalance may be left by a step, and less where the steps before it did what they promised:
 FORCING = 0.9  # of the square of what the last one left (Eisenstat & Walker 1996, their second choice)
 SETTLED = 1e-3  # of the imbalance at the start: what is left moves no node by a hundredth of a millimetre
+ENOUGH = 0.5  # of that is as exact as a step need be
 BALANCED = 1e-9  # rms strain that a particle could still be relieved of: there is nothing to do
 HALVINGS = 8  # of a step, before the page is left as it is
 ALONE = 12  # passes over the sticks in a step; when they do not do, the page is seen as a whole
@@ -53,6 +54,7 @@ def descend(flat: Floats, edges: Ints, lengths: Floats, steps: int = STEPS, star
         if now <= max(SETTLED * start, BALANCED):
             break
         left = min(LEFT, FORCING * (now / last) ** 2) if last > 0.0 else LEFT
+        left = max(left, ENOUGH * SETTLED * start / now)
         step = _balance(flat, edges, gradients, force, inverse, left)
         last, before = now, strain
         for _ in range(HALVINGS):

@@ -115,7 +115,8 @@ def test_the_linear_solver_solves():
 def test_the_products_are_those_of_the_normal_equations():
     x, y, z = 0.7, -1.3, 0.4
     terms = np.array([1.0, x, y, x * x / 2, x * y, y * y / 2])
-    products = np.empty(PRODUCTS)
-    module._multiply(x, y, z, products)
+    table = np.empty((1, PRODUCTS))
+    module._multiply(np.array([[x], [y], [z]]), 0, table)
+    products = table[0]
     np.testing.assert_allclose(products[:-TERMS], np.outer(terms, terms)[np.tril_indices(TERMS)], atol=PARITY)
     np.testing.assert_allclose(products[-TERMS:], z * terms, atol=PARITY)
