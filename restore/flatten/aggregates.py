@@ -7,7 +7,7 @@ coarse space of a two-level preconditioner (Vaněk, Mandel & Brezina 1996, witho
 
 from __future__ import annotations
 
-from math import sqrt
+from math import atan2, cos, floor, sin, sqrt
 from typing import NamedTuple
 
 import numba
@@ -52,15 +52,20 @@ def aggregate(flat: Floats, edges: Ints, gradients: Floats) -> Aggregates:
 
 @numba.njit(cache=True)
 def _cells(flat: Floats) -> tuple[Ints, Floats, int]:
-    """The cell (n,) each of flat (n, 2) is in, where it lies from their middle (n, 2), and how many cells there are."""
-    low_x, low_y = flat[:, 0].min(), flat[:, 1].min()
-    wide, high = flat[:, 0].max() - low_x, flat[:, 1].max() - low_y
+    """The cell (n,) each of flat (n, 2) is in, where it lies from their middle (n, 2), and how many cells there are.
+
+    The grid lies along the page's own axes about its centre: a page that is turned has the same cells.
+    """
+    along, across = _own_frame(flat)
+    low_x, high_x, low_y, high_y = along.min(), along.max(), across.min(), across.max()
+    wide, high = high_x - low_x, high_y - low_y
     count = min(max(len(flat) // PARTICLES, 1), MOST)
     size = max(sqrt(wide * high / count), max(wide, high) / count) + TINY
-    columns, rows = int(wide / size) + 1, int(high / size) + 1
+    left, low = floor(low_x / size + 0.5), floor(low_y / size + 0.5)
+    columns, rows = int(floor(high_x / size + 0.5) - left) + 1, int(floor(high_y / size + 0.5) - low) + 1
     owner, number = np.empty(len(flat), np.int64), np.full(columns * rows, -1)
     for i in range(len(flat)):
-        column, row = int((flat[i, 0] - low_x) / size), int((flat[i, 1] - low_y) / size)
+        column, row = int(floor(along[i] / size + 0.5) - left), int(floor(across[i] / size + 0.5) - low)
         owner[i] = column * rows + row if rows < columns else row * columns + column
         number[owner[i]] = 0
     found = 0
@@ -78,6 +83,14 @@ def _cells(flat: Floats) -> tuple[Ints, Floats, int]:
         for axis in range(2):
             arms[i, axis] = (flat[i, axis] - middle[owner[i], axis] / members[owner[i]]) / size
     return owner, arms, found
+
+
+@numba.njit(cache=True)
+def _own_frame(flat: Floats) -> tuple[Floats, Floats]:
+    """Where flat (n, 2) lies along its principal axes: along the first (n,), and across (n,), from its centre."""
+    x, y = flat[:, 0] - flat[:, 0].mean(), flat[:, 1] - flat[:, 1].mean()
+    angle = 0.5 * atan2(2.0 * (x * y).sum(), (x * x).sum() - (y * y).sum())
+    return cos(angle) * x + sin(angle) * y, cos(angle) * y - sin(angle) * x
 
 
 @numba.njit(cache=True)
