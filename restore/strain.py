@@ -85,13 +85,14 @@ def signed_areas(flat: Floats, faces: Ints) -> Floats:
     return areas
 
 
+@numba.njit(cache=True)
 def flipped_faces(flat: Floats, faces: Ints) -> int:
     """How many faces lie with the wrong side up; the side of most of the area is the right one.
 
     A face without area has no side.
     """
     areas = signed_areas(flat, faces)
-    return int((areas * (np.sign(areas.sum()) or 1.0) < 0).sum())
+    return int((areas < 0.0).sum() if areas.sum() >= 0.0 else (areas > 0.0).sum())
 
 
 @numba.njit(cache=True)

@@ -30,9 +30,7 @@ class Coarse:
 
     def carry(self, vertices: Floats, moved: Floats) -> Floats:
         """Where all vertices (n, 3) mm are when the few have moved to (k, d) mm: each goes with its own as if rigid."""
-        few = vertices[self.index]
-        turns = _turns(few, moved, self.network.edges)[self.owner]
-        return np.asarray(moved[self.owner] + np.einsum("nij,nj->ni", turns, vertices - few[self.owner]))
+        return _carry(vertices, moved, self.index, self.owner, self.network.edges)
 
 
 def coarsen(vertices: Floats, network: Network, most: int) -> Coarse | None:
@@ -41,12 +39,7 @@ def coarsen(vertices: Floats, network: Network, most: int) -> Coarse | None:
     hops = max(round(np.sqrt(count / most)) - 1, LEAST_HOPS)
     around = adjacency(network.edges.ravel(), network.edges[:, ::-1].ravel(), count)
     index, owner = _cells(around, hops)
-    corners = owner[network.faces]
-    a, b, c = corners.T
-    faces = corners[(a != b) & (b != c) & (c != a)]
-    low, middle, high = np.sort(faces, axis=1).T
-    _, first = np.unique((low * len(index) + middle) * len(index) + high, return_index=True)
-    faces = faces[np.sort(first)]
+    faces = _between(owner, network.faces)
     if len(faces) == 0 or len(np.unique(faces)) < len(index):
         return None
     return Coarse(index, owner, make_network(vertices[index], faces))
@@ -90,11 +83,57 @@ def _cells(around: Adjacency, hops: int) -> tuple[Ints, Ints]:
     return index[:found].copy(), owner
 
 
+@numba.njit(cache=True)
+def _between(owner: Ints, faces: Ints) -> Ints:
+    """(k, 3) the owners of those faces (m, 3) that have three, each three of them once."""
+    count, known = owner.max() + 1, {-1}
+    found = np.empty_like(faces)
+    for f in range(len(faces)):
+        a, b, c = owner[faces[f, 0]], owner[faces[f, 1]], owner[faces[f, 2]]
+        if a == b or b == c or c == a:
+            continue
+        low, high = min(a, b, c), max(a, b, c)
+        key = (low * count + high) * count + a + b + c - low - high
+        if key not in known:
+            found[len(known) - 1] = a, b, c
+            known.add(key)
+    return found[: len(known) - 1].copy()
+
+
+@numba.njit(cache=True)
+def _carry(vertices: Floats, moved: Floats, index: Ints, owner: Ints, edges: Ints) -> Floats:
+    few, carried = vertices[index], np.empty((len(vertices), moved.shape[1]))
+    turns = _turns(few, moved, edges)
+    for i in range(len(vertices)):
+        turn = turns[owner[i]]
+        for p in range(moved.shape[1]):
+            carried[i, p] = moved[owner[i], p]
+            for q in range(3):
+                carried[i, p] += turn[p, q] * (vertices[i, q] - few[owner[i], q])
+    return carried
+
+
+@numba.njit(cache=True)
 def _turns(vertices: Floats, moved: Floats, edges: Ints) -> Floats:
     """(k, d, 3): the map that takes the way to each neighbour of a vertex (k, 3) to the same way in moved (k, d)."""
     spread, across = _spread(vertices, moved, edges)
-    spread += FLATTEST * np.trace(spread, axis1=1, axis2=2)[:, None, None] * np.eye(3)
-    return np.asarray(across @ np.linalg.inv(spread))
+    turns, inverse = np.zeros_like(across), np.empty((3, 3))
+    for k in range(len(spread)):
+        own = spread[k]
+        least = FLATTEST * (own[0, 0] + own[1, 1] + own[2, 2])
+        for p in range(3):
+            own[p, p] += least
+        for p in range(3):
+            m, n = (p + 1) % 3, (p + 2) % 3
+            for q in range(3):
+                s, t = (q + 1) % 3, (q + 2) % 3
+                inverse[q, p] = own[m, s] * own[n, t] - own[m, t] * own[n, s]
+        scale = own[0, 0] * inverse[0, 0] + own[0, 1] * inverse[1, 0] + own[0, 2] * inverse[2, 0]
+        for p in range(across.shape[1]):
+            for q in range(3):
+                for r in range(3):
+                    turns[k, p, q] += across[k, p, r] * inverse[r, q] / scale
+    return turns
 
 
 @numba.njit(cache=True)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
+import numba
 import numpy as np
 
 from restore.flatten.adjacency import Sides, components
@@ -93,9 +94,11 @@ def parts(network: Network) -> Iterator[Piece]:
         yield piece
 
 
+@numba.njit(cache=True)
 def _hanging(sides: Sides) -> Ints:
     """(k, 2) faces that hang together over an edge."""
-    follows = np.ones(len(sides.at), bool)
-    follows[sides.first[:-1]] = False
-    after = np.flatnonzero(follows)
-    return np.stack([sides.at[after - 1], sides.at[after]], axis=1) // 3
+    pairs, found = np.empty((len(sides.at), 2), np.int64), 0
+    for e in range(len(sides.edges)):
+        for k in range(sides.first[e] + 1, sides.first[e + 1]):
+            pairs[found, 0], pairs[found, 1], found = sides.at[k - 1] // 3, sides.at[k] // 3, found + 1
+    return pairs[:found]

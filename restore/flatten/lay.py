@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import sqrt
+from math import atan2, cos, sin, sqrt
 
 import numba
 import numpy as np
@@ -12,6 +12,7 @@ from restore.scan import Floats, Ints
 from restore.strain import normals_of
 
 LEVEL = 0.2  # a sheet closed to a tube has no mean normal; below this share of its area we ask its principal axes
+EDGE_ON = 0.9  # cosine of the page's normal with the scanner's right
 TINY = 1e-300  # keeps a sheet without area from dividing by zero
 
 
@@ -39,10 +40,9 @@ def lay(vertices: Floats, faces: Ints) -> Laid:
     """
     weights, mean = _weigh(vertices, faces)
     centre = weights @ vertices
-    axes = _axes(vertices - centre, weights, mean)
-    origin = centre + axes[2] * ((vertices - centre) @ axes[2]).min()
-    positions = (vertices - origin) @ axes.T
-    return Laid(positions, axes, origin, vertices @ axes[:2].T, weights)
+    out = mean if sqrt(mean @ mean) > LEVEL else _least_extent(vertices - centre, weights, mean)
+    positions, axes, origin, seen = _put(vertices, centre, out / sqrt(out @ out))
+    return Laid(positions, axes, origin, seen, weights)
 
 
 @numba.njit(cache=True)
@@ -59,27 +59,63 @@ def _weigh(vertices: Floats, faces: Ints) -> tuple[Floats, Floats]:
     return weights / total, mean / (total / 3.0)
 
 
-def _axes(offsets: Floats, weights: Floats, mean: Floats) -> Floats:
-    """(3, 3) rows right, up, out of the page; up is as near to the scanner's as the page allows."""
-    if sqrt(mean @ mean) > LEVEL:
-        out = mean
-    else:
-        _, _, principal = np.linalg.svd(offsets * np.sqrt(weights)[:, None], full_matrices=False)
-        out = principal[2] * (np.sign(principal[2] @ mean) or 1.0)
-    out = out / sqrt(out @ out)
+def _least_extent(offsets: Floats, weights: Floats, mean: Floats) -> Floats:
+    """(3,) the principal axis along which offsets (n, 3) spread least, to the side of the mean normal (3,)."""
+    _, _, principal = np.linalg.svd(offsets * np.sqrt(weights)[:, None], full_matrices=False)
+    return np.asarray(principal[2] * (np.sign(principal[2] @ mean) or 1.0))
+
+
+@numba.njit(cache=True)
+def _put(vertices: Floats, centre: Floats, out: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+    """Positions, axes, origin and where the scanner saw them, of vertices (n, 3) about a centre (3,); out (3,) is up.
+
+    Up on the page is as near to the scanner's up as the page allows.
+    """
     # A page that lies before the scanner keeps the scanner's right; one seen edge-on from the side takes what is left.
-    right = np.array([1.0, 0.0, 0.0]) if abs(out[0]) < 0.9 else np.array([0.0, 0.0, -np.sign(out[0])])
-    right = right - out * (right @ out)
-    right /= sqrt(right @ right)
-    up = [out[k - 2] * right[k - 1] - out[k - 1] * right[k - 2] for k in range(3)]
-    return np.array([right, up, out])
+    right = np.zeros(3)
+    if abs(out[0]) < EDGE_ON:
+        right[0] = 1.0
+    else:
+        right[2] = -np.sign(out[0])
+    right -= out * (right * out).sum()
+    right /= sqrt((right * right).sum())
+    axes = np.empty((3, 3))
+    axes[0], axes[2] = right, out
+    for k in range(3):
+        axes[1, k] = out[k - 2] * right[k - 1] - out[k - 1] * right[k - 2]
+    positions, seen = np.zeros_like(vertices), np.zeros((len(vertices), 2))
+    for i in range(len(vertices)):
+        for row in range(3):
+            for k in range(3):
+                positions[i, row] += axes[row, k] * (vertices[i, k] - centre[k])
+                if row < 2:
+                    seen[i, row] += axes[row, k] * vertices[i, k]
+    lowest = positions[:, 2].min()
+    positions[:, 2] -= lowest
+    return positions, axes, centre + lowest * out, seen
 
 
 def upright(flat: Floats, laid: Laid) -> Floats:
     """Move the flat page (n, 2) mm, without scaling or mirroring, to where the scanner saw it."""
-    w = laid.weights
-    page, seen = flat - w @ flat, laid.seen - w @ laid.seen
-    covariance = (page * w[:, None]).T @ seen
-    angle = np.arctan2(covariance[0, 1] - covariance[1, 0], covariance[0, 0] + covariance[1, 1])
-    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-    return page @ turn + w @ laid.seen
+    return _moved(flat, laid.seen, laid.weights)
+
+
+@numba.njit(cache=True)
+def _moved(flat: Floats, seen: Floats, weights: Floats) -> Floats:
+    """Flat positions (n, 2) turned and shifted to where they lie nearest to seen (n, 2), by weight."""
+    here, there, crossed, common = np.zeros(2), np.zeros(2), 0.0, 0.0
+    for i in range(len(flat)):
+        for axis in range(2):
+            here[axis] += weights[i] * flat[i, axis]
+            there[axis] += weights[i] * seen[i, axis]
+    for i in range(len(flat)):
+        x, y, u, v = flat[i, 0] - here[0], flat[i, 1] - here[1], seen[i, 0] - there[0], seen[i, 1] - there[1]
+        common += weights[i] * (x * u + y * v)
+        crossed += weights[i] * (x * v - y * u)
+    angle = atan2(crossed, common)
+    moved = np.empty_like(flat)
+    for i in range(len(flat)):
+        x, y = flat[i, 0] - here[0], flat[i, 1] - here[1]
+        moved[i, 0] = cos(angle) * x - sin(angle) * y + there[0]
+        moved[i, 1] = sin(angle) * x + cos(angle) * y + there[1]
+    return moved

@@ -18,6 +18,7 @@ PROBES = 100  # vertices that tell the noise
 SHRUNK = 0.87  # of the noise is left when a patch passes between a vertex and its neighbours
 LEAST_NOISE = 1e-7  # of the page's size: no file holds more digits
 CREASE = 0.1  # radians, 6°: a turn that the curvature of both patches does not explain is a crease
+LEVEL = cos(CREASE)
 CREASE_SHARE = 0.35  # of the whole turn: the rest of it may be curvature
 TINY = 1e-30  # keeps what has no extent from dividing by zero
 PARALLEL = 1e-3  # sine of the turn: two patches that meet at less than 0.06° have no line in common
@@ -35,10 +36,10 @@ def surface_lengths(vertices: Floats, faces: Ints, edges: Ints) -> Floats:
 
 def noise_of(vertices: Floats, rings: Rings) -> float:
     """Standard deviation of the vertices off the surface, mm, from patches that are not tied to their vertex."""
-    size = float(np.ptp(vertices, axis=0).max())
+    size = max(float(axis.max() - axis.min()) for axis in vertices.T)
     chosen = np.arange(0, len(vertices), max(len(vertices) // PROBES, 1))
-    offsets = fit_jets(vertices, rings, chosen, size).offsets[chosen]
-    return max(float(1.4826 * np.median(np.abs(offsets))) / SHRUNK, LEAST_NOISE * size)
+    offsets = np.sort(np.abs(fit_jets(vertices, rings, chosen, size).offsets[chosen]))
+    return max(1.4826 * float(offsets[len(offsets) // 2]) / SHRUNK, LEAST_NOISE * size)
 
 
 @numba.njit(cache=True)
@@ -72,13 +73,16 @@ def _over_crease(
 
     way (3,) is the direction to the other end; start, end (3,) are the normals; fold (3,) is written over.
     """
+    cosine = _dot(start, end)
+    if cosine > LEVEL:
+        return 0.0
     for p in range(3):
         m, n = (p + 1) % 3, (p + 2) % 3
         fold[p] = start[m] * end[n] - start[n] * end[m]
     sine = sqrt(_dot(fold, fold))
-    turn = atan2(sine, _dot(start, end))
-    if turn < CREASE or sine < PARALLEL:
+    if sine < PARALLEL:
         return 0.0
+    turn = atan2(sine, cosine)
     fold /= sine
     along = chord * _dot(fold, way)
     # In the plane across the fold: the start at (0, 0), its tangent (1, 0), its normal (0, 1).

@@ -27,6 +27,8 @@ def unfold(flat: Floats, faces: Ints) -> int:
     flat (n, 2) mm, faces (m, 3) counter-clockwise on the page; the loosest corner is the one that fewest faces share.
     """
     flipped = np.flatnonzero(signed_areas(flat, faces) < 0.0)  # a face without area has no side to fall on
+    if len(flipped) == 0:
+        return 0
     shared = np.bincount(faces.ravel(), minlength=len(flat))
     turned = set()
     for face in faces[flipped]:
