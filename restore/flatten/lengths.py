@@ -42,7 +42,7 @@ def noise_of(vertices: Floats, rings: Rings) -> float:
     return max(1.4826 * float(offsets[len(offsets) // 2]) / SHRUNK, LEAST_NOISE * size)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _all_lengths(points: Floats, normals: Floats, forms: Floats, edges: Ints) -> Floats:
     """(e,) mm along the surface. points, normals (n, 3), forms (n, 3, 3): the patches round every vertex."""
     lengths, way, fold = np.empty(len(edges)), np.empty(3), np.empty(3)
@@ -51,21 +51,26 @@ def _all_lengths(points: Floats, normals: Floats, forms: Floats, edges: Ints) ->
         for axis in range(3):
             way[axis] = points[b, axis] - points[a, axis]
         chord = max(sqrt(_dot(way, way)), TINY)
-        way /= chord
-        most = MOST_STRETCH * chord
-        broken = _over_crease(way, chord, normals[a], normals[b], forms[a], forms[b], fold)
-        lengths[k] = min(broken, most) if broken > chord else chord * _bent(way, normals[a], normals[b])
+        for axis in range(3):
+            way[axis] /= chord
+        broken = 0.0
+        if _dot(normals[a], normals[b]) < LEVEL:
+            broken = min(_over_crease(way, chord, normals[a], normals[b], forms[a], forms[b], fold), MOST_STRETCH * chord)
+        lengths[k] = broken if broken > chord else chord * _bent(_dot(normals[a], way), _dot(normals[b], way))
     return lengths
 
 
-@numba.njit(cache=True)
-def _bent(way: Floats, start: Floats, end: Floats) -> float:
-    """Length over straight distance of the cubic that leaves and arrives along two tangent planes."""
-    rise, sink = -asin(min(max(_dot(start, way), -1.0), 1.0)), asin(min(max(_dot(end, way), -1.0), 1.0))
+@numba.njit(cache=True, error_model="numpy")
+def _bent(start: float, end: float) -> float:
+    """Length over straight distance of the cubic that leaves and arrives along two tangent planes.
+
+    start and end are the cosines of the way with the normals of both.
+    """
+    rise, sink = -asin(min(max(start, -1.0), 1.0)), asin(min(max(end, -1.0), 1.0))
     return 1.0 + (2.0 * rise**2 + rise * sink + 2.0 * sink**2) / 30.0
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _over_crease(
     way: Floats, chord: float, start: Floats, end: Floats, form: Floats, other: Floats, fold: Floats
 ) -> float:
@@ -73,16 +78,13 @@ def _over_crease(
 
     way (3,) is the direction to the other end; start, end (3,) are the normals; fold (3,) is written over.
     """
-    cosine = _dot(start, end)
-    if cosine > LEVEL:
-        return 0.0
     for p in range(3):
         m, n = (p + 1) % 3, (p + 2) % 3
         fold[p] = start[m] * end[n] - start[n] * end[m]
     sine = sqrt(_dot(fold, fold))
     if sine < PARALLEL:
         return 0.0
-    turn = atan2(sine, cosine)
+    turn = atan2(sine, _dot(start, end))
     fold /= sine
     along = chord * _dot(fold, way)
     # In the plane across the fold: the start at (0, 0), its tangent (1, 0), its normal (0, 1).
@@ -98,7 +100,7 @@ def _over_crease(
     return sqrt((near + far) ** 2 + along**2) if near > 0.0 and far > 0.0 else 0.0
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _meet(x: float, y: float, turn: float, first: float, second: float) -> tuple[float, float]:
     """How far two curves run till they meet: one from (0, 0) along (1, 0), one from (x, y) back, turned down by `turn`.
 
@@ -125,13 +127,13 @@ def _meet(x: float, y: float, turn: float, first: float, second: float) -> tuple
     return near * (1.0 + (first * near) ** 2 / 6.0), far * (1.0 + (second * far) ** 2 / 6.0)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _tamed(curvature: float, distance: float) -> float:
     """A curvature upwards that turns a patch by no more than STEEPEST on its way."""
     return min(max(curvature, 0.0), STEEPEST / distance)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _curvature(form: Floats, normal: Floats, fold: Floats) -> float:
     """Normal curvature of a patch across a fold."""
     total = 0.0
@@ -144,6 +146,6 @@ def _curvature(form: Floats, normal: Floats, fold: Floats) -> float:
     return total
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _dot(a: Floats, b: Floats) -> float:
     return float(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
