@@ -95,7 +95,7 @@ def _fit_all(
     return normals, offsets, forms
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, error_model="numpy", inline="always")
 def _two_rings(i: int, neighbours: Adjacency, met: Ints, found: Ints) -> tuple[int, int]:
     """Write the neighbours of vertex i and then theirs; how many neighbours there are, and how many of both.
 
@@ -115,7 +115,7 @@ def _two_rings(i: int, neighbours: Adjacency, met: Ints, found: Ints) -> tuple[i
     return near, count
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, error_model="numpy", inline="always")
 def _beside(i: int, vertices: Floats, found: Ints, near: int, far: int, points: Floats, nearness: Floats) -> float:
     """Write where the neighbours lie from vertex i and how near, 1 / distance, in units of the mean distance.
 
@@ -161,7 +161,7 @@ def _squared_slope(planes: Floats, face: int, points: Floats, nearness: Floats, 
     return (off * nearness[k] * (1.0 / ON_PLANE)) ** 2
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, error_model="numpy", inline="always")
 def _set_frame(normal: Floats, frame: Floats) -> None:
     """Write rows: two directions along the plane of a normal (3,), and the normal."""
     axis = 0 if abs(normal[0]) < 0.6 else 1
@@ -174,7 +174,7 @@ def _set_frame(normal: Floats, frame: Floats) -> None:
         frame[1, k] = frame[2, m] * frame[0, n] - frame[2, n] * frame[0, m]
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, error_model="numpy", inline="always")
 def _turn(points: Floats, far: int, frame: Floats) -> None:
     for k in range(far):
         x, y, z = points[0, k], points[1, k], points[2, k]
@@ -182,7 +182,7 @@ def _turn(points: Floats, far: int, frame: Floats) -> None:
             points[row, k] = frame[row, 0] * x + frame[row, 1] * y + frame[row, 2] * z
 
 
-@numba.njit(cache=True, error_model="numpy")
+@numba.njit(cache=True, error_model="numpy", inline="always")
 def _fit(
     points: Floats, nearness: Floats, far: int, products: Floats, weights: Floats, own: float, sums: Floats, jet: Floats
 ) -> None:
