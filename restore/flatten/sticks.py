@@ -162,7 +162,7 @@ def fall(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, i
 # contradict each other, over creases that the points missed, faces fall over and that costs little; undoing a fold
 # costs more.
 WAYS: tuple[tuple[Start, int, float], ...] = (
-    (fall, FEW, 1.35),
+    (fall, FEW, 1.45),
     (fall, 6_000, 1.5),
     (_conformal, 6_000, np.inf),
 )
