@@ -34,6 +34,7 @@ DOUBTFUL = 0.01  # rms strain of an estimate that may be wrong: bends too tight 
 OUTLYING = 0.1  # a single short edge in a tangle may be stretched to several times its length
 UNSOUND = 0.03  # rms strain of a page that may have come down folded: what lies near it tells nothing
 CLEARLY = 0.7  # … and then the straight lengths fit the plane with so much less strain; facets cost either no more
+TELLING = 3  # of Newton's steps towards them: five more take off less than that
 
 
 def flatten_points(
@@ -62,7 +63,7 @@ def flatten_points(
     if (strained := _rms_strain(page, edges)) < DOUBTFUL:
         return page
     straight = straight_lengths(mesh.vertices, edges)
-    near = replace(page, flat=settle(page.flat, edges, straight), lengths=straight)
+    near = replace(page, flat=settle(page.flat, edges, straight, TELLING), lengths=straight)
     if strained < UNSOUND and _rms_strain(near, edges) > CLEARLY * strained:
         return page
     chords = _settle(mesh, sides, method, straight, on_step)

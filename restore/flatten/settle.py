@@ -31,10 +31,10 @@ STIFFEN = 1e-6  # of a particle's stiffness: one whose sticks lie in one line ha
 TINY = 1e-300  # keeps zero over zero finite
 
 
-def settle(flat: Floats, edges: Ints, lengths: Floats) -> Floats:
+def settle(flat: Floats, edges: Ints, lengths: Floats, steps: int = STEPS) -> Floats:
     """Flat positions (n, 2) mm of least strain: Gauss-Newton on Σ (length / rest length − 1)² over edges (e, 2)."""
     flat = flat.copy()
-    descend(flat, *spread(edges, lengths))
+    descend(flat, *spread(edges, lengths), steps)
     return flat
 
 
