@@ -55,7 +55,9 @@ def _all_lengths(points: Floats, normals: Floats, forms: Floats, edges: Ints) ->
             way[axis] /= chord
         broken = 0.0
         if _dot(normals[a], normals[b]) < LEVEL:
-            broken = min(_over_crease(way, chord, normals[a], normals[b], forms[a], forms[b], fold), MOST_STRETCH * chord)
+            broken = min(
+                _over_crease(way, chord, normals[a], normals[b], forms[a], forms[b], fold), MOST_STRETCH * chord
+            )
         lengths[k] = broken if broken > chord else chord * _bent(_dot(normals[a], way), _dot(normals[b], way))
     return lengths
 

@@ -44,6 +44,7 @@ SLOWING = 3.2  # the momentum 1 − SLOWING / √n carries a strain as long as t
 LEAST_MOMENTUM = 0.5
 HASTY = 2  # of Newton's steps between two looks at what lies on its face
 UNFOLDINGS = 5  # each frees the corners that the last one still held
+HOPELESS = 0.006  # of the faces on theirs: so few particles did not see how the sheet is bent
 FEW = 600  # particles fall first; of a sheet that has no more all do
 SOUND_STRAIN = 0.03  # rms; no paper stretches so far
 
@@ -62,6 +63,8 @@ def flatten_sticks(laid: Laid, network: Network, follow: Follow | None = None) -
     for start, most, cost in WAYS if len(laid.positions) > FEW else WAYS[1:]:
         flat, steps = flatten_from(start, most, laid, network, follow)
         left, strain = flips, tangled = _faults(flat, network)
+        if flips > HOPELESS * len(network.faces) and cost < np.inf:
+            continue
         if flips:
             flat = untangle(flat, network.faces, network.edges, network.lengths)
             left, strain = _faults(flat, network)
@@ -91,7 +94,7 @@ def flatten_from(start: Start, most: int, laid: Laid, network: Network, follow: 
 
     seen = replace(laid, positions=laid.positions[few.index], seen=laid.seen[few.index])
     flat, steps = flatten_from(start, most, seen, few.network, lifted)
-    return _settled(few.carry(laid.positions, flat), network), steps
+    return _settled(few.carry(laid.positions, flat), network, HOPELESS), steps
 
 
 def _conformal(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:
@@ -102,19 +105,24 @@ def _conformal(laid: Laid, network: Network, follow: Follow | None) -> tuple[Flo
         return laid.seen.copy(), 0
 
 
-def _settled(flat: Floats, network: Network) -> Floats:
+def _settled(flat: Floats, network: Network, hopeless: float = 1.0) -> Floats:
     """Flat positions (n, 2) mm of least strain near by, corners of the border unfolded.
 
-    As long as something lies on its face few of Newton's steps are taken: more would settle the page in its folds.
+    As long as something lies on its face few of Newton's steps are taken: more would settle the page in its folds. A
+    page with a larger share of such faces than `hopeless` is left as it is.
     """
     edges, lengths = spread(network.edges, network.lengths)
-    flat, start = _eased(flat, network.faces, edges, lengths)
+    flat, most = np.array(flat, order="C"), hopeless * len(network.faces)
+    if _put_in_order(flat, network.faces, edges, lengths, most) > most:
+        return flat
+    start = descend(flat, edges, lengths, HASTY)
     left = flipped_faces(flat, network.faces)
     for _ in range(UNFOLDINGS):
         turned = flat.copy()
         if not unfold(turned, network.faces):
             break
-        turned, start = _eased(turned, network.faces, edges, lengths)
+        _put_in_order(turned, network.faces, edges, lengths, most)
+        start = descend(turned, edges, lengths, HASTY)
         if flipped_faces(turned, network.faces) >= left:  # what is still flipped does not lie at the border
             break
         flat, left = turned, flipped_faces(turned, network.faces)
@@ -122,18 +130,18 @@ def _settled(flat: Floats, network: Network) -> Floats:
     return flat
 
 
-def _eased(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> tuple[Floats, float]:
-    """Relaxation puts neighbours in order and goes to sleep on long slow bends; Newton's steps do the rest.
+def _put_in_order(flat: Floats, faces: Ints, edges: Ints, lengths: Floats, most: float) -> int:
+    """Relax flat (n, 2) mm in place, for long if faces lie on theirs, but not for more than `most`; how many did.
 
-    Returns flat positions (n, 2) mm and the imbalance that relaxation left.
+    Relaxation puts neighbours in order and goes to sleep on long slow bends, which are left to Newton's steps.
     """
-    flat = np.array(flat, order="C")
     size = sqrt(len(flat))
     momentum = max(1.0 - SLOWING / size, LEAST_MOMENTUM)
     relax_in_plane(flat, edges, lengths, FEW_SWEEPS, 0.0, momentum)
-    if flipped_faces(flat, faces):
+    flipped = flipped_faces(flat, faces)
+    if 0 < flipped <= most:
         relax_in_plane(flat, edges, lengths, round(PLANE_SWEEPS * size), 0.0, momentum)
-    return flat, descend(flat, edges, lengths, HASTY)
+    return flipped
 
 
 def fall(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:
@@ -162,7 +170,7 @@ def fall(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, i
 # contradict each other, over creases that the points missed, faces fall over and that costs little; undoing a fold
 # costs more.
 WAYS: tuple[tuple[Start, int, float], ...] = (
-    (fall, FEW, 1.45),
+    (fall, FEW, 1.35),
     (fall, 6_000, 1.5),
     (_conformal, 6_000, np.inf),
 )
