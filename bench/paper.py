@@ -82,7 +82,7 @@ def main() -> None:
 
 def fall_as_sticks(laid: Laid, network: Network, follow: Callable[[int, Floats], None] | None) -> tuple[Floats, int]:
     """The sticks as the paper runs them: all particles fall, whatever comes of it."""
-    return flatten_from(fall, len(laid.positions), laid, network, follow)
+    return flatten_from(fall, None, laid, network, follow)
 
 
 def table_2() -> None:

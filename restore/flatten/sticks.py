@@ -17,7 +17,7 @@ from math import sqrt
 import numpy as np
 
 from restore.errors import BadInput
-from restore.flatten.coarse import coarsen
+from restore.flatten.coarse import Coarse, coarsen
 from restore.flatten.conformal import flatten_conformal
 from restore.flatten.kernels import advance, relax, relax_in_plane
 from restore.flatten.lay import Laid
@@ -45,7 +45,6 @@ LEAST_MOMENTUM = 0.5
 HASTY = 2  # of Newton's steps between two looks at what lies on its face
 UNFOLDINGS = 5  # each frees the corners that the last one still held
 HOPELESS = 0.006  # of the faces on theirs: so few particles did not see how the sheet is bent
-FEW = 600  # particles fall first; of a sheet that has no more all do
 SOUND_STRAIN = 0.03  # rms; no paper stretches so far
 
 Follow = Callable[[int, Floats], None]
@@ -60,8 +59,14 @@ def flatten_sticks(laid: Laid, network: Network, follow: Follow | None = None) -
     from its conformal map instead, and has only its sticks put right.
     """
     found: list[tuple[int, float, int, Floats, int]] = []
-    for start, most, cost in WAYS if len(laid.positions) > FEW else WAYS[1:]:
-        flat, steps = flatten_from(start, most, laid, network, follow)
+    whole: list[Start] = []
+    for start, most, cost in WAYS:
+        few = coarsen(laid.positions, network, most) if len(laid.positions) > most else None
+        if few is None and start in whole:
+            continue
+        if few is None:
+            whole.append(start)
+        flat, steps = flatten_from(start, few, laid, network, follow)
         left, strain = flips, tangled = _faults(flat, network)
         if flips > HOPELESS * len(network.faces) and cost < np.inf:
             continue
@@ -81,9 +86,10 @@ def _faults(flat: Floats, network: Network) -> tuple[int, float]:
     return flipped_faces(flat, network.faces), float(np.sqrt(np.mean(strain**2)))
 
 
-def flatten_from(start: Start, most: int, laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:
-    """Flat positions (n, 2) mm from where `start` has the particles, or so many of them, and the others go along."""
-    few = coarsen(laid.positions, network, most) if len(laid.positions) > most else None
+def flatten_from(
+    start: Start, few: Coarse | None, laid: Laid, network: Network, follow: Follow | None
+) -> tuple[Floats, int]:
+    """Flat positions (n, 2) mm from where `start` has the particles, or a few of them, and the others go along."""
     if few is None:
         flat, steps = start(laid, network, follow)
         return _settled(flat, network), steps
@@ -93,8 +99,9 @@ def flatten_from(start: Start, most: int, laid: Laid, network: Network, follow: 
             follow(step, few.carry(laid.positions, positions))
 
     seen = replace(laid, positions=laid.positions[few.index], seen=laid.seen[few.index])
-    flat, steps = flatten_from(start, most, seen, few.network, lifted)
-    return _settled(few.carry(laid.positions, flat), network, HOPELESS), steps
+    flat, steps = start(seen, few.network, lifted)
+    flat = few.carry(laid.positions, _settled(flat, few.network))
+    return _settled(flat, network, HOPELESS), steps
 
 
 def _conformal(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:
@@ -170,7 +177,7 @@ def fall(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, i
 # contradict each other, over creases that the points missed, faces fall over and that costs little; undoing a fold
 # costs more.
 WAYS: tuple[tuple[Start, int, float], ...] = (
-    (fall, FEW, 1.35),
+    (fall, 600, 1.35),
     (fall, 6_000, 1.5),
     (_conformal, 6_000, np.inf),
 )
