@@ -10,15 +10,14 @@ import numpy as np
 from restore.clean import select
 from restore.decimate import patch_and_smooth
 from restore.flatten import METHODS, OnStep, check, flatten_points
+from restore.flatten.finish import finish
 from restore.flatten.jets import rings_of
-from restore.flatten.kernels import relax_in_plane
 from restore.flatten.lay import lay, upright
 from restore.flatten.layout import lay_out
 from restore.flatten.lengths import noise_of, surface_lengths
 from restore.flatten.network import edges_of, make_network, pieces
 from restore.flatten.orient import orient
-from restore.flatten.settle import settle
-from restore.flatten.unfold import unfold, untangle
+from restore.flatten.unfold import untangle
 from restore.prepare import INTERPOLATED, smooth
 from restore.refine import carry
 from restore.resample import MIN_VERTICES, resample
@@ -28,8 +27,6 @@ from restore.settings import Settings
 from restore.strain import flipped_faces, straight_lengths
 from restore.unroll import unroll
 
-LOCAL_SWEEPS = 60  # the carried solution is right but for what lies between the points that settled
-MOMENTUM = 0.9
 CLEAN = 0.002  # of the mean edge: noise that no scanner is without
 
 
@@ -84,8 +81,8 @@ def _over_grid(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMe
     lengths = sheet.lengths(nodes, edges)
     if _clean(mesh, edges, lengths):  # then its vertices know better
         lengths = surface_lengths(mesh.vertices, mesh.faces, edges)
-        flat = _finish(flat, mesh.faces, edges, lengths)
-    elif flipped_faces(flat, mesh.faces):  # noise has put a vertex beyond its neighbours
+        flat = finish(flat, mesh.faces, edges, lengths)
+    if flipped_faces(flat, mesh.faces):  # noise has put a vertex beyond its neighbours
         flat = untangle(flat, mesh.faces, edges, lengths)
     return FlatMesh.of(mesh, flat, lengths, unrolled.coarse.steps)
 
@@ -104,15 +101,3 @@ def _clean(mesh: SurfaceMesh, edges: Ints, lengths: Floats) -> bool:
     """Whether the vertices of a mesh are where its surface is; lengths (e,) mm of its edges (e, 2)."""
     noise = noise_of(mesh.vertices, rings_of(mesh.vertices, mesh.faces, edges))
     return bool(noise < CLEAN * lengths.mean())
-
-
-def _finish(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
-    """Flat positions (n, 2) mm that are nearly right, with every edge (e, 2) brought to its length (e,) mm."""
-    left = len(faces)
-    while left:
-        relax_in_plane(flat, edges, lengths, LOCAL_SWEEPS, 0.0, MOMENTUM)
-        flat = settle(flat, edges, lengths)
-        before, left = left, unfold(flat, faces)
-        if left >= before:  # what is still flipped does not lie at the border
-            return untangle(flat, faces, edges, lengths)
-    return flat

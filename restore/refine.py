@@ -11,19 +11,14 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import distance_transform_edt, map_coordinates
 
-from restore.flatten.kernels import relax_in_plane
+from restore.flatten.finish import finish
 from restore.flatten.network import edges_of
-from restore.flatten.settle import settle
-from restore.flatten.unfold import unfold
 from restore.raster import rasterise
 from restore.scan import FlatMesh, Floats, Ints, Mask
 from restore.surface import Sheet
 from restore.triangulate import lattice
 
 STRIDE = 4  # samples: 15,000 nodes for a page that fills the picture; half of it changes no corner by 0.01 mm
-LOCAL_SWEEPS = 20  # put in order what the carrying upset between neighbours, or Newton could turn a triangle over
-LOCAL_MOMENTUM = 0.9
-UNFOLDINGS = 5
 
 
 def refine(sheet: Sheet, coarse: FlatMesh, nodes: Floats) -> tuple[FlatMesh, Floats]:
@@ -35,13 +30,7 @@ def refine(sheet: Sheet, coarse: FlatMesh, nodes: Floats) -> tuple[FlatMesh, Flo
     edges = edges_of(faces)
     lengths = sheet.lengths(fine_nodes, edges)
     flat = carry(sheet.inside.shape, nodes, coarse.faces, coarse.flat, fine_nodes)
-    for _ in range(UNFOLDINGS):
-        relax_in_plane(flat, edges, lengths, LOCAL_SWEEPS, 0.0, LOCAL_MOMENTUM)
-        if unfold(flat, faces):
-            continue
-        flat = settle(flat, edges, lengths)
-        if not unfold(flat, faces):
-            break
+    flat = finish(flat, faces, edges, lengths)
     vertices, texcoords = sheet.points(fine_nodes), sheet.texcoords(fine_nodes)
     fine = replace(coarse, vertices=vertices, faces=faces, texcoords=texcoords, flat=flat, lengths=lengths)
     return fine, fine_nodes

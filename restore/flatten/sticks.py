@@ -19,12 +19,12 @@ import numpy as np
 from restore.errors import BadInput
 from restore.flatten.coarse import Coarse, coarsen
 from restore.flatten.conformal import flatten_conformal
-from restore.flatten.kernels import advance, relax, relax_in_plane
+from restore.flatten.finish import finish
+from restore.flatten.kernels import advance, relax
 from restore.flatten.lay import Laid
 from restore.flatten.network import Network, spread
-from restore.flatten.settle import STEPS, descend
-from restore.flatten.unfold import unfold, untangle
-from restore.scan import Floats, Ints
+from restore.flatten.unfold import untangle
+from restore.scan import Floats
 from restore.strain import edge_strain, flipped_faces, surface_area
 
 GRAVITY = 9.81  # §3.3.3
@@ -36,14 +36,7 @@ AREA_CHANGE = 1e-5  # relative, the paper's ε
 LANDED = 0.1  # of the height at the start: what still stands up is flattened by relaxation without a fold
 PAGE_SIZE = 240.0  # the constants above belong to a page of about this size; others are scaled to it
 FLAT_HEIGHT = 1e-6  # mm: a sheet that rises less is flat already, and gets no drag
-FEW_SWEEPS = 10  # in the plane, of what lies nearly right; the rest is quicker by Newton's steps
-# A pull crosses a sheet of n particles in about √n sweeps, so these numbers of sweeps grow with √n.
-SWEEPS = 0.25  # of √n in each step: with half as many corners fold, more cost time
-PLANE_SWEEPS = 1.5  # of √n, where something is out of order: Newton's steps would settle it in its folds
-SLOWING = 3.2  # the momentum 1 − SLOWING / √n carries a strain as long as the sheet out of it without swinging
-LEAST_MOMENTUM = 0.5
-HASTY = 2  # of Newton's steps between two looks at what lies on its face
-UNFOLDINGS = 5  # each frees the corners that the last one still held
+SWEEPS = 0.25  # in each step, of √n: a pull crosses a sheet of n in √n sweeps; with half as many corners fold
 HOPELESS = 0.006  # of the faces on theirs: so few particles did not see how the sheet is bent
 SOUND_STRAIN = 0.03  # rms; no paper stretches so far
 
@@ -92,7 +85,7 @@ def flatten_from(
     """Flat positions (n, 2) mm from where `start` has the particles, or a few of them, and the others go along."""
     if few is None:
         flat, steps = start(laid, network, follow)
-        return _settled(flat, network), steps
+        return finish(flat, network.faces, network.edges, network.lengths), steps
 
     def lifted(step: int, positions: Floats) -> None:
         if follow:
@@ -100,8 +93,9 @@ def flatten_from(
 
     seen = replace(laid, positions=laid.positions[few.index], seen=laid.seen[few.index])
     flat, steps = start(seen, few.network, lifted)
-    flat = few.carry(laid.positions, _settled(flat, few.network))
-    return _settled(flat, network, HOPELESS), steps
+    flat = finish(flat, few.network.faces, few.network.edges, few.network.lengths)
+    flat = few.carry(laid.positions, flat)
+    return finish(flat, network.faces, network.edges, network.lengths, HOPELESS), steps
 
 
 def _conformal(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:
@@ -110,45 +104,6 @@ def _conformal(laid: Laid, network: Network, follow: Follow | None) -> tuple[Flo
         return flatten_conformal(laid, network, follow)
     except BadInput:
         return laid.seen.copy(), 0
-
-
-def _settled(flat: Floats, network: Network, hopeless: float = 1.0) -> Floats:
-    """Flat positions (n, 2) mm of least strain near by, corners of the border unfolded.
-
-    As long as something lies on its face few of Newton's steps are taken: more would settle the page in its folds. A
-    page with a larger share of such faces than `hopeless` is left as it is.
-    """
-    edges, lengths = spread(network.edges, network.lengths)
-    flat, most = np.array(flat, order="C"), hopeless * len(network.faces)
-    if _put_in_order(flat, network.faces, edges, lengths, most) > most:
-        return flat
-    start = descend(flat, edges, lengths, HASTY)
-    left = flipped_faces(flat, network.faces)
-    for _ in range(UNFOLDINGS):
-        turned = flat.copy()
-        if not unfold(turned, network.faces):
-            break
-        _put_in_order(turned, network.faces, edges, lengths, most)
-        start = descend(turned, edges, lengths, HASTY)
-        if flipped_faces(turned, network.faces) >= left:  # what is still flipped does not lie at the border
-            break
-        flat, left = turned, flipped_faces(turned, network.faces)
-    descend(flat, edges, lengths, STEPS, start)
-    return flat
-
-
-def _put_in_order(flat: Floats, faces: Ints, edges: Ints, lengths: Floats, most: float) -> int:
-    """Relax flat (n, 2) mm in place, for long if faces lie on theirs, but not for more than `most`; how many did.
-
-    Relaxation puts neighbours in order and goes to sleep on long slow bends, which are left to Newton's steps.
-    """
-    size = sqrt(len(flat))
-    momentum = max(1.0 - SLOWING / size, LEAST_MOMENTUM)
-    relax_in_plane(flat, edges, lengths, FEW_SWEEPS, 0.0, momentum)
-    flipped = flipped_faces(flat, faces)
-    if 0 < flipped <= most:
-        relax_in_plane(flat, edges, lengths, round(PLANE_SWEEPS * size), 0.0, momentum)
-    return flipped
 
 
 def fall(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:

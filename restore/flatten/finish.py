@@ -1,0 +1,60 @@
+"""Bring a page that lies nearly right to rest: its neighbours in order, nothing on its face, the least strain."""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+
+from restore.flatten.kernels import relax_in_plane
+from restore.flatten.network import spread
+from restore.flatten.settle import STEPS, descend
+from restore.flatten.unfold import unfold
+from restore.scan import Floats, Ints
+from restore.strain import flipped_faces
+
+FEW_SWEEPS = 10  # of what lies nearly right; the rest is quicker by Newton's steps
+SWEEPS = 1.5  # of √n, where something is out of order: a pull crosses a sheet of n particles in about √n sweeps
+SLOWING = 3.2  # the momentum 1 − SLOWING / √n carries a strain as long as the sheet out of it without swinging
+LEAST_MOMENTUM = 0.5
+HASTY = 2  # of Newton's steps between two looks at what lies on its face
+UNFOLDINGS = 5  # each frees the corners that the last one still held
+
+
+def finish(flat: Floats, faces: Ints, edges: Ints, lengths: Floats, hopeless: float = 1.0) -> Floats:
+    """Flat positions (n, 2) mm near by of least strain; edges (e, 2) have lengths (e,) mm. Corners are unfolded.
+
+    As long as one of the faces (m, 3) lies on its face few of Newton's steps are taken: more would settle the page in
+    its folds. A page with a larger share of such faces than `hopeless` is left as it is.
+    """
+    edges, lengths = spread(edges, lengths)
+    flat, most = np.array(flat, order="C"), hopeless * len(faces)
+    if _put_in_order(flat, faces, edges, lengths, most) > most:
+        return flat
+    start = descend(flat, edges, lengths, HASTY)
+    left = flipped_faces(flat, faces)
+    for _ in range(UNFOLDINGS):
+        turned = flat.copy()
+        if not unfold(turned, faces):
+            break
+        _put_in_order(turned, faces, edges, lengths, most)
+        start = descend(turned, edges, lengths, HASTY)
+        if flipped_faces(turned, faces) >= left:  # what is still flipped does not lie at the border
+            break
+        flat, left = turned, flipped_faces(turned, faces)
+    descend(flat, edges, lengths, STEPS, start)
+    return flat
+
+
+def _put_in_order(flat: Floats, faces: Ints, edges: Ints, lengths: Floats, most: float) -> int:
+    """Relax flat (n, 2) mm in place, for long if faces lie on theirs, but not for more than `most`; how many did.
+
+    Relaxation puts neighbours in order and goes to sleep on long slow bends, which are left to Newton's steps.
+    """
+    size = sqrt(len(flat))
+    momentum = max(1.0 - SLOWING / size, LEAST_MOMENTUM)
+    relax_in_plane(flat, edges, lengths, FEW_SWEEPS, 0.0, momentum)
+    flipped = flipped_faces(flat, faces)
+    if 0 < flipped <= most:
+        relax_in_plane(flat, edges, lengths, round(SWEEPS * size), 0.0, momentum)
+    return flipped
