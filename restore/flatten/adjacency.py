@@ -48,6 +48,16 @@ def adjacency(rows: Ints, items: Ints, count: int) -> Adjacency:
 
 
 @numba.njit(cache=True)
+def neighbours_of(edges: Ints, count: int) -> Adjacency:
+    """The neighbours of each of `count` vertices over edges (e, 2)."""
+    here, there = np.empty(2 * len(edges), np.int64), np.empty(2 * len(edges), np.int64)
+    for k in range(len(edges)):
+        here[2 * k], there[2 * k] = edges[k, 0], edges[k, 1]
+        here[2 * k + 1], there[2 * k + 1] = edges[k, 1], edges[k, 0]
+    return adjacency(here, there, count)
+
+
+@numba.njit(cache=True)
 def order_of_pairs(first: Ints, second: Ints, count: int) -> Ints:
     """(k,) the order in which pairs of vertices, each less than `count`, ascend; equal ones stay as they are."""
     table = adjacency(first, np.arange(len(first)), count)

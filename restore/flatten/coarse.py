@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
-from restore.flatten.adjacency import Adjacency, adjacency
+from restore.flatten.adjacency import Adjacency, neighbours_of
 from restore.flatten.network import Network, make_network
 from restore.scan import Floats, Ints
 
@@ -37,7 +37,7 @@ def coarsen(vertices: Floats, network: Network, most: int) -> Coarse | None:
     """The sheet by no more than about `most` points; None where its cells make no mesh that covers it."""
     count = len(vertices)
     hops = max(round(np.sqrt(count / most)) - 1, LEAST_HOPS)
-    around = adjacency(network.edges.ravel(), network.edges[:, ::-1].ravel(), count)
+    around = neighbours_of(network.edges, count)
     index, owner = _cells(around, hops)
     faces = _between(owner, network.faces)
     if len(faces) == 0 or len(np.unique(faces)) < len(index):

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from restore.flatten.adjacency import Adjacency, adjacency
+from restore.flatten.adjacency import Adjacency, adjacency, neighbours_of
 from restore.scan import Floats, Ints
 from restore.strain import normals_of
 
@@ -48,13 +48,16 @@ class Rings(NamedTuple):
     planes: Floats
 
 
+@numba.njit(cache=True)
 def rings_of(vertices: Floats, faces: Ints, edges: Ints) -> Rings:
     """The rings of vertices (n, 3) with faces (m, 3) and edges (e, 2)."""
-    count = len(vertices)
-    neighbours = adjacency(edges.ravel(), edges[:, ::-1].ravel(), count)
-    around = adjacency(faces.ravel(), np.repeat(np.arange(len(faces)), 3), count)
-    planes = normals_of(vertices, faces)
-    return Rings(neighbours, around, planes / np.maximum(np.sqrt((planes**2).sum(axis=1)), TINY)[:, None])
+    count, planes = len(vertices), normals_of(vertices, faces)
+    for f in range(len(planes)):
+        length = max(sqrt(planes[f, 0] ** 2 + planes[f, 1] ** 2 + planes[f, 2] ** 2), TINY)
+        for k in range(3):
+            planes[f, k] /= length
+    around = adjacency(faces.ravel(), np.arange(3 * len(faces)) // 3, count)
+    return Rings(neighbours_of(edges, count), around, planes)
 
 
 def fit_jets(vertices: Floats, rings: Rings, chosen: Ints, noise: float) -> Jets:

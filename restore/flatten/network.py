@@ -127,12 +127,12 @@ def pieces(network: Network) -> Iterator[Piece]:
     """The connected parts, largest first. Vertices without a face belong to none."""
     count = network.faces.max() + 1
     label = components(network.edges, count)
+    if not label.any():
+        yield Piece(np.arange(count), network.faces, network)
+        return
     sizes = np.bincount(label[network.faces[:, 0]], minlength=label.max() + 1)
     for part in np.argsort(-sizes, kind="stable"):
         if sizes[part] == 0:
-            break
-        if sizes[part] == len(network.faces) and (label == part).all():
-            yield Piece(np.arange(count), network.faces, network)
             break
         yield part_of(network, label[network.faces[:, 0]] == part)
 
