@@ -37,7 +37,7 @@ def finish(flat: Floats, faces: Ints, edges: Ints, lengths: Floats, hopeless: fl
         turned = flat.copy()
         if not unfold(turned, faces):
             break
-        _put_in_order(turned, faces, edges, lengths, most)
+        _put_in_order(turned, faces, edges, lengths, 0.0)  # all but the mirrored corners is in order already
         start = descend(turned, edges, lengths, HASTY)
         if flipped_faces(turned, faces) >= left:  # what is still flipped does not lie at the border
             break
