@@ -3,7 +3,8 @@
 Newton's steps on the sum of squared strains (Gauss-Newton). The linear system of each is the page's own stiffness; it
 is never built: conjugate gradients (Hestenes & Stiefel 1952) need no more of it than what the sticks pull when the
 particles are pushed, which is one pass over the sticks. A factorisation of it costs ten times as much at a thousand
-points and a gigabyte at a hundred thousand.
+points and a gigabyte at a hundred thousand. Where a dozen passes do not do, groups of particles are moved together
+(`aggregates.py`), and another thirty or so do on a page of any size.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ ENOUGH = 0.5  # of that is as exact as a step need be
 BALANCED = 1e-8  # rms strain that a particle could still be relieved of: there is nothing to do
 HALVINGS = 8  # of a step, before the page is left as it is
 ALONE = 12  # passes over the sticks in a step; when they do not do, the page is seen as a whole
-TOGETHER = 1000  # more, at most: a page of any size needs about 40
+TOGETHER = 1000  # more, at most
 STIFFEN = 1e-6  # of a particle's stiffness: one whose sticks lie in one line has none across it
 TINY = 1e-300  # keeps zero over zero finite
 

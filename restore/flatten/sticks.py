@@ -4,8 +4,8 @@ A particle at every vertex falls under gravity to the table while a drag pulls t
 particles; between two steps point relaxation puts every stick back to its length, every hinge back to flat and every
 particle back over the table. Three things differ from the paper. The drag fades as the sheet sinks: a drag that never
 stops leaves the sheet stretched. A little velocity is lost in each step, since projections feed energy in. And as soon
-as the sheet has landed, relaxation goes on in the plane until the sticks stop changing: waiting for it to come to rest
-takes four times as long and changes nothing.
+as the sheet has landed it is finished in the plane (`finish.py`): waiting for it to come to rest takes four times as
+long and changes nothing.
 """
 
 from __future__ import annotations
