@@ -53,8 +53,8 @@ def _put_in_order(flat: Floats, faces: Ints, edges: Ints, lengths: Floats, most:
     """
     size = sqrt(len(flat))
     momentum = max(1.0 - SLOWING / size, LEAST_MOMENTUM)
-    relax_in_plane(flat, edges, lengths, FEW_SWEEPS, 0.0, momentum)
+    relax_in_plane(flat, edges, lengths, FEW_SWEEPS, momentum)
     flipped = flipped_faces(flat, faces)
     if 0 < flipped <= most:
-        relax_in_plane(flat, edges, lengths, round(SWEEPS * size), 0.0, momentum)
+        relax_in_plane(flat, edges, lengths, round(SWEEPS * size), momentum)
     return flipped

@@ -47,15 +47,15 @@ def _project(now: Floats, pairs: Ints, lengths: Floats) -> None:
 
 
 @numba.njit(cache=True)
-def relax_in_plane(flat: Floats, edges: Ints, lengths: Floats, sweeps: int, change: float, momentum: float) -> int:
-    """Relax sticks in the plane, flat (n, 2) in place, until no particle moves more than `change`; sweeps taken.
+def relax_in_plane(flat: Floats, edges: Ints, lengths: Floats, sweeps: int, momentum: float) -> None:
+    """Relax sticks in the plane, flat (n, 2) in place.
 
     Each sweep starts from where the last one was heading, by `momentum` of its way; when the strain grows it does not.
     """
     before = flat.copy()
     last = np.inf
     carried = 0.0
-    for sweep in range(sweeps):
+    for _ in range(sweeps):
         for i in range(len(flat)):
             for axis in range(2):
                 velocity = flat[i, axis] - before[i, axis]
@@ -74,10 +74,3 @@ def relax_in_plane(flat: Floats, edges: Ints, lengths: Floats, sweeps: int, chan
             flat[b, 1] -= share * y
         carried = momentum if error < last else 0.0
         last = error
-        moved = 0.0
-        for i in range(len(flat)):
-            for axis in range(2):
-                moved = max(moved, abs(flat[i, axis] - before[i, axis]))
-        if moved < change:
-            return sweep + 1
-    return sweeps
