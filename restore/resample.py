@@ -13,7 +13,7 @@ from restore.rays import Rays
 from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 from restore.strain import normals_of, signed_areas, surface_area
 
-MIN_VERTICES = 40_000  # a window of seven samples is then 4 % of the page; coarser meshes would lose their bends in it
+MIN_VERTICES = 30_000  # a window of seven samples is then 5 % of the page; coarser meshes would lose their bends in it
 MAX_GRID = 1000  # samples along the longer side
 DISTANCE = 5.0  # page sizes: far enough that walls do not hide behind each other, near enough for exact arithmetic
 STEEP = 0.05  # of the area: the steepest part of the page, which the grid is to sample as densely as its vertices do

@@ -38,6 +38,8 @@ PAGE_SIZE = 240.0  # the constants above belong to a page of about this size; ot
 FLAT_HEIGHT = 1e-6  # mm: a sheet that rises less is flat already, and gets no drag
 SWEEPS = 0.25  # in each step, of √n: a pull crosses a sheet of n in √n sweeps; with half as many corners fold
 HOPELESS = 0.006  # of the faces on theirs: so few particles did not see how the sheet is bent
+UNTANGLINGS = 5  # each undoes what the one before it came upon
+LESS = 0.9  # of the strain before is progress
 SOUND_STRAIN = 0.03  # rms; no paper stretches so far
 
 Follow = Callable[[int, Floats], None]
@@ -60,17 +62,36 @@ def flatten_sticks(laid: Laid, network: Network, follow: Follow | None = None) -
         if few is None:
             whole.append(start)
         flat, steps = flatten_from(start, few, laid, network, follow)
-        left, strain = flips, tangled = _faults(flat, network)
-        if flips > HOPELESS * len(network.faces) and cost < np.inf:
-            continue
-        if flips:
-            flat = untangle(flat, network.faces, network.edges, network.lengths)
+        left, strain = _faults(flat, network)
+        tangled = strain
+        if left:
+            flat, tangled = _untangled(flat, network, strain if left <= HOPELESS * len(network.faces) else 0.0)
             left, strain = _faults(flat, network)
         found.append((left, strain, len(found), flat, steps))
-        if left == 0 and strain < SOUND_STRAIN and (not flips or strain < cost * tangled):
+        if left == 0 and strain < SOUND_STRAIN and strain <= cost * tangled:
             break
     *_, flat, steps = min(found, key=lambda fault: fault[:3])
     return flat, steps
+
+
+def _untangled(flat: Floats, network: Network, before: float) -> tuple[Floats, float]:
+    """Flat positions (n, 2) mm with nothing on its face, if that can be, and the strain of the page that still has it.
+
+    Most tangles are gone for good when they have been undone; in others the sticks contradict each other, and undoing
+    them strains the page. It goes on while either strain becomes less; before is that of the page at rest.
+    """
+    mesh = network.faces, network.edges, network.lengths
+    flat, tangled = untangle(flat, *mesh), np.inf
+    for _ in range(UNTANGLINGS):
+        settled = finish(flat, *mesh)
+        left, tangled = _faults(settled, network)
+        if left == 0:
+            return settled, tangled
+        flat = untangle(settled, *mesh)
+        if _faults(flat, network)[1] > tangled > LESS * before:
+            break
+        before = tangled
+    return flat, tangled
 
 
 def _faults(flat: Floats, network: Network) -> tuple[int, float]:
@@ -132,7 +153,7 @@ def fall(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, i
 # contradict each other, over creases that the points missed, faces fall over and that costs little; undoing a fold
 # costs more.
 WAYS: tuple[tuple[Start, int, float], ...] = (
-    (fall, 600, 1.35),
+    (fall, 600, 1.45),
     (fall, 6_000, 1.5),
     (_conformal, 6_000, np.inf),
 )

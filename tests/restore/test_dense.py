@@ -64,7 +64,7 @@ def test_a_clean_mesh_comes_out_true_at_all_its_vertices(curl):
 
 
 def test_noise_along_the_line_of_sight_neither_inflates_nor_bends_the_page(seen, page):
-    assert chords(seen.mesh) > 1.005 * seen.lengths.sum()  # the noise would be seen
+    assert chords(seen.mesh) > 1.003 * seen.lengths.sum()  # the noise would be seen
     assert rms_mm(page.flat, seen.flat) < NOISY_MM
     assert flipped_faces(page.flat, page.faces) == 0
     assert page.lengths.sum() < 1.001 * seen.lengths.sum()
