@@ -15,6 +15,7 @@ from restore.strain import flipped_faces
 
 FEW_SWEEPS = 10  # of what lies nearly right; the rest is quicker by Newton's steps
 SWEEPS = 1.5  # of √n, where something is out of order: a pull crosses a sheet of n particles in about √n sweeps
+LOOKS = 3  # on the way, whether all is in order
 SLOWING = 3.2  # the momentum 1 − SLOWING / √n carries a strain as long as the sheet out of it without swinging
 LEAST_MOMENTUM = 0.5
 HASTY = 2  # of Newton's steps between two looks at what lies on its face
@@ -54,7 +55,10 @@ def _put_in_order(flat: Floats, faces: Ints, edges: Ints, lengths: Floats, most:
     size = sqrt(len(flat))
     momentum = max(1.0 - SLOWING / size, LEAST_MOMENTUM)
     relax_in_plane(flat, edges, lengths, FEW_SWEEPS, momentum)
-    flipped = flipped_faces(flat, faces)
-    if 0 < flipped <= most:
-        relax_in_plane(flat, edges, lengths, round(SWEEPS * size), momentum)
+    flipped = left = flipped_faces(flat, faces)
+    for _ in range(LOOKS):
+        if not 0 < left <= most:
+            break
+        relax_in_plane(flat, edges, lengths, round(SWEEPS / LOOKS * size), momentum)
+        left = flipped_faces(flat, faces)
     return flipped
