@@ -58,6 +58,12 @@ def neighbours_of(edges: Ints, count: int) -> Adjacency:
 
 
 @numba.njit(cache=True)
+def faces_around(faces: Ints, count: int) -> Adjacency:
+    """The faces (m, 3) at each of `count` vertices."""
+    return adjacency(faces.ravel(), np.arange(3 * len(faces)) // 3, count)
+
+
+@numba.njit(cache=True)
 def order_of_pairs(first: Ints, second: Ints, count: int) -> Ints:
     """(k,) the order in which pairs of vertices, each less than `count`, ascend; equal ones stay as they are."""
     table = adjacency(first, np.arange(len(first)), count)

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from restore.flatten.adjacency import Adjacency, adjacency, neighbours_of
+from restore.flatten.adjacency import Adjacency, faces_around, neighbours_of
 from restore.scan import Floats, Ints
 from restore.strain import normals_of
 
@@ -56,8 +56,7 @@ def rings_of(vertices: Floats, faces: Ints, edges: Ints) -> Rings:
         length = max(sqrt(planes[f, 0] ** 2 + planes[f, 1] ** 2 + planes[f, 2] ** 2), TINY)
         for k in range(3):
             planes[f, k] /= length
-    around = adjacency(faces.ravel(), np.arange(3 * len(faces)) // 3, count)
-    return Rings(neighbours_of(edges, count), around, planes)
+    return Rings(neighbours_of(edges, count), faces_around(faces, count), planes)
 
 
 def fit_jets(vertices: Floats, rings: Rings, chosen: Ints, noise: float) -> Jets:

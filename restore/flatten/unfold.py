@@ -9,7 +9,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from restore.flatten.adjacency import Adjacency, adjacency
+from restore.flatten.adjacency import Adjacency, adjacency, faces_around
 from restore.flatten.kernels import SMALL
 from restore.scan import Floats, Ints, Mask
 from restore.strain import flipped_faces, signed_areas
@@ -50,7 +50,7 @@ def untangle(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
     """
     before, flat, count = flat, flat.copy(), len(flat)
     ways = adjacency(edges.ravel(), np.repeat(np.arange(len(edges)), 2), count)
-    around = adjacency(faces.ravel(), np.repeat(np.arange(len(faces)), 3), count)
+    around = faces_around(faces, count)
     inner = np.diff(ways.start) == np.diff(around.start)  # at the border is an edge more; it would be drawn in
     moved = amid_neighbours(flat, faces, edges, ways, inner)
     near = moved.copy()
