@@ -9,7 +9,7 @@ import numpy as np
 
 from restore.clean import select
 from restore.decimate import patch_and_smooth
-from restore.flatten import METHODS, OnStep, check, flatten_points
+from restore.flatten import METHODS, OnStep, checked, flatten_points
 from restore.flatten.finish import finish
 from restore.flatten.jets import rings_of
 from restore.flatten.lay import lay, upright
@@ -45,7 +45,7 @@ def flatten(
     """
     if lengths is not None or method not in METHODS or len(mesh.vertices) < MIN_VERTICES:
         return flatten_points(mesh, method, lengths=lengths, on_step=on_step)
-    check(mesh)
+    mesh = checked(mesh)
     mesh = replace(mesh, faces=orient(mesh.faces, mesh.texcoords))
     network = make_network(mesh.vertices, mesh.faces)
     parts = list(pieces(network))

@@ -10,7 +10,7 @@ import numpy as np
 from restore.clean import weld
 from restore.errors import BadInput
 from restore.facets import PRECISION, fit_facets
-from restore.flatten import check
+from restore.flatten import checked
 from restore.rays import Rays, find_rays
 from restore.resample import resample
 from restore.scan import Floats, Mask, RangeScan, SurfaceMesh
@@ -36,8 +36,7 @@ def prepare(scan: RangeScan | SurfaceMesh) -> Sheet | SurfaceMesh:
         if rays is not None:
             return smooth(scan, rays, *find_sheet(scan, rays))
         scan = triangulate(scan)
-    check(scan)
-    scan = weld(scan)
+    scan = weld(checked(scan))
     view = resample(scan)
     return scan if view is None else _resampled(*view)
 

@@ -20,7 +20,7 @@ from restore.flatten.settle import settle
 from restore.flatten.springs import flatten_springs
 from restore.flatten.sticks import flatten_sticks
 from restore.scan import FlatMesh, Floats, Ints, SurfaceMesh
-from restore.strain import edge_strain, straight_lengths, surface_area
+from restore.strain import rms_strain, straight_lengths, surface_area
 
 OnStep = Callable[[int, Floats, Ints], None]
 """Called after each time step with its number, the positions (n, 3) mm and the faces (m, 3)."""
@@ -51,7 +51,7 @@ def flatten_points(
     """
     if method not in METHODS:
         raise BadInput(f"there is no flattening method {method!r}", f"use one of: {', '.join(METHODS)}")
-    check(mesh)
+    mesh = checked(mesh)
     sides = sides_of(mesh.faces)
     faces = orient(mesh.faces, mesh.texcoords, sides)
     if faces is not mesh.faces:
@@ -71,8 +71,7 @@ def flatten_points(
 
 
 def _rms_strain(page: FlatMesh, edges: Ints) -> float:
-    strain = edge_strain(page.flat, edges, page.lengths)
-    return float(np.sqrt(np.mean(np.clip(strain, -OUTLYING, OUTLYING) ** 2)))
+    return rms_strain(page.flat, edges, page.lengths, OUTLYING)
 
 
 def _settle(mesh: SurfaceMesh, sides: Sides, method: str, lengths: Floats, on_step: OnStep | None) -> FlatMesh:
@@ -81,22 +80,25 @@ def _settle(mesh: SurfaceMesh, sides: Sides, method: str, lengths: Floats, on_st
     if len(network.hinges) == len(network.edges):
         raise NotEnoughSurface("the surface is closed all round: a page has a border", "cut the page out of the mesh")
     flat, laid_out, steps = np.zeros((len(mesh.vertices), 2)), list[tuple[Ints, Ints]](), 0
-    seen = lay(mesh.vertices, mesh.faces).seen  # from one side for all pieces
+    whole = lay(mesh.vertices, mesh.faces)
     for piece in pieces(network):
 
-        def solve(laid: Laid, part: Piece, whole: Ints = piece.vertices) -> tuple[Floats, int]:
-            follow = _follower(on_step, mesh, whole[part.vertices]) if on_step else None
+        def solve(laid: Laid, part: Piece, among: Ints = piece.vertices) -> tuple[Floats, int]:
+            follow = _follower(on_step, mesh, among[part.vertices]) if on_step else None
             return METHODS[method](laid, part.network, follow)
 
-        flat[piece.vertices], taken = flatten_parts(mesh.vertices[piece.vertices], piece, seen[piece.vertices], solve)
+        flat[piece.vertices], taken = flatten_parts(mesh.vertices, piece, whole, solve)
         laid_out.append((piece.vertices, piece.faces))
         steps = max(steps, taken)
     lay_out(flat, laid_out)
     return FlatMesh.of(mesh, flat, network.lengths, steps)
 
 
-def check(mesh: SurfaceMesh) -> None:
-    """Raise unless the mesh has faces with an area, finite vertices, indices in range and whole texture coordinates."""
+def checked(mesh: SurfaceMesh) -> SurfaceMesh:
+    """The mesh without faces that name a vertex twice, which have no edge of their own and no area.
+
+    Raises unless it has faces with an area, finite vertices, indices in range and whole texture coordinates.
+    """
     if len(mesh.faces) == 0:
         raise NotEnoughSurface("the mesh has no faces", "scan the page again or give a mesh with triangles")
     if not np.isfinite(mesh.vertices).all():
@@ -107,6 +109,9 @@ def check(mesh: SurfaceMesh) -> None:
         raise BadInput("the mesh has no texture coordinate for some vertices", "the file is damaged: export it again")
     if surface_area(mesh.vertices, mesh.faces) == 0.0:
         raise NotEnoughSurface("the faces of the mesh have no area", "scan the page again or give a mesh of a surface")
+    a, b, c = mesh.faces.T
+    proper = (a != b) & (b != c) & (c != a)
+    return mesh if proper.all() else replace(mesh, faces=mesh.faces[proper])
 
 
 def _follower(on_step: OnStep, mesh: SurfaceMesh, vertices: Ints) -> Callable[[int, Floats], None]:

@@ -61,8 +61,8 @@ def _weigh(vertices: Floats, faces: Ints) -> tuple[Floats, Floats]:
 
 def _least_extent(offsets: Floats, weights: Floats, mean: Floats) -> Floats:
     """(3,) the principal axis along which offsets (n, 3) spread least, to the side of the mean normal (3,)."""
-    _, _, principal = np.linalg.svd(offsets * np.sqrt(weights)[:, None], full_matrices=False)
-    return np.asarray(principal[2] * (np.sign(principal[2] @ mean) or 1.0))
+    _, principal = np.linalg.eigh(offsets.T @ (offsets * weights[:, None]))
+    return np.asarray(principal[:, 0] * (np.sign(principal[:, 0] @ mean) or 1.0))
 
 
 @numba.njit(cache=True)

@@ -236,8 +236,11 @@ def test_an_unknown_method_is_bad_input_and_the_hint_names_those_there_are():
         [[0, 1, 2], [1, 3, 2], [1, 1, 2]],
         [[0, 1, 2], [1, 3, 2], [1, 3, 2]],
         [[0, 1, 2], [1, 3, 2], [2, 1, 4]],
+        [[0, 1, 2], [1, 3, 2], [1, 4, 4]],
+        [[0, 1, 2], [1, 3, 2], [4, 4, 4]],
+        [[0, 1, 2], [1, 3, 2], [2, 2, 2]],
     ],
-    ids=["without area", "twice the same", "three on an edge"],
+    ids=["without area", "twice the same", "three on an edge", "a line", "a point", "a point of the sheet"],
 )
 def test_flaws_of_a_mesh_do_no_harm_to_the_rest(faces):
     vertices = np.vstack([SQUARE, [[5, 5, -890]]])
