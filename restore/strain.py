@@ -31,6 +31,16 @@ def edge_strain(flat: Floats, edges: Ints, lengths: Floats) -> Floats:
     return np.asarray(straight_lengths(flat, edges) / lengths - 1.0)
 
 
+@numba.njit(cache=True)
+def rms_strain(flat: Floats, edges: Ints, lengths: Floats, most: float = np.inf) -> float:
+    """Root mean square of the strains of edges (e, 2), none of them counted as more than `most`."""
+    total = 0.0
+    for k in range(len(edges)):
+        x, y = flat[edges[k, 1], 0] - flat[edges[k, 0], 0], flat[edges[k, 1], 1] - flat[edges[k, 0], 1]
+        total += min(abs(sqrt(x * x + y * y) / lengths[k] - 1.0), most) ** 2
+    return sqrt(total / len(edges))
+
+
 def face_strain(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
     """(m, 2) stretch and shear of every face from its shape on the surface to its flat one.
 

@@ -40,7 +40,7 @@ def coarsen(vertices: Floats, network: Network, most: int) -> Coarse | None:
     around = neighbours_of(network.edges, count)
     index, owner = _cells(around, hops)
     faces = _between(owner, network.faces)
-    if len(faces) == 0 or len(np.unique(faces)) < len(index):
+    if not np.bincount(faces.ravel(), minlength=len(index)).all():
         return None
     return Coarse(index, owner, make_network(vertices[index], faces))
 

@@ -25,14 +25,19 @@ FLATTEST = 1e-6  # of its mean square: neighbours in one plane have no extent ac
 Solve = Callable[[Laid, Piece], tuple[Floats, int]]
 
 
-def flatten_parts(vertices: Floats, piece: Piece, seen: Floats, solve: Solve) -> tuple[Floats, int]:
-    """Flat positions (k, 2) mm of a connected piece, vertices (k, 3) mm, and the most time steps that a part took.
+def flatten_parts(vertices: Floats, piece: Piece, whole: Laid, solve: Solve) -> tuple[Floats, int]:
+    """Flat positions (k, 2) mm of a connected piece of a mesh, and the most time steps that a part of it took.
 
-    seen (k, 2) mm is where the scanner saw its vertices: the largest part comes to lie there.
+    whole is the mesh, vertices (n, 3) mm, laid on the table: all pieces are seen from one side, and the largest part of
+    each comes to lie where the scanner saw it.
     """
+    vertices, seen = vertices.take(piece.vertices, axis=0), whole.seen.take(piece.vertices, axis=0)
     flat, placed, steps, tied = np.zeros(seen.shape), np.zeros(len(seen), bool), 0, False
     for part in parts(piece.network):
-        laid = replace(lay(vertices[part.vertices], part.faces), seen=seen[part.vertices])
+        if len(part.vertices) == len(whole.seen):
+            laid = whole
+        else:
+            laid = replace(lay(vertices[part.vertices], part.faces), seen=seen[part.vertices])
         own, taken = solve(laid, part)
         if placed.any():
             laid = _carried_on(laid, vertices, part, piece.network.edges, flat, placed)

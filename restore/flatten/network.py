@@ -66,9 +66,9 @@ def make_network(vertices: Floats, faces: Ints, lengths: Floats | None = None, s
     if lengths is None:
         lengths = straight_lengths(vertices, sides.edges)
     count = len(sides.edges)
-    if lengths.shape != (count,) or not (lengths >= 0).all() or not 0 < lengths.sum() < np.inf:
+    if lengths.shape != (count,) or not lengths.min(initial=0.0) >= 0.0 or not 0.0 < (total := lengths.sum()) < np.inf:
         raise BadInput(f"{count} edges need {count} finite lengths", "give them in the order of `edges_of`")
-    lengths = np.maximum(lengths, TINY * lengths.mean())
+    lengths = np.maximum(lengths, TINY * total / count)
     return Network(faces, sides, lengths, *_hinges(faces, sides, lengths))
 
 
@@ -111,7 +111,7 @@ def spread(pairs: Ints, lengths: Floats) -> tuple[Ints, Floats]:
     whole = len(pairs) // BLOCK * BLOCK
     blocks = np.arange(0, whole, BLOCK)[:, None] + _strides(BLOCK)
     order = np.concatenate([blocks.ravel(), whole + _strides(len(pairs) - whole)])
-    return pairs[order], lengths[order]
+    return pairs.take(order, axis=0), lengths.take(order)
 
 
 @lru_cache(maxsize=16)

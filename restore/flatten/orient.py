@@ -19,7 +19,7 @@ def orient(faces: Ints, texcoords: Floats | None = None, sides: Sides | None = N
     """
     count, sides = len(faces), sides or sides_of(faces)
     votes = np.ones(count) if texcoords is None else -signed_areas(texcoords, faces)  # its pixels run downwards
-    if (votes >= 0).all() and _agree(faces, sides):
+    if votes.min() >= 0.0 and _agree(faces, sides):
         return faces
     # As it is and turned round, every face is there twice; those that agree over an edge are of one sheet.
     first, second, agree = _neighbours(faces, sides)

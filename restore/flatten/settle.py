@@ -22,9 +22,8 @@ from restore.scan import Floats, Ints
 STEPS = 8  # Newton's, at most: a page that lies nearly right needs two
 LEFT = 0.1  # of the imbalance may be left by a step, and less where the steps before it did what they promised:
 FORCING = 0.9  # of the square of what the last one left (Eisenstat & Walker 1996, their second choice)
-SETTLED = 1e-3  # of the imbalance at the start: what is left moves no node by a hundredth of a millimetre
+BALANCED = 1e-5  # rms strain that a particle could still be relieved of alone: what is left moves it by a few microns
 ENOUGH = 0.5  # of that is as exact as a step need be
-BALANCED = 1e-8  # rms strain that a particle could still be relieved of: there is nothing to do
 HALVINGS = 8  # of a step, before the page is left as it is
 ALONE = 12  # passes over the sticks in a step; when they do not do, the page is seen as a whole
 TOGETHER = 1000  # more, at most
@@ -40,22 +39,20 @@ def settle(flat: Floats, edges: Ints, lengths: Floats, steps: int = STEPS) -> Fl
 
 
 @numba.njit(cache=True)
-def descend(flat: Floats, edges: Ints, lengths: Floats, steps: int = STEPS, start: float = 0.0) -> float:
-    """As `settle`, flat (n, 2) mm in place, the edges gone over in the order given; the imbalance at the start.
+def descend(flat: Floats, edges: Ints, lengths: Floats, steps: int = STEPS) -> None:
+    """As `settle`, flat (n, 2) mm in place, the edges gone over in the order given.
 
-    That is the rms strain that a particle could be relieved of alone. When it was begun before, it goes on from there
-    to what may be left of that start. A step that would strain the page more is halved.
+    A step that would strain the page more is halved.
     """
     last, way = 0.0, np.empty_like(flat)
     edges = edges.astype(np.uint32)
     gradients, force, inverse, strain = _linearised(flat, edges, lengths)
     for _ in range(steps):
         now = sqrt(_precondition(force, inverse, way) / len(flat))
-        start = start if start > 0.0 else now
-        if now <= max(SETTLED * start, BALANCED):
+        if now <= BALANCED:
             break
         left = min(LEFT, FORCING * (now / last) ** 2) if last > 0.0 else LEFT
-        left = max(left, ENOUGH * SETTLED * start / now)
+        left = max(left, ENOUGH * BALANCED / now)
         step = _balance(flat, edges, gradients, force, inverse, left)
         last, before = now, strain
         for _ in range(HALVINGS):
@@ -67,7 +64,6 @@ def descend(flat: Floats, edges: Ints, lengths: Floats, steps: int = STEPS, star
             step *= 0.5
         if strain > before:
             break
-    return start
 
 
 @numba.njit(cache=True)

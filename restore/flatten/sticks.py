@@ -25,7 +25,7 @@ from restore.flatten.lay import Laid
 from restore.flatten.network import Network, spread
 from restore.flatten.unfold import untangle
 from restore.scan import Floats
-from restore.strain import edge_strain, flipped_faces, surface_area
+from restore.strain import flipped_faces, rms_strain, surface_area
 
 GRAVITY = 9.81  # §3.3.3
 DRAG = 0.2  # eq. 4; the paper's 0.05 leaves rolls of more than 90° folded, with fading four times as much is safe
@@ -55,8 +55,9 @@ def flatten_sticks(laid: Laid, network: Network, follow: Follow | None = None) -
     """
     found: list[tuple[int, float, int, Floats, int]] = []
     whole: list[Start] = []
+    rises = float(laid.positions[:, 2].max()) > FLAT_HEIGHT
     for start, most, cost in WAYS:
-        few = coarsen(laid.positions, network, most) if len(laid.positions) > most else None
+        few = coarsen(laid.positions, network, most) if rises and len(laid.positions) > most else None
         if few is None and start in whole:
             continue
         if few is None:
@@ -96,8 +97,7 @@ def _untangled(flat: Floats, network: Network, before: float) -> tuple[Floats, f
 
 def _faults(flat: Floats, network: Network) -> tuple[int, float]:
     """How many faces lie on their face, and the rms strain of the sticks."""
-    strain = edge_strain(flat, network.edges, network.lengths)
-    return flipped_faces(flat, network.faces), float(np.sqrt(np.mean(strain**2)))
+    return flipped_faces(flat, network.faces), rms_strain(flat, network.edges, network.lengths)
 
 
 def flatten_from(
@@ -109,11 +109,10 @@ def flatten_from(
         return finish(flat, network.faces, network.edges, network.lengths), steps
 
     def lifted(step: int, positions: Floats) -> None:
-        if follow:
-            follow(step, few.carry(laid.positions, positions))
+        follow(step, few.carry(laid.positions, positions))
 
     seen = replace(laid, positions=laid.positions[few.index], seen=laid.seen[few.index])
-    flat, steps = start(seen, few.network, lifted)
+    flat, steps = start(seen, few.network, lifted if follow else None)
     flat = finish(flat, few.network.faces, few.network.edges, few.network.lengths)
     flat = few.carry(laid.positions, flat)
     return finish(flat, network.faces, network.edges, network.lengths, HOPELESS), steps
