@@ -36,7 +36,7 @@ def finish(flat: Floats, faces: Ints, edges: Ints, lengths: Floats, hopeless: fl
     left = flipped_faces(flat, faces)
     for _ in range(UNFOLDINGS if left else 0):
         turned = flat.copy()
-        if not unfold(turned, faces):
+        if not unfold(turned, faces, edges):
             break
         _put_in_order(turned, faces, edges, lengths, 0.0)  # all but the mirrored corners is in order already
         descend(turned, edges, lengths, HASTY)

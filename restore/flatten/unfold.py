@@ -21,26 +21,28 @@ HALVINGS = 6  # of a move, before it is given up
 SLIMMEST = 0.02  # of the middle face's area: no face gets slimmer, or rounding could turn it over
 
 
-def unfold(flat: Floats, faces: Ints) -> int:
-    """Mirror the loosest corner of every flipped face over its other two, in place; how many there were.
+def unfold(flat: Floats, faces: Ints, edges: Ints) -> int:
+    """Mirror the loosest corner of every flipped face at the border over its other two, in place; how many there were.
 
-    flat (n, 2) mm, faces (m, 3) counter-clockwise on the page; the loosest corner is the one that fewest faces share.
+    flat (n, 2) mm, faces (m, 3) counter-clockwise on the page, edges (e, 2); the loosest corner is the one that fewest
+    faces share.
     """
     flipped = np.flatnonzero(signed_areas(flat, faces) < 0.0)  # a face without area has no side to fall on
     if len(flipped) == 0:
         return 0
     shared = np.bincount(faces.ravel(), minlength=len(flat))
+    border = np.bincount(edges.ravel(), minlength=len(flat)) != shared
     turned = set()
     for face in faces[flipped]:
         apex = face[np.argmin(shared[face])]
-        if apex in turned:  # two faces of one corner: mirrored twice it would be where it was
+        if apex in turned or not border[apex]:  # two faces of one corner: mirrored twice it would be where it was
             continue
         turned.add(apex)
         start, end = flat[face[face != apex]]
         along = (end - start) / max(float(np.linalg.norm(end - start)), np.finfo(float).tiny)
         offset = flat[apex] - start
         flat[apex] = start + 2.0 * (offset @ along) * along - offset
-    return len(flipped)
+    return len(turned)
 
 
 def untangle(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
