@@ -19,6 +19,7 @@ LOOKS = 3  # on the way, whether all is in order
 SLOWING = 3.2  # the momentum 1 − SLOWING / √n carries a strain as long as the sheet out of it without swinging
 LEAST_MOMENTUM = 0.5
 HASTY = 2  # of Newton's steps between two looks at what lies on its face
+LESS = 0.8  # of the squared strains is worth another step of a page with something on its face
 UNFOLDINGS = 5  # each frees the corners that the last one still held
 
 
@@ -43,8 +44,7 @@ def finish(flat: Floats, faces: Ints, edges: Ints, lengths: Floats, hopeless: fl
         if flipped_faces(turned, faces) >= left:  # what is still flipped does not lie at the border
             break
         flat, left = turned, flipped_faces(turned, faces)
-    if left == 0:
-        descend(flat, edges, lengths, STEPS)
+    descend(flat, edges, lengths, STEPS, LESS if left else 1.0)
     return flat
 
 

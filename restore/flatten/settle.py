@@ -39,10 +39,10 @@ def settle(flat: Floats, edges: Ints, lengths: Floats, steps: int = STEPS) -> Fl
 
 
 @numba.njit(cache=True)
-def descend(flat: Floats, edges: Ints, lengths: Floats, steps: int = STEPS) -> None:
+def descend(flat: Floats, edges: Ints, lengths: Floats, steps: int = STEPS, less: float = 1.0) -> None:
     """As `settle`, flat (n, 2) mm in place, the edges gone over in the order given.
 
-    A step that would strain the page more is halved.
+    A step that would strain the page more is halved. None follows one that left more than `less` of the squared strains.
     """
     last, way = 0.0, np.empty_like(flat)
     edges = edges.astype(np.uint32)
@@ -62,7 +62,7 @@ def descend(flat: Floats, edges: Ints, lengths: Floats, steps: int = STEPS) -> N
                 break
             flat -= step
             step *= 0.5
-        if strain > before:
+        if strain > less * before:
             break
 
 

@@ -66,7 +66,7 @@ def flatten_sticks(laid: Laid, network: Network, follow: Follow | None = None) -
         left, strain = _faults(flat, network)
         tangled = strain
         if left:
-            flat, tangled = _untangled(flat, network, strain if left <= HOPELESS * len(network.faces) else 0.0)
+            flat, tangled = _untangled(flat, network, strain if left <= HOPELESS * len(network.faces) else np.inf)
             left, strain = _faults(flat, network)
         found.append((left, strain, len(found), flat, steps))
         if left == 0 and strain < SOUND_STRAIN and strain <= cost * tangled:

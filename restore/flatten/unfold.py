@@ -16,7 +16,7 @@ from restore.strain import flipped_faces, signed_areas
 
 AVERAGINGS = 10  # between two looks at what is still flipped
 LOOKS = 12  # each may take in more of what is round a tangle
-EASINGS = 60  # sweeps; a tangle and its neighbours are a few vertices wide
+EASINGS = 25  # sweeps; a tangle and its neighbours are a few vertices wide
 HALVINGS = 6  # of a move, before it is given up
 SLIMMEST = 0.02  # of the middle face's area: no face gets slimmer, or rounding could turn it over
 
