@@ -32,7 +32,7 @@ def edge_strain(flat: Floats, edges: Ints, lengths: Floats) -> Floats:
 
 
 @numba.njit(cache=True)
-def rms_strain(flat: Floats, edges: Ints, lengths: Floats, most: float = np.inf) -> float:
+def rms_strain(flat: Floats, edges: Ints, lengths: Floats, most: float) -> float:
     """Root mean square of the strains of edges (e, 2), none of them counted as more than `most`."""
     total = 0.0
     for k in range(len(edges)):

@@ -33,14 +33,14 @@ def finish(flat: Floats, faces: Ints, edges: Ints, lengths: Floats, hopeless: fl
     flat, most = np.array(flat, order="C"), hopeless * len(faces)
     if _put_in_order(flat, faces, edges, lengths, most) > most:
         return flat
-    descend(flat, edges, lengths, HASTY)
+    descend(flat, edges, lengths, HASTY, 1.0)
     left = flipped_faces(flat, faces)
     for _ in range(UNFOLDINGS if left else 0):
         turned = flat.copy()
         if not unfold(turned, faces, edges):
             break
         _put_in_order(turned, faces, edges, lengths, 0.0)  # all but the mirrored corners is in order already
-        descend(turned, edges, lengths, HASTY)
+        descend(turned, edges, lengths, HASTY, 1.0)
         if flipped_faces(turned, faces) >= left:  # what is still flipped does not lie at the border
             break
         flat, left = turned, flipped_faces(turned, faces)

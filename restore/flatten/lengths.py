@@ -36,7 +36,7 @@ def surface_lengths(vertices: Floats, faces: Ints, edges: Ints) -> Floats:
 
 def noise_of(vertices: Floats, rings: Rings) -> float:
     """Standard deviation of the vertices off the surface, mm, from patches that are not tied to their vertex."""
-    size = float(np.ptp(vertices, axis=0).max())
+    size = max(float(axis.max() - axis.min()) for axis in vertices.T)
     chosen = np.arange(0, len(vertices), max(len(vertices) // PROBES, 1))
     offsets = np.sort(np.abs(fit_jets(vertices, rings, chosen, size).offsets[chosen]))
     return max(1.4826 * float(offsets[len(offsets) // 2]) / SHRUNK, LEAST_NOISE * size)

@@ -34,12 +34,12 @@ TINY = 1e-300  # keeps zero over zero finite
 def settle(flat: Floats, edges: Ints, lengths: Floats, steps: int = STEPS) -> Floats:
     """Flat positions (n, 2) mm of least strain: Gauss-Newton on Σ (length / rest length − 1)² over edges (e, 2)."""
     flat = flat.copy()
-    descend(flat, *spread(edges, lengths), steps)
+    descend(flat, *spread(edges, lengths), steps, 1.0)
     return flat
 
 
 @numba.njit(cache=True)
-def descend(flat: Floats, edges: Ints, lengths: Floats, steps: int = STEPS, less: float = 1.0) -> None:
+def descend(flat: Floats, edges: Ints, lengths: Floats, steps: int, less: float) -> None:
     """As `settle`, flat (n, 2) mm in place, the edges gone over in the order given.
 
     A step that would strain the page more is halved. None follows one that left more than `less` of the squared strains.

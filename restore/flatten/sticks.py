@@ -97,7 +97,7 @@ def _untangled(flat: Floats, network: Network, before: float) -> tuple[Floats, f
 
 def _faults(flat: Floats, network: Network) -> tuple[int, float]:
     """How many faces lie on their face, and the rms strain of the sticks."""
-    return flipped_faces(flat, network.faces), rms_strain(flat, network.edges, network.lengths)
+    return flipped_faces(flat, network.faces), rms_strain(flat, network.edges, network.lengths, np.inf)
 
 
 def flatten_from(
