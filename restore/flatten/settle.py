@@ -42,7 +42,8 @@ def settle(flat: Floats, edges: Ints, lengths: Floats, steps: int = STEPS) -> Fl
 def descend(flat: Floats, edges: Ints, lengths: Floats, steps: int, less: float) -> None:
     """As `settle`, flat (n, 2) mm in place, the edges gone over in the order given.
 
-    A step that would strain the page more is halved. None follows one that left more than `less` of the squared strains.
+    A step that would strain the page more is halved. None follows one that left more than `less`
+    of the squared strains.
     """
     last, way = 0.0, np.empty_like(flat)
     edges = edges.astype(np.uint32)
