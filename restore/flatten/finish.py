@@ -13,9 +13,7 @@ from restore.flatten.unfold import unfold
 from restore.scan import Floats, Ints
 from restore.strain import flipped_faces
 
-FEW_SWEEPS = 10  # of what lies nearly right; the rest is quicker by Newton's steps
-SWEEPS = 1.5  # of √n, where something is out of order: a pull crosses a sheet of n particles in about √n sweeps
-LOOKS = 3  # on the way, whether all is in order
+SWEEPS = 10  # put neighbours in order; long slow bends are left to Newton's steps
 SLOWING = 3.2  # the momentum 1 − SLOWING / √n carries a strain as long as the sheet out of it without swinging
 LEAST_MOMENTUM = 0.5
 HASTY = 2  # of Newton's steps between two looks at what lies on its face
@@ -30,8 +28,9 @@ def finish(flat: Floats, faces: Ints, edges: Ints, lengths: Floats, hopeless: fl
     its folds. A page with a larger share of such faces than `hopeless` is left as it is.
     """
     edges, lengths = spread(edges, lengths)
-    flat, most = np.array(flat, order="C"), hopeless * len(faces)
-    if _put_in_order(flat, faces, edges, lengths, most) > most:
+    flat, momentum = np.array(flat, order="C"), max(1.0 - SLOWING / sqrt(len(flat)), LEAST_MOMENTUM)
+    relax_in_plane(flat, edges, lengths, SWEEPS, momentum)
+    if flipped_faces(flat, faces) > hopeless * len(faces):
         return flat
     descend(flat, edges, lengths, HASTY, 1.0)
     left = flipped_faces(flat, faces)
@@ -39,27 +38,10 @@ def finish(flat: Floats, faces: Ints, edges: Ints, lengths: Floats, hopeless: fl
         turned = flat.copy()
         if not unfold(turned, faces, edges):
             break
-        _put_in_order(turned, faces, edges, lengths, 0.0)  # all but the mirrored corners is in order already
+        relax_in_plane(turned, edges, lengths, SWEEPS, momentum)
         descend(turned, edges, lengths, HASTY, 1.0)
         if flipped_faces(turned, faces) >= left:  # what is still flipped does not lie at the border
             break
         flat, left = turned, flipped_faces(turned, faces)
     descend(flat, edges, lengths, STEPS, LESS if left else 1.0)
     return flat
-
-
-def _put_in_order(flat: Floats, faces: Ints, edges: Ints, lengths: Floats, most: float) -> int:
-    """Relax flat (n, 2) mm in place, for long if faces lie on theirs, but not for more than `most`; how many did.
-
-    Relaxation puts neighbours in order and goes to sleep on long slow bends, which are left to Newton's steps.
-    """
-    size = sqrt(len(flat))
-    momentum = max(1.0 - SLOWING / size, LEAST_MOMENTUM)
-    relax_in_plane(flat, edges, lengths, FEW_SWEEPS, momentum)
-    flipped = left = flipped_faces(flat, faces)
-    for _ in range(LOOKS):
-        if not 0 < left <= most:
-            break
-        relax_in_plane(flat, edges, lengths, round(SWEEPS / LOOKS * size), momentum)
-        left = flipped_faces(flat, faces)
-    return flipped
