@@ -6,17 +6,22 @@ that noise has moved. The patches round both ends tell the length of the way bet
 
 from __future__ import annotations
 
-from math import asin, atan2, cos, sin, sqrt
+from math import asin, atan2, cos, radians, sin, sqrt
 
 import numba
 import numpy as np
 
 from restore.flatten.jets import Rings, fit_jets, rings_of
 from restore.scan import Floats, Ints
+from restore.strain import straight_lengths
 
 PROBES = 100  # vertices that tell the noise
 SHRUNK = 0.87  # of the noise is left when a patch passes between a vertex and its neighbours
 LEAST_NOISE = 1e-7  # of the page's size: no file holds more digits
+GRAINY = 0.013  # of the mean edge, as `noise_of` sees it: noise that makes ways longer by more than creases would lose
+SMOOTHINGS = 2  # of grainy vertices: a third to two thirds of what noise adds is gone
+SMOOTH = 0.6  # of the vertices lie beside no crease; where fewer do, what looks like noise may be creases
+SHARP = cos(radians(10.0))  # cosine of a turn between neighbours that may be a crease
 CREASE = 0.1  # radians, 6°: a turn that the curvature of both patches does not explain is a crease
 LEVEL = cos(CREASE)
 CREASE_SHARE = 0.35  # of the whole turn: the rest of it may be curvature
@@ -28,10 +33,32 @@ MOST_STRETCH = 5.0  # of the straight edge, over a crease of twice 78°
 
 
 def surface_lengths(vertices: Floats, faces: Ints, edges: Ints) -> Floats:
-    """(e,) mm between the ends of edges (e, 2), along the surface through vertices (n, 3) mm of faces (m, 3)."""
+    """(e,) mm between the ends of edges (e, 2), along the surface through vertices (n, 3) mm of faces (m, 3).
+
+    Noise makes every way longer, the more the closer the vertices lie. Where they are grainy they are put on their
+    patches, and patches fitted to those again, but beside creases, which that would round off.
+    """
     rings = rings_of(vertices, faces, edges)
-    jets = fit_jets(vertices, rings, np.arange(len(vertices)), noise_of(vertices, rings))
-    return _all_lengths(vertices + jets.normals * jets.offsets[:, None], jets.normals, jets.forms, edges)
+    noise = noise_of(vertices, rings)
+    jets = fit_jets(vertices, rings, np.arange(len(vertices)), noise)
+    points = vertices + jets.normals * jets.offsets[:, None]
+    grainy = noise > GRAINY * float(straight_lengths(vertices, edges).mean())
+    for _ in range(SMOOTHINGS if grainy else 0):
+        smooth = _beside_no_crease(jets.normals, edges)
+        if len(smooth) < SMOOTH * len(vertices):
+            break
+        again = fit_jets(points, rings_of(points, faces, edges), smooth, noise)
+        jets.normals[smooth], jets.forms[smooth] = again.normals[smooth], again.forms[smooth]
+        points += again.normals * again.offsets[:, None]
+    return _all_lengths(points, jets.normals, jets.forms, edges)
+
+
+def _beside_no_crease(normals: Floats, edges: Ints) -> Ints:
+    """The vertices with normals (n, 3) that turn by less than a crease along all of their edges (e, 2)."""
+    turned = (normals[edges[:, 0]] * normals[edges[:, 1]]).sum(axis=1) < SHARP
+    beside = np.zeros(len(normals), bool)
+    beside[edges[turned]] = True
+    return np.flatnonzero(~beside)
 
 
 def noise_of(vertices: Floats, rings: Rings) -> float:

@@ -108,11 +108,9 @@ def flatten_from(
         flat, steps = start(laid, network, follow)
         return finish(flat, network.faces, network.edges, network.lengths), steps
 
-    def lifted(step: int, positions: Floats) -> None:
-        follow(step, few.carry(laid.positions, positions))
-
+    lifted = (lambda step, positions: follow(step, few.carry(laid.positions, positions))) if follow else None
     seen = replace(laid, positions=laid.positions[few.index], seen=laid.seen[few.index])
-    flat, steps = start(seen, few.network, lifted if follow else None)
+    flat, steps = start(seen, few.network, lifted)
     flat = finish(flat, few.network.faces, few.network.edges, few.network.lengths)
     flat = few.carry(laid.positions, flat)
     return finish(flat, network.faces, network.edges, network.lengths, HOPELESS), steps
