@@ -19,6 +19,7 @@ PROBES = 100  # vertices that tell the noise
 SHRUNK = 0.87  # of the noise is left when a patch passes between a vertex and its neighbours
 LEAST_NOISE = 1e-7  # of the page's size: no file holds more digits
 GRAINY = 0.013  # of the mean edge, as `noise_of` sees it: noise that makes ways longer by more than creases would lose
+MANY = 2500  # vertices: of fewer a patch is a tenth of the page, and bends within it look like noise
 SMOOTHINGS = 2  # of grainy vertices: a third to two thirds of what noise adds is gone
 SMOOTH = 0.6  # of the vertices lie beside no crease; where fewer do, what looks like noise may be creases
 SHARP = cos(radians(10.0))  # cosine of a turn between neighbours that may be a crease
@@ -42,7 +43,7 @@ def surface_lengths(vertices: Floats, faces: Ints, edges: Ints) -> Floats:
     noise = noise_of(vertices, rings)
     jets = fit_jets(vertices, rings, np.arange(len(vertices)), noise)
     points = vertices + jets.normals * jets.offsets[:, None]
-    grainy = noise > GRAINY * float(straight_lengths(vertices, edges).mean())
+    grainy = len(vertices) > MANY and noise > GRAINY * float(straight_lengths(vertices, edges).mean())
     for _ in range(SMOOTHINGS if grainy else 0):
         smooth = _beside_no_crease(jets.normals, edges)
         if len(smooth) < SMOOTH * len(vertices):
