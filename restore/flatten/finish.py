@@ -21,16 +21,16 @@ LESS = 0.8  # of the squared strains is worth another step of a page with someth
 UNFOLDINGS = 5  # each frees the corners that the last one still held
 
 
-def finish(flat: Floats, faces: Ints, edges: Ints, lengths: Floats, hopeless: float = 1.0) -> Floats:
+def finish(flat: Floats, faces: Ints, edges: Ints, lengths: Floats, only_in_order: bool = False) -> Floats:
     """Flat positions (n, 2) mm near by of least strain; edges (e, 2) have lengths (e,) mm. Corners are unfolded.
 
     As long as one of the faces (m, 3) lies on its face few of Newton's steps are taken: more would settle the page in
-    its folds. A page with a larger share of such faces than `hopeless` is left as it is.
+    its folds. When the page is to be finished only in order, one with such faces is left to be untangled first.
     """
     edges, lengths = spread(edges, lengths)
     flat, momentum = np.array(flat, order="C"), max(1.0 - SLOWING / sqrt(len(flat)), LEAST_MOMENTUM)
     relax_in_plane(flat, edges, lengths, SWEEPS, momentum)
-    if flipped_faces(flat, faces) > hopeless * len(faces):
+    if only_in_order and flipped_faces(flat, faces):
         return flat
     descend(flat, edges, lengths, HASTY, 1.0)
     left = flipped_faces(flat, faces)

@@ -37,7 +37,6 @@ LANDED = 0.1  # of the height at the start: what still stands up is flattened by
 PAGE_SIZE = 240.0  # the constants above belong to a page of about this size; others are scaled to it
 FLAT_HEIGHT = 1e-6  # mm: a sheet that rises less is flat already, and gets no drag
 SWEEPS = 0.25  # in each step, of √n: a pull crosses a sheet of n in √n sweeps; with half as many corners fold
-HOPELESS = 0.006  # of the faces on theirs: so few particles did not see how the sheet is bent
 UNTANGLINGS = 5  # each undoes what the one before it came upon
 LESS = 0.9  # of the strain before is progress
 SOUND_STRAIN = 0.03  # rms; no paper stretches so far
@@ -66,7 +65,7 @@ def flatten_sticks(laid: Laid, network: Network, follow: Follow | None = None) -
         left, strain = _faults(flat, network)
         tangled = strain
         if left:
-            flat, tangled = _untangled(flat, network, strain if left <= HOPELESS * len(network.faces) else np.inf)
+            flat, tangled = _untangled(flat, network)
             left, strain = _faults(flat, network)
         found.append((left, strain, len(found), flat, steps))
         if left == 0 and strain < SOUND_STRAIN and strain <= cost * tangled:
@@ -75,14 +74,14 @@ def flatten_sticks(laid: Laid, network: Network, follow: Follow | None = None) -
     return flat, steps
 
 
-def _untangled(flat: Floats, network: Network, before: float) -> tuple[Floats, float]:
+def _untangled(flat: Floats, network: Network) -> tuple[Floats, float]:
     """Flat positions (n, 2) mm with nothing on its face, if that can be, and the strain of the page that still has it.
 
     Most tangles are gone for good when they have been undone; in others the sticks contradict each other, and undoing
-    them strains the page. It goes on while either strain becomes less; before is that of the page at rest.
+    them strains the page. It goes on while either strain becomes less.
     """
     mesh = network.faces, network.edges, network.lengths
-    flat, tangled = untangle(flat, *mesh), np.inf
+    flat, tangled, before = untangle(flat, *mesh), np.inf, np.inf
     for _ in range(UNTANGLINGS):
         settled = finish(flat, *mesh)
         left, tangled = _faults(settled, network)
@@ -113,7 +112,7 @@ def flatten_from(
     flat, steps = start(seen, few.network, lifted)
     flat = finish(flat, few.network.faces, few.network.edges, few.network.lengths)
     flat = few.carry(laid.positions, flat)
-    return finish(flat, network.faces, network.edges, network.lengths, HOPELESS), steps
+    return finish(flat, network.faces, network.edges, network.lengths, only_in_order=True), steps
 
 
 def _conformal(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:
