@@ -25,7 +25,7 @@ def finish(flat: Floats, faces: Ints, edges: Ints, lengths: Floats, only_in_orde
     """Flat positions (n, 2) mm near by of least strain; edges (e, 2) have lengths (e,) mm. Corners are unfolded.
 
     As long as one of the faces (m, 3) lies on its face few of Newton's steps are taken: more would settle the page in
-    its folds. When the page is to be finished only in order, one with such faces is left to be untangled first.
+    its folds. With only_in_order a page that has such a face after the sweeps is left there, to be untangled first.
     """
     edges, lengths = spread(edges, lengths)
     flat, momentum = np.array(flat, order="C"), max(1.0 - SLOWING / sqrt(len(flat)), LEAST_MOMENTUM)

@@ -22,7 +22,8 @@ from restore.scan import Floats, Ints
 STEPS = 8  # Newton's, at most: a page that lies nearly right needs two
 LEFT = 0.1  # of the imbalance may be left by a step, and less where the steps before it did what they promised:
 FORCING = 0.9  # of the square of what the last one left (Eisenstat & Walker 1996, their second choice)
-BALANCED = 1e-5  # rms strain that a particle could still be relieved of alone: what is left moves it by a few microns
+BALANCED = 3e-4  # over √n: rms strain that a particle could still be relieved of alone. Of a strain that changes along
+# the whole page alone a particle feels one part in √n; what is left moves it by a micron or two
 ENOUGH = 0.5  # of that is as exact as a step need be
 HALVINGS = 8  # of a step, before the page is left as it is
 ALONE = 12  # passes over the sticks in a step; when they do not do, the page is seen as a whole
@@ -42,18 +43,19 @@ def settle(flat: Floats, edges: Ints, lengths: Floats, steps: int = STEPS) -> Fl
 def descend(flat: Floats, edges: Ints, lengths: Floats, steps: int, less: float) -> None:
     """As `settle`, flat (n, 2) mm in place, the edges gone over in the order given.
 
-    A step that would strain the page more is halved. None follows one that left more than `less`
-    of the squared strains.
+    A step that would strain the page more is halved. One that leaves more than `less` of the squared strains is the
+    last.
     """
+    balanced = BALANCED / sqrt(len(flat))
     last, way = 0.0, np.empty_like(flat)
     edges = edges.astype(np.uint32)
     gradients, force, inverse, strain = _linearised(flat, edges, lengths)
     for _ in range(steps):
         now = sqrt(_precondition(force, inverse, way) / len(flat))
-        if now <= BALANCED:
+        if now <= balanced:
             break
         left = min(LEFT, FORCING * (now / last) ** 2) if last > 0.0 else LEFT
-        left = max(left, ENOUGH * BALANCED / now)
+        left = max(left, ENOUGH * balanced / now)
         step = _balance(flat, edges, gradients, force, inverse, left)
         last, before = now, strain
         for _ in range(HALVINGS):
