@@ -12,7 +12,7 @@ import numpy as np
 
 from bench.exact import exact_sheet
 from bench.paper import SEED, TABLE_2
-from bench.timing import median_seconds
+from bench.timing import in_turns
 from restore.flatten import springs
 from restore.flatten.springs import flatten_springs
 from restore.flatten.sticks import flatten_sticks
@@ -34,7 +34,6 @@ def main() -> None:
         laid, network = warped.laid(), warped.network()
         flat, _ = flatten_sticks(laid, network)
         wanted = _rms(flat, network.edges, network.lengths)
-        ours = median_seconds(lambda laid=laid, network=network: flatten_sticks(laid, network))
         seen: list[float] = []
 
         def look(_: int, now: Floats, network=network, seen=seen) -> None:
@@ -44,7 +43,10 @@ def main() -> None:
             flatten_springs(laid, network, look)
         reached = next((step for step, strain in enumerate(seen, 1) if strain <= wanted), None)
         with mock.patch.multiple(springs, QUIET_STEPS=np.inf, MAX_STEPS=reached or LONGEST):
-            theirs = median_seconds(lambda laid=laid, network=network: flatten_springs(laid, network))
+            ours, theirs = in_turns(
+                lambda laid=laid, network=network: flatten_sticks(laid, network),
+                lambda laid=laid, network=network: flatten_springs(laid, network),
+            )
         ratios.append(theirs / ours)
         at = f"{seen[reached - 1 if reached else -1]:.1e}"
         ratio = f"{'' if reached else '>'}{ratios[-1]:.0f}"
