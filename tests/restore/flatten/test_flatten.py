@@ -210,6 +210,9 @@ FACES = np.array([[0, 1, 2], [1, 3, 2]])
         (SurfaceMesh(SQUARE, FACES + 1), BadInput, "vertices it does not have"),
         (SurfaceMesh(SQUARE, FACES - 1), BadInput, "vertices it does not have"),
         (SurfaceMesh(SQUARE, FACES, np.zeros((3, 2))), BadInput, "no texture coordinate"),
+        (SurfaceMesh(SQUARE[:, :2], FACES), BadInput, r"vertices \(4, 2\)"),
+        (SurfaceMesh(SQUARE, np.array([[0, 1, 3, 2]])), BadInput, r"faces \(1, 4\)"),
+        (SurfaceMesh(SQUARE, FACES.astype(float)), BadInput, "faces of float64"),
     ],
 )
 def test_a_broken_mesh_raises_the_declared_error_and_says_what_to_do(mesh, error, message):
@@ -221,6 +224,14 @@ def test_a_broken_mesh_raises_the_declared_error_and_says_what_to_do(mesh, error
 def test_lengths_that_do_not_fit_the_edges_are_bad_input():
     with pytest.raises(BadInput, match="5 edges need 5"):
         flatten(SurfaceMesh(SQUARE, FACES), lengths=np.ones(4))
+
+
+@pytest.mark.parametrize("integers", [np.int32, np.uint8, np.uint32, np.uint64])
+@pytest.mark.parametrize("reals", [np.float32, np.int16])
+def test_a_mesh_of_other_types_of_numbers_is_flattened_as_well(integers, reals):
+    flat = flatten(SurfaceMesh(SQUARE.astype(reals), FACES.astype(integers)))
+    np.testing.assert_array_equal(flat.flat, flatten(SurfaceMesh(SQUARE, FACES)).flat)
+    assert (flat.vertices.dtype, flat.faces.dtype) == (np.float64, np.int64)
 
 
 def test_an_unknown_method_is_bad_input_and_the_hint_names_those_there_are():
