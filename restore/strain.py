@@ -119,14 +119,19 @@ def normals_of(vertices: Floats, faces: Ints) -> Floats:
     return normals
 
 
+@numba.njit(cache=True)
 def vertex_normals(vertices: Floats, faces: Ints) -> Floats:
     """(n, 3) unit normals: the mean over the faces (m, 3) round a vertex, weighed by area."""
-    of_faces = normals_of(vertices, faces)
-    normals = np.stack(
-        [np.bincount(faces.ravel(), np.repeat(of_faces[:, axis], 3), minlength=len(vertices)) for axis in range(3)],
-        axis=1,
-    )
-    return np.asarray(normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), TINY))
+    normals, of_faces = np.zeros((len(vertices), 3)), normals_of(vertices, faces)
+    for f in range(len(faces)):
+        for corner in range(3):
+            for axis in range(3):
+                normals[faces[f, corner], axis] += of_faces[f, axis]
+    for i in range(len(normals)):
+        length = max(sqrt(normals[i, 0] ** 2 + normals[i, 1] ** 2 + normals[i, 2] ** 2), TINY)
+        for axis in range(3):
+            normals[i, axis] /= length
+    return normals
 
 
 @numba.njit(cache=True)

@@ -12,9 +12,11 @@ from dataclasses import dataclass
 import numba
 import numpy as np
 
-from restore.flatten.adjacency import Adjacency, neighbours_of
+from restore.flatten.adjacency import Adjacency, neighbours_of, sides_of
+from restore.flatten.lengths import bent_lengths
 from restore.flatten.network import Network, make_network
 from restore.scan import Floats, Ints
+from restore.strain import vertex_normals
 
 LEAST_HOPS = 2  # between middles: smaller cells meet in slivers along the border
 FLATTEST = 1e-6  # of its mean square: a patch of neighbours in one plane has no extent across it
@@ -42,7 +44,9 @@ def coarsen(vertices: Floats, network: Network, most: int) -> Coarse | None:
     faces = _between(owner, network.faces)
     if not np.bincount(faces.ravel(), minlength=len(index)).all():
         return None
-    return Coarse(index, owner, make_network(vertices[index], faces))
+    few, sides = vertices[index], sides_of(faces)
+    lengths = bent_lengths(few, vertex_normals(vertices, network.faces)[index], sides.edges)
+    return Coarse(index, owner, make_network(few, faces, lengths, sides))
 
 
 @numba.njit(cache=True)

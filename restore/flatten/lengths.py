@@ -71,23 +71,40 @@ def noise_of(vertices: Floats, rings: Rings) -> float:
 
 
 @numba.njit(cache=True, error_model="numpy")
+def bent_lengths(points: Floats, normals: Floats, edges: Ints) -> Floats:
+    """(e,) mm between points (n, 3) on a surface that bends evenly from one to the other; unit normals (n, 3) there."""
+    lengths, way = np.empty(len(edges)), np.empty(3)
+    for k in range(len(edges)):
+        a, b = edges[k, 0], edges[k, 1]
+        chord = _set_way(points[a], points[b], way)
+        lengths[k] = chord * _bent(_dot(normals[a], way), _dot(normals[b], way))
+    return lengths
+
+
+@numba.njit(cache=True, error_model="numpy")
 def _all_lengths(points: Floats, normals: Floats, forms: Floats, edges: Ints) -> Floats:
     """(e,) mm along the surface. points, normals (n, 3), forms (n, 3, 3): the patches round every vertex."""
     lengths, way, fold = np.empty(len(edges)), np.empty(3), np.empty(3)
     for k in range(len(edges)):
         a, b = edges[k, 0], edges[k, 1]
-        for axis in range(3):
-            way[axis] = points[b, axis] - points[a, axis]
-        chord = max(sqrt(_dot(way, way)), TINY)
-        for axis in range(3):
-            way[axis] /= chord
-        broken = 0.0
+        chord, broken = _set_way(points[a], points[b], way), 0.0
         if _dot(normals[a], normals[b]) < LEVEL:
             broken = min(
                 _over_crease(way, chord, normals[a], normals[b], forms[a], forms[b], fold), MOST_STRETCH * chord
             )
         lengths[k] = broken if broken > chord else chord * _bent(_dot(normals[a], way), _dot(normals[b], way))
     return lengths
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _set_way(start: Floats, end: Floats, way: Floats) -> float:
+    """Write the unit vector (3,) from one point to the other; how far it is."""
+    for axis in range(3):
+        way[axis] = end[axis] - start[axis]
+    chord = max(sqrt(_dot(way, way)), TINY)
+    for axis in range(3):
+        way[axis] /= chord
+    return chord
 
 
 @numba.njit(cache=True, error_model="numpy")
