@@ -21,7 +21,10 @@ from restore.scan import Floats, Ints
 
 STEPS = 8  # Newton's, at most: a page that lies nearly right needs two
 LEFT = 0.1  # of the imbalance may be left by a step, and less where the steps before it did what they promised:
-FORCING = 0.9  # of the square of what the last one left (Eisenstat & Walker 1996, their second choice)
+FORCING, POWER = (
+    0.9,
+    (1.0 + sqrt(5.0)) / 2.0,
+)  # of a power of what the last one left (Eisenstat & Walker 1996, choice 2)
 BALANCED = 3e-4  # over √n: rms strain that a particle could still be relieved of alone. Of a strain that changes along
 # the whole page alone a particle feels one part in √n; what is left moves it by a micron or two
 ENOUGH = 0.5  # of that is as exact as a step need be
@@ -54,7 +57,7 @@ def descend(flat: Floats, edges: Ints, lengths: Floats, steps: int, less: float)
         now = sqrt(_precondition(force, inverse, way) / len(flat))
         if now <= balanced:
             break
-        left = min(LEFT, FORCING * (now / last) ** 2) if last > 0.0 else LEFT
+        left = min(LEFT, FORCING * (now / last) ** POWER) if last > 0.0 else LEFT
         left = max(left, ENOUGH * balanced / now)
         step = _balance(flat, edges, gradients, force, inverse, left)
         last, before = now, strain
