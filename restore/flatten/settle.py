@@ -21,10 +21,8 @@ from restore.scan import Floats, Ints
 
 STEPS = 8  # Newton's, at most: a page that lies nearly right needs two
 LEFT = 0.1  # of the imbalance may be left by a step, and less where the steps before it did what they promised:
-FORCING, POWER = (
-    0.9,
-    (1.0 + sqrt(5.0)) / 2.0,
-)  # of a power of what the last one left (Eisenstat & Walker 1996, choice 2)
+FORCING = 0.9  # of a power of what the last one left (Eisenstat & Walker 1996, their second choice)
+POWER = (1.0 + sqrt(5.0)) / 2.0
 BALANCED = 3e-4  # over √n: rms strain that a particle could still be relieved of alone. Of a strain that changes along
 # the whole page alone a particle feels one part in √n; what is left moves it by a micron or two
 ENOUGH = 0.5  # of that is as exact as a step need be
