@@ -80,7 +80,7 @@ def _other_formats(out: Path) -> dict[str, Path]:
     """The demo's scan, written in the other formats that can be written."""
     from restore import RangeScan, SurfaceMesh, load_scan
     from restore.formats import write_abs, write_obj, write_ply, write_vrml, write_vvd
-    from restore.triangulate import triangulate
+    from restore.mesh.triangulate import triangulate
 
     scan = load_scan(out / "demo" / "page.scan")
     assert isinstance(scan, RangeScan)

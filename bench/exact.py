@@ -9,10 +9,10 @@ from scipy.spatial import Delaunay
 from scipy.stats.qmc import Halton
 
 from drivers.simulated.sheets import PageSize, Sheet
-from restore.flatten.lay import Laid, lay
-from restore.flatten.network import Network, edges_of, make_network
+from restore.mesh.measures import straight_lengths
+from restore.mesh.network import Network, edges_of, make_network
+from restore.mesh.pose import Laid, lay
 from restore.scan import Floats, Ints, SurfaceMesh
-from restore.strain import straight_lengths
 
 PAGE_MM: PageSize = (280.0, 200.0)
 DISTANCE_MM = 900.0  # of the scanner

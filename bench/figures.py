@@ -20,8 +20,8 @@ from drivers.simulated.artwork.typeset import typeface
 from drivers.vivid900.lenses import LENSES
 from restore import Settings, restore
 from restore.scan import Bytes
-from restore.super import finer_scan
-from restore.texture import MM_PER_INCH
+from restore.texture.page import MM_PER_INCH
+from restore.texture.super_resolution import finer_scan
 from station.colour.chart import find_chart
 from station.colour.figures import before_and_after
 from station.colour.fit import fit_colours

@@ -1,4 +1,4 @@
-"""`python -m bench.growth [PLOT]`: how time and memory of restore.flatten grow with the points."""
+"""`python -m bench.growth [PLOT]`: how time and memory of restore.flattening grow with the points."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bench.memory import peak_growth_mb
 from bench.peers import scanned
 from drivers.simulated import Curl
 from restore import SurfaceMesh, flatten
-from restore.resample import MIN_VERTICES
+from restore.range_image.resample import MIN_VERTICES
 from restore.scan import Floats
 
 PLOT = Path(__file__).parent.parent / "docs" / "growth.png"
@@ -30,7 +30,7 @@ Measured = dict[str, list[tuple[int, float, float]]]  # noise → points, second
 
 def main(plot: Path | None = None) -> None:
     """Print seconds, MB and rms mm for every number of points, the whole range grid last, and draw them."""
-    print("\ngrowth of restore.flatten with the points, a curl; MB that the process grows by at its peak")
+    print("\ngrowth of restore.flattening with the points, a curl; MB that the process grows by at its peak")
     print(ROW.format("points", "vertices", "seconds", "MB", "rms mm"))
     measured: Measured = {name: [] for name in NOISE_MM}
     for points in (*POINTS, None):

@@ -11,9 +11,9 @@ from collections.abc import Callable
 import igl
 import numpy as np
 
-from restore.flatten.conformal import far_apart
+from restore.flattening.conformal import far_apart
+from restore.mesh.measures import surface_area
 from restore.scan import Floats, SurfaceMesh
-from restore.strain import surface_area
 
 LOOK = 5
 MOST = 100

@@ -22,13 +22,13 @@ from bench.markers import rigid_residual
 from bench.timing import REPEATS, in_turns, median_seconds
 from drivers.simulated.sheets import Binding, Cone, Crumpled, Curl, Miura, MultiFold, Sheet, Spread, Wave
 from restore.errors import BadInput
-from restore.flatten import springs, sticks
-from restore.flatten.lay import Laid
-from restore.flatten.network import Network
-from restore.flatten.springs import flatten_springs
-from restore.flatten.sticks import fall, flatten_from, flatten_sticks
+from restore.flattening import springs, sticks
+from restore.flattening.springs import flatten_springs
+from restore.flattening.sticks import fall, flatten_from, flatten_sticks
+from restore.mesh.measures import edge_strain, flipped_faces
+from restore.mesh.network import Network
+from restore.mesh.pose import Laid
 from restore.scan import Floats
-from restore.strain import edge_strain, flipped_faces
 
 SEED = 1
 PAPER_DRAG = 0.05  # eq. 4

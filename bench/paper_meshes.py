@@ -10,11 +10,10 @@ from bench.markers import marker_error
 from bench.sheets import CASES
 from drivers.simulated import Crumpled, Truth, shoot
 from restore import RangeScan, Settings, restore
-from restore.decimate import depth_distance
+from restore.mesh.triangulate import lattice
 from restore.prepare import prepare
+from restore.range_image.sheet import Sheet, depth_distance
 from restore.scan import Floats, Ints
-from restore.surface import Sheet
-from restore.triangulate import lattice
 from restore.unroll import thin_out
 
 SEED = 5

@@ -1,4 +1,4 @@
-"""`python -m bench.peers [--full]`: restore.flatten beside libigl's LSCM, ARAP and SLIM, on the same meshes."""
+"""`python -m bench.peers [--full]`: restore.flattening beside libigl's LSCM, ARAP and SLIM, on the same meshes."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from drivers.scanner import SettingsError
 from drivers.simulated import Curl, Spread, shoot
 from drivers.simulated.sheets import Sheet
 from restore import flatten
-from restore.flatten.network import edges_of, make_network
+from restore.mesh.measures import edge_strain, flipped_faces, straight_lengths
+from restore.mesh.network import edges_of, make_network
+from restore.mesh.triangulate import triangulate
 from restore.scan import Floats, SurfaceMesh
-from restore.strain import edge_strain, flipped_faces, straight_lengths
-from restore.triangulate import triangulate
 
 SEED = 1
 NOISE_MM = (0.0, 0.1)
@@ -35,7 +35,7 @@ ROUNDS = {1_000: 3, 5_000: 2}  # of all methods in turn, so that a busy machine 
 LARGE = 50_000
 GRID = 300_000  # about: all samples that the scanner gets of a page
 SAME_MM = 0.0005  # rms: what tells two results apart; below lie the methods' own limits of convergence
-OURS, CHORDS = "restore.flatten", "sticks on chords"
+OURS, CHORDS = "restore.flattening", "sticks on chords"
 ROW = "{:<13}{:>7}{:>6} {:<18}{:>9}{:>10}{:>10}{:>7}{:>8}"
 # Times of a peer over ours that are promised, by points.
 PROMISED = {1_000: {"igl SLIM": 5.0, "igl ARAP": 3.0}, 5_000: {"igl SLIM": 5.0}}

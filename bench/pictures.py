@@ -19,9 +19,9 @@ from drivers.simulated import Crumpled, Figure, Spread, Text
 from drivers.simulated.shot import printed
 from drivers.vivid900.lenses import LENSES
 from restore import RestoredPage, Settings, SurfaceMesh, restore
-from restore.relief import relief_of
 from restore.scan import Bytes, Floats
-from restore.shade import LIGHT_DPI, remove_shading
+from restore.shading.relief import relief_of
+from restore.shading.remove import LIGHT_DPI, remove_shading
 from station.pictures.canvas import Panel, fit, side_by_side
 from station.pictures.review import hatched
 
@@ -90,7 +90,7 @@ def pleated() -> SurfaceMesh:
 
 def _seen(points: Floats, faces: Floats, texcoords: Floats, flat: Floats, print_: Bytes, page_mm: Floats) -> Bytes:
     """(480, 640, 3): the nearest paper on every line of sight."""
-    from restore.raster import rasterise
+    from restore.mesh.raster import rasterise
 
     order = np.argsort(points[faces, 2].max(axis=1), kind="stable")  # far faces first
     over = rasterise(texcoords, faces[order], flat, 480, 640)

@@ -16,10 +16,10 @@ from bench.markers import rigid_residual
 from bench.overlaps import overlapping_pairs
 from drivers.simulated.sheets import Cone, Crumpled, Curl, Miura, MultiFold, Sheet, Wave
 from restore import RestoreError, flatten
-from restore.flatten.network import edges_of
+from restore.mesh.measures import edge_strain, flipped_faces
+from restore.mesh.network import edges_of
+from restore.mesh.triangulate import compact
 from restore.scan import Floats, Ints, Mask, SurfaceMesh
-from restore.strain import edge_strain, flipped_faces
-from restore.triangulate import compact
 
 COUNT = 500
 POINTS = (300, 3000)

@@ -13,11 +13,11 @@ import numpy as np
 from bench.exact import exact_sheet
 from bench.paper import SEED, TABLE_2
 from bench.timing import in_turns
-from restore.flatten import springs
-from restore.flatten.springs import flatten_springs
-from restore.flatten.sticks import flatten_sticks
+from restore.flattening import springs
+from restore.flattening.springs import flatten_springs
+from restore.flattening.sticks import flatten_sticks
+from restore.mesh.measures import edge_strain
 from restore.scan import Floats
-from restore.strain import edge_strain
 
 LONGEST = 4000  # steps; by themselves the springs stop after 300 to 800, when the area has stopped changing
 WANTED = 16.0  # the best of the paper's figures (Fig. 7: about 50 s against 3.13 s)

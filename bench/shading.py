@@ -32,12 +32,12 @@ from drivers.simulated.shot import printed, shoot_scene
 from drivers.vivid900.calibration import nominal
 from drivers.vivid900.lenses import LENSES, MODES
 from restore.prepare import prepare
-from restore.relief import relief_of
+from restore.range_image.sheet import Sheet as Surface
 from restore.scan import Bytes, Floats, Mask, SurfaceMesh
 from restore.settings import Settings
-from restore.shade import LIGHT_DPI, remove_shading
-from restore.surface import Sheet as Surface
-from restore.texture import MM_PER_INCH, paint_page
+from restore.shading.relief import relief_of
+from restore.shading.remove import LIGHT_DPI, remove_shading
+from restore.texture.page import MM_PER_INCH, paint_page
 from restore.unroll import Unrolled, unroll
 
 SEED = 5

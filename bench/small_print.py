@@ -13,7 +13,7 @@ from drivers import CaptureSettings
 from drivers.simulated import connect, rig
 from drivers.vivid900.lenses import FINE
 from restore import RangeScan, Settings, restore
-from restore.super import finer_scan
+from restore.texture.super_resolution import finer_scan
 from station.precision import Reading, read_characters, read_words
 from station.words import recognise
 

@@ -28,7 +28,7 @@ from drivers.vivid900.lenses import LENSES
 from drivers.vivid900.triangulation import project
 from restore import RangeScan, Settings, restore
 from restore.scan import Bytes
-from restore.texture import MM_PER_INCH, sample
+from restore.texture.page import MM_PER_INCH, sample
 from station.precision import Reading, read_characters, read_words
 from station.words import ProgramMissing, find_tesseract, recognise
 

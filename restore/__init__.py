@@ -1,7 +1,7 @@
 """Turn a 3D scan of a warped page into the flat page it once was. This is the only public door."""
 
-from restore.dense import flatten
 from restore.errors import BadInput, NotEnoughSurface, RestoreError
+from restore.flatten_mesh import flatten
 from restore.formats import load_scan
 from restore.photo import Photograph, read_photograph
 from restore.pipeline import restore

@@ -9,10 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from restore.clean import clean
-from restore.coverage import blank, cover, invent
-from restore.dense import flatten
-from restore.flatten import OnStep
+from restore.flatten_mesh import flatten
+from restore.flattening.methods import OnStep
+from restore.mesh.clean import clean
 from restore.photo import (
     Photograph,
     Registered,
@@ -22,13 +21,14 @@ from restore.photo import (
     register_photographs,
 )
 from restore.prepare import prepare
-from restore.relief import relief_of
+from restore.range_image.sheet import Sheet
 from restore.report import describe
 from restore.scan import Bytes, RangeScan, RestoredPage, SurfaceMesh
 from restore.settings import Settings
-from restore.shade import LIGHT_DPI, Evened
-from restore.surface import Sheet
-from restore.texture import Painting
+from restore.shading.relief import relief_of
+from restore.shading.remove import LIGHT_DPI, Evened
+from restore.texture.coverage import blank, cover, invent
+from restore.texture.page import Painting
 from restore.unroll import Unrolled, square, unroll
 
 STAGES = ("prepare", "decimate", "flatten", "refine", "texture", "shade")

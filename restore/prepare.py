@@ -7,16 +7,16 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
-from restore.clean import weld
 from restore.errors import BadInput
-from restore.facets import PRECISION, fit_facets
-from restore.flatten import checked
-from restore.rays import Rays, find_rays
-from restore.resample import resample
+from restore.mesh.clean import weld
+from restore.mesh.triangulate import triangulate
+from restore.mesh.validate import checked
+from restore.range_image.camera import Rays, find_rays
+from restore.range_image.facet_model import PRECISION, fit_facets
+from restore.range_image.resample import resample
+from restore.range_image.segment import find_sheet
+from restore.range_image.sheet import Sheet, make_sheet
 from restore.scan import Floats, Mask, RangeScan, SurfaceMesh
-from restore.segment import find_sheet
-from restore.surface import Sheet, make_sheet
-from restore.triangulate import triangulate
 
 CONTINUED = 3.0  # samples: reaches over a drop-out
 LEAST_PAGE = 5.0  # mm: a postage stamp has 20; an A3 page in metres looks like this

@@ -11,12 +11,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import distance_transform_edt, map_coordinates
 
-from restore.flatten.finish import finish
-from restore.flatten.network import edges_of
-from restore.raster import rasterise
+from restore.flattening.finish import finish
+from restore.mesh.network import edges_of
+from restore.mesh.raster import rasterise
+from restore.mesh.triangulate import lattice
+from restore.range_image.sheet import Sheet
 from restore.scan import FlatMesh, Floats, Ints, Mask
-from restore.surface import Sheet
-from restore.triangulate import lattice
 
 STRIDE = 4  # samples: 15,000 nodes for a page that fills the picture; half of it changes no corner by 0.01 mm
 

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from restore.align import page_size
-from restore.flatten.adjacency import border_of
-from restore.flatten.network import edges_of
+from restore.mesh.adjacency import border_of
+from restore.mesh.measures import edge_strain, face_strain, flipped_faces, signed_areas, surface_area
+from restore.mesh.network import edges_of
+from restore.outline.rectangle import page_size
+from restore.range_image.sheet import Sheet
 from restore.scan import FlatMesh, Ints, SurfaceMesh
 from restore.settings import Settings
-from restore.strain import edge_strain, face_strain, flipped_faces, signed_areas, surface_area
-from restore.surface import Sheet
-from restore.texture import Painting
+from restore.texture.page import Painting
 from restore.unroll import Unrolled
 
 NOT_DEVELOPABLE = 0.01  # rms strain: paper itself gives less than half a per cent before it tears

@@ -63,7 +63,7 @@ class FlatMesh(SurfaceMesh):
 
     flat     (n, 2) float64 mm, x right, y up, never mirrored, upright as the scanner saw the page.
     steps    time steps that the flattening took.
-    lengths  (e,) float64 mm: what the edges measure on the surface, in the order of `restore.flatten.network.edges_of`.
+    lengths  (e,) float64 mm: what the edges measure on the surface, in the order of `restore.mesh.network.edges_of`.
     """
 
     flat: Floats = field(default_factory=lambda: np.empty((0, 2)))
@@ -89,7 +89,7 @@ class RestoredPage:
     report    what was done and how well it went (JSON values only).
     page_map  (h, w, 2) float32, the texture pixel that each page pixel came from, NaN outside the page.
     master    (h, w, 3) uint8 RGB, the page with light and shadow as they were; the image itself where they were kept.
-    coverage  (h, w) uint8, what each pixel shows: values of `restore.coverage.Seen`.
+    coverage  (h, w) uint8, what each pixel shows: values of `restore.texture.coverage.Seen`.
     page_source  (h, w) uint8, with photographs: the picture that page_map's pixel is in. 0 is the texture, k the k-th
                  photograph, 255 outside the page. None without photographs.
     """

@@ -8,18 +8,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from restore.align import square_up
-from restore.decimate import decimate, depth_distance
-from restore.flatten import OnStep, flatten_points
-from restore.flatten.adjacency import border_of
-from restore.flatten.network import edges_of
+from restore.flattening.methods import OnStep, flatten_points
+from restore.mesh.adjacency import border_of
+from restore.mesh.decimate import decimate
+from restore.mesh.measures import signed_areas
+from restore.mesh.network import edges_of
+from restore.mesh.triangulate import lattice
+from restore.outline.rectangle import square_up
+from restore.outline.sides import straighten
+from restore.range_image.sheet import Sheet, depth_distance
 from restore.refine import carry, refine
 from restore.scan import FlatMesh, Floats, SurfaceMesh
 from restore.settings import Settings
-from restore.sides import straighten
-from restore.strain import signed_areas
-from restore.surface import Sheet
-from restore.triangulate import lattice
 
 MOST_SETTLED = 10_000  # points; more add nothing to what they know of the sheet, and cost seconds
 STRIDES = (1, 2, 3, 4)  # samples: the facets have averaged 7×7 of them, and decimation costs a tenth of the time at 4

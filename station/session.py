@@ -14,7 +14,7 @@ import drivers
 from restore import Photograph, RangeScan, Settings, SurfaceMesh, read_photograph, restore
 from restore.errors import BadInput
 from restore.formats import load_scan, save_scan, scan_stem
-from restore.super import finer_scan
+from restore.texture.super_resolution import finer_scan
 from station import export
 from station.config import StationConfig
 from station.errors import UsageError

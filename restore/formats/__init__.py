@@ -17,7 +17,7 @@ from restore.formats.source import is_file, is_folder, scan_stem
 from restore.formats.stl import read_stl
 from restore.formats.vrml import read_vrml, write_vrml
 from restore.formats.vvd import read_vvd, write_vvd
-from restore.organise import organise
+from restore.range_image.organise import organise
 from restore.scan import Bytes, RangeScan, SurfaceMesh
 
 __all__ = ["READERS", "load_scan", "read_picture", "save_scan", "scan_stem"]

@@ -14,9 +14,9 @@ import numpy as np
 from restore.photo.page import Registered, sources_of
 from restore.photo.paint import LEAST_SHARE, enlarged, lit, paint
 from restore.photo.sources import LINEAR, Plan, Source, plan
-from restore.relief import Field, Relief
 from restore.scan import Bytes, FlatMesh, Mask
-from restore.shade import Evened, remove_shading
+from restore.shading.relief import Field, Relief
+from restore.shading.remove import Evened, remove_shading
 
 SPARED = 97  # of the pixels that two pictures share, one in so many tells how they compare
 TINY = 1e-6

@@ -15,7 +15,7 @@ from restore.photo.reference import make_reference
 from restore.photo.register import Refused, Registration, register
 from restore.photo.sources import Plan, Source, plan
 from restore.scan import Bytes, FlatMesh, Mask
-from restore.texture import Painting, bleed, paint_page
+from restore.texture.page import Painting, bleed, paint_page
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from restore.raster import rasterise
+from restore.mesh.raster import rasterise
 from restore.scan import Bytes, FlatMesh, Floats, Mask
 
 MAX_SIDE = 1024  # pixels: the scanner's image has 640; of larger textures a smaller copy tells the pose as well

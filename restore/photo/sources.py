@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from restore.mesh.measures import vertex_normals
 from restore.photo.camera import PhotoCamera
 from restore.photo.visible import clipped_share, glares, sees
 from restore.scan import Bytes, FlatMesh, Floats, Mask
-from restore.strain import vertex_normals
-from restore.texture import MM_PER_INCH, page_map
+from restore.texture.page import MM_PER_INCH, page_map
 
 COARSE_DPI = 30.0  # 0.85 mm: seams are wider than that
 FEATHER_MM = 3.0  # of a seam: wide enough that light does not jump, narrow enough that print is not seen twice

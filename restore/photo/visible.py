@@ -9,8 +9,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from restore.mesh.raster import HAIR
 from restore.photo.camera import PhotoCamera
-from restore.raster import HAIR
 from restore.scan import Bytes, Floats, Ints, Mask
 
 BUFFER_SIDE = 1200  # pixels of the depth buffer's longer side: a quarter of a millimetre on a page that fills it

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from restore.errors import BadInput
-from restore.rays import Rays, find_rays
+from restore.range_image.camera import Rays, find_rays
 from restore.scan import Bytes, Floats, RangeScan
 
 TRIMMED_SIGMAS, ROUNDS = 3.0, 5  # samples this far off the board's plane do not belong to it

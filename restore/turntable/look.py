@@ -6,12 +6,12 @@ import cv2
 import numpy as np
 
 from restore.errors import BadInput, NotEnoughSurface
-from restore.raster import rasterise
-from restore.rays import find_rays
+from restore.mesh.measures import signed_areas
+from restore.mesh.raster import rasterise
+from restore.mesh.triangulate import triangulate
+from restore.range_image.camera import find_rays
+from restore.range_image.segment import find_sheet
 from restore.scan import Floats, RangeScan
-from restore.segment import find_sheet
-from restore.strain import signed_areas
-from restore.triangulate import triangulate
 
 MAX_SLOPE = 6.0  # 80.5°: a steeper face spans the step from one surface to another
 SAME_SURFACE = 6.0  # samples along the ray: farther apart, two views see different surfaces

@@ -6,8 +6,8 @@ import io
 
 from PIL import Image
 
-from restore.coverage import Seen
 from restore.scan import Bytes
+from restore.texture.coverage import Seen
 
 # White as paper, the page in two greens, what is missing red, what was invented violet: apart for the colour-blind too.
 COLOURS = {

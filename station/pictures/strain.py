@@ -8,9 +8,9 @@ from math import log10
 import cv2
 import numpy as np
 
-from restore.flatten.network import edges_of
+from restore.mesh.measures import face_strain
+from restore.mesh.network import edges_of
 from restore.scan import Bytes, FlatMesh, Floats, RestoredPage
-from restore.strain import face_strain
 from station.pictures.canvas import FAINT_INK, GAP, TITLE_SIZE, blank, write
 from station.pictures.raster import rasterise
 

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from restore.mesh.measures import vertex_normals
 from restore.scan import Bytes, Floats, Mask, SurfaceMesh
-from restore.strain import vertex_normals
 from station.pictures.raster import Visible, rasterise
 
 GROUND = np.array([58.0, 63.0, 70.0])  # darker than any paper, so that the page stands out

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from types import ModuleType
+from typing import Any
 
+import numba
 import numpy as np
 import pytest
 
-from restore.rays import Rays
+from restore.range_image.camera import Rays
+from restore.range_image.sheet import Sheet
 from restore.scan import Bytes, Floats, Mask, RangeScan
-from restore.surface import Sheet
+from tests.restore.warped import Warped, make_warped
 
 FOCAL_PX = 1942.8  # MIDDLE lens of the VIVID 910, from the fields of view in its hardware manual p. 26
 BASELINE_MM = 250.0  # the same manual's dimension drawing, p. 58
@@ -103,3 +108,22 @@ class Camera:
 @pytest.fixture(scope="session")
 def camera() -> Camera:
     return Camera()
+
+
+@pytest.fixture(scope="session")
+def warped() -> Callable[..., Warped]:
+    return make_warped
+
+
+@pytest.fixture
+def plain(monkeypatch) -> Callable[[ModuleType], dict[str, Any]]:
+    """Has all compiled functions that a module knows run as plain Python; they are returned by name."""
+
+    def interpreted(module: ModuleType) -> dict[str, Any]:
+        dispatcher = numba.core.dispatcher.Dispatcher
+        kernels = {name: value for name, value in vars(module).items() if isinstance(value, dispatcher)}
+        for name, kernel in kernels.items():
+            monkeypatch.setattr(module, name, kernel.py_func)
+        return kernels
+
+    return interpreted

@@ -14,10 +14,10 @@ from drivers.simulated import Flat, MultiFold, Pose, Truth, White, shoot
 from drivers.vivid900.calibration import nominal
 from drivers.vivid900.lenses import LENSES
 from restore import BadInput, NotEnoughSurface, RangeScan, RestoredPage, Settings, flatten, load_scan, restore
-from restore.coverage import Seen
 from restore.formats import write_abs, write_obj, write_ply, write_vrml
-from restore.texture import MM_PER_INCH
-from restore.triangulate import triangulate
+from restore.mesh.triangulate import triangulate
+from restore.texture.coverage import Seen
+from restore.texture.page import MM_PER_INCH
 
 SIZE_TOLERANCE = 0.001  # of the page: the outline is known to a quarter of a sample, 0.12 mm, on either side
 # Both edges of a page to a sixth of a sample, where its samples lie 0.47 mm apart, and half a pixel of the picture.

@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from restore.flatten.network import edges_of
+from restore.mesh.network import edges_of
+from restore.mesh.triangulate import lattice
 from restore.report import NOT_DEVELOPABLE, describe
 from restore.scan import FlatMesh
 from restore.settings import Settings
-from restore.texture import Painting
-from restore.triangulate import lattice
+from restore.texture.page import Painting
 from restore.unroll import Unrolled
 
 SINGLE = 1e-6  # relative

@@ -3,7 +3,7 @@
 import pytest
 from pydantic import ValidationError
 
-from restore.flatten import METHODS
+from restore.flattening.methods import METHODS
 from restore.settings import Settings
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from drivers import CaptureSettings
 from restore import FlatMesh, Photograph, RangeScan, RestoredPage, Settings
-from restore.flatten.network import make_network
+from restore.mesh.network import make_network
 from station import session
 
 COLS, ROWS = 24, 16

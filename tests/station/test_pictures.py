@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from restore import SurfaceMesh
-from restore.coverage import Seen
-from restore.strain import vertex_normals
+from restore.mesh.measures import vertex_normals
+from restore.texture.coverage import Seen
 from station.pictures import view
 from station.pictures.canvas import Panel, fit, side_by_side
 from station.pictures.frames import COLUMNS, FRAMES, HEIGHT, KEPT, WIDTH, Recorder, frames_sheet

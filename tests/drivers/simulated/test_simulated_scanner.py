@@ -21,7 +21,7 @@ from drivers.vivid900.calibration import encode_calibration, nominal
 from drivers.vivid900.camera import Vivid900
 from drivers.vivid900.lenses import LENSES, MODES
 from restore.scan import RangeScan
-from restore.super import LEAST_SHOTS, finer_scan, registration
+from restore.texture.super_resolution import LEAST_SHOTS, finer_scan, registration
 
 NOON = datetime(2024, 5, 17, 12, 0, tzinfo=UTC)
 FAST = CaptureSettings(mode="fast")

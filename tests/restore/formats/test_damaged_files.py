@@ -11,7 +11,6 @@ import zlib
 import numpy as np
 import pytest
 import trimesh
-from conftest import as_mesh, make_shot
 from PIL import Image
 
 from restore.errors import BadInput
@@ -19,6 +18,7 @@ from restore.formats import load_scan, save_scan, write_abs, write_obj, write_pl
 from restore.formats.folder import _sha256
 from restore.formats.mesh import texture_uv
 from restore.scan import RangeScan
+from tests.restore.formats.conftest import as_mesh, make_shot
 
 MUTANTS = 2000  # of each format, from a fixed seed
 PART_MUTANTS = 500  # of each file that belongs to a scan

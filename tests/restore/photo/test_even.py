@@ -13,9 +13,9 @@ from drivers.simulated.camera import Exposure
 from restore import Photograph
 from restore.photo import Registered, even_registered, paint_registered, register_photographs
 from restore.prepare import prepare
-from restore.relief import relief_of
-from restore.shade import LIGHT_DPI, LINEAR, remove_shading
-from restore.texture import paint_page
+from restore.shading.relief import relief_of
+from restore.shading.remove import LIGHT_DPI, LINEAR, remove_shading
+from restore.texture.page import paint_page
 
 DPI = 80.0
 EVEN_LIGHT = Exposure(ambient=1.0, falloff=0.0, noise=0.0, colour=(1.0, 1.0, 1.0))

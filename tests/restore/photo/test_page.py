@@ -12,7 +12,7 @@ from drivers.simulated.camera import Exposure
 from restore import Photograph, Settings, restore
 from restore.photo import Registered, paint_registered, register_photographs
 from restore.photo.paint import NOWHERE, _carry_to_edge
-from restore.texture import paint_page
+from restore.texture.page import paint_page
 
 DPI = 100.0
 LIMIT_PX = 0.5  # rms; the limit of registration is 1.5

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from restore.rays import find_rays
+from restore.range_image.camera import find_rays
 from restore.scan import RangeScan
 from restore.turntable.roll import roll
 

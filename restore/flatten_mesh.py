@@ -1,0 +1,104 @@
+"""Flatten a mesh of any size: a large one is looked at as a scanner would, which takes its noise out."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from dataclasses import replace
+
+import numpy as np
+
+from restore.flattening.finish import finish
+from restore.flattening.layout import lay_out
+from restore.flattening.methods import METHODS, OnStep, flatten_points
+from restore.flattening.unfold import untangle
+from restore.mesh.clean import select
+from restore.mesh.decimate import patch_and_smooth
+from restore.mesh.jets import rings_of
+from restore.mesh.measures import flipped_faces, straight_lengths
+from restore.mesh.network import edges_of, make_network, pieces
+from restore.mesh.orient import orient
+from restore.mesh.pose import lay, upright
+from restore.mesh.surface_lengths import noise_of, surface_lengths
+from restore.mesh.validate import checked
+from restore.prepare import INTERPOLATED, smooth
+from restore.range_image.resample import MIN_VERTICES, resample
+from restore.range_image.segment import outline
+from restore.refine import carry
+from restore.scan import FlatMesh, Floats, Ints, SurfaceMesh
+from restore.settings import Settings
+from restore.unroll import unroll
+
+CLEAN = 0.002  # of the mean edge: noise that no scanner is without
+
+
+def flatten(
+    mesh: SurfaceMesh, method: str = "sticks", *, lengths: Floats | None = None, on_step: OnStep | None = None
+) -> FlatMesh:
+    """Unroll a mesh into the plane, every edge as near to its length on the surface as can be.
+
+    The vertices of a piece of less than MIN_VERTICES all settle together; those of a larger one settle on few points,
+    and its noise is taken out. lengths (e,) mm are the rest lengths of the edges in the order of `network.edges_of`;
+    when None, those along the surface that the vertices sample. Each connected piece stays where the scan had it,
+    unless it would lie over another. Faces that run the wrong way round are turned.
+    on_step(step, positions (n, 3) mm, faces (m, 3)) is called after each time step.
+    Raises BadInput for an unknown method, a broken mesh or lengths that are not one for each edge, NotEnoughSurface for
+    a mesh without area or without a border.
+    """
+    if lengths is not None or method not in METHODS or len(mesh.vertices) < MIN_VERTICES:
+        return flatten_points(mesh, method, lengths=lengths, on_step=on_step)
+    mesh = checked(mesh)
+    mesh = replace(mesh, faces=orient(mesh.faces, mesh.texcoords))
+    network = make_network(mesh.vertices, mesh.faces)
+    parts = list(pieces(network))
+    flat, rest, steps = np.zeros((len(mesh.vertices), 2)), network.lengths.copy(), 0
+    seen = lay(mesh.vertices, mesh.faces).seen  # from one side for all pieces
+    for part in parts:
+        piece = _flatten_piece(select(mesh, part.vertices[part.faces]), method, on_step)
+        laid = lay(piece.vertices, piece.faces)
+        flat[part.vertices] = upright(piece.flat, replace(laid, seen=seen[part.vertices]))
+        rest[np.isin(network.edges[:, 0], part.vertices)] = piece.lengths
+        steps = max(steps, piece.steps)
+    lay_out(flat, [(part.vertices, part.faces) for part in parts])
+    return FlatMesh.of(mesh, flat, rest, steps)
+
+
+def _flatten_piece(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMesh:
+    if len(mesh.vertices) < MIN_VERTICES:
+        return flatten_points(mesh, method, on_step=on_step)
+    return _over_grid(mesh, method, on_step) or _over_points(mesh, method, on_step)
+
+
+def _over_grid(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMesh | None:
+    """As a scanner would see it, for a mesh that one view sees all of; None for others."""
+    view = resample(mesh)
+    if view is None:
+        return None
+    scan, rays = view
+    sheet = smooth(scan, rays, scan.measured, outline(scan.measured), precision=INTERPOLATED)
+    unrolled = unroll(sheet, Settings(method=method), lambda _: nullcontext(), on_step)
+    nodes = np.stack(sheet.rays.grid(mesh.vertices), axis=1)
+    flat = carry(sheet.inside.shape, unrolled.nodes, unrolled.fine.faces, unrolled.fine.flat, nodes)
+    edges = edges_of(mesh.faces)
+    lengths = sheet.lengths(nodes, edges)
+    if _clean(mesh, edges, lengths):  # then its vertices know better
+        lengths = surface_lengths(mesh.vertices, mesh.faces, edges)
+        flat = finish(flat, mesh.faces, edges, lengths)
+    if flipped_faces(flat, mesh.faces):  # noise has put a vertex beyond its neighbours
+        flat = untangle(flat, mesh.faces, edges, lengths)
+    return FlatMesh.of(mesh, flat, lengths, unrolled.coarse.steps)
+
+
+def _over_points(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMesh:
+    """By its own vertices alone, smoothed where they are noisy."""
+    edges = edges_of(mesh.faces)
+    if _clean(mesh, edges, straight_lengths(mesh.vertices, edges)):
+        return flatten_points(mesh, method, on_step=on_step)
+    smoothed, _ = patch_and_smooth(mesh.vertices, mesh.faces)
+    page = flatten_points(replace(mesh, vertices=smoothed), method, on_step=on_step)
+    return replace(page, vertices=mesh.vertices)
+
+
+def _clean(mesh: SurfaceMesh, edges: Ints, lengths: Floats) -> bool:
+    """Whether the vertices of a mesh are where its surface is; lengths (e,) mm of its edges (e, 2)."""
+    noise = noise_of(mesh.vertices, rings_of(mesh.vertices, mesh.faces, edges))
+    return bool(noise < CLEAN * lengths.mean())

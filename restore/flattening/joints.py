@@ -1,0 +1,109 @@
+"""Parts of a sheet that hang on the rest by single points.
+
+No stick tells how such a part lies: it may turn about its point as it likes, over the rest of the page too. Each part
+is flattened by itself and put on its point the way the surface goes there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numba
+import numpy as np
+
+from restore.flattening.settle import settle
+from restore.mesh.adjacency import Sides, components
+from restore.mesh.measures import flipped_faces
+from restore.mesh.network import Network, Piece, part_of
+from restore.mesh.pose import Laid, lay, upright
+from restore.scan import Floats, Ints, Mask
+
+JOINT = 1e3  # a point in common outweighs the vertices beside it, which tell the turn alone
+FLATTEST = 1e-6  # of its mean square: neighbours in one plane have no extent across it
+
+Solve = Callable[[Laid, Piece], tuple[Floats, int]]
+
+
+def flatten_parts(vertices: Floats, piece: Piece, whole: Laid, solve: Solve) -> tuple[Floats, int]:
+    """Flat positions (k, 2) mm of a connected piece of a mesh, and the most time steps that a part of it took.
+
+    whole is the mesh, vertices (n, 3) mm, laid on the table: all pieces are seen from one side, and the largest part of
+    each comes to lie where the scanner saw it.
+    """
+    vertices, seen = vertices.take(piece.vertices, axis=0), whole.seen.take(piece.vertices, axis=0)
+    flat, placed, steps, tied = np.zeros(seen.shape), np.zeros(len(seen), bool), 0, False
+    for part in parts(piece.network):
+        if len(part.vertices) == len(whole.seen):
+            laid = whole
+        else:
+            laid = replace(lay(vertices[part.vertices], part.faces), seen=seen[part.vertices])
+        own, taken = solve(laid, part)
+        if placed.any():
+            laid = _carried_on(laid, vertices, part, piece.network.edges, flat, placed)
+        own = upright(own, laid)
+        joined = placed[part.vertices]
+        if joined.any():
+            own += (flat[part.vertices] - own)[joined].mean(axis=0)
+            tied |= joined.sum() > 1
+        flat[part.vertices] = np.where(joined[:, None], flat[part.vertices], own)
+        placed[part.vertices] = True
+        steps = max(steps, taken)
+    return (_closed(flat, piece.network) if tied else flat), steps
+
+
+def _closed(flat: Floats, network: Network) -> Floats:
+    """Flat positions of least strain near by of a piece whose parts have several points in common."""
+    settled = settle(flat, network.edges, network.lengths)
+    return settled if flipped_faces(settled, network.faces) <= flipped_faces(flat, network.faces) else flat
+
+
+def _carried_on(laid: Laid, vertices: Floats, part: Piece, edges: Ints, flat: Floats, placed: Mask) -> Laid:
+    """A part as the page, flat (k, 2) mm where placed (k,), would see it that the surface goes on from their joints."""
+    joined = placed[part.vertices]
+    joints = part.vertices[joined]
+    ends = np.concatenate([edges, edges[:, ::-1]])
+    around = ends[np.isin(ends[:, 0], joints) & placed[ends[:, 1]]]
+    onward = _onward(flat[around[:, 1]] - flat[around[:, 0]], vertices[around[:, 1]] - vertices[around[:, 0]])
+    joint = joints[0]
+    seen = flat[joint] + (vertices[part.vertices] - vertices[joint]) @ onward.T
+    seen[joined] = flat[joints]
+    own = np.concatenate([part.network.edges, part.network.edges[:, ::-1]])
+    weights = np.zeros(len(seen))
+    weights[own[joined[own[:, 0]], 1]] = 1.0
+    weights[joined] = JOINT
+    return replace(laid, seen=seen, weights=weights / weights.sum())
+
+
+def _onward(flat_ways: Floats, ways: Floats) -> Floats:
+    """(2, 3): the linear map by which ways (j, 3) mm along a surface best become their flat ways (j, 2) mm."""
+    spread = ways.T @ ways
+    found: Floats = flat_ways.T @ ways @ np.linalg.inv(spread + FLATTEST * np.trace(spread) * np.eye(3))
+    return found
+
+
+def parts(network: Network) -> Iterator[Piece]:
+    """The parts whose faces hang together over edges: the largest first, then always the largest beside those."""
+    labels = components(_hanging(network.sides), len(network.faces))
+    if not labels.any():
+        yield Piece(np.arange(network.faces.max() + 1), network.faces, network)
+        return
+    reached = np.zeros(network.faces.max() + 1, bool)
+    left = list(np.argsort(-np.bincount(labels), kind="stable"))
+    while left:
+        beside = np.unique(labels[reached[network.faces].any(axis=1)])
+        label = next((label for label in left if label in beside), left[0])
+        left.remove(label)
+        piece = part_of(network, labels == label)
+        reached[piece.vertices] = True
+        yield piece
+
+
+@numba.njit(cache=True)
+def _hanging(sides: Sides) -> Ints:
+    """(k, 2) faces that hang together over an edge."""
+    pairs, found = np.empty((len(sides.at), 2), np.int64), 0
+    for e in range(len(sides.edges)):
+        for k in range(sides.first[e] + 1, sides.first[e + 1]):
+            pairs[found, 0], pairs[found, 1], found = sides.at[k - 1] // 3, sides.at[k] // 3, found + 1
+    return pairs[:found]

@@ -1,0 +1,1 @@
+"""Triangle meshes: validation, adjacency, orientation, measures, surface fits, lengths, decimation, rasterising."""

@@ -1,0 +1,62 @@
+"""Care for a mesh that cannot be put on a grid: no debris, no pinholes, less noise."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from restore.errors import NotEnoughSurface
+from restore.mesh.decimate import decimate, patch_and_smooth
+from restore.mesh.network import make_network, pieces
+from restore.mesh.triangulate import compact
+from restore.scan import Ints, SurfaceMesh
+
+MIN_PIECE = 0.02  # of the faces of the largest piece: smaller pieces are debris
+RAW = 5  # times the points asked for: a denser mesh comes straight from a scanner, a coarser one was made by somebody
+
+
+def clean(mesh: SurfaceMesh, points: int) -> SurfaceMesh:
+    """Drop debris, close pinholes and smooth a raw mesh, and reduce it to about `points` of its own vertices.
+
+    Raises NotEnoughSurface when only debris is left.
+    """
+    mesh = select(mesh, _substance(mesh))
+    if len(mesh.vertices) <= points:
+        return mesh
+    vertices, faces = mesh.vertices, mesh.faces
+    if len(vertices) > RAW * points:
+        vertices, faces = patch_and_smooth(vertices, faces)
+    kept, faces = decimate(vertices, faces, points, own_vertices=True)
+    _, index = cKDTree(vertices).query(kept)
+    texcoords = None if mesh.texcoords is None else mesh.texcoords[index]
+    return replace(mesh, vertices=kept, faces=faces, texcoords=texcoords)
+
+
+def weld(mesh: SurfaceMesh) -> SurfaceMesh:
+    """Join the vertices that lie at one place and on one texture pixel: many files give every triangle its own."""
+    same = mesh.vertices if mesh.texcoords is None else np.hstack([mesh.vertices, np.rint(mesh.texcoords)])
+    _, first, index = np.unique(same, axis=0, return_index=True, return_inverse=True)
+    if len(first) == len(same):
+        return mesh
+    texcoords = None if mesh.texcoords is None else mesh.texcoords[first]
+    return replace(mesh, vertices=mesh.vertices[first], faces=index.reshape(-1)[mesh.faces], texcoords=texcoords)
+
+
+def select(mesh: SurfaceMesh, faces: Ints) -> SurfaceMesh:
+    """The mesh with only these faces (m, 3), and only the vertices that they use."""
+    used, faces = compact(np.arange(len(mesh.vertices)), faces)
+    texcoords = None if mesh.texcoords is None else mesh.texcoords[used]
+    return replace(mesh, vertices=mesh.vertices[used], faces=faces, texcoords=texcoords)
+
+
+def _substance(mesh: SurfaceMesh) -> Ints:
+    """The faces (m, 3) that are real triangles in pieces large enough to be part of a page."""
+    a, b, c = (mesh.faces[:, k] for k in range(3))
+    faces = mesh.faces[(a != b) & (b != c) & (c != a)]
+    if len(faces) == 0:
+        raise NotEnoughSurface("the mesh has no triangles", "scan the page again or give a mesh with triangles")
+    parts = [piece.vertices[piece.faces] for piece in pieces(make_network(mesh.vertices, faces))]
+    least = MIN_PIECE * max(map(len, parts))
+    return np.concatenate([part for part in parts if len(part) >= least])

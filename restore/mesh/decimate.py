@@ -1,0 +1,84 @@
+"""Reduce a dense mesh to about as many points as asked, more of them where the sheet bends."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+from restore.errors import NotEnoughSurface
+from restore.scan import Floats, Ints
+
+TOLERANCE = 0.03  # of the points asked for
+QUALITY = 0.5  # of an equilateral triangle: collapses that leave thinner ones come last
+# The boundary may be simplified, but moving it costs as much as moving the surface: at 1 corners wander, at 100 the
+# border keeps its points and the page has too few.
+BOUNDARY_WEIGHT = 10.0
+ATTEMPTS = 6
+PINHOLE_EDGES = 100  # the border of a drop-out in a printed figure, and less than the border of the page
+SMOOTHING_STEPS = 5  # twenty round creases
+
+
+def decimate(vertices: Floats, faces: Ints, points: int, *, own_vertices: bool = False) -> tuple[Floats, Ints]:
+    """Collapse edges of vertices (n, 3) mm and faces (m, 3) by quadric error until about `points` vertices are left.
+
+    The border is free and vertices move to where the quadric is least (Garland & Heckbert 1997), on a crease to the
+    crease itself; with `own_vertices` the points left are some of those given. A mesh that has no more points than
+    asked for comes back as it is.
+    Raises NotEnoughSurface when nothing is left.
+    """
+    if len(vertices) <= points * (1 + TOLERANCE):
+        return vertices, faces
+    above, low, low_faces, target = (vertices, faces), 0, 0, 2 * points
+    for _ in range(ATTEMPTS):
+        reduced = _collapse(*above, target, own_vertices)
+        count = len(reduced[0])
+        if abs(count - points) <= TOLERANCE * points:
+            break
+        if count > points:
+            above = reduced
+        else:
+            low, low_faces = count, len(reduced[1])
+        # Inside a mesh two faces go with a vertex, along ragged borders one: go by what the last attempts gave.
+        rate = (len(above[1]) - low_faces) / max(len(above[0]) - low, 1)
+        target = low_faces + round((points - low) * rate)
+    if len(reduced[1]) == 0:
+        raise NotEnoughSurface("nothing of the mesh is left after reduction", "ask for more points")
+    return reduced
+
+
+def _collapse(vertices: Floats, faces: Ints, target: int, own_vertices: bool) -> tuple[Floats, Ints]:
+    import pymeshlab
+
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    meshes.meshing_decimation_quadric_edge_collapse(
+        targetfacenum=max(target, 2),
+        qualitythr=QUALITY,
+        preserveboundary=False,
+        boundaryweight=BOUNDARY_WEIGHT,
+        preservenormal=True,
+        optimalplacement=not own_vertices,
+        planarquadric=True,
+        autoclean=True,
+    )
+    return _arrays(meshes)
+
+
+def patch_and_smooth(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
+    """Close the small holes of a raw mesh (n, 3) mm, (m, 3), and smooth it without shrinking (Taubin 1995)."""
+    import pymeshlab
+
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+    # Closing selects the new faces, and filters after it would work on those alone.
+    with suppress(pymeshlab.PyMeshLabException):  # a mesh that is not two-manifold keeps its holes
+        meshes.meshing_close_holes(maxholesize=PINHOLE_EDGES, newfaceselected=False)
+    meshes.apply_coord_taubin_smoothing(stepsmoothnum=SMOOTHING_STEPS, selected=False)
+    return _arrays(meshes)
+
+
+def _arrays(meshes: Any) -> tuple[Floats, Ints]:
+    mesh = meshes.current_mesh()
+    return np.array(mesh.vertex_matrix(), dtype=np.float64), np.array(mesh.face_matrix(), dtype=np.int64)

@@ -1,0 +1,259 @@
+"""A patch of smooth surface round every vertex of a mesh: robust quadratic fits (jets, Cazals & Pouget 2005).
+
+A vertex beside a crease takes the side it lies on: the fit starts from the plane of that one of its own faces which
+most of its neighbours agree with, and points that stand off lose their say (iteratively reweighted least squares).
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from restore.mesh.adjacency import Adjacency, faces_around, neighbours_of
+from restore.mesh.measures import normals_of
+from restore.scan import Floats, Ints
+
+MOST_NEIGHBOURS = 32  # two rings have 18 on average
+ON_PLANE = 0.1  # slope, 6°: neighbours that stand off a face by more count half against it
+ON_PATCH = 0.03  # slope: neighbours that stand off the patch by more have a quarter of their weight
+ROUNDS = 3  # of reweighting
+AGREED = 0.98  # of the points lie on the patch: another round would not change it
+GRADIENT_PRIOR, CURVATURE_PRIOR = 1e-3, 1e-2  # hold what few neighbours leave open near zero
+TERMS = 6  # height, two slopes, three second derivatives
+PRODUCTS = TERMS * (TERMS + 1) // 2 + TERMS  # of the terms with each other and with the height
+LANES = 4  # points added up at a time; beyond the last are so many of no weight
+MOST_TIED = 1e9  # weight of its own vertex in a patch of a surface without noise
+TINY = 1e-30
+
+
+class Jets(NamedTuple):
+    """Of every vertex: normals (n, 3), offsets (n,) mm from it along the normal to the patch, forms (n, 3, 3) 1/mm.
+
+    A form is the second fundamental form: its value for a unit vector along the surface is the normal curvature there.
+    """
+
+    normals: Floats
+    offsets: Floats
+    forms: Floats
+
+
+class Rings(NamedTuple):
+    """What lies round every vertex of a mesh: its neighbours, its faces, and the unit normals (m, 3) of all faces."""
+
+    neighbours: Adjacency
+    around: Adjacency
+    planes: Floats
+
+
+@numba.njit(cache=True)
+def rings_of(vertices: Floats, faces: Ints, edges: Ints) -> Rings:
+    """The rings of vertices (n, 3) with faces (m, 3) and edges (e, 2)."""
+    count, planes = len(vertices), normals_of(vertices, faces)
+    for f in range(len(planes)):
+        length = max(sqrt(planes[f, 0] ** 2 + planes[f, 1] ** 2 + planes[f, 2] ** 2), TINY)
+        for k in range(3):
+            planes[f, k] /= length
+    return Rings(neighbours_of(edges, count), faces_around(faces, count), planes)
+
+
+def fit_jets(vertices: Floats, rings: Rings, chosen: Ints, noise: float) -> Jets:
+    """Fit patches at the chosen (k,) of vertices (n, 3) mm; the others get none, and normals of zero.
+
+    noise (mm, standard deviation) tells how far a patch may pass by its own vertex.
+    """
+    return Jets(*_fit_all(vertices, *rings, chosen, noise))
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _fit_all(
+    vertices: Floats, neighbours: Adjacency, around: Adjacency, planes: Floats, chosen: Ints, noise: float
+) -> tuple[Floats, Floats, Floats]:
+    count = len(vertices)
+    normals, offsets, forms = np.zeros((count, 3)), np.zeros(count), np.zeros((count, 3, 3))
+    met, found, weights = np.full(count, -1), np.empty(MOST_NEIGHBOURS, np.int64), np.empty(MOST_NEIGHBOURS + LANES)
+    points, nearness = np.empty((3, MOST_NEIGHBOURS)), np.empty(MOST_NEIGHBOURS)
+    products, sums = np.empty((MOST_NEIGHBOURS + LANES, PRODUCTS)), np.empty(PRODUCTS)
+    jet, frame = np.empty(TERMS), np.eye(3)
+    for i in chosen:
+        near, far = _two_rings(i, neighbours, met, found)
+        if far < 3:
+            continue
+        reach = _beside(i, vertices, found, near, far, points, nearness)
+        _set_frame(planes[_own_face(i, around, planes, points, nearness, far, weights)], frame)
+        _turn(points, far, frame)
+        own = min(1.0 + (ON_PATCH * reach / max(3.0 * noise, TINY)) ** 2, MOST_TIED)
+        _fit(points, nearness, far, products, weights, own, sums, jet)
+        steep = 1.0 / sqrt(1.0 + jet[1] ** 2 + jet[2] ** 2)
+        offsets[i] = steep * jet[0] * reach
+        for p in range(3):
+            normals[i, p] = steep * (frame[2, p] - jet[1] * frame[0, p] - jet[2] * frame[1, p])
+            for q in range(3):
+                across = frame[0, p] * frame[1, q] + frame[1, p] * frame[0, q]
+                second = jet[3] * frame[0, p] * frame[0, q] + jet[4] * across + jet[5] * frame[1, p] * frame[1, q]
+                forms[i, p, q] = steep * second / reach
+    return normals, offsets, forms
+
+
+@numba.njit(cache=True, error_model="numpy", inline="always")
+def _two_rings(i: int, neighbours: Adjacency, met: Ints, found: Ints) -> tuple[int, int]:
+    """Write the neighbours of vertex i and then theirs; how many neighbours there are, and how many of both.
+
+    met (n,) tells at which vertex each was found last.
+    """
+    count, met[i] = 0, i
+    for q in range(neighbours.start[i], min(neighbours.start[i + 1], neighbours.start[i] + MOST_NEIGHBOURS)):
+        found[count], met[neighbours.items[q]] = neighbours.items[q], i
+        count += 1
+    near = count
+    for f in range(near):
+        for q in range(neighbours.start[found[f]], neighbours.start[found[f] + 1]):
+            k = neighbours.items[q]
+            if met[k] != i and count < MOST_NEIGHBOURS:
+                found[count], met[k] = k, i
+                count += 1
+    return near, count
+
+
+@numba.njit(cache=True, error_model="numpy", inline="always")
+def _beside(i: int, vertices: Floats, found: Ints, near: int, far: int, points: Floats, nearness: Floats) -> float:
+    """Write where the neighbours lie from vertex i and how near, 1 / distance, in units of the mean distance.
+
+    That is of the first `near` of them, and returned in mm.
+    """
+    reach = TINY
+    for k in range(far):
+        for axis in range(3):
+            points[axis, k] = vertices[found[k], axis] - vertices[i, axis]
+    for k in range(far):
+        nearness[k] = sqrt(points[0, k] ** 2 + points[1, k] ** 2 + points[2, k] ** 2) + TINY
+    for k in range(near):
+        reach += nearness[k] / near
+    for k in range(far):
+        nearness[k] = reach / nearness[k]
+        for axis in range(3):
+            points[axis, k] *= 1.0 / reach
+    return reach
+
+
+@numba.njit(cache=True, error_model="numpy", fastmath={"reassoc", "nsz"})
+def _own_face(
+    i: int, around: Adjacency, planes: Floats, points: Floats, nearness: Floats, far: int, weights: Floats
+) -> int:
+    """That face at vertex i whose plane agrees best with its neighbours; the weights tell which of them agree."""
+    least, own = np.inf, around.items[around.start[i]]
+    for q in range(around.start[i], around.start[i + 1]):
+        face, against = around.items[q], 0.0
+        for k in range(far):
+            squared = _squared_slope(planes, face, points, nearness, k)
+            against += squared / (1.0 + squared)
+        if against < least:
+            least, own = against, face
+    for k in range(far):
+        weights[k] = 1.0 / (1.0 + _squared_slope(planes, own, points, nearness, k)) ** 2
+    return own
+
+
+@numba.njit(cache=True, error_model="numpy", fastmath={"reassoc", "nsz"})
+def _squared_slope(planes: Floats, face: int, points: Floats, nearness: Floats, k: int) -> float:
+    """How steeply neighbour k stands off the plane of a face, squared, in units of ON_PLANE."""
+    off = planes[face, 0] * points[0, k] + planes[face, 1] * points[1, k] + planes[face, 2] * points[2, k]
+    return (off * nearness[k] * (1.0 / ON_PLANE)) ** 2
+
+
+@numba.njit(cache=True, error_model="numpy", inline="always")
+def _set_frame(normal: Floats, frame: Floats) -> None:
+    """Write rows: two directions along the plane of a normal (3,), and the normal."""
+    axis = 0 if abs(normal[0]) < 0.6 else 1
+    length = sqrt(1.0 - normal[axis] ** 2)
+    for k in range(3):
+        frame[2, k] = normal[k]
+        frame[0, k] = ((1.0 if k == axis else 0.0) - normal[axis] * normal[k]) / length
+    for k in range(3):
+        m, n = (k + 1) % 3, (k + 2) % 3
+        frame[1, k] = frame[2, m] * frame[0, n] - frame[2, n] * frame[0, m]
+
+
+@numba.njit(cache=True, error_model="numpy", inline="always")
+def _turn(points: Floats, far: int, frame: Floats) -> None:
+    for k in range(far):
+        x, y, z = points[0, k], points[1, k], points[2, k]
+        for row in range(3):
+            points[row, k] = frame[row, 0] * x + frame[row, 1] * y + frame[row, 2] * z
+
+
+@numba.njit(cache=True, error_model="numpy", inline="always")
+def _fit(
+    points: Floats, nearness: Floats, far: int, products: Floats, weights: Floats, own: float, sums: Floats, jet: Floats
+) -> None:
+    """Write height, slopes and second derivatives of a patch through points (3, far) and, weighing own, the origin.
+
+    products (·, PRODUCTS) and sums (PRODUCTS,) are written over.
+    """
+    for k in range(far):
+        _multiply(points, k, products)
+    weights[far : far + LANES] = 0.0
+    products[far : far + LANES] = 0.0
+    for _ in range(ROUNDS):
+        sums[:] = 0.0
+        for p in range(TERMS):
+            sums[row_of(p) + p] = own if p == 0 else GRADIENT_PRIOR if p < 3 else CURVATURE_PRIOR
+        for k in range(0, far, LANES):
+            a, b, c, d = weights[k], weights[k + 1], weights[k + 2], weights[k + 3]
+            for m in range(len(sums)):  # compilers do not vectorise what a constant has them unroll
+                sums[m] += a * products[k, m] + b * products[k + 1, m] + c * products[k + 2, m] + d * products[k + 3, m]
+        _solve(sums, jet)
+        if _weigh(points, nearness, far, jet, weights) > AGREED * far:
+            break
+
+
+@numba.njit(cache=True, error_model="numpy", fastmath={"reassoc", "nsz"})
+def _weigh(points: Floats, nearness: Floats, far: int, jet: Floats, weights: Floats) -> float:
+    """Write what say each point has, less where it stands off the patch; the sum of it."""
+    total = 0.0
+    for k in range(far):
+        x, y = points[0, k], points[1, k]
+        off = points[2, k] - jet[0] - (jet[1] + 0.5 * jet[3] * x) * x - (jet[2] + jet[4] * x + 0.5 * jet[5] * y) * y
+        weights[k] = 1.0 / (1.0 + (off * nearness[k] * (1.0 / ON_PATCH)) ** 2) ** 2
+        total += weights[k]
+    return total
+
+
+@numba.njit(cache=True, error_model="numpy")
+def row_of(p: int) -> int:
+    """Where row p begins in a triangle that is stored row by row."""
+    return p * (p + 1) // 2
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _multiply(points: Floats, k: int, products: Floats) -> None:
+    """Write the products of the terms with each other at point k, the lower triangle by rows, and with its height."""
+    x, y, z = points[0, k], points[1, k], points[2, k]
+    for p, term in enumerate((1.0, x, y, 0.5 * x * x, x * y, 0.5 * y * y)):
+        row = row_of(p)
+        products[k, row], products[k, row_of(TERMS) + p] = term, term * z
+        for q in range(1, p + 1):
+            products[k, row + q] = term * products[k, row_of(q)]
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _solve(triangle: Floats, found: Floats) -> None:
+    """Solve a symmetric positive definite system by Cholesky's method.
+
+    triangle (PRODUCTS,) is its lower half row by row, with the right side as one row more; it is written over.
+    """
+    for p in range(TERMS + 1):
+        row = row_of(p)
+        for q in range(min(p + 1, TERMS)):
+            col, rest = row_of(q), triangle[row + q]
+            for k in range(q):
+                rest -= triangle[row + k] * triangle[col + k]
+            # The diagonal is kept as what the others are multiplied by.
+            triangle[row + q] = rest * triangle[col + q] if q < p else 1.0 / sqrt(max(rest, TINY))
+    for p in range(TERMS - 1, -1, -1):
+        rest = triangle[row_of(TERMS) + p]
+        for k in range(p + 1, TERMS):
+            rest -= triangle[row_of(k) + p] * found[k]
+        found[p] = rest * triangle[row_of(p) + p]

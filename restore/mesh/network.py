@@ -1,0 +1,150 @@
+"""The sticks of a mesh: which particles are joined, and how far apart they belong."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from math import sqrt
+
+import numba
+import numpy as np
+
+from restore.errors import BadInput
+from restore.mesh.adjacency import Sides, components, sides_of
+from restore.mesh.measures import between, straight_lengths
+from restore.scan import Floats, Ints, Mask
+
+GOLDEN = (5.0**0.5 - 1.0) / 2.0
+BLOCK = 8192  # pairs of a quarter of a megabyte
+TINY = 1e-9  # of the mean edge: shorter edges would divide by zero
+
+
+@dataclass(frozen=True, eq=False)
+class Network:
+    """Sticks and hinges.
+
+    faces          (m, 3)
+    sides          the sides of the faces.
+    edges, lengths (e, 2), (e,) mm: sticks, each edge of the mesh once.
+    hinges, spans  (b, 2), (b,) mm: the two corners that face each other over every inner edge, and how far apart they
+                   are when the hinge lies flat. Keeping them there is the bending resistance.
+    """
+
+    faces: Ints
+    sides: Sides
+    lengths: Floats
+    hinges: Ints
+    spans: Floats
+
+    @property
+    def edges(self) -> Ints:
+        return self.sides.edges
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A connected part of a mesh: its vertices (k,) in the whole, and its own faces and network."""
+
+    vertices: Ints
+    faces: Ints
+    network: Network
+
+
+def edges_of(faces: Ints) -> Ints:
+    """(e, 2): each edge of faces (m, 3) once, the smaller vertex first, in ascending order."""
+    return sides_of(faces).edges
+
+
+def make_network(vertices: Floats, faces: Ints, lengths: Floats | None = None, sides: Sides | None = None) -> Network:
+    """Join vertices (n, 3) mm along the edges of faces (m, 3); lengths (e,) as in `edges_of`, or measured here.
+
+    sides are those of the faces when they are known already.
+    Raises BadInput when the lengths are not one for each edge.
+    """
+    sides = sides or sides_of(faces)
+    if lengths is None:
+        lengths = straight_lengths(vertices, sides.edges)
+    count = len(sides.edges)
+    if lengths.shape != (count,) or not lengths.min(initial=0.0) >= 0.0 or not 0.0 < (total := lengths.sum()) < np.inf:
+        raise BadInput(f"{count} edges need {count} finite lengths", "give them in the order of `edges_of`")
+    lengths = np.maximum(lengths, TINY * total / count)
+    return Network(faces, sides, lengths, *_hinges(faces, sides, lengths))
+
+
+@numba.njit(cache=True)
+def _hinges(faces: Ints, sides: Sides, lengths: Floats) -> tuple[Ints, Floats]:
+    """The two corners that face each other over every inner edge (b, 2), and their spans (b,) from five lengths.
+
+    A span is their distance when both triangles are unfolded into one plane.
+    """
+    hinges, spans, found = np.empty((len(lengths), 2), np.int64), np.empty(len(lengths)), 0
+    for e in range(len(lengths)):
+        pair = sides.first[e]
+        if sides.first[e + 1] - pair != 2:  # an edge of three faces is a flaw of the mesh and no hinge
+            continue
+        hinges[found, 0], x0, y0 = _corner(sides.at[pair], faces, sides, lengths)
+        hinges[found, 1], x1, y1 = _corner(sides.at[pair + 1], faces, sides, lengths)
+        spans[found] = sqrt((x0 - x1) ** 2 + (y0 + y1) ** 2)
+        found += 1
+    return hinges[:found].copy(), spans[:found].copy()
+
+
+@numba.njit(cache=True)
+def _corner(side: int, faces: Ints, sides: Sides, lengths: Floats) -> tuple[int, float, float]:
+    """The corner that faces a side, and where it lies: along the edge, from its smaller vertex, and how high above."""
+    face, k = side // 3, side % 3
+    following, last = lengths[sides.edge[3 * face + (k + 1) % 3]], lengths[sides.edge[3 * face + (k + 2) % 3]]
+    near, far = (last, following) if faces[face, k] < faces[face, (k + 1) % 3] else (following, last)
+    base = lengths[sides.edge[side]]
+    # Never farther along than the side is long, or a sliver would throw its corner off the page.
+    along = min(max((near**2 - far**2 + base**2) / (2.0 * base), -near), near)
+    return faces[face, (k + 2) % 3], along, sqrt(max(near**2 - along**2, 0.0))
+
+
+def spread(pairs: Ints, lengths: Floats) -> tuple[Ints, Floats]:
+    """The same pairs (k, 2) and lengths (k,) in an order in which neighbours in the list are none on the sheet.
+
+    Going over one pair then does not wait for the one before it, and the processor takes several at a time. Those of a
+    block stay together, as it fits into the processor's cache.
+    """
+    whole = len(pairs) // BLOCK * BLOCK
+    blocks = np.arange(0, whole, BLOCK)[:, None] + _strides(BLOCK)
+    order = np.concatenate([blocks.ravel(), whole + _strides(len(pairs) - whole)])
+    return pairs.take(order, axis=0), lengths.take(order)
+
+
+@lru_cache(maxsize=16)
+def _strides(count: int) -> Ints:
+    """0 to count − 1 in steps of about the golden section, which come back to the same place last."""
+    stride = max(round(GOLDEN * count), 1)
+    while np.gcd(stride, max(count, 1)) != 1:
+        stride += 1
+    return np.arange(count) * stride % max(count, 1)
+
+
+def pieces(network: Network) -> Iterator[Piece]:
+    """The connected parts, largest first. Vertices without a face belong to none."""
+    count = network.faces.max() + 1
+    label = components(network.edges, count)
+    if not label.any():
+        yield Piece(np.arange(count), network.faces, network)
+        return
+    sizes = np.bincount(label[network.faces[:, 0]], minlength=label.max() + 1)
+    for part in np.argsort(-sizes, kind="stable"):
+        if sizes[part] == 0:
+            break
+        yield part_of(network, label[network.faces[:, 0]] == part)
+
+
+def part_of(network: Network, member: Mask) -> Piece:
+    """What some of the faces of a network, member (m,), are by themselves."""
+    chosen = network.faces[member]
+    inside = np.zeros(chosen.max() + 1, bool)
+    inside[chosen] = True
+    vertices = np.flatnonzero(inside)
+    faces = (np.cumsum(inside) - 1)[chosen]
+    sides = sides_of(faces)
+    start, end = vertices[sides.edges].T
+    lengths = between(start, end, network.edges, network.lengths)
+    return Piece(vertices, faces, make_network(np.empty((0, 3)), faces, lengths, sides))

@@ -1,0 +1,59 @@
+"""Make all faces of a mesh run the same way round, counter-clockwise on the printed side."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from restore.mesh.adjacency import Sides, components, sides_of
+from restore.mesh.measures import signed_areas
+from restore.scan import Floats, Ints, Mask
+
+
+def orient(faces: Ints, texcoords: Floats | None = None, sides: Sides | None = None) -> Ints:
+    """The faces (m, 3), those turned round that run against their neighbours.
+
+    Of each connected piece the printed side is where its texture, texcoords (n, 2) pixels, is not mirrored; without
+    texture, where most of its faces run counter-clockwise already. A one-sided piece stays as it is. sides are those of
+    the faces when they are known already.
+    """
+    count, sides = len(faces), sides or sides_of(faces)
+    votes = np.ones(count) if texcoords is None else -signed_areas(texcoords, faces)  # its pixels run downwards
+    if votes.min() >= 0.0 and _agree(faces, sides):
+        return faces
+    # As it is and turned round, every face is there twice; those that agree over an edge are of one sheet.
+    first, second, agree = _neighbours(faces, sides)
+    other = np.where(agree, second, second + count)
+    joined = np.stack([np.r_[first, first + count], np.r_[other, (other + count) % (2 * count)]], axis=1)
+    sheet = components(joined, 2 * count)
+    as_it_is, turned = sheet[:count], sheet[count:]
+    score = np.bincount(sheet, np.r_[votes, -votes])
+    return np.where((score[turned] > score[as_it_is])[:, None], faces[:, ::-1], faces)
+
+
+@numba.njit(cache=True)
+def _forward(faces: Ints, sides: Sides) -> Mask:
+    """(h,) whether each of the sides, edge after edge, runs from the smaller vertex to the larger."""
+    forward = np.empty(len(sides.at), np.bool_)
+    for k in range(len(sides.at)):
+        face, corner = divmod(sides.at[k], 3)
+        forward[k] = faces[face, corner] < faces[face, (corner + 1) % 3]
+    return forward
+
+
+@numba.njit(cache=True)
+def _agree(faces: Ints, sides: Sides) -> bool:
+    """Whether no two faces run the same way along an edge."""
+    forward = _forward(faces, sides)
+    for e in range(len(sides.edges)):
+        first, end = sides.first[e], sides.first[e + 1]
+        up = forward[first:end].sum()
+        if max(up, end - first - up) > 1:
+            return False
+    return True
+
+
+def _neighbours(faces: Ints, sides: Sides) -> tuple[Ints, Ints, Mask]:
+    """The two faces on every inner edge, (b,) and (b,), and whether they run the same way round."""
+    forward, inner = _forward(faces, sides), sides.first[:-1][np.diff(sides.first) == 2]
+    return sides.at[inner] // 3, sides.at[inner + 1] // 3, forward[inner] != forward[inner + 1]

@@ -1,0 +1,75 @@
+"""Look at a dense mesh as a scanner would, so that it gets the same care as a range grid."""
+
+from __future__ import annotations
+
+from math import ceil, sqrt
+
+import numpy as np
+
+from restore.mesh.measures import normals_of, signed_areas, surface_area
+from restore.mesh.orient import orient
+from restore.mesh.pose import Laid, lay
+from restore.mesh.raster import rasterise
+from restore.range_image.camera import Rays
+from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
+
+MIN_VERTICES = 30_000  # a window of seven samples is then 5 % of the page; coarser meshes would lose their bends in it
+MAX_GRID = 1000  # samples along the longer side
+DISTANCE = 5.0  # page sizes: far enough that walls do not hide behind each other, near enough for exact arithmetic
+STEEP = 0.05  # of the area: the steepest part of the page, which the grid is to sample as densely as its vertices do
+FINEST = 0.5  # of the vertices' spacing: finer, the grid holds little but their noise; nor finer than …
+STEEP_GRID = 500  # … so many samples along the longer side, as many as a scanner has, for whose noise all is made
+MAX_HIDDEN = 0.01  # of the area may be turned away or covered; more, and one view does not tell the surface
+
+
+def resample(mesh: SurfaceMesh) -> tuple[RangeScan, Rays] | None:
+    """Cast the mesh onto the range grid of a pinhole in front of the page.
+
+    Returns the scan, in the pinhole's frame, and its rays, which know the mesh's own frame; or None when the mesh is
+    too coarse or one view does not see all of it.
+    """
+    if len(mesh.vertices) < MIN_VERTICES:
+        return None
+    faces = orient(mesh.faces, mesh.texcoords)
+    laid = lay(mesh.vertices, faces)
+    size = float(np.ptp(laid.positions, axis=0).max())
+    eye = np.array([0.0, 0.0, laid.positions[:, 2].max() + DISTANCE * size])
+    camera = laid.positions - eye
+    tangents = camera[:, :2] / -camera[:, 2:]
+    spacing = sqrt(surface_area(mesh.vertices, faces) / len(mesh.vertices))
+    steep = max(spacing * _foreshortened(mesh.vertices, faces, laid), size / STEEP_GRID)
+    pitch = max(min(spacing, steep), size / MAX_GRID) / (DISTANCE * size)
+    low = tangents.min(axis=0)
+    cols, rows = (ceil(extent / pitch) + 1 for extent in np.ptp(tangents, axis=0))
+    corners = np.stack([(tangents[:, 0] - low[0]) / pitch, rows - 1 - (tangents[:, 1] - low[1]) / pitch], axis=1)
+    inverse_depth = -1.0 / camera[:, 2]
+    pixels = np.zeros((len(corners), 2)) if mesh.texcoords is None else mesh.texcoords
+    # Divided by depth, everything on a plane is affine over the picture: the perspective-correct interpolation.
+    values = np.column_stack([inverse_depth, pixels * inverse_depth[:, None]])
+    grid = rasterise(corners, faces, values, rows, cols).astype(np.float64)
+    if _hidden(corners, faces, np.isfinite(grid[..., 0])) > MAX_HIDDEN:
+        return None
+    at_rows, at_cols = np.indices((rows, cols))
+    depth = 1.0 / grid[..., 0]
+    x = (low[0] + pitch * at_cols) * depth
+    y = (low[1] + pitch * (rows - 1 - at_rows)) * depth
+    scan = RangeScan(np.dstack([x, y, -depth]), mesh.texture, grid[..., 1:] * depth[..., None], mesh.provenance)
+    y0 = low[1] + pitch * (rows - 1)
+    return scan, Rays(low[0], pitch, y0, -pitch, laid.axes, laid.origin + eye @ laid.axes)
+
+
+def _foreshortened(vertices: Floats, faces: Ints, laid: Laid) -> float:
+    """How much nearer than on the surface the vertices lie in the view where the page is steep."""
+    normals = normals_of(vertices, faces)
+    areas = np.sqrt((normals**2).sum(axis=1))
+    slopes = normals @ laid.axes[2] / np.maximum(areas, np.finfo(float).tiny)
+    order = np.argsort(slopes)
+    steep = np.searchsorted(np.cumsum(areas[order]), STEEP * areas.sum())
+    return float(np.clip(slopes[order[steep]], FINEST, 1.0))
+
+
+def _hidden(corners: Floats, faces: Ints, seen: Mask) -> float:
+    """Share of the mesh's shadow that is turned away or lies behind something else."""
+    areas = signed_areas(corners * [1.0, -1.0], faces)
+    total = float(np.abs(areas).sum())
+    return max(1.0 - float(seen.sum()) / total, float(np.maximum(-areas, 0.0).sum()) / total)

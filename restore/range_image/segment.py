@@ -1,0 +1,82 @@
+"""Find the sheet among everything that the scanner measured."""
+
+from __future__ import annotations
+
+import cv2
+import numba
+import numpy as np
+
+from restore.errors import NotEnoughSurface
+from restore.range_image.camera import Rays
+from restore.range_image.table import find_table
+from restore.scan import Floats, Ints, Mask, RangeScan
+
+MAX_SLOPE = 6.0  # 80.5°: steeper than any wall that camera and laser both see, less steep than the step to the table
+REACH = 2  # samples: drop-outs inside ink leave gaps of one or two
+MIN_SHARE = 0.02  # of the grid: a smaller piece is no page
+CLOSING = 5  # samples: notches that ink leaves in the outline
+
+
+def find_sheet(scan: RangeScan, rays: Rays, *, framed: bool = True) -> tuple[Mask, Mask]:
+    """The samples that lie on the sheet, and the sheet's whole area with its interior holes: two masks (rows, cols).
+
+    `framed` tells that the border of the grid is the border of what the scanner saw.
+    Raises NotEnoughSurface when no connected surface is large enough to be a page.
+    """
+    measured = scan.measured
+    inverse_depth = 1.0 / np.where(measured, -scan.points[..., 2], np.nan)
+    measured = measured & ~find_table(scan, inverse_depth, measured, framed=framed)
+    labels = _connected(1.0 / inverse_depth, measured, rays.dx * MAX_SLOPE)
+    sizes = np.bincount(labels.ravel())
+    sizes[0] = 0  # what belongs to no piece
+    samples = measured & (labels == int(np.argmax(sizes)))
+    inside = outline(samples)
+    share = min(samples.mean(), inside.mean())  # a comb of single lines covers nothing
+    if share < MIN_SHARE:
+        raise NotEnoughSurface(
+            f"the largest connected surface covers {share:.1%} of the picture",
+            "bring the page into the depth window, raise the laser power for dark paper, and scan again",
+        )
+    return samples, inside
+
+
+def outline(samples: Mask) -> Mask:
+    """The area that the samples cover: notches closed, interior holes filled, nothing added outside."""
+    from scipy.ndimage import binary_fill_holes
+
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (CLOSING, CLOSING))
+    # With room round it: closing would bridge a notch to the border of the grid.
+    closed = cv2.morphologyEx(np.pad(samples, CLOSING).astype(np.uint8), cv2.MORPH_CLOSE, kernel)
+    opened = cv2.morphologyEx(binary_fill_holes(closed).astype(np.uint8), cv2.MORPH_OPEN, kernel)
+    filled: Mask = opened[CLOSING:-CLOSING, CLOSING:-CLOSING].astype(bool)
+    return filled
+
+
+@numba.njit(cache=True)
+def _connected(depth: Floats, measured: Mask, step: float) -> Ints:
+    """Label the pieces whose neighbouring samples differ by less than `step` of their depth for each sample between."""
+    rows, cols = depth.shape
+    labels = np.zeros((rows, cols), np.int64)
+    stack = np.empty((rows * cols, 2), np.int64)
+    label = 0
+    for row in range(rows):
+        for col in range(cols):
+            if not measured[row, col] or labels[row, col]:
+                continue
+            label += 1
+            labels[row, col] = label
+            stack[0] = row, col
+            top = 1
+            while top:
+                top -= 1
+                r, c = stack[top]
+                for i in range(max(0, r - REACH), min(rows, r + REACH + 1)):
+                    for j in range(max(0, c - REACH), min(cols, c + REACH + 1)):
+                        if not measured[i, j] or labels[i, j]:
+                            continue
+                        reach = max(abs(i - r), abs(j - c))
+                        if abs(depth[i, j] - depth[r, c]) < step * reach * depth[r, c]:
+                            labels[i, j] = label
+                            stack[top] = i, j
+                            top += 1
+    return labels

@@ -1,0 +1,139 @@
+"""The prepared sheet: a surface that can be asked for points and lengths anywhere on the grid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numba
+import numpy as np
+from scipy.ndimage import distance_transform_edt, map_coordinates
+
+from restore.mesh.raster import rasterise
+from restore.range_image.camera import LensTerms, Rays, stretch
+from restore.range_image.facet_model import Facets
+from restore.scan import Floats, Ints, Mask, RangeScan
+
+# Slopes that differ by more than this many times the noise are two sides of a crease, not noise of one facet.
+CREASE_SIGMAS = 1.0
+
+_stretch = numba.njit(cache=True)(stretch)
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """Facets on the grid of rays, continued a little past the outline so that border samples have neighbours.
+
+    inside   (rows, cols) True on the sheet, interior holes included.
+    measured (rows, cols) True where the surface was seen and not filled in.
+    planes   (rows, cols, 3) inverse depth and its change per column and per row.
+    noise    standard deviation of one measured sample, 1/mm.
+    pixels   (rows, cols, 2) texture position of every grid position.
+    scan     what the surface was made from: its texture and provenance go on to the page.
+    """
+
+    rays: Rays
+    inside: Mask
+    measured: Mask
+    planes: Floats
+    noise: float
+    pixels: Floats
+    scan: RangeScan
+
+    def inverse_depth(self, nodes: Floats) -> Floats:
+        """(n,) 1/mm at grid positions (n, 2) (row, col), fractions allowed."""
+        return _evaluate(self.planes, nodes)
+
+    def points(self, nodes: Floats) -> Floats:
+        """(n, 3) mm at grid positions (n, 2) (row, col), fractions allowed."""
+        return self.rays.points(nodes[:, 0], nodes[:, 1], self.inverse_depth(nodes))
+
+    def texcoords(self, nodes: Floats) -> Floats:
+        """(n, 2) texture pixels at grid positions (n, 2) (row, col), fractions allowed."""
+        return np.stack(
+            [map_coordinates(self.pixels[..., k], nodes.T, order=1, mode="nearest") for k in (0, 1)], axis=1
+        )
+
+    def lengths(self, nodes: Floats, edges: Ints) -> Floats:
+        """(e,) mm: how far two nodes are apart along the surface, for edges (e, 2) between grid positions (n, 2).
+
+        The path is straight in the picture; on each sample it runs in that sample's facet, and where two facets meet
+        at an angle it runs over the line where they meet, not over the chord.
+        """
+        return _path_lengths(self.planes, nodes, edges, self.rays.lens, CREASE_SIGMAS * self.noise)
+
+
+def make_sheet(rays: Rays, facets: Facets, samples: Mask, inside: Mask, pixels: Floats, scan: RangeScan) -> Sheet:
+    """Continue the facets of the sheet over the rest of the grid, each sample from the nearest facet."""
+    known = inside & np.isfinite(facets.value)
+    rows, cols = distance_transform_edt(~known, return_distances=False, return_indices=True)
+    own_rows, own_cols = np.indices(known.shape)
+    slope = facets.slope[rows, cols]
+    value = facets.value[rows, cols] + slope[..., 0] * (own_cols - cols) + slope[..., 1] * (own_rows - rows)
+    return Sheet(rays, inside, samples, np.dstack([value, slope]), facets.noise, pixels, scan)
+
+
+def depth_distance(sheet: Sheet, nodes: Floats, faces: Ints) -> dict[str, float]:
+    """Depth between the reduced mesh, grid positions nodes (n, 2), and the sheet: mean, sd, max in mm (§3.2)."""
+    corners = np.ascontiguousarray(nodes[:, ::-1])
+    # A plane's inverse depth is affine over the grid, so the triangles may be filled linearly.
+    sparse = rasterise(corners, faces, sheet.inverse_depth(nodes)[:, None], *sheet.inside.shape)[..., 0]
+    both = sheet.inside & np.isfinite(sparse)
+    distance = np.abs(1.0 / sparse[both] - 1.0 / sheet.planes[both][:, 0])
+    return {"mean_mm": float(distance.mean()), "sd_mm": float(distance.std()), "max_mm": float(distance.max())}
+
+
+@numba.njit(cache=True)
+def _nearest(position: float, count: int) -> int:
+    return min(max(int(np.floor(position + 0.5)), 0), count - 1)
+
+
+@numba.njit(cache=True)
+def _evaluate(planes: Floats, nodes: Floats) -> Floats:
+    rows, cols, _ = planes.shape
+    value = np.empty(len(nodes))
+    for n in range(len(nodes)):
+        i, j = _nearest(nodes[n, 0], rows), _nearest(nodes[n, 1], cols)
+        value[n] = planes[i, j, 0] + planes[i, j, 1] * (nodes[n, 1] - j) + planes[i, j, 2] * (nodes[n, 0] - i)
+    return value
+
+
+@numba.njit(cache=True)
+def _place(r: float, c: float, w: float, lens: LensTerms) -> tuple[float, float, float]:
+    x0, dx, y0, dy, k1, k2 = lens
+    u, v = x0 + dx * c, y0 + dy * r
+    depth = 1.0 / w
+    scale = depth / _stretch(u * u + v * v, k1, k2)
+    return u * scale, v * scale, depth
+
+
+@numba.njit(cache=True)
+def _distance(ra: float, ca: float, wa: float, rb: float, cb: float, wb: float, lens: LensTerms) -> float:
+    xa, ya, za = _place(ra, ca, wa, lens)
+    xb, yb, zb = _place(rb, cb, wb, lens)
+    return np.sqrt((xa - xb) ** 2 + (ya - yb) ** 2 + (za - zb) ** 2)
+
+
+@numba.njit(cache=True)
+def _path_lengths(planes: Floats, nodes: Floats, edges: Ints, lens: LensTerms, tolerance: float) -> Floats:
+    rows, cols, _ = planes.shape
+    lengths = np.zeros(len(edges))
+    for e in range(len(edges)):
+        r0, c0 = nodes[edges[e, 0]]
+        r1, c1 = nodes[edges[e, 1]]
+        steps = max(1, int(np.ceil(max(abs(r1 - r0), abs(c1 - c0)))))
+        dr, dc = (r1 - r0) / steps, (c1 - c0) / steps
+        for k in range(steps):
+            ra, ca = r0 + k * dr, c0 + k * dc
+            rb, cb = ra + dr, ca + dc
+            i, j = _nearest(ra, rows), _nearest(ca, cols)
+            m, n = _nearest(rb, rows), _nearest(cb, cols)
+            wa = planes[i, j, 0] + planes[i, j, 1] * (ca - j) + planes[i, j, 2] * (ra - i)
+            wb = planes[m, n, 0] + planes[m, n, 1] * (cb - n) + planes[m, n, 2] * (rb - m)
+            sa = planes[i, j, 1] * dc + planes[i, j, 2] * dr
+            sb = planes[m, n, 1] * dc + planes[m, n, 2] * dr
+            bend = sa - sb
+            t = min(max((wb - sb - wa) / bend, 0.0), 1.0) if abs(bend) > tolerance else 0.5
+            rm, cm = ra + t * dr, ca + t * dc
+            lengths[e] += _distance(ra, ca, wa, rm, cm, wa + t * sa, lens)
+            lengths[e] += _distance(rm, cm, wb - (1.0 - t) * sb, rb, cb, wb, lens)
+    return lengths

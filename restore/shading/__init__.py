@@ -1,0 +1,1 @@
+"""Light and shadow on the page: the shape that they follow from, the lamps, their removal."""

@@ -1,0 +1,114 @@
+"""What is left of the light along creases and the edges of shadows, where its place is not known to a cell.
+
+A line that follows a crease, and is darker or lighter than the page on both of its sides, is light's doing: print does
+not know where the page will be folded.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numba
+import numpy as np
+
+from restore.bands import in_bands
+from restore.scan import Mask
+from restore.shading.relief import Field
+
+TENSOR = 3.0  # cells over which the direction of a crease is asked
+STEP = 0.02  # of the light, from a cell to the next: curved pages have less, creases more
+COHERENT = 0.5  # of the changes run across the crease: less is where several meet
+ALONG = 12  # cells to either side, 5 mm: a word, and the gaps round it
+# cells: where the page on either side is looked at; among them are, in small print, a line and a gap.
+BESIDE = (-9, -7, -5, 5, 7, 9)
+BRIGHT = 0.9  # of the cells along the crease are darker than its paper: what lies between lines and letters
+ABOVE = 2 * ALONG - int(BRIGHT * 2 * ALONG)  # so many of them may be brighter
+PASSES = 2  # the second time the sides are free of the lines that lie in them
+LEAST, MOST = 0.45, 1.6  # of its sides: what is less or more is a printed line, or the gap between two figures
+SAME = 0.2  # of one another: light does alike to the darkest channel and to the brightest, ink does not
+SOFT = 0.5  # cells
+TINY = 1e-6
+
+
+def crease_light(darkest: Field, brightest: Field, expected: Field, inside: Mask) -> Field:
+    """(r, c) how much more light there is along creases than on both sides of them, 1 almost everywhere.
+
+    darkest, brightest (r, c): channel of the page in units of the light that is known. expected (r, c): that light,
+    whose steps tell where creases and the edges of shadows are.
+    """
+    across, found = _directions(expected, inside)
+    out = np.ones_like(darkest)
+    if not found.any():
+        return out
+    for _ in range(PASSES):
+        one, other = (_compared(channel / out, across, found, inside) for channel in (darkest, brightest))
+        line = np.where(np.abs(one - other) < SAME * np.maximum(one, other), np.sqrt(one * other), np.float32(1))
+        out *= cv2.GaussianBlur(line, (0, 0), SOFT)
+    return out
+
+
+def _compared(brightness: Field, across: Field, found: Mask, inside: Mask) -> Field:
+    """(r, c) what lines are of their sides, 0 when no light can do that, 1 where none are found."""
+    reach = 2 * max(BESIDE) + 1
+    near = cv2.dilate(found.astype(np.uint8), np.ones((reach, reach), np.uint8)) > 0
+    near &= inside
+    bright, out = np.full_like(brightness, np.nan), np.ones_like(brightness)
+    in_bands(lambda rows: _bright(brightness, inside, across, near, rows.start, bright[rows]), len(out))
+    in_bands(lambda rows: _beside(bright, across, found, rows.start, out[rows]), len(out))
+    return out
+
+
+def _directions(light: Field, inside: Mask) -> tuple[Field, Mask]:
+    """(r, c, 2) = (right, down) unit vectors across the creases, and where those are."""
+    level = np.log(np.maximum(light, TINY))
+    right, down = (cv2.Sobel(level, cv2.CV_32F, *order, ksize=3, scale=1 / 8) for order in ((1, 0), (0, 1)))
+    xx, xy, yy = (cv2.GaussianBlur(part, (0, 0), TENSOR) for part in (right * right, right * down, down * down))
+    turn = np.arctan2(2 * xy, xx - yy) / 2
+    spread, total = np.hypot(xx - yy, 2 * xy), xx + yy
+    found = inside & ((total + spread) / 2 > STEP**2) & (spread > COHERENT * total)
+    found = cv2.dilate(found.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    return np.dstack([np.cos(turn), np.sin(turn)]), found & inside
+
+
+@numba.njit(cache=True, nogil=True)
+def _bright(brightness: Field, inside: Mask, across: Field, near: Mask, first: int, out: Field) -> None:
+    """The paper's brightness along the direction of the crease, for rows from `first` on, into out."""
+    rows, cols = brightness.shape
+    brightest = np.empty(ABOVE + 1, np.float32)
+    for row in range(first, first + len(out)):
+        for col in range(cols):
+            if not near[row, col]:
+                continue
+            x, y = -across[row, col, 1], across[row, col, 0]
+            count = 0
+            brightest[:] = -1.0
+            for k in range(-ALONG, ALONG + 1):
+                i, j = int(np.rint(row + k * y)), int(np.rint(col + k * x))
+                if 0 <= i < rows and 0 <= j < cols and inside[i, j]:
+                    value = brightness[i, j]
+                    count += 1
+                    for n in range(len(brightest)):
+                        brightest[n], value = max(brightest[n], value), min(brightest[n], value)
+            if count > ALONG:
+                out[row - first, col] = brightest[count - 1 - int(BRIGHT * (count - 1))]
+
+
+@numba.njit(cache=True, nogil=True)
+def _beside(bright: Field, across: Field, found: Mask, first: int, out: Field) -> None:
+    """How a line compares with both of its sides, for rows from `first` on, into out: 0 when no light can do that."""
+    rows, cols = bright.shape
+    zero, one = np.float32(0), np.float32(1)
+    for row in range(first, first + len(out)):
+        for col in range(cols):
+            here = bright[row, col]
+            if not found[row, col] or not here > 0:
+                continue
+            least, most = np.float32(np.inf), zero
+            for way in BESIDE:
+                i, j = int(np.rint(row + way * across[row, col, 1])), int(np.rint(col + way * across[row, col, 0]))
+                known = 0 <= i < rows and 0 <= j < cols and bright[i, j] > 0
+                side = bright[i, j] if known else zero
+                least, most = min(least, side), max(most, side)
+            if least > 0:
+                over, under = here / most, here / least
+                likely = over <= MOST and under >= LEAST
+                out[row - first, col] = max(over, one) * min(under, one) if likely else zero

@@ -1,0 +1,157 @@
+"""What a warped page hides from its own light: the horizon seen from every place on it.
+
+A horizon map (N. Max, "Horizon mapping: shadows for bump-mapped surfaces", The Visual Computer 4, 1988) holds, for
+some directions of the compass, how steeply the surface rises before a place. Any lamp is then seen or not by one look
+into the map, wherever it stands.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil
+from typing import Any
+
+import cv2
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from restore.bands import in_bands
+from restore.mesh.raster import rasterise
+from restore.scan import Floats, Mask
+from restore.shading.relief import Field, Relief
+
+# Of the map: 1.9 mm apart on a page of 280 × 200 mm, as the lattice that it is drawn from; finer maps move no shadow.
+MAX_NODES = 16_000
+AZIMUTHS = 24  # before a straight ridge the horizon is a cosine of the azimuth: 15° between two err by 1 % of it
+GROWTH = 1.1  # of the steps: a ridge that is far away may be met less exactly
+NOWHERE = -1e6  # mm: no surface, and nothing that hides light
+PENUMBRA = 0.05  # tangent: the half-shadow of a lamp of 5 cm at a metre
+
+
+@dataclass(frozen=True, eq=False)
+class HorizonMap:
+    """Nodes `pitch` mm apart from corner (2,) mm (x left, y top) of the page's frame.
+
+    slopes (rows, cols, AZIMUTHS): the tangent of the horizon's elevation, counter-clockwise from x.
+    heights (rows, cols) mm, NOWHERE off the page.
+    """
+
+    corner: Floats
+    pitch: float
+    slopes: Field
+    heights: Field
+
+    def nodes(self, points: Field) -> Field:
+        """(…, 2) = (col, row) in the map, as fractions, of points (…, 3) mm."""
+        left, top = self.corner.astype(np.float32)
+        pitch = np.float32(self.pitch)
+        return np.stack([(points[..., 0] - left) / pitch, (top - points[..., 1]) / pitch], axis=-1)
+
+    def openness(self) -> Field:
+        """(rows, cols) 0 to 1: how much of the light from above that its slope could get a node does get.
+
+        Light from all sides, weighed by the cosine to the normal and integrated up to the horizon, against the same
+        for a plane of that slope alone, (1 + n_z) / 2.
+        """
+        heights = np.where(self.heights == NOWHERE, np.float32(np.nan), self.heights)
+        down, right = np.gradient(heights, np.float32(self.pitch))
+        normal = np.dstack([-right, down, np.ones_like(down)])
+        normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+        azimuth = np.float32(2 * np.pi / AZIMUTHS) * np.arange(AZIMUTHS, dtype=np.float32)
+        facing = normal[..., :1] * np.cos(azimuth) + normal[..., 1:2] * np.sin(azimuth)
+        # At the edge of the page nothing stands before a place but its own plane.
+        rise = np.maximum(self.slopes, -facing / normal[..., 2:])
+        # With the polar angle p of the horizon, tan p = 1 / rise: sin² p, and sin 2p / 2.
+        squared = 1 / (1 + rise * rise)
+        slices = normal[..., 2:] * squared / 2 + facing * ((np.pi / 2 - np.arctan(rise)) - rise * squared) / 2
+        share = slices.sum(axis=2) * np.float32(2 / AZIMUTHS) / ((1 + normal[..., 2]) / 2)
+        return np.asarray(np.clip(spread(share, np.isfinite(share)), 0, 1), dtype=np.float32)
+
+
+def spread(field: NDArray[Any], known: Mask) -> NDArray[Any]:
+    """A field (rows, cols, …) with the nearest known value wherever it is not known."""
+    if known.all():
+        return field
+    if not known.any():
+        return np.ones_like(field)
+    _, nearest = cv2.distanceTransformWithLabels(
+        (~known).astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    place = np.zeros(int(nearest.max()) + 1, np.int64)
+    place[nearest[known]] = np.flatnonzero(known)
+    filled = field.copy()
+    filled[~known] = field.reshape(-1, *field.shape[2:])[place[nearest[~known]]]
+    return filled
+
+
+def horizon_map(relief: Relief) -> HorizonMap:
+    """Look round from a grid of places on the page."""
+    low, high = relief.vertices[:, :2].min(axis=0), relief.vertices[:, :2].max(axis=0)
+    pitch = float(np.sqrt(np.prod(high - low) / MAX_NODES))
+    corner = np.array([low[0], high[1]])
+    xy = (relief.vertices[:, :2] - corner) * [1 / pitch, -1 / pitch]
+    width, height = (ceil(extent / pitch) + 1 for extent in high - low)
+    heights = rasterise(xy, relief.faces, relief.vertices[:, 2:], height, width)[..., 0]
+    known = np.isfinite(heights)
+    heights = np.where(known, heights, np.float32(NOWHERE))
+    azimuth = 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
+    ways = np.stack([np.cos(azimuth), -np.sin(azimuth)], axis=1).astype(np.float32)
+    slopes = np.zeros((*heights.shape, AZIMUTHS), np.float32)
+    in_bands(
+        lambda rows: _horizon(heights, ways, _reaches(max(heights.shape)), pitch, rows.start, slopes[rows]), height
+    )
+    return HorizonMap(corner, pitch, spread(slopes, known), heights)
+
+
+def _reaches(longest: int) -> Field:
+    """(k,) distances in nodes at which to look, up to the longest."""
+    steps = [1.0]
+    while steps[-1] < np.hypot(longest, longest):
+        steps.append(max(steps[-1] + 1.0, steps[-1] * GROWTH))
+    return np.array(steps, np.float32)
+
+
+@numba.njit(cache=True, nogil=True)
+def _horizon(heights: Field, ways: Field, reaches: Field, pitch: float, first: int, slopes: Field) -> None:
+    """Look round from the rows of nodes from `first` on, into slopes (some rows, cols, len(ways)).
+
+    All nodes of a row look equally far at once: what they see lies beside one another in memory.
+    """
+    rows, cols = heights.shape
+    one = np.float32(1)
+    for row in range(first, first + len(slopes)):
+        for a in range(len(ways)):
+            steepest = np.full(cols, np.float32(-1e3))
+            for reach in reaches:
+                x, y = ways[a, 0] * reach, row + ways[a, 1] * reach
+                right, i = int(np.floor(x)), int(np.floor(y))
+                start, stop = max(0, -right), min(cols, cols - 1 - right)
+                if start >= stop or not 0 <= i < rows - 1:
+                    break
+                u, v, nearness = np.float32(x - right), np.float32(y - i), one / (reach * np.float32(pitch))
+                here, steep = heights[row, start:stop], steepest[start:stop]
+                upper, lower = heights[i, start + right :], heights[i + 1, start + right :]
+                for k in range(stop - start):
+                    above = (one - u) * upper[k] + u * upper[k + 1]
+                    below = (one - u) * lower[k] + u * lower[k + 1]
+                    steep[k] = max(steep[k], ((one - v) * above + v * below - here[k]) * nearness)
+            slopes[row - first, :, a] = steepest
+
+
+@numba.njit(cache=True)
+def in_sight(slopes: Field, col: float, row: float, x: float, y: float, z: float) -> float:
+    """How much of a lamp in the direction (x, y, z) is seen from a node of a map of slopes: 0 to 1."""
+    height, width, count = slopes.shape
+    level = np.sqrt(x * x + y * y)
+    col, row = min(max(col, 0.0), width - 1.001), min(max(row, 0.0), height - 1.001)
+    turn = np.arctan2(y, x) / (2 * np.pi) * count
+    j, i, whole = int(col), int(row), int(np.floor(turn))
+    u, v, w = col - j, row - i, turn - whole
+    a, b = whole % count, (whole + 1) % count
+    horizon = 0.0
+    for di in range(2):
+        for dj in range(2):
+            weight = (v if di else 1 - v) * (u if dj else 1 - u)
+            horizon += weight * ((1 - w) * slopes[i + di, j + dj, a] + w * slopes[i + di, j + dj, b])
+    return min(max((z - horizon * level) / (PENUMBRA * level + 1e-9) + 1.0, 0.0), 1.0)

@@ -1,0 +1,303 @@
+"""What light falls on the page, told from its own picture: lamps, far or near, and the room.
+
+Bare paper gives back light in all directions alike (Lambert), so its brightness over the surface is the light's. What
+comes from a lamp goes with the cosine to it over the square of the distance, and only where the lamp is in sight; what
+comes from the room is nearly the same on all slopes (Basri & Jacobs, "Lambertian reflectance and linear subspaces",
+TPAMI 25(2), 2003, eq. 17: a constant and three terms linear in the normal hold most of it), less in hollows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numba
+import numpy as np
+from scipy.optimize import minimize
+
+from restore.bands import in_bands
+from restore.scan import Floats, Ints, Mask
+from restore.shading.horizon_map import HorizonMap, in_sight
+from restore.shading.relief import Field
+
+ROOM = 4  # terms: the room's light and its slopes along x, y, z
+MAX_LAMPS = 2  # a third is as good as room light, and would be fitted to figures
+SAMPLES = 1000  # of bare paper: thirteen unknowns, and lamps must be tried in hundreds of places within 0.1 s
+AZIMUTHS, POLARS = 12, (25.0, 45.0, 65.0)  # degrees from the page's normal: where a lamp is first looked for
+FIRST_NEARNESS = 7e-4  # per mm: between a desk lamp and a far one
+SIMPLEX = (0.15, 0.12, 5e-4)  # first steps of the search: radians, radians, per mm
+PROMISING = 0.995  # the first guess at a lamp must bring the deviation down to this share: no worse one ends well
+WORTH = 0.85  # a lamp must bring the deviation down to this share, or it explains figures and noise
+EVEN = 0.005  # of the light: less than the noise of a cell; what is that even needs no lamp to explain it
+RIDGE = 1e-5  # of the mean: a flat page tells lamp and room not apart, and none of them may grow without end
+CLOSEST_MM = 200.0  # no lamp stands nearer: the page would not fit under it
+ABOVE = 20.0  # nothing is brighter than bare paper: what lies above a first guess of its light weighs so much more
+OUTLYING = 3.0  # robust deviations: places farther off count as ink, figure or gloss
+# Of the light: no narrower is the robust deviation taken, before all lamps are found and after.
+DOUBTED = 0.1  # weight of a place that may be ink, in the judgement of lamps
+FLOOR, LAST_FLOOR = 0.04, 0.01
+MAD = 1.4826  # median absolute deviation to standard deviation of a normal distribution
+ROUNDS = 5
+TRIALS = 90  # of the search that refines one lamp: it ends within half a degree
+
+
+@dataclass(frozen=True, eq=False)
+class Places:
+    """Spots of the page: points (n, 3) mm and normals (n, 3) in the frame of the relief, openness (n,) 0 to 1, and
+    nodes (n, 2) = (col, row) in the horizon map."""
+
+    points: Field
+    normals: Field
+    openness: Field
+    nodes: Field
+
+    def __getitem__(self, chosen: Ints | slice) -> Places:
+        return Places(self.points[chosen], self.normals[chosen], self.openness[chosen], self.nodes[chosen])
+
+
+@dataclass(frozen=True, eq=False)
+class Light:
+    """The light found.
+
+    lamps      (k, 3): azimuth and polar angle in the frame of the relief, seen from `middle` (3,) mm, and nearness,
+               the inverse of the distance per mm, 0 for a lamp that is far away.
+    strengths  (4 + k, 3): of the room, its slopes along x, y, z, and each lamp, per colour channel.
+    """
+
+    lamps: Floats
+    strengths: Floats
+    middle: Field
+    horizon: HorizonMap
+
+    def on(self, places: Places) -> Field:
+        """(n, 3) light on places of the page."""
+        light, strengths = np.empty((len(places.points), 3), np.float32), self.strengths.astype(np.float32)
+
+        def shine(band: slice) -> None:
+            at = places[band]
+            slopes = self.horizon.slopes
+            _light(
+                at.points, at.normals, at.openness, at.nodes, slopes, self.middle, self.lamps, strengths, light[band]
+            )
+
+        in_bands(shine, len(light))
+        return light
+
+    @property
+    def level(self) -> Field:
+        """(3,) the light on the page lying flat, in its middle, with nothing before it."""
+        upright = np.array([1.0, 0.0, 0.0, 1.0, *np.cos(self.lamps[:, 1])])
+        return np.asarray(upright @ self.strengths, dtype=np.float32)
+
+
+def fit_light(colour: Field, places: Places, horizon: HorizonMap) -> Light:
+    """Find the light on bare paper, colour (n, 3) linear, some of which may be ink after all."""
+    brightness = colour.mean(axis=1).astype(float)
+    fit = _Fit(brightness, places, horizon, places.points.mean(axis=0), _first_guess(brightness, places))
+    lamps = np.empty((0, 3))
+    enough = EVEN * float(brightness.mean())
+    while len(lamps) < MAX_LAMPS and fit.deviation(lamps) > enough:
+        found = _one_more(lamps, fit)
+        if not fit.better(found, lamps, PROMISING):
+            break
+        found = _refined(found, fit)
+        if not fit.better(found, lamps, WORTH):
+            break
+        lamps = found
+        fit = fit.trusting(lamps, FLOOR)
+    fit = fit.trusting(lamps, LAST_FLOOR)
+    terms = fit.terms(lamps)
+    strengths = np.stack([_solve(terms, colour[:, k].astype(float), fit.weights) for k in range(3)], axis=1)
+    return Light(lamps, strengths, fit.middle, horizon)
+
+
+def _first_guess(brightness: Floats, places: Places) -> Floats:
+    """(n,) 1 for what may be bare paper: near the upper side of a light that varies slowly over page and slopes.
+
+    Asymmetric least squares (Newey & Powell, Econometrica 55(4), 1987): ink only darkens.
+    """
+    reach = np.maximum(np.abs(places.points).max(axis=0), 1.0)
+    x, y, _ = (places.points / reach).T.astype(float)
+    terms = np.column_stack([np.ones(len(x)), x, y, x * x, x * y, y * y, places.normals[:, :2]])
+    weights = np.ones(len(x))
+    for _ in range(2 * ROUNDS):
+        rest = brightness - terms @ _solve(terms, brightness, weights)
+        weights = np.where(rest > 0, ABOVE, 1.0)
+    return _trusted(rest, weights > 1, FLOOR * brightness.mean())
+
+
+def _trusted(rest: Floats, known: Mask, floor: float) -> Floats:
+    """(n,) 1 where what is left of the brightness lies with most of the known places, 0 elsewhere."""
+    known = known if known.any() else np.ones(len(rest), bool)
+    centre = float(np.median(rest[known]))
+    spread = MAD * float(np.median(np.abs(rest[known] - centre)))
+    return np.asarray(np.abs(rest - centre) < OUTLYING * max(spread, floor)).astype(float)
+
+
+@dataclass(frozen=True, eq=False)
+class _Fit:
+    """What lamps are fitted to."""
+
+    brightness: Floats
+    places: Places
+    horizon: HorizonMap
+    middle: Field
+    weights: Floats
+
+    @cached_property
+    def room(self) -> Floats:
+        """(n, 4): the room's light and its three slopes."""
+        upright = np.column_stack([np.ones(len(self.places.points)), self.places.normals])
+        return np.asarray(self.places.openness[:, None] * upright, dtype=float)
+
+    @cached_property
+    def cap(self) -> float:
+        """What a place that no light explains may count at most."""
+        return OUTLYING * FLOOR * float(self.brightness.mean())
+
+    def terms(self, lamps: Floats) -> Floats:
+        """(n, 4 + k): the room's light, its three slopes, and each lamp's light."""
+        at = self.places
+        return _all_terms(self.room, at.points, at.normals, at.nodes, self.horizon.slopes, self.middle, lamps)
+
+    def rest(self, lamps: Floats) -> Floats:
+        """(n,) what the best strengths of room and lamps leave of the brightness."""
+        terms = self.terms(lamps)
+        return np.asarray(self.brightness - terms @ _solve(terms, self.brightness, self.weights))
+
+    def deviation(self, lamps: Floats, doubted: float = DOUBTED) -> float:
+        """Its root mean square; infinite when a lamp would have to take light away.
+
+        Ink counts no more than any other that no light explains; a shadow that another lamp would explain counts.
+        """
+        return float(_judged(self.terms(lamps), self.brightness, self.weights, self.cap, doubted))
+
+    def better(self, found: Floats, lamps: Floats, share: float) -> bool:
+        """Whether the lamps found bring the deviation down to a share of what others leave.
+
+        Either they explain bare paper better, or a shadow that was taken for ink.
+        """
+        return any(self.deviation(found, doubt) <= share * self.deviation(lamps, doubt) for doubt in (0.0, DOUBTED))
+
+    def trusting(self, lamps: Floats, floor: float) -> _Fit:
+        """The same, trusting what these lamps explain."""
+        fit = self
+        for _ in range(ROUNDS):
+            fit = replace(fit, weights=_trusted(fit.rest(lamps), fit.weights > 0, floor * self.brightness.mean()))
+        return fit
+
+
+def _one_more(lamps: Floats, fit: _Fit) -> Floats:
+    """The lamps and one more, looked for all over the sky."""
+    azimuths = 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
+    sky = [(azimuth, np.radians(polar), FIRST_NEARNESS) for azimuth in azimuths for polar in POLARS]
+    return min((np.vstack([lamps, lamp]) for lamp in sky), key=fit.deviation)
+
+
+def _refined(lamps: Floats, fit: _Fit) -> Floats:
+    """All lamps, each of them moved to where they leave least."""
+
+    def cost(flat: Floats) -> float:
+        if not all(0 <= p <= np.pi / 2 for p in flat[1::3]) or not all(0 <= n <= 1 / CLOSEST_MM for n in flat[2::3]):
+            return np.inf
+        return fit.deviation(flat.reshape(-1, 3))
+
+    start = lamps.ravel()
+    simplex = np.vstack([start, start + np.diag(np.tile(SIMPLEX, len(lamps)))])
+    simplex[:, 1::3] = np.clip(simplex[:, 1::3], 0, np.pi / 2)
+    options = {"initial_simplex": simplex, "maxfev": TRIALS * len(lamps), "xatol": 1e-4, "fatol": 1e-7}
+    return np.asarray(minimize(cost, start, method="Nelder-Mead", options=options).x.reshape(-1, 3))
+
+
+def _solve(terms: Floats, brightness: Floats, weights: Floats) -> Floats:
+    """The strengths of the terms, by weighted least squares with a ridge."""
+    weighted = terms * weights[:, None]
+    scale = max(float(weights.sum()), 1.0)
+    normal = weighted.T @ terms / scale
+    normal[np.diag_indices_from(normal)] += RIDGE
+    return np.asarray(np.linalg.solve(normal, weighted.T @ brightness / scale))
+
+
+@numba.njit(cache=True)
+def _judged(terms: Floats, brightness: Floats, weights: Floats, cap: float, doubted: float) -> float:
+    """What is left after `_solve`, each place capped and the doubted ones counting less: root mean square."""
+    count, size = terms.shape
+    normal, right = np.zeros((size, size)), np.zeros(size)
+    total = max(weights.sum(), 1.0)
+    for n in range(count):
+        for i in range(size):
+            weighted = weights[n] * terms[n, i] / total
+            right[i] += weighted * brightness[n]
+            for j in range(size):
+                normal[i, j] += weighted * terms[n, j]
+    for i in range(size):
+        normal[i, i] += RIDGE
+    strengths = np.linalg.solve(normal, right)
+    if size > ROOM and strengths[ROOM:].min() < 0:
+        return np.inf
+    square = 0.0
+    for n in range(count):
+        rest = brightness[n]
+        for i in range(size):
+            rest -= terms[n, i] * strengths[i]
+        rest = min(abs(rest), cap)
+        square += (1.0 if weights[n] > 0 else doubted) * rest * rest
+    return np.sqrt(square / count)
+
+
+@numba.njit(cache=True)
+def _all_terms(
+    room: Floats, points: Field, normals: Field, nodes: Field, slopes: Field, middle: Field, lamps: Floats
+) -> Floats:
+    """(n, 4 + k) the room's terms (n, 4) and each lamp's light."""
+    terms = np.empty((len(room), ROOM + len(lamps)))
+    terms[:, :ROOM] = room
+    for k in range(len(lamps)):
+        terms[:, ROOM + k] = _lamp(points, normals, nodes, slopes, middle, lamps[k, 0], lamps[k, 1], lamps[k, 2])
+    return terms
+
+
+@numba.njit(cache=True)
+def _lamp(
+    points: Field, normals: Field, nodes: Field, slopes: Field, middle: Field, azimuth: float, polar: float, near: float
+) -> Field:
+    """(n,) light of one lamp: 1 on a place in the page's middle that faces it."""
+    x = np.sin(polar) * np.cos(azimuth)
+    y = np.sin(polar) * np.sin(azimuth)
+    z = np.cos(polar)
+    out = np.zeros(len(points), np.float32)
+    for n in range(len(points)):
+        u = x - near * (points[n, 0] - middle[0])
+        v = y - near * (points[n, 1] - middle[1])
+        w = z - near * (points[n, 2] - middle[2])
+        cosine = u * normals[n, 0] + v * normals[n, 1] + w * normals[n, 2]
+        if cosine > 0:
+            square = u * u + v * v + w * w
+            out[n] = cosine / (square * np.sqrt(square)) * in_sight(slopes, nodes[n, 0], nodes[n, 1], u, v, w)
+    return out
+
+
+@numba.njit(cache=True, nogil=True)
+def _light(
+    points: Field,
+    normals: Field,
+    openness: Field,
+    nodes: Field,
+    slopes: Field,
+    middle: Field,
+    lamps: Floats,
+    strengths: Field,
+    out: Field,
+) -> None:
+    """Write the light of the room and all lamps into out (n, 3)."""
+    for n in range(len(points)):
+        for c in range(3):
+            slope = strengths[0, c]
+            for k in range(3):
+                slope += normals[n, k] * strengths[k + 1, c]
+            out[n, c] = openness[n] * slope
+    for k in range(len(lamps)):
+        lamp = _lamp(points, normals, nodes, slopes, middle, lamps[k, 0], lamps[k, 1], lamps[k, 2])
+        for n in range(len(points)):
+            for c in range(3):
+                out[n, c] += lamp[n] * strengths[k + ROOM, c]

@@ -1,0 +1,112 @@
+"""The shape of the page in space, as the light on it needs it: where every spot of the flat page lay and faced."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from restore.mesh.measures import vertex_normals
+from restore.mesh.pose import lay
+from restore.range_image.sheet import Sheet
+from restore.scan import FlatMesh, Floats, Ints, Mask, SurfaceMesh
+from restore.texture.page import page_map
+
+TINY = 1e-12
+DENSE_OVER = 9  # samples: what a facet is fitted to, and a little more
+SPARSE, DENSE = 0.5, 0.9  # of them measured: too few for a slope of one's own, and enough
+STEADY = 8.0  # samples, 4 mm: how far the slopes round it are asked then
+SHRINK = 4  # of the grid for that
+
+Field = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class Relief:
+    """The warped page over the flat one, at `dpi` pixels to the inch, in a frame whose z is the page's mean normal.
+
+    points   (h, w, 3) mm, NaN off the page.
+    normals  (h, w, 3) of unit length on the printed side, NaN off the page.
+    vertices (n, 3) mm and faces (m, 3): the mesh they came from, in the same frame.
+    axes     (3, 3) rows x, y, z of the frame, and origin (3,) mm, both in the scanner's.
+    """
+
+    points: Field
+    normals: Field
+    dpi: float
+    vertices: Floats
+    faces: Ints
+    axes: Floats
+    origin: Floats
+
+    @property
+    def inside(self) -> Mask:
+        """(h, w) True on the page."""
+        return np.asarray(np.isfinite(self.points[..., 2]))
+
+
+def relief_of(surface: Sheet | SurfaceMesh, fine: FlatMesh, dpi: float) -> Relief:
+    """Lay the shape of a prepared surface over its flat page.
+
+    On a range grid every sample has a facet of its own, so a crease is sharp; a mesh has the normals of its vertices.
+    """
+    laid = lay(fine.vertices, fine.faces)
+    vertices, axes = laid.positions, laid.axes
+    if isinstance(surface, Sheet):
+        rows, cols = surface.rays.grid(fine.vertices)
+        over = page_map(fine.flat, fine.faces, np.column_stack([vertices, cols, rows]), dpi)
+        # Nearest, not in between: facets that meet at a crease must not be mixed.
+        facets, at = facet_normals(surface), np.ascontiguousarray(over[..., 3:])
+        normals = cv2.remap(facets, at, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE) @ axes.T.astype("f")
+    else:
+        own = vertex_normals(fine.vertices, fine.faces)
+        over = page_map(fine.flat, fine.faces, np.column_stack([vertices, own @ axes.T]), dpi)
+        normals = over[..., 3:] / np.maximum(np.linalg.norm(over[..., 3:], axis=2, keepdims=True), TINY)
+    normals[np.isnan(over[..., 0])] = np.nan
+    return Relief(over[..., :3], normals, dpi, vertices, fine.faces, axes, laid.origin)
+
+
+def facet_normals(sheet: Sheet) -> Field:
+    """(rows, cols, 3) unit normals of the facets towards the scanner.
+
+    On a plane n · P = c, seen along P = (x, y, −1)·depth, inverse depth is (n_x·x + n_y·y − n_z) / c. Where hardly
+    anything was measured, in ink that swallows the laser, a facet's own slope is noise: there the facets round it tell.
+    """
+    rays = sheet.rays
+    normals = _steadied(_normals(sheet.planes, rays.x0, rays.dx, rays.y0, rays.dy), sheet.measured)
+    return np.asarray(normals @ rays.axes.astype(np.float32))
+
+
+@numba.njit(cache=True)
+def _normals(planes: Floats, x0: float, dx: float, y0: float, dy: float) -> Field:
+    rows, cols, _ = planes.shape
+    normals = np.empty((rows, cols, 3), np.float32)
+    for row in range(rows):
+        for col in range(cols):
+            across, along = planes[row, col, 1] / dx, planes[row, col, 2] / dy
+            back = across * (x0 + dx * col) + along * (y0 + dy * row) - planes[row, col, 0]
+            # c is negative for a normal that points back to the lens
+            scale = -1.0 / np.sqrt(across * across + along * along + back * back)
+            normals[row, col, 0] = across * scale
+            normals[row, col, 1] = along * scale
+            normals[row, col, 2] = back * scale
+    return normals
+
+
+def _steadied(normals: Field, measured: Mask) -> Field:
+    density = cv2.boxFilter(measured.astype(np.float32), -1, (DENSE_OVER, DENSE_OVER))
+    own = np.clip((density - SPARSE) / (DENSE - SPARSE), 0.0, 1.0)
+    trust = np.maximum(own, np.float32(TINY))
+    # Over so many samples every fourth is enough.
+    size = tuple(-(-n // SHRINK) for n in density.shape[::-1])
+    total, weight = (
+        cv2.GaussianBlur(cv2.resize(field, size, interpolation=cv2.INTER_AREA), (0, 0), STEADY / SHRINK)
+        for field in (normals * trust[..., None], trust)
+    )
+    round_it = cv2.resize(total / weight[..., None], density.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    mixed = cv2.blendLinear(normals, round_it, own, 1 - own)
+    length = np.sqrt(cv2.transform(mixed * mixed, np.ones((1, 3))))
+    return np.asarray(mixed / length[..., None])

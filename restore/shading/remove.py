@@ -1,0 +1,271 @@
+"""Divide light and shadow out of the page.
+
+The paper's way: ink is masked, the bare paper's brightness is continued under it by a smooth surface, and the page is
+divided by that surface (Zhang, Yip & Tan, "Removing shading distortions in camera-based document images", 2007). Here
+the shape of the page tells first what light must have fallen on it, over creases and under figures too; the smooth
+surface only takes what is left.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil
+from typing import Any
+
+import cv2
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from restore.bands import in_bands
+from restore.scan import Bytes, Floats, Mask
+from restore.shading.crease_residual import crease_light
+from restore.shading.horizon_map import horizon_map, spread
+from restore.shading.lamps import MAD, SAMPLES, Light, Places, fit_light
+from restore.shading.relief import Field, Relief
+from restore.texture.page import MM_PER_INCH
+
+LIGHT_DPI = 60.0  # cells of 0.42 mm, the samples of the range grid: no shadow is known more exactly
+LOCAL_MM = 20.0  # the brightest thing within this distance is paper
+PAPER_SHARE = 0.6  # of that light: darker is ink or picture
+HUE = 0.05  # of a channel's share in the colour: lamps of several colours differ by less, inks by more
+TINT = 0.15  # of it, from channel to channel: noise of dim paper stays below, pale inks do not
+CONTRAST = 0.12  # of the light expected: cells nearer to it than this are paper
+NEAR_MM, FAR_MM = 6.0, 30.0  # widths of the surface that takes what the light leaves: on bare paper, and under figures
+FAR_SHARE = 1e-3  # of the wide surface: it counts only where there is no paper near
+LEAST_PAPER = 50  # cells: fewer tell nothing of the light
+SHRINK = 4  # of the cells for that surface, which is smooth
+MAX_GAIN = 8.0  # three stops: a deeper shadow holds no picture to bring back, only noise
+DIMMEST = 4 * MAX_GAIN  # of the level light: less is not found in any hollow, and would be divided by
+BLUR_MM = 0.5  # of a camera with 50 pixels to the inch
+BRIGHTEST = 1.3  # of the paper's light in one channel: printed on white, no ink gives back more
+CLIPPED = 252  # code above which the sensor may be full and the light unknown
+SPARED = 7  # of the cells one in so many tells how uneven they are
+TINY = 1e-6
+CODES = 4096  # steps of light for the way back to codes: half a code at the dark end, far less elsewhere
+
+_CODE = np.arange(256) / 255
+LINEAR = np.where(_CODE <= 0.04045, _CODE / 12.92, ((_CODE + 0.055) / 1.055) ** 2.4).astype(np.float32)
+"""(256,) linear light of an sRGB code (IEC 61966-2-1)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Evened:
+    """A page without its light: image (h, w, 3) uint8, and what was found of it (JSON values)."""
+
+    image: Bytes
+    facts: dict[str, Any]
+
+
+def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Evened:
+    """Even out the light of a page (h, w, 3) uint8 whose shape is known; outside mask (h, w) nothing changes."""
+    colour, inside = _cells(image, mask, dpi, relief)
+    chosen = np.flatnonzero(_bare(colour, inside))
+    if len(chosen) < LEAST_PAPER:
+        return Evened(image, {"lamps": 0, "paper_share": 0.0})
+    horizon = horizon_map(relief)
+    nodes = horizon.nodes(relief.points)
+    openness = cv2.remap(horizon.openness(), nodes, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    # What lies off the page is taken along, and never looked at: to sort it out would take longer.
+    places = Places(*(_listed(field) for field in (relief.points, relief.normals, openness, nodes)))
+    chosen = chosen[:: max(1, len(chosen) // SAMPLES)]
+    light = fit_light(_listed(colour)[chosen], places[chosen], horizon)
+    # From here on light is measured in the level light.
+    relative = 1 / np.maximum(light.level, TINY)
+    expected = np.maximum(_scaled(light.on(places).reshape(colour.shape), relative), 1 / DIMMEST)
+    # The camera has blurred the light of a crease with everything else.
+    expected = cv2.GaussianBlur(spread(expected, inside), (0, 0), BLUR_MM / MM_PER_INCH * relief.dpi)
+    seen = _scaled(colour, relative)
+    rest, paper = _rest(seen / expected, inside)
+    surface = expected * rest
+    evener = seen / surface
+    surface *= crease_light(_lowest(evener), _highest(evener), _sum(expected), inside)[..., None]
+    gain = spread(np.clip(1 / np.maximum(surface, TINY), 1 / MAX_GAIN, MAX_GAIN), inside)
+    evened, scale, codes = np.empty_like(image), relief.dpi / dpi, _codes()
+    in_bands(lambda band: _apply(image, mask, gain, scale, LINEAR, codes, band.start, evened[band]), len(image))
+    return Evened(evened, _facts(light, colour, gain, paper, inside))
+
+
+def _scaled(field: Field, factors: Floats) -> Field:
+    """A field (r, c, 3), each channel times its own of three factors; numpy is slow to repeat three numbers."""
+    return np.asarray(cv2.transform(field, np.diag(factors)))
+
+
+def _listed(field: Field) -> Field:
+    """(r · c, …) of a field (r, c, …)."""
+    return field.reshape(-1, *field.shape[2:])
+
+
+def _cells(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> tuple[Field, Mask]:
+    """Linear colour (r, c, 3) over the cells of the relief, and which of them lie wholly on the page."""
+    rows, cols = relief.inside.shape
+    scale = relief.dpi / dpi
+    # The last cells may reach over the edge of the image.
+    high, wide = (max(1, min(count, int(n * scale))) for count, n in zip((rows, cols), mask.shape, strict=True))
+    within = np.s_[: max(1, round(high / scale)), : max(1, round(wide / scale))]
+    codes = cv2.resize(image[within], (wide, high), interpolation=cv2.INTER_AREA)
+    reach = 2 * ceil(1 / scale / 2) + 1  # pixels of a cell, and a fraction more
+    whole = cv2.erode(mask[within].view(np.uint8), np.ones((reach, reach), np.uint8))
+    whole = cv2.resize(whole, (wide, high), interpolation=cv2.INTER_NEAREST_EXACT) > 0
+    codes = cv2.copyMakeBorder(codes, 0, rows - high, 0, cols - wide, cv2.BORDER_REPLICATE)
+    whole = np.pad(whole, ((0, rows - high), (0, cols - wide)))
+    return np.asarray(cv2.LUT(codes, LINEAR)), whole & relief.inside
+
+
+def _bare(colour: Field, inside: Mask) -> Mask:
+    """Where the page may show bare paper: as bright as its surroundings, of the paper's hue, and beside no ink."""
+    total = _sum(colour)
+    brightness = np.where(inside, total, np.float32(0))
+    small = brightness[::SHRINK, ::SHRINK]
+    reach = 2 * round(LOCAL_MM / MM_PER_INCH * LIGHT_DPI / SHRINK / 2) + 1
+    brightest = cv2.dilate(small, np.ones((reach, reach), np.uint8))
+    brightest = cv2.resize(brightest, brightness.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    bright = inside & (brightness > PAPER_SHARE * brightest)
+    if not bright.any():
+        return bright
+    some = np.flatnonzero(bright)[::SPARED]
+    hue = np.median(_listed(colour)[some] / _listed(total)[some, None], axis=0)
+    odd = _highest(np.abs(cv2.transform(colour, np.eye(3) - hue[:, None]))) > HUE * total
+    dark = (~bright | odd).astype(np.uint8)
+    full = _lowest(colour) > LINEAR[CLIPPED]
+    return np.asarray((cv2.dilate(dark, np.ones((3, 3), np.uint8)) == 0) & ~full)
+
+
+def _rest(ratio: Field, inside: Mask) -> tuple[Field, Mask]:
+    """What the light found leaves of the paper's brightness, smooth (r, c, 3), and where bare paper was."""
+    some = _listed(ratio)[np.flatnonzero(inside)[::SPARED]]
+    level = np.array([_mode(some[:, k]) for k in range(3)])
+    ratio = _scaled(ratio, 1 / level)
+    # To tell where there may be paper, few cells do.
+    few, within = ratio[::SHRINK, ::SHRINK], inside[::SHRINK, ::SHRINK]
+    smooth = np.ones_like(few)
+    for tolerance in (2 * CONTRAST, CONTRAST):
+        paper = _paper(few / smooth, tolerance, within)
+        smooth = _smooth(few * paper[..., None], paper.astype(np.float32))
+    paper = _paper(ratio / _enlarged(smooth, inside), CONTRAST / 2, inside)
+    fields = cv2.copyTo(ratio, paper.view(np.uint8)), paper.astype(np.float32)
+    size = smooth.shape[1::-1]
+    surface = _enlarged(_smooth(*(cv2.resize(field, size, interpolation=cv2.INTER_AREA) for field in fields)), inside)
+    return _scaled(surface * _more(ratio / surface, inside), level), paper
+
+
+def _paper(ratio: Field, tolerance: float, inside: Mask) -> Mask:
+    """Where the page is paper by a ratio (r, c, 3) that is 1 there, give or take a tolerance."""
+    low, high = _lowest(ratio), _highest(ratio)
+    return np.asarray(inside & (low > 1 - tolerance) & (high < 1 + tolerance) & (high - low < TINT))
+
+
+def _more(ratio: Field, inside: Mask) -> Field:
+    """(r, c, 1) how much more light there must be than was found, 1 almost everywhere.
+
+    No ink is brighter than paper in all channels, and none much brighter in one: what seems to be lies beside a crease
+    or a shadow that is not quite where it was thought to be.
+    """
+    above = np.maximum(_lowest(ratio) / (1 + CONTRAST / 2), _highest(ratio) / BRIGHTEST)
+    above = np.where(inside, np.maximum(above, 1), 1).astype(np.float32)
+    lifted: Field = cv2.GaussianBlur(cv2.dilate(above, np.ones((3, 3), np.uint8)), (0, 0), 1.0)
+    return lifted[..., None]
+
+
+def _mode(values: Field) -> float:
+    """The commonest value near 1: that of bare paper, since the light was fitted to it."""
+    near = values[(values > 0.5) & (values < 1.5)]
+    if not len(near):
+        return 1.0
+    count, edges = np.histogram(near, bins=100, range=(0.5, 1.5))
+    top = int(np.argmax(np.convolve(count, np.ones(3), "same")))
+    return float(edges[top : top + 2].mean())
+
+
+def _smooth(value: Field, weight: Field) -> Field:
+    """The weighted mean round every cell of every SHRINK-th row and column: value (r, c, 3) is that of paper times
+    weight (r, c), the share of paper; under ink and figures it is continued."""
+    total, count = TINY * np.ones_like(value), np.full_like(weight, TINY)
+    for width, share in ((NEAR_MM, 1.0), (FAR_MM, FAR_SHARE)):
+        sigma = width / MM_PER_INCH * LIGHT_DPI / SHRINK
+        total += share * cv2.GaussianBlur(value, (0, 0), sigma)
+        count += share * cv2.GaussianBlur(weight, (0, 0), sigma)
+    return np.asarray(total / count[..., None])
+
+
+def _enlarged(field: Field, over: Mask) -> Field:
+    """A smooth field on every cell of a mask (r, c)."""
+    return np.asarray(cv2.resize(field, over.shape[::-1], interpolation=cv2.INTER_LINEAR))
+
+
+def _facts(light: Light, colour: Field, gain: Field, paper: Mask, inside: Mask) -> dict[str, Any]:
+    some = np.flatnonzero(paper)[::SPARED]
+    seen, gains = (_listed(field)[some] for field in (colour, gain))
+    before, after = seen.mean(axis=1), (seen * gains).mean(axis=1)
+    return {
+        "lamps": len(light.lamps),
+        "paper_share": float(paper.sum() / max(inside.sum(), 1)),
+        "unevenness_before": _unevenness(before),
+        "unevenness": _unevenness(after),
+        "gain": {"min": float(gain.min()), "max": float(gain.max())},
+    }
+
+
+def _unevenness(brightness: Floats) -> float:
+    """Robust standard deviation over the mean of bare paper."""
+    if not len(brightness):
+        return 0.0
+    centre = np.median(brightness)
+    return float(MAD * np.median(np.abs(brightness - centre)) / max(centre, TINY))
+
+
+def _codes() -> NDArray[np.uint8]:
+    light = np.arange(CODES) / (CODES - 1)
+    codes = np.where(light <= 0.0031308, light * 12.92, 1.055 * light ** (1 / 2.4) - 0.055) * 255
+    return np.clip(np.rint(codes), 0, 255).astype(np.uint8)
+
+
+@numba.njit(cache=True, nogil=True)
+def _apply(
+    image: Bytes, mask: Mask, gain: Field, scale: float, linear: Field, codes: NDArray[np.uint8], first: int, out: Bytes
+) -> None:
+    """Multiply the light of every masked pixel by the gain of its cells, in between by straight lines.
+
+    The rows of the image from `first` on are written to out (some rows, w, 3).
+    """
+    _, width, _ = image.shape
+    rows, cols, _ = gain.shape
+    top = np.float32(len(codes) - 1)
+    across = np.empty((cols, 3), np.float32)
+    left, share = np.empty(width, np.uint32), np.empty(width, np.float32)
+    for col in range(width):
+        x = min(max((col + 0.5) * scale - 0.5, 0.0), cols - 1.0)
+        left[col] = min(int(x), max(cols - 2, 0))
+        share[col] = x - left[col]
+    step = np.uint32(1 if cols > 1 else 0)  # without a sign, no index needs a look for negative ones
+    for row in range(first, first + len(out)):
+        y = min(max((row + 0.5) * scale - 0.5, 0.0), rows - 1.0)
+        i = min(int(y), max(rows - 2, 0))
+        v = np.float32(y - i)
+        below = min(i + 1, rows - 1)
+        for c in range(cols):
+            for k in range(3):
+                across[c, k] = top * (gain[i, c, k] + v * (gain[below, c, k] - gain[i, c, k]))
+        before, after, on = image[row], out[row - first], mask[row]
+        for col in range(width):
+            if not on[col]:
+                after[col] = before[col]
+                continue
+            j, u = left[col], share[col]
+            for k in range(3):
+                here = across[j, k]
+                light = linear[before[col, k]] * (here + u * (across[j + step, k] - here))
+                after[col, k] = codes[np.uint32(min(light + np.float32(0.5), top))]
+
+
+def _lowest(field: Field) -> Field:
+    """(r, c) of the channels (r, c, 3); in pairs, since numpy is slow along an axis of three."""
+    return np.asarray(np.minimum(np.minimum(field[..., 0], field[..., 1]), field[..., 2]))
+
+
+def _highest(field: Field) -> Field:
+    return np.asarray(np.maximum(np.maximum(field[..., 0], field[..., 1]), field[..., 2]))
+
+
+def _sum(field: Field) -> Field:
+    return np.asarray(cv2.transform(field, np.ones((1, 3))))

@@ -1,0 +1,109 @@
+"""Rigid aggregates: what they move is the exact solution among rigid motions of groups of particles."""
+
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+from restore.flattening.aggregates import MODES, PARTICLES, STIFFEN, aggregate, move_rigidly
+from restore.flattening.settle import _linearised, spread
+from restore.mesh.network import edges_of
+
+EXACT = 1e-4  # of the largest way: the stiffening of 1e-6 is felt where the page as a whole may move
+PARITY = 1e-9
+PASSES = 60  # aggregates of 40 particles leave 25 to 40 passes, on a page of any size
+
+
+@pytest.fixture(params=[60, 500, 2000])
+def askew(request, warped):
+    """A page of several sizes with its sticks out of balance: flat, edges, gradients, forces."""
+    page = warped("gutter", count=request.param)
+    flat = page.flat + np.random.default_rng(0).normal(0, 0.05, page.flat.shape)
+    edges = edges_of(page.mesh.faces)
+    gradients, force, _, _ = _linearised(flat, edges, page.lengths)
+    return flat, edges, gradients, force
+
+
+def rigid_motions(aggregates):
+    """(2n, MODES · k): how the particles go with every mode of every aggregate."""
+    owner, arms = aggregates.owner, aggregates.arms
+    motions = np.zeros((len(owner), 2, owner.max() + 1, MODES))
+    every = np.arange(len(owner))
+    motions[every, 0, owner, 0] = motions[every, 1, owner, 1] = 1.0
+    motions[every, 0, owner, 2], motions[every, 1, owner, 2] = -arms[:, 1], arms[:, 0]
+    return motions.reshape(2 * len(owner), -1)
+
+
+def strains(edges, gradients, motions):
+    """(e, ·): the strain of every stick under motions (2n, ·)."""
+    moved = motions.reshape(-1, 2, motions.shape[1])
+    return np.einsum("ek,ekm->em", gradients, moved[edges[:, 1]] - moved[edges[:, 0]])
+
+
+def test_every_particle_has_an_aggregate_of_neighbours(askew):
+    flat, edges, gradients, _ = askew
+    owner = aggregate(flat, edges, gradients).owner
+    members = np.bincount(owner)
+    assert (members > 0).all()
+    assert 0.5 * PARTICLES < len(flat) / len(members) <= 2 * PARTICLES or len(flat) < 3 * PARTICLES
+    extent = max(np.ptp(flat[owner == k], axis=0).max() for k in range(len(members)))
+    area = np.ptp(flat, axis=0).prod()
+    assert extent < 2.0 * np.sqrt(area / max(len(flat) // PARTICLES, 1))
+
+
+def test_the_way_balances_all_rigid_motions(askew):
+    flat, edges, gradients, force = askew
+    aggregates, way = aggregate(flat, edges, gradients), np.zeros_like(flat)
+    work = move_rigidly(aggregates, force, way)
+    motions = rigid_motions(aggregates)
+    strained = strains(edges, gradients, motions)
+    stiffness = strained.T @ strained
+    stiffness += STIFFEN * np.diag(np.diag(stiffness))
+    if len(stiffness) > MODES:  # a page that is one aggregate has no stiffness, and goes nowhere
+        exact = motions @ np.linalg.solve(stiffness, motions.T @ force.ravel())
+        np.testing.assert_allclose(way.ravel(), exact, atol=EXACT * np.abs(exact).max())
+        assert work == pytest.approx((force * way).sum(), rel=EXACT)
+        assert work > 0
+
+
+def test_a_page_that_is_turned_has_the_same_aggregates(askew):
+    flat, edges, gradients, _ = askew
+    angle = np.deg2rad(140.0)
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    here, there = aggregate(flat, edges, gradients).owner, aggregate(flat @ turn + 70.0, edges, gradients @ turn).owner
+    together = {(a, b) for a, b in zip(here, there, strict=True)}
+    assert len(together) == here.max() + 1 == there.max() + 1
+
+
+def test_particles_in_one_place_or_in_a_line_give_finite_ways():
+    edges = np.array([[0, 1], [1, 2], [2, 3]])
+    for flat in (np.zeros((4, 2)), np.outer(np.arange(4.0), [3.0, 4.0])):
+        gradients, force, _, _ = _linearised(flat, edges, np.ones(3))
+        way = np.zeros_like(flat)
+        move_rigidly(aggregate(flat, edges, gradients), force, way)
+        assert np.isfinite(way).all()
+
+
+@pytest.mark.parametrize("count", [300, 3000])
+def test_a_page_of_any_size_is_balanced_in_as_many_passes(warped, count):
+    page = warped("curl", count=count)
+    settle = import_module("restore.flattening.settle")
+    bent = page.flat + 2.0 * np.sin(page.flat / 60.0)  # along the whole page
+    edges, lengths = spread(edges_of(page.mesh.faces), page.lengths)
+    gradients, force, inverse, _ = _linearised(bent, edges, lengths)
+    start = settle._precondition(force, inverse, np.empty_like(force))
+    step, together = np.zeros_like(force), aggregate(bent, edges, gradients)
+    left = settle._conjugate(step, edges, gradients, force, inverse, together, 0.0, PASSES)
+    assert left < 1e-6 * start
+
+
+def test_compiled_and_plain_python_agree(warped, plain):
+    page = warped("fold", count=200)
+    edges, askew = edges_of(page.mesh.faces), page.flat + np.random.default_rng(0).normal(0, 0.5, page.flat.shape)
+    gradients, force, _, _ = _linearised(askew, edges, page.lengths)
+    compiled, way = np.zeros_like(force), np.zeros_like(force)
+    module = import_module("restore.flattening.aggregates")
+    work = module.move_rigidly(module.aggregate(askew, edges, gradients), force, compiled)
+    assert {"aggregate", "move_rigidly"} <= set(plain(module))
+    assert module.move_rigidly(module.aggregate(askew, edges, gradients), force, way) == pytest.approx(work, rel=PARITY)
+    np.testing.assert_allclose(way, compiled, atol=PARITY * np.abs(compiled).max())

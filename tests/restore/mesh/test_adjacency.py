@@ -1,0 +1,69 @@
+"""Tables by counting hold what sorting would."""
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+
+from restore.mesh.adjacency import adjacency, border_of, components, order_of_pairs, sides_of
+
+FACES = st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9), st.integers(0, 9)), min_size=1, max_size=20)
+PAIRS = st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9)), max_size=60)
+
+
+def test_rows_of_the_table_hold_what_was_grouped():
+    table = adjacency(np.array([2, 0, 2, 2]), np.array([7, 8, 9, 4]), 4)
+    rows = [set(table.items[a:b]) for a, b in zip(table.start[:-1], table.start[1:], strict=True)]
+    assert rows == [{8}, set(), {7, 9, 4}, set()]
+
+
+@given(PAIRS)
+def test_pairs_ascend_and_equal_ones_stay_as_they_are(pairs):
+    first, second = np.array(pairs, np.int64).reshape(-1, 2).T
+    order = order_of_pairs(first, second, 10)
+    np.testing.assert_array_equal(order, np.lexsort((second, first)))
+
+
+@given(PAIRS)
+def test_compiled_and_plain_python_agree(pairs):
+    first, second = np.array(pairs, np.int64).reshape(-1, 2).T
+    for one, other in zip(adjacency(first, second, 10), adjacency.py_func(first, second, 10), strict=True):
+        np.testing.assert_array_equal(one, other)
+    np.testing.assert_array_equal(order_of_pairs(first, second, 10), order_of_pairs.py_func(first, second, 10))
+
+
+@given(FACES)
+def test_sides_are_gathered_to_the_edges_that_they_are(faces):
+    faces = np.array(faces, np.int64)
+    sides = sides_of(faces)
+    ends = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
+    whole = ends[:, 0] != ends[:, 1]
+    edges, index = np.unique(ends[whole], axis=0, return_inverse=True)
+    np.testing.assert_array_equal(sides.edges, edges.reshape(-1, 2))
+    np.testing.assert_array_equal(sides.edge[whole], index.ravel())
+    assert (sides.edge[~whole] == -1).all()
+    np.testing.assert_array_equal(np.sort(sides.at), np.flatnonzero(whole))
+    np.testing.assert_array_equal(sides.edge[sides.at], np.repeat(np.arange(len(edges)), np.diff(sides.first)))
+
+
+@given(PAIRS)
+def test_parts_are_numbered_as_they_come(pairs):
+    pairs = np.array(pairs, np.int64).reshape(-1, 2)
+    _, label = connected_components(coo_matrix((np.ones(len(pairs)), pairs.T), shape=(10, 10)), directed=False)
+    np.testing.assert_array_equal(components(pairs, 10), label)
+
+
+def test_the_border_is_where_edges_have_one_face():
+    fan = np.array([[0, 1 + k, 1 + (k + 1) % 6] for k in range(6)])
+    np.testing.assert_array_equal(border_of(fan), [1, 2, 3, 4, 5, 6])
+    np.testing.assert_array_equal(border_of(fan[:5]), np.arange(7))
+
+
+@given(FACES)
+def test_sides_and_parts_are_the_same_in_plain_python(faces):
+    faces = np.array(faces, np.int64)
+    compiled = sides_of(faces)
+    for one, other in zip(compiled, sides_of.py_func(faces), strict=True):
+        np.testing.assert_array_equal(one, other)
+    np.testing.assert_array_equal(components(compiled.edges, 10), components.py_func(compiled.edges, 10))

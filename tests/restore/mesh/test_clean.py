@@ -1,0 +1,131 @@
+"""A raw mesh loses debris and noise, and keeps its vertices, its texture and its pieces."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial import cKDTree
+
+from restore.errors import NotEnoughSurface
+from restore.mesh.clean import MIN_PIECE, RAW, clean, select, weld
+from restore.mesh.network import make_network, pieces
+from restore.mesh.triangulate import triangulate
+from restore.scan import SurfaceMesh
+
+POINTS = 0.05  # relative
+SMOOTHED = 4.0  # standard deviations: no vertex of 8,000 was further off
+
+
+def raw(camera, *, noisy=True, inside=None, seed=0):
+    depth = camera.cylinder(100.0)
+    if noisy:
+        depth = depth + np.random.default_rng(seed).normal(0, camera.noise, camera.shape)
+    if inside is not None:
+        depth = np.where(inside, depth, np.nan)
+    return triangulate(replace(camera.shot(depth), texture=np.zeros(camera.shape + (3,), np.uint8)))
+
+
+def count_pieces(mesh):
+    return len(list(pieces(make_network(mesh.vertices, mesh.faces))))
+
+
+def test_a_mesh_of_few_points_that_somebody_made_comes_back_as_it_is(camera):
+    mesh = raw(camera)
+    same = clean(mesh, len(mesh.vertices))
+    for name in ("vertices", "faces", "texcoords", "texture"):
+        np.testing.assert_array_equal(getattr(same, name), getattr(mesh, name))
+
+
+def test_a_raw_mesh_is_reduced_to_smoothed_vertices_with_their_own_texture(camera):
+    mesh = raw(camera)
+    points = len(mesh.vertices) // (2 * RAW)
+    cleaned = clean(mesh, points)
+    assert len(cleaned.vertices) == pytest.approx(points, rel=POINTS)
+    distance, _ = cKDTree(mesh.vertices).query(cleaned.vertices)
+    sigma = camera.noise * 921.5**2
+    assert 0 < distance.max() < SMOOTHED * sigma
+    rows, cols = camera.rays.grid(cleaned.vertices)
+    near = np.abs(cleaned.texcoords - np.column_stack([cols, rows])).max(axis=1)
+    assert near.max() < 1.0  # smoothing slides a vertex by less than a sample, and its texture stays with it
+    assert cleaned.texture is mesh.texture
+    radius = np.hypot(cleaned.vertices[:, 0], cleaned.vertices[:, 2] + 1021.5)
+    assert np.std(radius) < 0.8 * np.std(np.hypot(mesh.vertices[:, 0], mesh.vertices[:, 2] + 1021.5))
+
+
+def test_a_mesh_only_a_little_too_dense_is_reduced_but_not_smoothed(camera):
+    mesh = raw(camera)
+    cleaned = clean(mesh, len(mesh.vertices) // 2)
+    distance, index = cKDTree(mesh.vertices).query(cleaned.vertices)
+    assert distance.max() == 0
+    np.testing.assert_array_equal(cleaned.texcoords, mesh.texcoords[index])
+
+
+def test_debris_goes_and_the_pieces_of_a_torn_page_stay(camera):
+    rows, cols = camera.indices
+    halves = (np.abs(cols - 100 - 10 * np.sin(rows / 20)) > 2) & (cols > 20) & (rows > 20)
+    scrap = (cols < 8) & (rows < 8)
+    assert scrap.sum() < MIN_PIECE * halves.sum()
+    mesh = raw(camera, inside=halves | scrap)
+    assert count_pieces(mesh) == 3
+    cleaned = clean(mesh, 1000)
+    assert count_pieces(cleaned) == 2
+    assert camera.rays.grid(cleaned.vertices)[1].min() > 19
+
+
+def test_faces_that_name_a_vertex_twice_are_dropped(camera):
+    mesh = raw(camera)
+    flawed = replace(mesh, faces=np.vstack([mesh.faces, [[0, 0, 1], [5, 6, 5], [7, 8, 8]]]))
+    np.testing.assert_array_equal(np.sort(clean(flawed, 40_000).faces, axis=0), np.sort(mesh.faces, axis=0))
+
+
+def test_without_texture_it_does_the_same(camera):
+    mesh = raw(replace(camera, rows=80, cols=100))
+    bare = replace(mesh, texcoords=None, texture=None)
+    cleaned = clean(bare, 500)
+    assert cleaned.texcoords is None
+    np.testing.assert_array_equal(cleaned.vertices, clean(mesh, 500).vertices)
+
+
+def test_a_mesh_of_nothing_but_flaws_is_not_enough_surface():
+    with pytest.raises(NotEnoughSurface, match="no triangles"):
+        clean(SurfaceMesh(np.zeros((3, 3)), np.array([[0, 1, 1], [2, 2, 0]])), 100)
+
+
+def test_select_keeps_what_the_faces_use(camera):
+    mesh = raw(camera)
+    part = select(mesh, mesh.faces[100:120])
+    np.testing.assert_array_equal(part.vertices[part.faces], mesh.vertices[mesh.faces[100:120]])
+    np.testing.assert_array_equal(part.texcoords[part.faces], mesh.texcoords[mesh.faces[100:120]])
+    np.testing.assert_array_equal(np.unique(part.faces), np.arange(len(part.vertices)))
+
+
+def soup(mesh):
+    """The same mesh with three vertices for every triangle, as STL and many exporters write it."""
+    return replace(
+        mesh,
+        vertices=mesh.vertices[mesh.faces.ravel()],
+        faces=np.arange(mesh.faces.size).reshape(-1, 3),
+        texcoords=mesh.texcoords[mesh.faces.ravel()],
+    )
+
+
+def test_welding_makes_one_sheet_of_a_triangle_soup(camera):
+    mesh = raw(replace(camera, rows=20, cols=30))
+    assert count_pieces(soup(mesh)) == len(mesh.faces)
+    welded = weld(soup(mesh))
+    assert len(welded.vertices) == len(mesh.vertices)
+    np.testing.assert_array_equal(welded.vertices[welded.faces], mesh.vertices[mesh.faces])
+    np.testing.assert_array_equal(welded.texcoords[welded.faces], mesh.texcoords[mesh.faces])
+
+
+def test_welding_leaves_a_seam_of_the_texture_and_a_whole_mesh_alone(camera):
+    mesh = raw(replace(camera, rows=20, cols=30))
+    assert weld(mesh) is mesh
+    torn = soup(mesh)
+    torn.texcoords[: mesh.faces.size // 2] += 100.0
+    assert count_pieces(weld(torn)) == 2
+
+
+def test_a_soup_of_single_triangles_is_no_crash(camera):
+    cleaned = clean(soup(raw(replace(camera, rows=10, cols=10))), 10_000)
+    assert len(cleaned.faces) == 2 * 9 * 9

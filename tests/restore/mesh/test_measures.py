@@ -1,0 +1,107 @@
+"""How far a page was stretched, on triangles that can be reckoned by hand."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from restore.mesh.measures import (
+    at_vertices,
+    edge_strain,
+    face_strain,
+    flipped_faces,
+    normals_of,
+    signed_areas,
+    straight_lengths,
+    surface_area,
+)
+
+SQUARE = np.array([[0.0, 0.0], [3.0, 0.0], [0.0, 4.0], [3.0, 4.0]])
+FACES = np.array([[0, 1, 2], [1, 3, 2]])
+EXACT = 1e-12
+PARITY = 1e-9
+
+
+def test_strain_is_the_relative_change_of_length():
+    edges = np.array([[0, 1], [0, 2], [1, 2]])
+    np.testing.assert_allclose(edge_strain(SQUARE, edges, np.array([3.0, 4.0, 4.0])), [0.0, 0.0, 0.25], atol=EXACT)
+    np.testing.assert_allclose(edge_strain(0.99 * SQUARE, edges, np.array([3.0, 4.0, 5.0])), -0.01, atol=EXACT)
+
+
+def test_areas_are_negative_where_a_face_is_flipped():
+    np.testing.assert_allclose(signed_areas(SQUARE, FACES), [6.0, 6.0])
+    np.testing.assert_allclose(signed_areas(SQUARE, FACES[:, ::-1]), [-6.0, -6.0])
+    np.testing.assert_allclose(signed_areas(SQUARE * [-1, 1], FACES), [-6.0, -6.0])
+
+
+@pytest.mark.parametrize("mirror", [1.0, -1.0])
+def test_the_side_of_most_of_the_area_is_the_right_one(mirror):
+    strip = np.stack(np.meshgrid(np.arange(6.0), [0.0, 1.0]), axis=-1).reshape(-1, 2)
+    k = np.arange(5)
+    faces = np.vstack([np.column_stack([k, k + 1, k + 6]), np.column_stack([k + 1, k + 7, k + 6])])
+    assert flipped_faces(strip * [mirror, 1], faces) == 0
+    folded = strip.copy()
+    folded[5] = [3.5, 1.5]  # the lower right corner, over its neighbours
+    assert flipped_faces(folded * [mirror, 1], faces) == 2
+    flat = strip.copy()
+    flat[0] = flat[1]  # a face without area has no side
+    assert flipped_faces(flat * [mirror, 1], faces) == 0
+
+
+def test_the_area_of_a_warped_surface():
+    roof = np.array([[0, 0, 0], [3, 0, 4], [6, 0, 0], [0, 2, 0], [3, 2, 4], [6, 2, 0]], float)
+    faces = np.array([[0, 1, 3], [1, 4, 3], [1, 2, 4], [2, 5, 4]])
+    assert surface_area(roof, faces) == pytest.approx(20.0)
+    assert surface_area(roof, faces[:, ::-1]) == pytest.approx(20.0)
+
+
+def test_the_area_of_triangles_and_of_their_shadows():
+    corners = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 0.0, 4.0], [0.0, 2.0, 0.0]])
+    faces = np.array([[0, 1, 2], [0, 1, 3]])
+    assert surface_area(corners, faces) == pytest.approx(6.0 + 3.0)
+    assert surface_area(corners[:, :2].copy(), faces) == pytest.approx(3.0)
+
+
+def test_normals_are_twice_as_long_as_the_areas():
+    corners = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 0.0, 4.0], [0.0, 2.0, 0.0]])
+    faces = np.array([[0, 1, 2], [0, 1, 3], [1, 2, 3]])
+    a, b, c = (corners[faces[:, k]] for k in range(3))
+    np.testing.assert_allclose(normals_of(corners, faces), np.cross(b - a, c - a), atol=EXACT)
+
+
+@pytest.mark.parametrize(
+    "kernel, work",
+    [
+        (straight_lengths, (SQUARE, np.array([[0, 1], [0, 2], [1, 2]]))),
+        (signed_areas, (SQUARE, FACES)),
+        (surface_area, (SQUARE, FACES)),
+        (normals_of, (np.column_stack([SQUARE, [1.0, 2.0, 0.0, 5.0]]), FACES)),
+    ],
+)
+def test_compiled_and_plain_python_agree(kernel, work):
+    np.testing.assert_allclose(kernel(*work), kernel.py_func(*work), atol=PARITY)
+
+
+LENGTHS = np.array([3.0, 4.0, 5.0, 4.0, 3.0])  # of the edges of the rectangle and its diagonal
+EDGES = np.array([[0, 1], [0, 2], [1, 2], [1, 3], [2, 3]])
+angles, factors = st.floats(-np.pi, np.pi), st.floats(0.5, 2.0)
+
+
+@given(angles, angles, factors, factors)
+def test_stretch_and_shear_are_those_of_the_principal_stretches(before, after, first, second):
+    def turn(angle):
+        return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+    flat = SQUARE @ (turn(after) @ np.diag([first, second]) @ turn(before)).T
+    expected = [np.sqrt(first * second) - 1.0, abs(first - second) / 2.0]
+    np.testing.assert_allclose(face_strain(flat, FACES, EDGES, LENGTHS), [expected, expected], atol=1e-7)
+
+
+def test_a_face_without_area_has_finite_strain():
+    lengths = np.array([3.0, 4.0, 7.0, 4.0, 3.0])
+    assert np.isfinite(face_strain(SQUARE, FACES, EDGES, lengths)).all()
+
+
+def test_at_a_vertex_is_the_mean_of_its_faces():
+    values = at_vertices(np.array([[1.0, 0.0], [3.0, 2.0]]), FACES, 5)
+    np.testing.assert_allclose(values, [[1, 0], [2, 1], [2, 1], [3, 2], [0, 0]])

@@ -1,0 +1,78 @@
+"""Values given at the corners of triangles are interpolated at every pixel centre."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial import Delaunay
+
+from restore.mesh.raster import HAIR, rasterise
+
+HEIGHT, WIDTH = 40, 50
+SINGLE = 2e-5  # values of up to 200 in float32, which keeps seven digits
+
+SQUARE = np.array([[4.5, 3.5], [44.5, 3.5], [44.5, 33.5], [4.5, 33.5]])
+
+
+def affine(positions):
+    """Two values at positions (…, 2) = (x, y)."""
+    x, y = np.moveaxis(np.asarray(positions, float), -1, 0)
+    return np.stack([3.0 + 2.0 * x - 1.5 * y, 100.0 - x + 0.25 * y], axis=-1)
+
+
+def centres():
+    rows, cols = np.indices((HEIGHT, WIDTH))
+    return np.dstack([cols, rows])
+
+
+@settings(deadline=None)  # the first run compiles
+@given(st.integers(0, 2**32 - 1), st.integers(0, 60))
+def test_an_affine_field_is_exact_at_every_pixel_and_no_pixel_falls_between_two_triangles(seed, inner):
+    random = np.random.default_rng(seed)
+    corners = np.concatenate([SQUARE, random.uniform(SQUARE[0], SQUARE[2], (inner, 2))])
+    picture = rasterise(corners, Delaunay(corners).simplices.astype(np.int64), affine(corners), HEIGHT, WIDTH)
+    within = ((centres() > SQUARE[0]) & (centres() < SQUARE[2])).all(axis=2)
+    np.testing.assert_array_equal(np.isfinite(picture).all(axis=2), within)
+    np.testing.assert_allclose(picture[within], affine(centres())[within], atol=SINGLE)
+
+
+def test_pixel_centres_on_an_edge_belong_to_the_triangle():
+    corners = np.array([[0.0, 0.0], [10.0, 0.0], [0.0, 10.0]])
+    picture = rasterise(corners, np.array([[0, 1, 2]]), np.ones((3, 1)), 12, 12)[..., 0]
+    rows, cols = np.indices((12, 12))
+    np.testing.assert_array_equal(picture == 1.0, rows + cols <= 10)
+
+
+@pytest.mark.parametrize("order", [[0, 1, 2], [2, 1, 0], [1, 2, 0]])
+def test_a_triangle_covers_what_lies_on_the_same_side_of_all_its_edges_whatever_its_winding(order):
+    corners = np.array([[1.3, 2.2], [30.1, 7.7], [11.4, 28.9]])
+    picture = rasterise(corners, np.array([order]), affine(corners), HEIGHT, WIDTH)
+    along = np.roll(corners, -1, axis=0) - corners
+    offset = centres()[:, :, None] - corners
+    within = (along[:, 0] * offset[..., 1] - along[:, 1] * offset[..., 0] > 0).all(axis=2)
+    np.testing.assert_array_equal(np.isfinite(picture).all(axis=2), within)
+    np.testing.assert_allclose(picture[within], affine(centres())[within], atol=SINGLE)
+
+
+def test_triangles_without_area_and_those_beyond_the_picture_paint_nothing():
+    corners = np.array([[1, 1], [20, 20], [30, 30], [-50, -50], [-40, -50], [-40, -40]], float)
+    picture = rasterise(corners, np.array([[0, 1, 2], [3, 4, 5], [0, 0, 1]]), affine(corners), HEIGHT, WIDTH)
+    assert np.isnan(picture).all()
+
+
+def test_a_triangle_larger_than_the_picture_fills_it():
+    corners = np.array([[-200, -200], [400, -200], [-200, 400]], float)
+    picture = rasterise(corners, np.array([[0, 1, 2]]), affine(corners), HEIGHT, WIDTH)
+    np.testing.assert_allclose(picture, affine(centres()), atol=SINGLE)
+
+
+def test_compiled_and_plain_python_paint_the_same():
+    corners = np.random.default_rng(4).uniform(0, 12, (9, 2))
+    faces = Delaunay(corners).simplices.astype(np.int64)
+    compiled, plain = (run(corners, faces, affine(corners), 12, 12) for run in (rasterise, rasterise.py_func))
+    assert np.isfinite(compiled).any()
+    np.testing.assert_allclose(compiled, plain, atol=SINGLE)
+
+
+def test_a_hair_is_less_than_shows():
+    assert HAIR < 1 / 255

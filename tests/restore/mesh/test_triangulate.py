@@ -1,0 +1,113 @@
+"""A lattice covers its mask, evenly and once; a raw mesh joins neighbouring samples and nothing else."""
+
+import numpy as np
+import pytest
+from scipy.ndimage import binary_erosion, distance_transform_edt
+
+from restore.mesh.raster import rasterise
+from restore.mesh.triangulate import MIN_HEIGHT, compact, lattice, triangulate
+
+FINE = 4  # pixels a sample, to see between them
+# Samples at the outline: it passes half a sample beyond the outermost of them, and cuts between the lattice's nodes.
+UNCOVERED = 1.0
+BEYOND = 1.0
+AREA = 0.01  # of the mask's: a border that stands out here and back there
+ONCE = 0.002  # of the area: pixels on the border of the fine picture
+
+
+def shapes(camera):
+    rows, cols = camera.indices
+    across, along = camera.about_ridge(25.0, 99.5)
+    return {
+        "disc": np.hypot(rows - 80, cols - 100) < 60,
+        "upright": (np.abs(rows - 80.2) < 50) & (np.abs(cols - 100.3) < 70),
+        "turned": (np.abs(across) < 70) & (np.abs(along) < 45),
+        "holed": (np.hypot(rows - 80, cols - 100) < 60) & (np.hypot(rows - 70, cols - 90) > 15),
+    }
+
+
+def signed_areas(nodes, faces):
+    """(m,) in samples, counter-clockwise positive for one who sees rows run downwards."""
+    (ar, ac), (br, bc), (cr, cc) = (nodes[faces[:, k]].T for k in range(3))
+    return -((bc - ac) * (cr - ar) - (br - ar) * (cc - ac)) / 2
+
+
+def painted(nodes, faces, shape):
+    """The triangles' shadow in a picture FINE times as fine, one sample wider on every side; samples sit at FINE·k."""
+    corners = np.ascontiguousarray(nodes[:, ::-1] + 1.0) * FINE
+    picture = rasterise(corners, faces, np.ones((len(nodes), 1)), *(FINE * (extent + 2) for extent in shape))
+    return np.isfinite(picture[..., 0])
+
+
+@pytest.fixture(params=["disc", "upright", "turned", "holed"])
+def mask(request, camera):
+    return shapes(camera)[request.param]
+
+
+@pytest.mark.parametrize("stride", [2, 4])
+def test_a_lattice_covers_its_mask_to_the_outline_and_not_further(mask, stride):
+    nodes, faces = lattice(mask, stride)
+    shadow = painted(nodes, faces, mask.shape)
+    samples = shadow[FINE:-FINE:FINE, FINE:-FINE:FINE]
+    assert distance_transform_edt(mask)[mask & ~samples].max(initial=0.0) <= UNCOVERED
+    away = distance_transform_edt(~np.pad(mask, 1).repeat(FINE, 0).repeat(FINE, 1)) / FINE
+    assert away[: shadow.shape[0], : shadow.shape[1]][shadow].max() <= BEYOND + 1 / FINE
+    assert signed_areas(nodes, faces).sum() == pytest.approx(mask.sum(), rel=AREA)
+
+
+@pytest.mark.parametrize("stride", [2, 4])
+def test_its_triangles_run_counter_clockwise_and_do_not_overlap(mask, stride):
+    nodes, faces = lattice(mask, stride)
+    areas = signed_areas(nodes, faces)
+    assert areas.min() > 0
+    shadow = painted(nodes + [1e-3, 2e-3], faces, mask.shape)  # off the pixel centres, which an edge would count twice
+    assert areas.sum() == pytest.approx(shadow.sum() / FINE**2, rel=ONCE)
+
+
+def test_it_has_no_needles_and_no_loose_nodes(mask):
+    nodes, faces = lattice(mask, 4)
+    corners = nodes[faces]
+    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
+    assert (2 * signed_areas(nodes, faces) / longest).min() > MIN_HEIGHT * 4
+    np.testing.assert_array_equal(np.unique(faces), np.arange(len(nodes)))
+
+
+def test_inside_there_is_a_node_every_stride_and_no_direction_is_stiffer(mask):
+    nodes, faces = lattice(mask, 4)
+    rows, cols = np.nonzero(binary_erosion(mask, iterations=5))
+    expected = {(r, c) for r, c in zip(rows.tolist(), cols.tolist(), strict=True) if r % 4 == 0 and c % 4 == 0}
+    assert expected <= {tuple(node) for node in nodes.tolist()}
+    steps = (nodes[faces[:, [1, 2, 0]]] - nodes[faces]).reshape(-1, 2)
+    falling, rising = ((np.abs(steps - diagonal) < 1e-9).all(axis=1).sum() for diagonal in ([4.0, 4.0], [4.0, -4.0]))
+    assert abs(int(falling) - int(rising)) < 0.1 * (falling + rising)
+
+
+def test_a_mask_to_the_edges_of_the_grid_is_covered_to_its_last_sample():
+    mask = np.ones((50, 61), bool)
+    nodes, faces = lattice(mask, 4)
+    assert painted(nodes, faces, mask.shape)[FINE:-FINE:FINE, FINE:-FINE:FINE].all()
+
+
+def test_a_raw_mesh_joins_neighbouring_samples_and_bridges_no_gap(camera):
+    depth = camera.cylinder(100.0)
+    gaps = np.random.default_rng(0).random(camera.shape) < 0.1
+    gaps[:, 70] = True
+    depth[gaps] = np.nan
+    scan = camera.shot(depth)
+    mesh = triangulate(scan)
+    rows, cols = camera.rays.grid(mesh.vertices)
+    nodes = np.stack([rows, cols], axis=1)
+    np.testing.assert_allclose(nodes, nodes.round(), atol=1e-6)
+    np.testing.assert_allclose(mesh.texcoords, nodes[:, ::-1], atol=1e-6)
+    assert np.abs(nodes[mesh.faces] - nodes[np.roll(mesh.faces, 1, axis=1)]).max() < 1.5
+    assert signed_areas(nodes, mesh.faces).min() > 0
+    seen = ~gaps
+    whole = seen[:-1, :-1] & seen[1:, :-1] & seen[:-1, 1:] & seen[1:, 1:]
+    three = seen[:-1, :-1].astype(int) + seen[1:, :-1] + seen[:-1, 1:] + seen[1:, 1:] == 3
+    assert 2 * whole.sum() <= len(mesh.faces) <= 2 * whole.sum() + three.sum()
+
+
+def test_compact_drops_what_no_face_uses():
+    values, faces = compact(np.array([10.0, 11.0, 12.0, 13.0, 14.0]), np.array([[4, 1, 3], [1, 4, 4]]))
+    np.testing.assert_array_equal(values, [11.0, 13.0, 14.0])
+    np.testing.assert_array_equal(values[faces], [[14.0, 11.0, 13.0], [11.0, 14.0, 14.0]])

@@ -1,0 +1,101 @@
+"""A rectangular page is put square to the picture and measured; anything else stays as it lies."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from restore.mesh.adjacency import border_of
+from restore.outline.rectangle import CORNER_SHARE, RECTANGLE, page_size, square_up
+
+WIDTH, HEIGHT = 280.0, 200.0
+SQUARE_RAD = 1e-6  # 0.3 µm over the page: the rough turn is found in single precision, the sides then to rounding
+NOISY_RAD = 2e-4  # 0.05 mm over the page; 400 points that scatter by 0.1 mm tell it to half of that
+SIZE_MM = 1e-6
+NOISY_SIZE_MM = 0.1  # the medians of 100 points that scatter by 0.1 mm, on sides with a tag or a dent
+
+leaning = st.floats(-44.0, 44.0)  # one that leans by 45° is as near to either side
+
+
+def rectangle(count=100, width=WIDTH, height=HEIGHT):
+    """Points round a page, (4·count, 2) mm."""
+    t = np.linspace(-0.5, 0.5, count)
+    side = np.full(count, 0.5)
+    corners = [np.column_stack(pair) for pair in ((t, -side), (t, side), (-side, t), (side, t))]
+    return np.vstack(corners) * [width, height]
+
+
+def turn(degrees):
+    angle = np.deg2rad(degrees)
+    return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+
+def assert_undone(rotation, degrees, within):
+    np.testing.assert_allclose(rotation @ rotation.T, np.eye(2), atol=1e-12)
+    total = rotation @ turn(degrees)
+    assert abs(np.arctan2(total[1, 0], total[0, 0])) < within
+
+
+@settings(deadline=None)
+@given(leaning, st.floats(-500, 500), st.floats(-500, 500), st.sampled_from([(280, 200), (200, 280), (150, 150)]))
+def test_a_turned_rectangle_is_turned_back(degrees, x, y, size):
+    outline = rectangle(width=size[0], height=size[1]) @ turn(degrees).T + [x, y]
+    assert_undone(square_up(outline, size[0] * size[1]), degrees, SQUARE_RAD)
+
+
+@pytest.mark.parametrize("degrees", [-31.0, -3.0, 0.5, 12.0])
+def test_rough_sides_and_dog_ears_do_not_turn_the_page(degrees):
+    outline = rectangle() + np.random.default_rng(0).normal(0, 0.1, (400, 2))
+    ear = (outline @ [1, 1]) > 0.5 * (WIDTH + HEIGHT) - 12
+    outline[ear] -= 4.0
+    assert_undone(square_up(outline @ turn(degrees).T, WIDTH * HEIGHT), degrees, NOISY_RAD)
+
+
+def circle():
+    around = np.linspace(0, 2 * np.pi, 400, endpoint=False)
+    return 100 * np.column_stack([np.cos(around), np.sin(around)]), np.pi * 100**2
+
+
+def triangle():
+    t = np.linspace(0, 1, 100)[:, None]
+    corners = np.array([[0, 0], [280, 30], [60, 200]], float)
+    return np.vstack([(1 - t) * a + t * np.roll(corners, -1, 0)[k] for k, a in enumerate(corners)]), 27_100.0
+
+
+def torn():
+    """A page that lacks more than the share that still makes a rectangle."""
+    return rectangle() @ turn(10).T, (RECTANGLE - 0.01) * WIDTH * HEIGHT
+
+
+@pytest.mark.parametrize("outline", [circle, triangle, torn])
+def test_what_is_no_rectangle_stays_as_it_lies(outline):
+    np.testing.assert_array_equal(square_up(*outline()), np.eye(2))
+
+
+@settings(deadline=None)
+@given(st.floats(20, 1000), st.floats(20, 1000), st.floats(-500, 500))
+def test_the_size_of_a_page_is_between_its_sides(width, height, shift):
+    found = page_size(rectangle(width=width, height=height) + shift)
+    np.testing.assert_allclose(found, [width, height], atol=SIZE_MM)
+
+
+def test_a_tag_a_dent_and_rough_sides_do_not_change_the_size():
+    outline = rectangle() + np.random.default_rng(1).normal(0, 0.1, (400, 2))
+    outline[150:155, 1] += 1.5  # a tag on the upper side
+    outline[250:260, 0] += 1.5  # a dent in the left
+    corner = np.abs(outline @ [1, 1]) > (0.5 - CORNER_SHARE / 2) * (WIDTH + HEIGHT)
+    outline[corner] *= 0.99
+    np.testing.assert_allclose(page_size(outline), [WIDTH, HEIGHT], atol=NOISY_SIZE_MM)
+
+
+def test_what_has_no_sides_has_its_extent():
+    corners = np.array([[0.0, 30.0], [40.0, 0.0], [80.0, 30.0], [40.0, 60.0]])
+    assert page_size(corners) == (80.0, 60.0)
+
+
+def test_the_border_is_what_only_one_face_has():
+    grid = np.arange(12).reshape(3, 4)
+    a, b, c, d = (part.ravel() for part in (grid[:-1, :-1], grid[:-1, 1:], grid[1:, :-1], grid[1:, 1:]))
+    faces = np.vstack([np.column_stack([a, c, d]), np.column_stack([a, d, b])])
+    np.testing.assert_array_equal(border_of(faces), [0, 1, 2, 3, 4, 7, 8, 9, 10, 11])
+    np.testing.assert_array_equal(border_of(faces[:, ::-1]), border_of(faces))

@@ -1,0 +1,164 @@
+"""Ragged outlines of pages whose true sides are known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from restore.mesh.adjacency import border_of
+from restore.mesh.measures import flipped_faces
+from restore.mesh.network import edges_of
+from restore.mesh.triangulate import lattice
+from restore.outline.sides import REACH, straighten
+from restore.range_image.sheet import Sheet
+from restore.scan import FlatMesh
+
+STRIDE = 4  # samples, as the fine mesh of a page
+LOST_SHARE = 0.08  # of the samples on the border
+# Samples: an outline midway between samples is off by half of one at most, evenly spread; a line through fifty points
+# of it by 0.29 / √50, four times that at worst; and lost samples draw it in by their share of a sample.
+SIDE_SAMPLES = 0.16 + LOST_SHARE
+EXACT_MM = 1e-6  # the page lies in a plane before the scanner: grid, surface and flat page are alike but for rounding
+
+LEFT, TOP, RIGHT, BOTTOM = 14.3, 12.8, 183.6, 146.1  # sides in samples of the camera's 160 × 200
+
+
+@dataclass(frozen=True, eq=False)
+class Page:
+    """A flat page cut out of a plane before the scanner."""
+
+    sheet: Sheet
+    mesh: FlatMesh
+    nodes: np.ndarray
+
+    def straight(self) -> Page:
+        return Page(self.sheet, *straighten(self.sheet, self.mesh, self.nodes))
+
+    @property
+    def box(self):
+        """Left, top, right and bottom in samples."""
+        top, left = self.nodes.min(axis=0)
+        bottom, right = self.nodes.max(axis=0)
+        return np.array([left, top, right, bottom])
+
+
+def cut(camera, inside):
+    sheet = camera.sheet(camera.facets(camera.plane()), inside)
+    nodes, faces = lattice(inside, STRIDE)
+    vertices, texcoords = sheet.points(nodes), sheet.texcoords(nodes)
+    lengths = sheet.lengths(nodes, edges_of(faces))
+    return Page(sheet, FlatMesh(vertices, faces, texcoords, flat=vertices[:, :2], lengths=lengths), nodes)
+
+
+def rectangle(camera, left=LEFT, top=TOP, right=RIGHT, bottom=BOTTOM):
+    rows, cols = camera.indices
+    return (cols > left) & (cols < right) & (rows > top) & (rows < bottom)
+
+
+def gnawed(inside, seed=0):
+    """The mask without some samples on its border, as a scanner loses them."""
+    ring = inside & ~(np.roll(inside, 1, 0) & np.roll(inside, -1, 0) & np.roll(inside, 1, 1) & np.roll(inside, -1, 1))
+    return inside & ~(ring & (np.random.default_rng(seed).random(inside.shape) < LOST_SHARE))
+
+
+sides = st.tuples(st.floats(12, 16), st.floats(10, 14), st.floats(180, 186), st.floats(142, 148))
+
+
+# Turned by half a degree, a side crosses from one row of samples to the next, and its outline has all of their errors.
+@settings(deadline=None, max_examples=15)
+@given(sides, st.floats(0.5, 3.0), st.sampled_from([-1, 1]))
+def test_the_page_ends_where_its_sides_are_though_its_outline_is_ragged(camera, box, turn_deg, way):
+    cos, sin = np.cos(np.radians(turn_deg)), way * np.sin(np.radians(turn_deg))
+    rows, cols = camera.indices
+    x, y = cols - 99.5, rows - 79.5
+    x, y = x * cos - y * sin + 99.5, x * sin + y * cos + 79.5
+    inside = (x > box[0]) & (x < box[2]) & (y > box[1]) & (y < box[3])
+    page = cut(camera, gnawed(inside))
+    turned = page.mesh.flat @ np.array([[cos, -sin], [sin, cos]])  # y of the page is up
+    straight = Page(page.sheet, FlatMesh(**{**vars(page.mesh), "flat": turned}), page.nodes).straight()
+    size = np.ptp(straight.mesh.flat, axis=0) / camera.pitch_mm
+    np.testing.assert_allclose(size, [box[2] - box[0], box[3] - box[1]], atol=2 * SIDE_SAMPLES)
+    assert flipped_faces(straight.mesh.flat, straight.mesh.faces) == 0
+
+
+def test_all_of_the_outline_lies_on_the_sides_and_reaches_the_corners(camera):
+    page = cut(camera, gnawed(rectangle(camera)))
+    straight = page.straight()
+    np.testing.assert_allclose(straight.box, [LEFT, TOP, RIGHT, BOTTOM], atol=SIDE_SAMPLES + 0.5)  # no row is cut
+    flat = straight.mesh.flat
+    outline = flat[border_of(straight.mesh.faces)]
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    off = np.minimum(np.abs(outline - low), np.abs(outline - high)).min(axis=1)
+    assert (off < EXACT_MM).mean() > 0.95  # beside a corner, some stay where they were
+    for corner in (low, high, [low[0], high[1]], [high[0], low[1]]):
+        assert np.linalg.norm(outline - corner, axis=1).min() < EXACT_MM
+
+
+def test_the_mesh_stays_one_with_its_grid_and_its_surface(camera):
+    page = cut(camera, gnawed(rectangle(camera))).straight()
+    mesh, sheet = page.mesh, page.sheet
+    np.testing.assert_allclose(mesh.vertices, sheet.points(page.nodes), atol=EXACT_MM)
+    np.testing.assert_allclose(mesh.texcoords, sheet.texcoords(page.nodes), atol=EXACT_MM)
+    np.testing.assert_allclose(mesh.vertices[:, :2], mesh.flat, atol=EXACT_MM)
+    np.testing.assert_allclose(mesh.lengths, sheet.lengths(page.nodes, edges_of(mesh.faces)), atol=EXACT_MM)
+    assert set(np.unique(mesh.faces)) == set(range(len(mesh.flat)))
+
+
+def tongue(camera):
+    inside = rectangle(camera)
+    inside[60:90, 8:20] = True  # a slip of paper sticks out on the left
+    return inside
+
+
+def dent(camera):
+    inside = rectangle(camera)
+    rows, cols = camera.indices
+    inside[(cols < LEFT + 8) & (rows > 40) & (rows < 100)] = False
+    return inside
+
+
+def bow(camera):
+    rows, cols = camera.indices
+    return rectangle(camera, left=0) & (cols > LEFT + 5 * ((rows - 79.5) / 67) ** 2)
+
+
+@pytest.mark.parametrize("outline", [tongue, dent, bow])
+def test_a_side_that_is_not_straight_stays_and_nothing_of_it_is_cut_off(camera, outline):
+    page = cut(camera, outline(camera))
+    straight = page.straight()
+    assert straight.box[0] == page.box[0]
+
+    def left(one):
+        return one.nodes[(one.nodes[:, 1] < 30) & (np.abs(one.nodes[:, 0] - 79.5) < 60)]
+
+    np.testing.assert_array_equal(left(straight), left(page))
+    np.testing.assert_allclose(straight.box[2], RIGHT, atol=SIDE_SAMPLES + 0.5)
+
+
+def test_a_side_that_was_cut_askew_stays_askew(camera):
+    rows, cols = camera.indices
+    slope = 4 / (BOTTOM - TOP)
+    page = cut(camera, gnawed(rectangle(camera, left=0) & (cols > LEFT + slope * (rows - TOP))))
+    straight = page.straight()
+    side = straight.nodes[border_of(straight.mesh.faces)]
+    side = side[(side[:, 1] < 25) & (side[:, 0] > TOP + STRIDE) & (side[:, 0] < BOTTOM - STRIDE)]
+    off = np.abs(side[:, 1] - (LEFT + slope * (side[:, 0] - TOP)))
+    assert len(side) > 20
+    assert np.sort(off)[-2] < SIDE_SAMPLES  # one is the bottom of a notch that lost samples left
+
+
+def test_no_border_moves_farther_than_what_the_scanner_cannot_tell(camera):
+    page = cut(camera, gnawed(rectangle(camera)))
+    before, after = page.nodes[border_of(page.mesh.faces)], page.straight().nodes
+    far = np.abs(before[:, None] - after[None]).max(axis=2).min(axis=1)
+    assert np.sort(far)[-9] <= REACH  # two at a corner go farther, or are gone with what lay beyond
+
+
+def test_a_page_that_is_no_rectangle_stays_as_it_is(camera):
+    rows, cols = camera.indices
+    page = cut(camera, np.hypot(cols - 99.5, rows - 79.5) < 60)
+    assert page.straight().mesh is page.mesh

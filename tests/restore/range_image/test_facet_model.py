@@ -1,0 +1,182 @@
+"""Facets take the noise out as far as least squares can, and leave creases as sharp as they were."""
+
+import numpy as np
+import pytest
+
+from restore.errors import NotEnoughSurface
+from restore.range_image.creases import RADIUS, REACH, RIM
+from restore.range_image.facet_model import WIDE, fit_facets
+from restore.range_image.quadratic_fit import POWERS, fit_quadratics
+
+SPREAD = 0.03  # relative; 30,000 samples in overlapping windows are 600 windows that do not overlap
+OUTLIERS = 0.02  # of the samples, on edges of ink
+OUTLIER_LINES = 3.0
+UNMOVED = 0.05  # relative rise of the error with one sample in fifty left out
+ROUNDING = 1e-6  # standard deviations
+NEAR_RIDGE = 4  # samples: within a window's reach of the ridge
+BESIDE = 3.0  # standard deviations: noise alone, in windows with the sample at their border
+ONE_SIDED = 0.6  # standard deviations for each sample: the slope at the border of a window, not at its centre
+SHARP = 0.65  # of the error that windows across the ridge leave; at 45° half of that is noise
+WORST = 5.0  # standard deviations of the best of 50,000 samples that are each right to half of one
+FAINT_FOLD_DEG = 20.0  # half of its samples stand out as a crease, the others are smoothed over
+FAINT_FOLD_ERROR = 4.0  # standard deviations, 0.14 mm at 0.9 m
+
+
+@pytest.fixture
+def noise(camera):
+    return np.random.default_rng(0).normal(0.0, camera.noise, camera.shape)
+
+
+@pytest.fixture
+def everywhere(camera):
+    return np.ones(camera.shape, bool)
+
+
+def centre_noise(radius):
+    """Standard deviation of a window's fitted value at its centre, and of its slope, for samples with deviation 1."""
+    rows, cols = (part.ravel() for part in np.mgrid[-radius : radius + 1, -radius : radius + 1])
+    design = np.stack([cols**p * rows**q for p, q in POWERS], axis=1)
+    covariance = np.linalg.inv(design.T @ design)
+    return np.sqrt(covariance[0, 0]), np.sqrt(covariance[1, 1])
+
+
+def inner(camera, by=WIDE):
+    mask = np.zeros(camera.shape, bool)
+    mask[by:-by, by:-by] = True
+    return mask
+
+
+def rms(values):
+    return float(np.sqrt(np.mean(np.square(values))))
+
+
+@pytest.mark.parametrize("radius", [60.0, 100.0, 170.0, None])
+def test_noise_falls_as_least_squares_says_on_any_curl(camera, noise, everywhere, radius):
+    exact = camera.plane((0.3, 0.2, 1.0)) if radius is None else camera.cylinder(radius)
+    facets = fit_facets(exact + noise, everywhere, everywhere)
+    value, slope = centre_noise(WIDE)
+    here = inner(camera)
+    assert facets.noise == pytest.approx(camera.noise, rel=SPREAD)
+    assert rms((facets.value - exact)[here]) == pytest.approx(value * camera.noise, rel=SPREAD)
+    down, right = np.gradient(exact)
+    errors = facets.slope - np.dstack([right, down])
+    assert rms(errors[here]) == pytest.approx(slope * camera.noise, rel=SPREAD)
+    assert not facets.crease.any()
+
+
+def test_an_exact_surface_comes_back_exactly(camera, everywhere):
+    exact = camera.plane((0.3, 0.2, 1.0))
+    facets = fit_facets(exact, everywhere, everywhere)
+    np.testing.assert_allclose(facets.value, exact, atol=ROUNDING * camera.noise)
+    assert not facets.crease.any()
+
+
+def test_a_curl_scanned_without_noise_has_no_creases_and_no_gaps(camera, everywhere):
+    facets = fit_facets(camera.cylinder(60.0), everywhere, everywhere)
+    assert not facets.crease.any()
+    assert np.isfinite(facets.value).all()
+
+
+def test_a_tilt_of_the_whole_scan_only_tilts_the_facets(camera, noise, everywhere):
+    data = camera.roof(90.0, 30.0, 100.3) + noise
+    tilt = camera.plane((0.3, 0.2, 1.0)) - camera.plane()
+    straight, tilted = (fit_facets(image, everywhere, everywhere) for image in (data, data + tilt))
+    np.testing.assert_array_equal(tilted.crease, straight.crease)
+    np.testing.assert_allclose(tilted.value, straight.value + tilt, atol=ROUNDING * camera.noise)
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0, None], ids=["far", "near", "both"])
+def test_outliers_do_not_move_the_surface(camera, noise, everywhere, sign):
+    random = np.random.default_rng(1)
+    lines = random.uniform(-OUTLIER_LINES, OUTLIER_LINES, camera.shape) if sign is None else sign * OUTLIER_LINES
+    outliers = np.where(random.random(camera.shape) < OUTLIERS, lines * camera.line, 0.0)
+    exact, here = camera.cylinder(100.0), inner(camera)
+    clean, spoilt = (fit_facets(exact + noise + extra, everywhere, everywhere) for extra in (0.0, outliers))
+    assert rms((spoilt.value - exact)[here]) < (1 + UNMOVED) * rms((clean.value - exact)[here])
+    once = fit_quadratics(exact + noise + outliers, np.ones(camera.shape), everywhere, WIDE).terms[..., 0]
+    assert rms((once - exact)[here]) > 5 * rms((clean.value - exact)[here])  # what least squares alone would do
+    assert not spoilt.crease.any()
+
+
+@pytest.mark.parametrize("angle_deg", [0.0, 30.0, 45.0])
+@pytest.mark.parametrize("fold_deg", [45.0, 60.0, 90.0, 120.0])
+def test_creases_stay_sharp(camera, noise, everywhere, fold_deg, angle_deg):
+    exact = camera.roof(fold_deg, angle_deg, 100.3)
+    facets = fit_facets(exact + noise, everywhere, everywhere)
+    across, _ = camera.about_ridge(angle_deg, 100.3)
+    beside = inner(camera, 2 * WIDE) & (np.abs(across) < NEAR_RIDGE) & ~facets.crease
+    errors = (facets.value - exact) / camera.noise
+    rounded = fit_quadratics(exact + noise, np.ones(camera.shape), everywhere, WIDE).terms[..., 0]
+    assert rms(errors[beside]) < SHARP * rms(((rounded - exact) / camera.noise)[beside])
+    assert np.abs(errors[beside & inner(camera, RIM + RADIUS + REACH)]).max() < BESIDE
+    assert np.abs(errors[beside]).max() < 2 * BESIDE  # nearer to the border the crease is known to a sample
+    left, right = camera.walls(fold_deg, angle_deg, 100.3)
+    own = np.where((left < right)[..., None], camera.facets(left), camera.facets(right))[..., 1:]
+    jump = np.linalg.norm(own[0, 0] - own[-1, -1])
+    off = np.linalg.norm(facets.slope - own, axis=2)[beside]
+    assert np.quantile(off, 0.99) < 0.1 * jump  # in one step: each sample has the slope of its own side
+
+
+def test_between_bent_walls_slopes_are_those_of_the_samples_own_places(camera, noise, everywhere):
+    """The window of a sample beside the crease lies to one side of it, and its quadratic has another slope there."""
+    across, _ = camera.about_ridge(0.0, 100.3)
+    bend = 0.4 * camera.noise  # a sample; over a window's reach as much as ten times the slope's noise
+    exact = camera.roof(90.0, 0.0, 100.3) + bend * across**2
+    facets = fit_facets(exact + noise, everywhere, everywhere)
+    left, right = camera.walls(90.0, 0.0, 100.3)
+    own = np.where(left < right, camera.facets(left)[..., 1], camera.facets(right)[..., 1]) + 2 * bend * across
+    beside = inner(camera, 2 * WIDE) & (np.abs(across) < NEAR_RIDGE) & ~facets.crease
+    assert rms((facets.slope[..., 0] - own)[beside]) < ONE_SIDED * camera.noise
+
+
+def test_a_fold_too_faint_to_be_seen_is_hardly_rounded(camera, noise, everywhere):
+    for column in (100.0, 100.25, 100.5):
+        exact = camera.roof(FAINT_FOLD_DEG, 20.0, column)
+        errors = (fit_facets(exact + noise, everywhere, everywhere).value - exact) / camera.noise
+        assert np.abs(errors[inner(camera)]).max() < FAINT_FOLD_ERROR
+
+
+def test_dark_samples_count_for_less(camera, noise, everywhere):
+    """A black picture on the page, ten times darker: its samples scatter √10 times as much."""
+    ink = np.zeros(camera.shape, bool)
+    ink[50:110, 60:140] = True
+    signal = np.where(ink, 20.0, 200.0)
+    exact = camera.cylinder(100.0)
+    data = exact + np.where(ink, np.sqrt(10.0), 1.0) * noise
+    told, untold = (fit_facets(data, everywhere, everywhere, light) for light in (signal, None))
+    assert told.noise == pytest.approx(camera.noise, rel=SPREAD)
+    assert np.isfinite(told.value[ink]).all()
+    assert rms((told.value - exact)[ink]) == pytest.approx(
+        centre_noise(WIDE)[0] * np.sqrt(10.0) * camera.noise, rel=3 * SPREAD
+    )
+    beside = ~ink & inner(camera)
+    beside[:48] = beside[112:] = False
+    beside[:, :58] = beside[:, 142:] = False
+    assert rms((told.value - exact)[beside]) < 0.8 * rms((untold.value - exact)[beside])
+
+
+def test_drop_outs_are_filled_and_what_is_not_wanted_is_not(camera, noise, everywhere):
+    random = np.random.default_rng(2)
+    measured = random.random(camera.shape) > 0.3
+    wanted = inner(camera, 10)
+    exact = camera.cylinder(100.0)
+    facets = fit_facets(np.where(measured, exact + noise, np.nan), measured, wanted)
+    np.testing.assert_array_equal(np.isfinite(facets.value), wanted)
+    errors = (facets.value - exact)[wanted] / camera.noise
+    assert rms(errors) == pytest.approx(centre_noise(WIDE)[0] / np.sqrt(0.7), rel=0.1)  # so many samples fewer
+    assert np.abs(errors).max() < WORST
+
+
+def test_a_hole_wider_than_a_window_stays_open(camera, noise, everywhere):
+    measured = everywhere.copy()
+    measured[60:80, 80:120] = False
+    facets = fit_facets(np.where(measured, camera.plane() + noise, np.nan), measured, everywhere)
+    assert np.isnan(facets.value[65:75, 85:115]).all()
+    assert np.isfinite(facets.value[measured & inner(camera)]).all()
+
+
+def test_samples_too_sparse_for_any_facet_are_not_enough_surface(camera, noise, everywhere):
+    measured = np.zeros(camera.shape, bool)
+    measured[::3, ::3] = True
+    with pytest.raises(NotEnoughSurface, match="too far apart"):
+        fit_facets(np.where(measured, camera.plane() + noise, np.nan), measured, everywhere)

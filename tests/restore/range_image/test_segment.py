@@ -1,0 +1,193 @@
+"""The sheet is found among table, debris and ink: whole, and nothing but the sheet."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from restore.errors import NotEnoughSurface
+from restore.range_image.camera import find_rays
+from restore.range_image.segment import CLOSING, MIN_SHARE, find_sheet, outline
+
+PAPER, INK = (232, 228, 218), (38, 36, 40)
+TABLES = {"dark": (62, 58, 55), "light": (165, 150, 132)}
+TABLE_MM = 921.5
+SAMPLES_FOUND = 0.98  # of the sheet's: noise and the colour cloud's tail of 1 % take the others
+AREA_FOUND = 0.995  # of the sheet, once its holes are filled and its notches closed
+STRAYED = 2  # samples past the true outline: colour is read between two texture pixels
+
+
+def colour_noise(picture, seed=0):
+    noisy = np.asarray(picture, float) + np.random.default_rng(seed).normal(0, 3.0, np.shape(picture))
+    return np.clip(noisy, 0, 255).astype(np.uint8)
+
+
+def on_paper(camera):
+    """A picture of nothing but paper."""
+    return colour_noise(np.full((*camera.shape, 3), PAPER))
+
+
+def sheet_area(camera, *, turn_deg=0.0, width=130.0, height=90.0):
+    """(rows, cols) True on a rectangle of so many samples in the middle of the picture."""
+    across, along = camera.about_ridge(turn_deg, (camera.cols - 1) / 2)
+    return (np.abs(across) <= width / 2) & (np.abs(along) <= height / 2)
+
+
+def printed(area, camera):
+    """(rows, cols) True in lines of words on a sheet: 3 samples high, a margin of 10 round them."""
+    rows, cols = (grid.astype(int) for grid in camera.indices)
+    words = (rows % 8 < 3) & (cols % 11 < 8) & (np.random.default_rng(1).random(camera.cols)[cols] > 0.2)
+    return words & np.roll(area, 10, 0) & np.roll(area, -10, 0) & np.roll(area, 10, 1) & np.roll(area, -10, 1)
+
+
+def scene(camera, area, inverse_depth, table, *, ink=None):
+    """A sheet in its area, the table round it, under the scanner's noise and the camera's."""
+    tabletop = camera.plane((0.1, 0.05, 1.0), TABLE_MM)
+    depth = np.where(area, inverse_depth, tabletop) + np.random.default_rng(2).normal(0, camera.noise, camera.shape)
+    colours = np.where(area[..., None], PAPER, TABLES.get(table, PAPER))
+    colours = np.where((area & ink)[..., None], INK, colours) if ink is not None else colours
+    return camera.shot(depth, colour_noise(colours))
+
+
+def curled(camera):
+    """A curl that touches the table in the middle of the picture and rises 10 mm from it."""
+    return camera.cylinder(150.0, distance=TABLE_MM - 5.0, hollow=True)
+
+
+def find(scan):
+    return find_sheet(scan, find_rays(scan))
+
+
+def assert_is(inside, area):
+    assert (inside & area).sum() >= AREA_FOUND * area.sum()
+    beyond = inside & ~outline_grown(area, STRAYED)
+    assert not beyond.any()
+
+
+def outline_grown(area, by):
+    grown = area.copy()
+    for _ in range(by):
+        grown[1:] |= grown[:-1].copy()
+        grown[:-1] |= grown[1:].copy()
+        grown[:, 1:] |= grown[:, :-1].copy()
+        grown[:, :-1] |= grown[:, 1:].copy()
+    return grown
+
+
+@pytest.mark.parametrize("turn_deg", [0.0, 25.0])
+@pytest.mark.parametrize("shape", ["flat", "curled"])
+@pytest.mark.parametrize("table", TABLES)
+def test_a_sheet_is_told_from_the_table_it_lies_on(camera, table, shape, turn_deg):
+    area = sheet_area(camera, turn_deg=turn_deg)
+    surface = curled(camera) if shape == "curled" else camera.plane((0.1, 0.05, 1.0), TABLE_MM)  # in the same plane
+    samples, inside = find(scene(camera, area, surface, table, ink=printed(area, camera)))
+    assert_is(inside, area)
+    assert not (samples & ~outline_grown(area, STRAYED)).any()
+
+
+@pytest.mark.parametrize("shape", ["flat", "curled"])
+def test_a_sheet_without_a_table_is_all_that_was_measured(camera, shape):
+    area = sheet_area(camera, turn_deg=25.0)
+    surface = np.where(area, curled(camera) if shape == "curled" else camera.plane(), np.nan)
+    samples, inside = find(camera.shot(surface, on_paper(camera)))
+    np.testing.assert_array_equal(samples, area)
+    assert_is(inside, area)
+
+
+@pytest.mark.parametrize("ink", [False, True], ids=["blank", "printed"])
+@pytest.mark.parametrize("shape", ["flat", "curled"])
+def test_a_page_that_fills_the_picture_is_not_taken_for_a_table(camera, shape, ink):
+    everywhere = np.ones(camera.shape, bool)
+    words = printed(everywhere, camera) if ink else np.zeros(camera.shape, bool)
+    surface = curled(camera) if shape == "curled" else camera.plane((0.1, 0.05, 1.0))
+    samples, inside = find(scene(camera, everywhere, surface, "dark", ink=words))
+    assert samples.all()
+    assert (~inside).sum() <= 4 * CLOSING  # its corners are rounded off
+
+
+def test_without_colour_the_plane_alone_tells_the_table(camera):
+    area = sheet_area(camera)
+    raised = camera.plane((0.1, 0.05, 1.0), TABLE_MM - 10.0)
+    scan = replace(scene(camera, area, raised, "dark"), texture=None)
+    assert_is(find(scan)[1], area)
+
+
+def test_a_spread_of_two_pages_stays_whole(camera):
+    """An open book, whose gutter lies on the table between walls of 60°."""
+    area = sheet_area(camera, width=150.0)
+    gutter = 2 * camera.plane((0.0, 0.0, 1.0), TABLE_MM).max() - camera.roof(120.0, 0.0, 99.5)
+    gutter = np.minimum(gutter, camera.plane((0.0, 0.0, 1.0), TABLE_MM - 20.0))
+    samples, inside = find(scene(camera, area, gutter, "dark", ink=printed(area, camera)))
+    assert_is(inside, area)
+    assert samples[area].mean() > SAMPLES_FOUND - printed(area, camera)[area].mean()
+
+
+@pytest.mark.parametrize("table", [None, "dark"])
+def test_what_ink_hides_from_the_laser_is_filled(camera, table):
+    area = sheet_area(camera)
+    words = printed(area, camera)
+    scan = scene(camera, area if table else np.ones(camera.shape, bool), curled(camera), table, ink=words)
+    lost = words if table else words | ~area
+    scan = replace(scan, points=np.where(lost[..., None], np.nan, scan.points))
+    samples, inside = find(scan)
+    assert not samples[words].any()
+    assert inside[words].all()
+    assert_is(inside, area)
+
+
+def test_a_second_sheet_behind_a_step_is_left_out(camera):
+    _, cols = camera.indices
+    depth = np.where(cols < 120, camera.cylinder(150.0), camera.cylinder(150.0, distance=TABLE_MM + 25.0))
+    samples, inside = find(camera.shot(depth, on_paper(camera)))
+    np.testing.assert_array_equal(samples, cols < 120)
+    assert not inside[:, 120:].any()
+
+
+def test_walls_as_steep_as_camera_and_laser_see_do_not_part_a_sheet(camera):
+    samples, _ = find(camera.shot(camera.roof(150.0, 0.0, 100.3), on_paper(camera)))
+    assert samples.all()
+
+
+def small(camera):
+    area = np.zeros(camera.shape, bool)
+    side = int(np.sqrt(0.9 * MIN_SHARE * area.size))
+    area[40 : 40 + side, 60 : 60 + side] = True
+    return area
+
+
+def comb(camera):
+    """Single lines, joined at one end: many samples, but no surface."""
+    rows, cols = camera.indices
+    return (rows % 12 == 0) | (cols == 0)
+
+
+def torn(camera):
+    """Scraps of 15 × 15 samples with 5 between them: together more than a page, alone none."""
+    rows, cols = (grid.astype(int) for grid in camera.indices)
+    return (rows % 20 < 15) & (cols % 20 < 15)
+
+
+@pytest.mark.parametrize("area", [small, comb, torn])
+def test_nothing_large_enough_to_be_a_page_is_not_enough_surface(camera, area):
+    surface = np.where(area(camera), camera.plane(), np.nan)
+    with pytest.raises(NotEnoughSurface, match=r"largest connected surface covers [01]\.\d%"):
+        find(camera.shot(surface))
+
+
+def test_a_bare_table_is_the_only_surface_there_is(camera):
+    """Nothing lies on it that could tell it from a page that fills the picture."""
+    bare = np.zeros(camera.shape, bool)
+    samples, _ = find(scene(camera, bare, camera.plane(), "dark"))
+    assert samples.all()
+
+
+def test_the_outline_fills_holes_and_closes_notches_and_adds_nothing_outside(camera):
+    area = sheet_area(camera, turn_deg=25.0)
+    spoilt = area.copy()
+    spoilt[70:90, 80:110] = False  # a black picture
+    spoilt[75:78, 100:150] = False  # a line of ink that runs to the edge
+    spoilt[20:22, 30:33] = True  # debris
+    filled = outline(spoilt)
+    assert not (filled & ~area).any()
+    assert (area & ~filled).sum() <= 4 * CLOSING  # corners of the sheet are rounded off
+    np.testing.assert_array_equal(outline(filled), filled)

@@ -1,0 +1,126 @@
+"""The table is told from the sheet by plane, colour and where it lies, and never invented."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from restore.range_image.table import BAND, FRINGE, find_table
+
+FOUND = 0.98  # of the table's samples: 1 % of a normal colour cloud lies outside, and four sigmas of noise
+TAKEN = 0.005  # of the sheet's samples, along its edge where colours mix
+PAPER, TABLE = (232, 228, 218), (62, 58, 55)
+
+
+def seen(camera, colours, inverse_depth, seed=0):
+    random = np.random.default_rng(seed)
+    colours = np.clip(colours + random.normal(0, 3.0, colours.shape), 0, 255).astype(np.uint8)
+    return camera.shot(inverse_depth + random.normal(0, camera.noise, camera.shape), colours)
+
+
+def table_of(scan, **options):
+    measured = scan.measured
+    return find_table(scan, 1.0 / np.where(measured, -scan.points[..., 2], np.nan), measured, **options)
+
+
+@pytest.fixture
+def sheet(camera):
+    area = np.zeros(camera.shape, bool)
+    area[35:125, 40:160] = True
+    return area
+
+
+@pytest.fixture
+def coloured(sheet):
+    return np.where(sheet[..., None], PAPER, TABLE).astype(float)
+
+
+def test_plane_and_colour_of_the_border_are_the_table(camera, sheet, coloured):
+    tilted = camera.plane((0.2, -0.1, 1.0))
+    table = table_of(seen(camera, coloured, np.where(sheet, camera.cylinder(90.0, distance=880.0), tilted)))
+    assert table[~sheet].mean() > FOUND
+    assert table[sheet].mean() < TAKEN
+
+
+def test_ink_of_the_tables_colour_off_its_plane_is_no_table(camera, sheet, coloured):
+    black_picture = np.zeros_like(sheet)
+    black_picture[60:100, 70:110] = True
+    coloured[black_picture] = TABLE
+    table = table_of(seen(camera, coloured, np.where(sheet, camera.plane(distance=900.0), camera.plane())))
+    assert not table[black_picture].any()
+
+
+def test_things_on_the_table_are_no_table(camera, sheet, coloured):
+    """A weight on the border of the picture, out of the plane, and a coloured card that lies in it."""
+    weight, card = np.zeros_like(sheet), np.zeros_like(sheet)
+    weight[:20, :30] = True
+    card[130:, 150:] = True
+    coloured[card] = (170, 40, 40)
+    surface = np.where(weight, camera.plane(distance=890.0), camera.plane())
+    surface = np.where(sheet, camera.plane(distance=905.0), surface)
+    table = table_of(seen(camera, coloured, surface))
+    assert not table[weight].any()
+    assert not table[130 + 2 * FRINGE :, 150 + 2 * FRINGE :].any()
+    assert table[~sheet & ~weight & ~card].mean() > FOUND
+
+
+def test_the_same_scan_has_the_same_table(camera, sheet, coloured):
+    scan = seen(camera, coloured, np.where(sheet, camera.cylinder(90.0, distance=880.0), camera.plane()))
+    np.testing.assert_array_equal(table_of(scan), table_of(scan))
+
+
+def curled_to_the_border(camera, sheet, coloured):
+    return seen(camera, np.full_like(coloured, PAPER), camera.cylinder(90.0))
+
+
+def out_of_sight(camera, sheet, coloured):
+    """Nothing within BAND of the frame was measured."""
+    surface = camera.plane()
+    surface[:BAND] = surface[-BAND:] = np.nan
+    surface[:, :BAND] = surface[:, -BAND:] = np.nan
+    return seen(camera, coloured, surface)
+
+
+def one_colour(camera, sheet, coloured):
+    """A page that fills the picture and stands up in its middle."""
+    return seen(camera, np.full_like(coloured, PAPER), np.where(sheet, camera.plane(distance=915.0), camera.plane()))
+
+
+def ruled(camera, sheet, coloured):
+    """A page that fills the picture, with lines and words on it and nothing else."""
+    page = np.full_like(coloured, PAPER)
+    page[10:-10:8, 10:-10] = page[11:-10:8, 10:-10] = TABLE
+    page[:, 60:62] = TABLE
+    return seen(camera, page, camera.plane())
+
+
+@pytest.mark.parametrize("scan", [curled_to_the_border, out_of_sight, one_colour, ruled])
+def test_where_no_table_is_seen_there_is_none(camera, sheet, coloured, scan):
+    assert not table_of(scan(camera, sheet, coloured)).any()
+
+
+def test_in_a_mesh_the_table_goes_to_the_border_of_what_was_measured(camera, sheet, coloured):
+    """Turned since it was scanned, so that the frame of the picture means nothing."""
+    measured, _ = camera.about_ridge(20.0, 99.5)
+    outer = (np.abs(measured) < 75) & (np.abs(camera.about_ridge(20.0, 99.5)[1]) < 70)
+    raised = np.where(sheet, camera.plane(distance=900.0), camera.plane())
+    scan = seen(camera, coloured, np.where(outer, raised, np.nan))
+    table = table_of(scan, framed=False)
+    assert table[outer & ~sheet].mean() > FOUND
+    assert table[sheet].mean() < TAKEN
+
+
+def test_in_a_mesh_a_picture_on_a_flat_page_is_no_sheet_on_a_table(camera, sheet, coloured):
+    assert not table_of(seen(camera, coloured, camera.plane()), framed=False).any()
+
+
+def test_without_colour_one_side_of_a_fold_that_fills_the_picture_is_no_table(camera):
+    scan = seen(camera, np.zeros((*camera.shape, 3)), camera.roof(40.0, 0.0, camera.cols * 0.6))
+    assert not table_of(replace(scan, texture=None)).any()
+
+
+def test_without_colour_a_plane_all_round_is_the_table(camera, sheet):
+    depths = np.where(sheet, camera.cylinder(90.0, distance=880.0), camera.plane())
+    table = table_of(replace(seen(camera, np.zeros((*camera.shape, 3)), depths), texture=None))
+    assert table[~sheet].mean() > FOUND
+    assert table[sheet].mean() < TAKEN

@@ -1,0 +1,141 @@
+"""Where the page was not seen it says so: the same as rays cast from the camera's place."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.ndimage import binary_erosion
+
+from drivers.simulated.raycast import RayCaster
+from restore.scan import FlatMesh, SurfaceMesh
+from restore.texture.coverage import Coverage, Seen, blank, cover, invent, pinhole_of
+from restore.texture.page import MM_PER_INCH, page_map, paint_page
+
+DPI = 127.0  # five pixels to the millimetre
+FOCAL_PX, EYE = 1900.0, np.array([10.0, -20.0, 900.0])
+EDGE_PX = 6  # of the page: the limit of what is hidden is known to two pixels of the texture, 0.5 mm each
+CENTRE_MM = 1e-3
+ROUNDED = 2  # grey levels: the fast marching takes its weights from whole distances
+
+
+def pinhole(points):
+    """(n, 2) texture pixels of points (n, 3) mm, seen from EYE straight down."""
+    way = points - EYE
+    return way[:, :2] / -way[:, 2:] * [FOCAL_PX, -FOCAL_PX] + [319.5, 239.5]
+
+
+def folded(gap=12.0, count=241):
+    """A page of 120 × 80 mm pleated over itself: 15 mm lie under the pleat and 25 mm of it are turned away."""
+    s = np.linspace(0.0, 120.0, count)
+    corners_s = np.array([0.0, 50.0, 50.0 + np.hypot(15.0, gap), 120.0])
+    x = np.interp(s, corners_s, [0.0, 50.0, 35.0, 35.0 + 120.0 - corners_s[2]])
+    z = np.interp(s, corners_s, [0.0, 0.0, gap, gap])
+    y = np.linspace(0.0, 80.0, 41)
+    vertices = np.stack(np.broadcast_arrays(x[None], y[:, None], z[None]), axis=-1).reshape(-1, 3)
+    flat = np.stack(np.meshgrid(s, y), axis=-1).reshape(-1, 2)
+    k = np.arange(count * 41).reshape(41, count)
+    a, b, c, d = (part.ravel() for part in (k[:-1, :-1], k[:-1, 1:], k[1:, :-1], k[1:, 1:]))
+    faces = np.concatenate([np.stack([a, b, d], 1), np.stack([a, d, c], 1)])
+    texture = np.random.default_rng(0).integers(0, 200, (480, 640, 3), dtype=np.uint8)
+    return FlatMesh(vertices, faces, pinhole(vertices), texture, {}, flat)
+
+
+def covered(page):
+    painting = paint_page(page, DPI)
+    surface = SurfaceMesh(page.vertices, page.faces, page.texcoords, page.texture)
+    return cover(surface, page, painting, DPI), painting
+
+
+def seen_by_rays(page):
+    """(h, w) bool: what rays from the camera's place reach first, on the printed side."""
+    over = page_map(page.flat, page.faces, page.vertices, DPI).astype(float)
+    way = over - EYE
+    length = np.linalg.norm(way, axis=2)
+    face, reach = RayCaster(page.vertices, page.faces).first_hit(EYE, way / length[..., None])
+    a, b, c = (page.vertices[page.faces[face, k]] for k in range(3))
+    facing = np.einsum("ijk,ijk->ij", np.cross(b - a, c - a), way) < 0
+    return (np.abs(reach - length) < 0.05) & facing
+
+
+def test_what_lies_under_a_pleat_is_hidden_as_rays_tell():
+    page = folded()
+    found, _ = covered(page)
+    rays = seen_by_rays(page)
+    assert 0.25 < 1 - rays.mean() < 0.35
+    sure = binary_erosion(rays, iterations=EDGE_PX), binary_erosion(~rays, iterations=EDGE_PX)
+    assert found.mask[sure[0]].all()
+    assert (found.seen[sure[1]] == Seen.HIDDEN).all()
+    assert found.shares()["hidden"] == pytest.approx(1 - rays.mean(), abs=0.02)
+
+
+def test_a_bent_page_that_hides_nothing_is_seen_whole():
+    page = folded()
+    steps = np.interp(page.flat[:, 0], [0, 60, 120], [0, 30.0, 0])
+    vertices = np.column_stack([page.flat[:, 0] * 0.87, page.flat[:, 1], steps])
+    found, _ = covered(replace(page, vertices=vertices, texcoords=pinhole(vertices)))
+    assert found.shares() == {"measured": 1.0, "filled": 0.0, "hidden": 0.0, "invented": 0.0}
+
+
+def test_the_camera_is_found_from_the_texture_alone():
+    page = folded()
+    np.testing.assert_allclose(pinhole_of(page.vertices, page.texcoords), EYE, atol=CENTRE_MM)
+
+
+def test_no_camera_is_made_up():
+    page = folded()
+    rng = np.random.default_rng(1)
+    assert pinhole_of(page.vertices, rng.uniform(0, 600, page.texcoords.shape)) is None  # an atlas
+    level = np.column_stack([page.flat, np.zeros(len(page.flat))])
+    assert pinhole_of(level, pinhole(level)) is None  # a plane may have been seen from anywhere
+    assert pinhole_of(page.vertices[:5], page.texcoords[:5]) is None
+
+
+def test_hidden_places_are_blank_and_a_hole_in_the_surface_is_hidden():
+    page = folded()
+    middle = page.flat[page.faces].mean(axis=1)
+    hole = np.linalg.norm(middle - [100.0, 40.0], axis=1) < 6.0
+    found, painting = covered(replace(page, faces=page.faces[~hole]))
+    y, x = round(40.0 * DPI / MM_PER_INCH), round(100.0 * DPI / MM_PER_INCH)
+    assert found.seen[y, x] == Seen.HIDDEN
+    image = blank(painting.image, found)
+    assert (image[found.seen == Seen.HIDDEN] == 255).all()
+    np.testing.assert_array_equal(image[found.mask], painting.image[found.mask])
+
+
+def holes(*sizes):
+    """A grey page of 300 × 200 pixels with square holes, and one that runs off the page."""
+    seen = np.full((200, 300), Seen.MEASURED, np.uint8)
+    seen[:, 280:] = Seen.OUTSIDE
+    for number, size in enumerate(sizes):
+        seen[40 : 40 + size, 20 + 80 * number : 20 + 80 * number + size] = Seen.HIDDEN
+    image = np.full((200, 300, 3), 120, np.uint8)
+    image[seen != Seen.MEASURED] = 255
+    return image, Coverage(seen)
+
+
+def test_small_holes_are_invented_on_request_and_noted():
+    image, coverage = holes(10, 40)
+    filled, told = invent(image, coverage, DPI, 3.0)  # fifteen pixels
+    assert (told.seen[40:50, 20:30] == Seen.INVENTED).all()
+    assert (told.seen[40:80, 100:140] == Seen.HIDDEN).all()
+    assert np.abs(filled[40:50, 20:30].astype(int) - 120).max() <= ROUNDED
+    assert (filled[40:80, 100:140] == 255).all()
+    assert not told.mask[45, 25]
+    assert told.shares()["invented"] == pytest.approx(100 / (200 * 280))
+    changed = (filled != image).any(axis=2)
+    assert (told.seen[changed] == Seen.INVENTED).all()
+
+
+def test_white_from_off_the_page_does_not_run_into_a_hole_at_its_edge():
+    image, coverage = holes()
+    coverage.seen[100:106, 270:280] = Seen.HIDDEN
+    image[100:106, 270:280] = 255
+    filled, _ = invent(image, coverage, DPI, 5.0)
+    assert np.abs(filled[100:106, 270:280].astype(int) - 120).max() <= ROUNDED
+
+
+def test_nothing_is_invented_unasked():
+    image, coverage = holes(10)
+    filled, told = invent(image, coverage, DPI, 0.0)
+    np.testing.assert_array_equal(filled, image)
+    np.testing.assert_array_equal(told.seen, coverage.seen)
