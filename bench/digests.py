@@ -29,7 +29,7 @@ RUNS: dict[str, tuple[str, ...]] = {
     "fine": ("--dpi", "300"),
     "without-light": ("--shading", "remove", "--fill-hidden", "3"),
 }
-VOLATILE = ("seconds", "peak_memory_mb", "scan", "texture", "files", "source")
+VOLATILE = ("seconds", "peak_memory_mb", "scan", "texture", "files", "source", "provenance")
 
 
 def main(arguments: list[str]) -> None:

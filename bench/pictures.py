@@ -92,8 +92,7 @@ def _seen(points: Floats, faces: Floats, texcoords: Floats, flat: Floats, print_
     """(480, 640, 3): the nearest paper on every line of sight."""
     from restore.mesh.raster import rasterise
 
-    order = np.argsort(points[faces, 2].max(axis=1), kind="stable")  # far faces first
-    over = rasterise(texcoords, faces[order], flat, 480, 640)
+    over = rasterise(texcoords, faces, flat, 480, 640, -1.0 / points[:, 2])
     scale = np.array(print_.shape[1::-1]) / page_mm
     at = np.nan_to_num(over * scale.astype(np.float32), nan=-9.0)
     smooth = cv2.GaussianBlur(print_, (0, 0), 1.2)  # the print has three pixels to one of the camera

@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from restore.bands import in_bands
 from restore.mesh.raster import rasterise
 from restore.photo.camera import project_map
-from restore.photo.sampling import sample_scaled
 from restore.photo.sources import COARSE_DPI, LINEAR, Plan, Source
 from restore.scan import Bytes, FlatMesh, Mask
 from restore.texture.page import MM_PER_INCH, PAPER, Painting, picture_size
+from restore.texture.sampling import sample_scaled
 
 BAND = 256  # rows painted at once: 60 MB at a time for an A4 page at 400 dpi
 LEAST_SHARE = 1 / 512  # of a pixel: less changes no code

@@ -5,11 +5,9 @@ from __future__ import annotations
 from math import ceil
 
 import cv2
-import numba
 import numpy as np
-from numpy.typing import NDArray
 
-from restore.mesh.raster import HAIR
+from restore.mesh.raster import rasterise
 from restore.photo.camera import PhotoCamera
 from restore.scan import Bytes, Floats, Ints, Mask
 
@@ -30,7 +28,9 @@ def sees(camera: PhotoCamera, vertices: Floats, faces: Ints, points: Floats, nor
     """(n,) True where the camera sees points (n, 3) mm with normals (n, 3) on a mesh of vertices and faces (m, 3)."""
     small = camera.scaled(_fitted(camera.size))
     corners = np.nan_to_num(small.project(vertices), nan=-1e6)
-    nearest = depth_buffer(corners, small.inverse_depth(vertices), faces, small.size[1], small.size[0])
+    inverse_depth = small.inverse_depth(vertices)
+    width, height = small.size
+    nearest = np.nan_to_num(rasterise(corners, faces, inverse_depth[:, None], height, width, inverse_depth)[..., 0])
     pixels = small.project(points)
     inside = np.asarray(((pixels >= 0) & (pixels <= np.array(small.size) - 1)).all(axis=1))
     cols, rows = np.rint(np.where(inside[:, None], pixels, 0)).astype(int).T
@@ -43,33 +43,6 @@ def sees(camera: PhotoCamera, vertices: Floats, faces: Ints, points: Floats, nor
 def _fitted(size: tuple[int, int]) -> tuple[int, int]:
     ratio = min(1.0, BUFFER_SIDE / max(size))
     return ceil(size[0] * ratio), ceil(size[1] * ratio)
-
-
-@numba.njit(cache=True)
-def depth_buffer(corners: Floats, inverse_depth: Floats, faces: Ints, height: int, width: int) -> NDArray[np.float32]:
-    """(height, width) inverse depth of the nearest triangle with corners (n, 2) in pixels, 0 where there is none."""
-    nearest = np.zeros((height, width), np.float32)
-    for f in range(len(faces)):
-        i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
-        ax, ay = corners[i, 0], corners[i, 1]
-        ux, uy = corners[j, 0] - ax, corners[j, 1] - ay
-        vx, vy = corners[k, 0] - ax, corners[k, 1] - ay
-        area = ux * vy - uy * vx
-        if abs(area) < HAIR or min(inverse_depth[i], inverse_depth[j], inverse_depth[k]) <= 0.0:
-            continue
-        top, bottom = ay + min(0.0, uy, vy), ay + max(0.0, uy, vy)
-        left, right = ax + min(0.0, ux, vx), ax + max(0.0, ux, vx)
-        for row in range(max(0, int(np.ceil(top))), min(height - 1, int(np.floor(bottom))) + 1):
-            for col in range(max(0, int(np.ceil(left))), min(width - 1, int(np.floor(right))) + 1):
-                u = ((col - ax) * vy - (row - ay) * vx) / area
-                v = (ux * (row - ay) - uy * (col - ax)) / area
-                if u < -HAIR or v < -HAIR or u + v > 1 + HAIR:
-                    continue
-                base = inverse_depth[i]
-                here = base + u * (inverse_depth[j] - base) + v * (inverse_depth[k] - base)
-                if here > nearest[row, col]:
-                    nearest[row, col] = here
-    return nearest
 
 
 def glares(clipped: Floats, light: Floats, expected: Floats, seen: Mask, reach: float) -> Mask:

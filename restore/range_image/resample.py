@@ -46,7 +46,7 @@ def resample(mesh: SurfaceMesh) -> tuple[RangeScan, Rays] | None:
     pixels = np.zeros((len(corners), 2)) if mesh.texcoords is None else mesh.texcoords
     # Divided by depth, everything on a plane is affine over the picture: the perspective-correct interpolation.
     values = np.column_stack([inverse_depth, pixels * inverse_depth[:, None]])
-    grid = rasterise(corners, faces, values, rows, cols).astype(np.float64)
+    grid = rasterise(corners, faces, values, rows, cols, inverse_depth).astype(np.float64)
     if _hidden(corners, faces, np.isfinite(grid[..., 0])) > MAX_HIDDEN:
         return None
     at_rows, at_cols = np.indices((rows, cols))

@@ -209,9 +209,8 @@ def _behind(fine: FlatMesh, eye: Floats, shape: tuple[int, ...], dpi: float) -> 
     assert fine.texcoords is not None and fine.texture is not None
     distance = np.linalg.norm(fine.vertices - eye, axis=1)
     away = _turned_away(fine, eye)
-    # Far faces first: where several lie on one line of sight, the nearest is drawn last and stays.
-    order = np.argsort(-distance[fine.faces].max(axis=1), kind="stable")
-    nearest = rasterise(fine.texcoords, fine.faces[order], distance[:, None], *fine.texture.shape[:2])[..., 0]
+    size = fine.texture.shape[:2]
+    nearest = rasterise(fine.texcoords, fine.faces, distance[:, None], *size, 1.0 / distance)[..., 0]
     over = _at_pixels(fine, np.column_stack([fine.texcoords, distance]), shape, dpi)
     front = cv2.remap(
         np.where(np.isnan(nearest), np.float32(np.inf), nearest),

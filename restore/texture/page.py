@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from math import ceil, floor
 
 import cv2
-import numba
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_erosion, distance_transform_edt
@@ -15,6 +14,7 @@ from restore.errors import BadInput
 from restore.mesh.measures import signed_areas, vertex_normals
 from restore.mesh.raster import rasterise
 from restore.scan import Bytes, FlatMesh, Floats, Ints, Mask
+from restore.texture.sampling import sample_scaled
 
 MM_PER_INCH = 25.4
 PAPER = 255  # outside the page: white, as a copier leaves it
@@ -129,40 +129,7 @@ def _shrink(image: Bytes, factor: int) -> Bytes:
 
 
 def sample(texture: Bytes, source: PageMap) -> Bytes:
-    """The texture (h, w, 3) at positions (rows, cols, 2), by Catmull-Rom interpolation; white where they are NaN."""
-    image: Bytes = _catmull_rom(np.ascontiguousarray(texture), source)
-    return image
-
-
-@numba.njit(cache=True)
-def _weights(t: float, out: Floats) -> None:
-    out[0] = t * (-0.5 + t * (1.0 - 0.5 * t))
-    out[1] = 1.0 + t * t * (-2.5 + 1.5 * t)
-    out[2] = t * (0.5 + t * (2.0 - 1.5 * t))
-    out[3] = t * t * (-0.5 + 0.5 * t)
-
-
-@numba.njit(cache=True)
-def _catmull_rom(texture: Bytes, source: PageMap) -> Bytes:
-    height, width, _ = texture.shape
-    rows, cols, _ = source.shape
-    image = np.full((rows, cols, 3), PAPER, np.uint8)
-    wx, wy, colour = np.empty(4), np.empty(4), np.empty(3)
-    for row in range(rows):
-        for col in range(cols):
-            x, y = source[row, col, 0], source[row, col, 1]
-            if np.isnan(x):
-                continue
-            left, top = int(np.floor(x)), int(np.floor(y))
-            _weights(x - left, wx)
-            _weights(y - top, wy)
-            colour[:] = 0.5  # rounds to nearest
-            for i in range(4):
-                r = min(max(top - 1 + i, 0), height - 1)
-                for j in range(4):
-                    c = min(max(left - 1 + j, 0), width - 1)
-                    for channel in range(3):
-                        colour[channel] += wy[i] * wx[j] * texture[r, c, channel]
-            for channel in range(3):
-                image[row, col, channel] = np.uint8(min(max(colour[channel], 0.0), 255.0))
-    return image
+    """(rows, cols, 3) the texture (h, w, 3) at positions (rows, cols, 2), rounded; white where they are NaN."""
+    codes = sample_scaled(np.ascontiguousarray(texture), source)
+    codes[np.isnan(source[..., 0])] = PAPER
+    return np.asarray(codes + np.float32(0.5)).astype(np.uint8)

@@ -50,9 +50,8 @@ class Outlook:
         corners = np.column_stack([cols, rows])
         faces = other._faces[signed_areas(corners * [1.0, -1.0], other._faces) > 0]  # the rest is turned away
         inverse = -1.0 / points[:, 2]
-        nearest_last = faces[np.argsort(inverse[faces].mean(axis=1))]
         shape = self.inverse.shape
-        return np.asarray(rasterise(corners, nearest_last, inverse[:, None], *shape)[..., 0], np.float64)
+        return np.asarray(rasterise(corners, faces, inverse[:, None], *shape, inverse)[..., 0], np.float64)
 
     def apart(self, layer: Floats) -> Floats:
         """(n,) mm between this surface and a layer, along the normal, at the samples that both have."""

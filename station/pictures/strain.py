@@ -10,9 +10,9 @@ import numpy as np
 
 from restore.mesh.measures import face_strain
 from restore.mesh.network import edges_of
+from restore.mesh.raster import rasterise
 from restore.scan import Bytes, FlatMesh, Floats, RestoredPage
 from station.pictures.canvas import FAINT_INK, GAP, TITLE_SIZE, blank, write
-from station.pictures.raster import rasterise
 
 HEIGHT, WIDTH = 900, 900  # the page fits into this
 BAR_WIDTH, LEGEND_WIDTH, LINE = 28, 230, 30
@@ -68,9 +68,11 @@ def _paint(mesh: FlatMesh, share: Floats, colours: Floats) -> Bytes:
     scale = (np.array([WIDTH, HEIGHT]) / (high - low)).min()
     width, height = np.maximum(1, np.ceil((high - low) * scale)).astype(int)
     xy = np.column_stack([mesh.flat[:, 0] - low[0], high[1] - mesh.flat[:, 1]]) * scale - 0.5
-    seen = rasterise(xy, np.ones(len(xy)), mesh.faces, height=height, width=width)
+    corners, triangles = xy[mesh.faces.ravel()], np.arange(mesh.faces.size).reshape(-1, 3)
+    seen = rasterise(corners, triangles, np.repeat(share, 3)[:, None], height, width)[..., 0]
+    covered = np.isfinite(seen)
     picture = blank(height, width)
-    picture[seen.covered] = _colour(share[seen.face[seen.covered]], colours)
+    picture[covered] = _colour(seen[covered].astype(np.float64), colours)
     return picture
 
 

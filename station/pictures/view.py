@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.mesh.measures import vertex_normals
+from restore.mesh.raster import rasterise
 from restore.scan import Bytes, Floats, Mask, SurfaceMesh
-from station.pictures.raster import Visible, rasterise
 
 GROUND = np.array([58.0, 63.0, 70.0])  # darker than any paper, so that the page stands out
 UNPAINTED = np.array([205.0, 203.0, 198.0])  # paper of a mesh without colour, and the back of any page
@@ -60,18 +60,19 @@ def draw(mesh: SurfaceMesh, camera: Camera, *, height: int, width: int, extent: 
     rows, cols = height * SUPERSAMPLING, width * SUPERSAMPLING
     extent = mesh.vertices if extent is None else extent
     ground = float(extent[:, 2].min())
-    frame, _ = camera.see(np.concatenate([extent, _thrown_down(extent, ground)]))
+    frame, _ = camera.see(np.concatenate([extent, _shadow_points(extent, ground)]))
 
-    def cast(points: Floats) -> Visible:
-        seen, depth = camera.see(points)
-        return rasterise(_fit(seen, frame, rows, cols), depth, mesh.faces, height=rows, width=cols)
+    def cast(points: Floats, values: Floats) -> Floats:
+        """(rows, cols, k) values (3·m, k) at the corners of the faces, as seen; NaN where no face is."""
+        seen, depth = camera.see(points[mesh.faces.ravel()])
+        return _perspective(_fit(seen, frame, rows, cols), 1.0 / depth, values, rows, cols)
 
-    shadow = cast(_thrown_down(mesh.vertices, ground)).covered.astype(np.float32)
-    shadow = cv2.GaussianBlur(shadow, (0, 0), PENUMBRA * cols)
+    covered = np.isfinite(cast(_shadow_points(mesh.vertices, ground), np.ones((mesh.faces.size, 1)))[..., 0])
+    shadow = cv2.GaussianBlur(covered.astype(np.float32), (0, 0), PENUMBRA * cols)
     picture = GROUND * (1 - (1 - SHADOW) * shadow)[..., None]
-    visible = cast(mesh.vertices)
-    light = visible.interpolate(_light(mesh), mesh.faces)
-    picture[visible.covered] = light * _colour(mesh, camera, visible)
+    visible = cast(mesh.vertices, _appearance(mesh, camera))
+    covered = np.isfinite(visible[..., 0])
+    picture[covered] = visible[covered][:, :1] * _colour(mesh.texture, visible[covered][:, 1:])
     shrunk = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
     return np.clip(np.rint(shrunk), 0, 255).astype(np.uint8)
 
@@ -82,8 +83,19 @@ def _fit(seen: Floats, frame: Floats, height: int, width: int) -> Floats:
     return (seen - (low + high) / 2) * [scale, -scale] + (size - 1) / 2
 
 
-def _thrown_down(points: Floats, ground: float) -> Floats:
-    """Where the lamp throws the shadow of points (n, 3) on the plane z = ground."""
+def _perspective(xy: Floats, inverse_depth: Floats, values: Floats, rows: int, cols: int) -> Floats:
+    """(rows, cols, k) values (3·m, k) of the nearest of m triangles, three of the positions xy (3·m, 2) each.
+
+    Divided by depth, what is affine in space is affine in the picture.
+    """
+    weighted = np.column_stack([inverse_depth, values * inverse_depth[:, None]])
+    triangles = np.arange(len(xy)).reshape(-1, 3)
+    picture = rasterise(xy, triangles, weighted, rows, cols, inverse_depth).astype(np.float64)
+    return picture[..., 1:] / picture[..., :1]
+
+
+def _shadow_points(points: Floats, ground: float) -> Floats:
+    """(n, 3) mm: the shadows of points (n, 3) on the plane z = ground."""
     return points - LAMP * ((points[:, 2:] - ground) / LAMP[2])
 
 
@@ -94,14 +106,19 @@ def _light(mesh: SurfaceMesh) -> Floats:
     return lit
 
 
-def _colour(mesh: SurfaceMesh, camera: Camera, visible: Visible) -> Floats:
-    colour = np.tile(UNPAINTED, (int(visible.covered.sum()), 1))
-    if mesh.texture is None or mesh.texcoords is None:
-        return colour
-    at = visible.interpolate(mesh.texcoords, mesh.faces).astype(np.float32)[:, None]
-    painted = _sample(mesh.texture, at)
-    front = _front(mesh, camera)[visible.face[visible.covered]]
-    colour[front] = painted[front]
+def _appearance(mesh: SurfaceMesh, camera: Camera) -> Floats:
+    """(3·m, 4) at every corner of the faces: light, whether the printed side is seen, texture pixel (x, y)."""
+    texcoords = np.zeros((len(mesh.vertices), 2)) if mesh.texcoords is None else mesh.texcoords
+    at = mesh.faces.ravel()
+    return np.column_stack([_light(mesh)[at], np.repeat(_front(mesh, camera), 3), texcoords[at]])
+
+
+def _colour(texture: Bytes | None, seen: Floats) -> Floats:
+    """(p, 3) RGB of pixels with (p, 3): whether the printed side is seen, texture pixel (x, y)."""
+    colour = np.tile(UNPAINTED, (len(seen), 1))
+    if texture is not None:
+        front = seen[:, 0] > 0.5
+        colour[front] = _sample(texture, seen[front, 1:].astype(np.float32)[:, None])
     return colour
 
 

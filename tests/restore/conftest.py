@@ -127,3 +127,8 @@ def plain(monkeypatch) -> Callable[[ModuleType], dict[str, Any]]:
         return kernels
 
     return interpreted
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    return np.random.default_rng(0)

@@ -13,51 +13,12 @@ from restore.texture.coverage import Seen
 from station.pictures import view
 from station.pictures.canvas import Panel, fit, side_by_side
 from station.pictures.frames import COLUMNS, FRAMES, HEIGHT, KEPT, WIDTH, Recorder, frames_sheet
-from station.pictures.raster import _rasterise, rasterise
 from station.pictures.review import HATCHES, hatched, review
 from station.pictures.strain import SIGNED, round_up, strain_picture
 
 ROUNDING = 1e-9  # of sums of a few numbers of size 1 to 100
 SQUARE = np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]])
 TWO = np.array([[0, 1, 2], [0, 2, 3]])
-
-
-def test_raster_covers_every_pixel_once():
-    seen = rasterise(SQUARE, np.ones(4), TWO, height=12, width=12)
-    np.testing.assert_array_equal(seen.covered, np.pad(np.ones((10, 10), bool), (0, 2)))
-    np.testing.assert_allclose(seen.weight[seen.covered].sum(axis=1), 1, atol=ROUNDING)
-
-
-def test_raster_interpolates_what_is_linear_exactly():
-    seen = rasterise(SQUARE, np.ones(4), TWO, height=10, width=10)
-    at = seen.interpolate(SQUARE, TWO).reshape(10, 10, 2)
-    np.testing.assert_allclose(at, np.stack(np.meshgrid(np.arange(10), np.arange(10)), axis=2), atol=ROUNDING)
-
-
-@pytest.mark.parametrize("order", [[0, 1], [1, 0]])
-def test_raster_shows_the_nearest(order):
-    xy, depth = np.concatenate([SQUARE, SQUARE]), np.repeat([5.0, 2.0], 4)
-    faces = np.concatenate([TWO, TWO + 4])
-    near_first = np.concatenate([faces[[2, 3]], faces[[0, 1]]]) if order == [1, 0] else faces
-    seen = rasterise(xy, depth, near_first, height=10, width=10)
-    np.testing.assert_allclose(seen.interpolate(depth[:, None], near_first), 2, atol=ROUNDING)
-
-
-def test_raster_is_true_in_space_not_in_the_picture():
-    """Half way across the picture of a strip that runs away from the eye is nearer than half way along it."""
-    xy = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 8.0], [0.0, 8.0]])
-    seen = rasterise(xy, np.array([1.0, 3.0, 3.0, 1.0]), TWO, height=9, width=9)
-    along = seen.interpolate(np.array([[0.0], [1.0], [1.0], [0.0]]), TWO).reshape(9, 9)
-    np.testing.assert_allclose(along[:, 4], 0.25, atol=ROUNDING)  # 1/depth is half way: depth 1.5 of 1 to 3
-
-
-def test_raster_compiled_and_plain_agree():
-    rng = np.random.default_rng(3)
-    xy, depth, faces = rng.uniform(-5, 25, (12, 2)), rng.uniform(1, 2, 12), rng.integers(0, 12, (9, 3))
-    compiled = _rasterise(xy, 1 / depth, faces, 20, 24)
-    plain = _rasterise.py_func(xy, 1 / depth, faces, 20, 24)
-    np.testing.assert_array_equal(compiled[0], plain[0])
-    np.testing.assert_allclose(compiled[1], plain[1], atol=ROUNDING)
 
 
 def test_the_camera_sees_the_page_upright_and_not_mirrored(page):

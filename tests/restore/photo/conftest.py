@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cache
 
-import numpy as np
 import pytest
 
 from bench.photo import SHEETS, VIEWS, View, photographed, staged, unrolled
@@ -80,8 +79,3 @@ def text() -> Studio:
 @pytest.fixture(scope="session")
 def figure() -> Studio:
     return Studio("Miura fold", Figure())
-
-
-@pytest.fixture
-def rng() -> np.random.Generator:
-    return np.random.default_rng(0)

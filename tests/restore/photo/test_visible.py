@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from restore.photo import visible as module
 from restore.photo.camera import PhotoCamera
-from restore.photo.visible import clipped_share, depth_buffer, glares, sees
+from restore.photo.visible import clipped_share, glares, sees
 
 SIZE = (400, 300)
 
@@ -54,18 +53,6 @@ def test_from_behind_from_the_side_and_past_the_frame(step):
     assert not sees(camera_at([0, 0, -1400.0]), *step, points, up(points))[0]
     assert not sees(camera_at([-900.0, 0, -860.0]), *step, points, up(points))[0]
     assert not sees(camera_at([0, 0, -400.0], towards=(300, 0, -900)), *step, points, up(points))[0]
-
-
-def test_depth_buffer_keeps_the_nearest_and_agrees_with_plain_python(step):
-    vertices, faces = step
-    camera = camera_at([30.0, 0, -400.0], towards=(30.0, 0, -900.0))
-    arguments = camera.project(vertices), camera.inverse_depth(vertices), faces, 300, 400
-    nearest = depth_buffer(*arguments)
-    np.testing.assert_allclose(nearest, module.depth_buffer.py_func(*arguments), rtol=1e-6)
-    row, col = 150, 260
-    assert 1 / nearest[row, col] == pytest.approx(460.0, rel=1e-4)
-    np.testing.assert_array_equal(nearest, depth_buffer(*arguments[:2], faces[::-1], 300, 400))  # in any order
-    assert nearest[0, 0] == 0
 
 
 def spots():

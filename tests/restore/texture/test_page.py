@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import binary_erosion
 
-from restore import texture as module
 from restore.errors import BadInput
 from restore.scan import FlatMesh
 from restore.texture.page import MM_PER_INCH, PAPER, page_map, paint_page, resolution, sample
@@ -110,13 +109,6 @@ def test_beyond_its_border_the_texture_goes_on_and_off_the_page_it_is_paper():
     found = sample(image, np.array([[[-5, 2], [np.nan, np.nan], [9, 9]]], np.float32))
     np.testing.assert_array_equal(found[0, [0, 2]], [image[2, 0], image[5, 5]])
     np.testing.assert_array_equal(found[0, 1], PAPER)
-
-
-def test_catmull_rom_agrees_with_plain_python():
-    image = texture(9, 11)
-    source = np.random.default_rng(1).uniform(-2, 12, (6, 7, 2)).astype(np.float32)
-    compiled, plain = (run(image, source) for run in (module._catmull_rom, module._catmull_rom.py_func))
-    assert np.abs(compiled.astype(int) - plain).max() <= ROUNDED  # a half may be rounded either way
 
 
 def test_off_the_page_the_picture_is_white_and_unmasked():

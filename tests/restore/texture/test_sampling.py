@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from restore.photo.sampling import sample_scaled
+from restore.texture.sampling import sample_scaled
 
 ROUNDED = 1e-3  # codes, single precision
 
