@@ -16,10 +16,9 @@ from restore.mesh.decimate import patch_and_smooth
 from restore.mesh.jets import rings_of
 from restore.mesh.measures import flipped_faces, straight_lengths
 from restore.mesh.network import edges_of, make_network, pieces
-from restore.mesh.orient import orient
 from restore.mesh.pose import lay, upright
 from restore.mesh.surface_lengths import noise_of, surface_lengths
-from restore.mesh.validate import checked
+from restore.mesh.validate import validated
 from restore.prepare import INTERPOLATED, smooth
 from restore.range_image.resample import MIN_VERTICES, resample
 from restore.range_image.segment import outline
@@ -46,9 +45,8 @@ def flatten(
     """
     if lengths is not None or method not in METHODS or len(mesh.vertices) < MIN_VERTICES:
         return flatten_points(mesh, method, lengths=lengths, on_step=on_step)
-    mesh = checked(mesh)
-    mesh = replace(mesh, faces=orient(mesh.faces, mesh.texcoords))
-    network = make_network(mesh.vertices, mesh.faces)
+    mesh = validated(mesh)
+    network = make_network(mesh.vertices, mesh.faces, sides=mesh.sides)
     parts = list(pieces(network))
     flat, rest, steps = np.zeros((len(mesh.vertices), 2)), network.lengths.copy(), 0
     seen = lay(mesh.vertices, mesh.faces).seen  # from one side for all pieces

@@ -10,7 +10,7 @@ import numpy as np
 from restore.errors import BadInput
 from restore.mesh.clean import weld
 from restore.mesh.triangulate import triangulate
-from restore.mesh.validate import checked
+from restore.mesh.validate import validated
 from restore.range_image.camera import Rays, find_rays
 from restore.range_image.facet_model import PRECISION, fit_facets
 from restore.range_image.resample import resample
@@ -36,9 +36,9 @@ def prepare(scan: RangeScan | SurfaceMesh) -> Sheet | SurfaceMesh:
         if rays is not None:
             return smooth(scan, rays, *find_sheet(scan, rays))
         scan = triangulate(scan)
-    scan = weld(checked(scan))
-    view = resample(scan)
-    return scan if view is None else _resampled(*view)
+    mesh = validated(weld(validated(scan)))
+    view = resample(mesh)
+    return mesh if view is None else _resampled(*view)
 
 
 def _check_size(scan: RangeScan | SurfaceMesh) -> None:

@@ -14,13 +14,11 @@ from restore.flattening.layout import lay_out
 from restore.flattening.settle import settle
 from restore.flattening.springs import flatten_springs
 from restore.flattening.sticks import flatten_sticks
-from restore.mesh.adjacency import Sides, sides_of
 from restore.mesh.measures import rms_strain, straight_lengths
 from restore.mesh.network import Network, Piece, make_network, pieces
-from restore.mesh.orient import orient
 from restore.mesh.pose import Laid, lay
 from restore.mesh.surface_lengths import surface_lengths
-from restore.mesh.validate import checked
+from restore.mesh.validate import ValidMesh, validated
 from restore.scan import FlatMesh, Floats, Ints, SurfaceMesh
 
 OnStep = Callable[[int, Floats, Ints], None]
@@ -52,22 +50,18 @@ def flatten_points(
     """
     if method not in METHODS:
         raise BadInput(f"there is no flattening method {method!r}", f"use one of: {', '.join(METHODS)}")
-    mesh = checked(mesh)
-    sides = sides_of(mesh.faces)
-    faces = orient(mesh.faces, mesh.texcoords, sides)
-    if faces is not mesh.faces:
-        mesh, sides = replace(mesh, faces=faces), sides_of(faces)
+    mesh = validated(mesh)
     if lengths is not None:
-        return _settle(mesh, sides, method, lengths, on_step)
-    edges = sides.edges
-    page = _settle(mesh, sides, method, surface_lengths(mesh.vertices, mesh.faces, edges), on_step)
+        return _settle(mesh, method, lengths, on_step)
+    edges = mesh.sides.edges
+    page = _settle(mesh, method, surface_lengths(mesh.vertices, mesh.faces, edges), on_step)
     if (strained := _rms_strain(page, edges)) < DOUBTFUL:
         return page
     straight = straight_lengths(mesh.vertices, edges)
     near = replace(page, flat=settle(page.flat, edges, straight, TELLING), lengths=straight)
     if strained < UNSOUND and _rms_strain(near, edges) > CLEARLY * strained:
         return page
-    chords = _settle(mesh, sides, method, straight, on_step)
+    chords = _settle(mesh, method, straight, on_step)
     return chords if _rms_strain(chords, edges) < CLEARLY * strained else page
 
 
@@ -75,9 +69,9 @@ def _rms_strain(page: FlatMesh, edges: Ints) -> float:
     return rms_strain(page.flat, edges, page.lengths, OUTLYING)
 
 
-def _settle(mesh: SurfaceMesh, sides: Sides, method: str, lengths: Floats, on_step: OnStep | None) -> FlatMesh:
+def _settle(mesh: ValidMesh, method: str, lengths: Floats, on_step: OnStep | None) -> FlatMesh:
     """Each connected piece by itself, then all of them side by side."""
-    network = make_network(mesh.vertices, mesh.faces, lengths, sides)
+    network = make_network(mesh.vertices, mesh.faces, lengths, mesh.sides)
     if len(network.hinges) == len(network.edges):
         raise NotEnoughSurface("the surface is closed all round: a page has a border", "cut the page out of the mesh")
     flat, laid_out, steps = np.zeros((len(mesh.vertices), 2)), list[tuple[Ints, Ints]](), 0

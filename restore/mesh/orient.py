@@ -28,7 +28,9 @@ def orient(faces: Ints, texcoords: Floats | None = None, sides: Sides | None = N
     sheet = components(joined, 2 * count)
     as_it_is, turned = sheet[:count], sheet[count:]
     score = np.bincount(sheet, np.r_[votes, -votes])
-    return np.where((score[turned] > score[as_it_is])[:, None], faces[:, ::-1], faces)
+    # Where as many run either way, one of the two ways is taken for all of the piece.
+    better = (score[turned] > score[as_it_is]) | ((score[turned] == score[as_it_is]) & (turned < as_it_is))
+    return np.where(better[:, None], faces[:, ::-1], faces)
 
 
 @numba.njit(cache=True)

@@ -1,39 +1,85 @@
-"""Whether a mesh is one: refuse what no later step can use, with the reason."""
+"""Valid meshes: checked once, their faces oriented, with the tables that the later steps need."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from restore.errors import BadInput, NotEnoughSurface
-from restore.mesh.measures import surface_area
-from restore.scan import SurfaceMesh
+from restore.mesh.adjacency import Sides, sides_of
+from restore.mesh.measures import normals_of, surface_area
+from restore.mesh.orient import orient
+from restore.scan import Floats, Ints, SurfaceMesh
 
 
-def checked(mesh: SurfaceMesh) -> SurfaceMesh:
-    """The mesh as it is declared, without faces that name a vertex twice, which have no edge of their own and no area.
+@dataclass(frozen=True, eq=False)
+class ValidMesh(SurfaceMesh):
+    """A surface mesh that is valid by construction: making one, also by `dataclasses.replace`, checks its arrays.
 
-    Raises unless it has faces with an area, finite vertices, indices in range and whole texture coordinates.
+    Faces that name a vertex twice are left out, since they have no area, and so are copies of a face; the others run
+    counter-clockwise on the printed side.
+
+    sides    of the faces, by edge.
+    normals  (m, 3) of the faces, mm², twice as long as their areas.
+    Raises BadInput for arrays that are no triangle mesh, NotEnoughSurface for one without faces or area.
     """
+
+    sides: Sides = field(init=False)
+    normals: Floats = field(init=False)
+
+    def __post_init__(self) -> None:
+        mesh = _checked(self)
+        sides = sides_of(mesh.faces)
+        faces = orient(mesh.faces, mesh.texcoords, sides)
+        if faces is not mesh.faces:
+            sides = sides_of(faces)
+        derived = {"sides": sides, "normals": normals_of(mesh.vertices, faces)}
+        for name, value in {"vertices": mesh.vertices, "faces": faces, **derived}.items():
+            object.__setattr__(self, name, value)
+
+
+def validated(mesh: SurfaceMesh) -> ValidMesh:
+    """The mesh as a valid one; the same object when it is one already.
+
+    Raises BadInput for arrays that are no triangle mesh, NotEnoughSurface for one without faces or area.
+    """
+    if isinstance(mesh, ValidMesh):
+        return mesh
+    return ValidMesh(mesh.vertices, mesh.faces, mesh.texcoords, mesh.texture, mesh.provenance)
+
+
+def _checked(mesh: SurfaceMesh) -> SurfaceMesh:
     if len(mesh.faces) == 0:
         raise NotEnoughSurface("the mesh has no faces", "scan the page again or give a mesh with triangles")
-    mesh = _as_declared(mesh)
-    if not np.isfinite(mesh.vertices).all():
+    vertices, faces = _declared_types(mesh)
+    if not np.isfinite(vertices).all():
         raise BadInput("the mesh has vertices that are not finite", "remove them and try again")
-    if mesh.faces.min() < 0 or mesh.faces.max() >= len(mesh.vertices):
+    if faces.min() < 0 or faces.max() >= len(vertices):
         raise BadInput("the mesh has faces that name vertices it does not have", "the file is damaged: export it again")
-    if mesh.texcoords is not None and mesh.texcoords.shape != (len(mesh.vertices), 2):
+    if mesh.texcoords is not None and mesh.texcoords.shape != (len(vertices), 2):
         raise BadInput("the mesh has no texture coordinate for some vertices", "the file is damaged: export it again")
-    if surface_area(mesh.vertices, mesh.faces) == 0.0:
+    if surface_area(vertices, faces) == 0.0:
         raise NotEnoughSurface("the faces of the mesh have no area", "scan the page again or give a mesh of a surface")
-    a, b, c = mesh.faces.T
-    proper = (a != b) & (b != c) & (c != a)
-    return mesh if proper.all() else replace(mesh, faces=mesh.faces[proper])
+    return SurfaceMesh(vertices, _proper(faces), mesh.texcoords)
 
 
-def _as_declared(mesh: SurfaceMesh) -> SurfaceMesh:
-    """The mesh with its numbers in the types that it declares. Raises BadInput for what is no mesh of triangles."""
+def _proper(faces: Ints) -> Ints:
+    """The faces (m, 3) with three vertices each, of several with the same three the first."""
+    a, b, c = np.sort(faces, axis=1).T
+    proper = (a != b) & (b != c)
+    # One number for each edge a, b and each face: sorting single numbers is much faster than sorting rows.
+    edge = np.unique(a * (faces.max() + 1) + b, return_inverse=True)[1]
+    _, first = np.unique(edge * (faces.max() + 1) + c, return_index=True)
+    if proper.all() and len(first) == len(faces):
+        return faces
+    kept = np.zeros(len(faces), bool)
+    kept[first] = True
+    return faces[kept & proper]
+
+
+def _declared_types(mesh: SurfaceMesh) -> tuple[Floats, Ints]:
+    """Vertices (n, 3) float64 and faces (m, 3) int64. Raises BadInput for what is no mesh of triangles."""
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
     if vertices.shape[1:] != (3,) or faces.shape[1:] != (3,):
         shapes = f"vertices {vertices.shape} and faces {faces.shape}"
@@ -41,6 +87,4 @@ def _as_declared(mesh: SurfaceMesh) -> SurfaceMesh:
     if vertices.dtype.kind not in "fiu" or faces.dtype.kind not in "iu":
         kinds = f"vertices of {vertices.dtype} and faces of {faces.dtype}"
         raise BadInput(f"{kinds} are no triangles in space", "give millimetres and whole numbers of vertices")
-    vertices, faces = vertices.astype(np.float64, copy=False), faces.astype(np.int64, copy=False)
-    declared = vertices is mesh.vertices and faces is mesh.faces
-    return mesh if declared else replace(mesh, vertices=vertices, faces=faces)
+    return vertices.astype(np.float64, copy=False), faces.astype(np.int64, copy=False)

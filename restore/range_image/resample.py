@@ -6,10 +6,10 @@ from math import ceil, sqrt
 
 import numpy as np
 
-from restore.mesh.measures import normals_of, signed_areas, surface_area
-from restore.mesh.orient import orient
+from restore.mesh.measures import signed_areas, surface_area
 from restore.mesh.pose import Laid, lay
 from restore.mesh.raster import rasterise
+from restore.mesh.validate import validated
 from restore.range_image.camera import Rays
 from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 
@@ -30,14 +30,15 @@ def resample(mesh: SurfaceMesh) -> tuple[RangeScan, Rays] | None:
     """
     if len(mesh.vertices) < MIN_VERTICES:
         return None
-    faces = orient(mesh.faces, mesh.texcoords)
+    mesh = validated(mesh)
+    faces = mesh.faces
     laid = lay(mesh.vertices, faces)
     size = float(np.ptp(laid.positions, axis=0).max())
     eye = np.array([0.0, 0.0, laid.positions[:, 2].max() + DISTANCE * size])
     camera = laid.positions - eye
     tangents = camera[:, :2] / -camera[:, 2:]
     spacing = sqrt(surface_area(mesh.vertices, faces) / len(mesh.vertices))
-    steep = max(spacing * _foreshortened(mesh.vertices, faces, laid), size / STEEP_GRID)
+    steep = max(spacing * _foreshortened(mesh.normals, laid), size / STEEP_GRID)
     pitch = max(min(spacing, steep), size / MAX_GRID) / (DISTANCE * size)
     low = tangents.min(axis=0)
     cols, rows = (ceil(extent / pitch) + 1 for extent in np.ptp(tangents, axis=0))
@@ -58,9 +59,10 @@ def resample(mesh: SurfaceMesh) -> tuple[RangeScan, Rays] | None:
     return scan, Rays(low[0], pitch, y0, -pitch, laid.axes, laid.origin + eye @ laid.axes)
 
 
-def _foreshortened(vertices: Floats, faces: Ints, laid: Laid) -> float:
-    """How much nearer than on the surface the vertices lie in the view where the page is steep."""
-    normals = normals_of(vertices, faces)
+def _foreshortened(normals: Floats, laid: Laid) -> float:
+    """The factor by which the vertices lie nearer in the view than on the surface where the page is steep.
+
+    normals (m, 3) of the faces, twice as long as their areas."""
     areas = np.sqrt((normals**2).sum(axis=1))
     slopes = normals @ laid.axes[2] / np.maximum(areas, np.finfo(float).tiny)
     order = np.argsort(slopes)

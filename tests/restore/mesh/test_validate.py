@@ -1,0 +1,80 @@
+"""A valid mesh is one by construction: bad arrays are refused, faces are oriented, derived tables are its own."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from restore.errors import BadInput, NotEnoughSurface
+from restore.mesh.adjacency import sides_of
+from restore.mesh.measures import normals_of
+from restore.mesh.validate import ValidMesh, validated
+from restore.scan import SurfaceMesh
+
+QUAD = np.array([[0.0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]])
+TWO = np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def test_a_valid_mesh_is_made_once():
+    mesh = validated(SurfaceMesh(QUAD, TWO))
+    assert validated(mesh) is mesh
+
+
+def test_it_carries_the_sides_and_the_normals_of_its_faces():
+    mesh = validated(SurfaceMesh(QUAD, TWO))
+    for mine, computed in zip(mesh.sides, sides_of(TWO), strict=True):
+        np.testing.assert_array_equal(mine, computed)
+    np.testing.assert_array_equal(mesh.normals, normals_of(QUAD, TWO))
+
+
+def test_a_face_that_runs_against_its_neighbour_is_turned_round():
+    mesh = validated(SurfaceMesh(QUAD, np.array([[0, 1, 2], [0, 3, 2]])))
+    assert abs(np.sign(mesh.normals[:, 2]).sum()) == 2
+
+
+def test_replacing_the_vertices_makes_the_normals_anew():
+    mesh = replace(validated(SurfaceMesh(QUAD, TWO)), vertices=QUAD[:, [0, 2, 1]])
+    assert isinstance(mesh, ValidMesh)
+    np.testing.assert_array_equal(mesh.normals, normals_of(QUAD[:, [0, 2, 1]], TWO))
+
+
+def test_replacing_the_faces_checks_them():
+    with pytest.raises(BadInput, match="vertices it does not have"):
+        replace(validated(SurfaceMesh(QUAD, TWO)), faces=np.array([[0, 1, 9]]))
+
+
+def test_a_face_that_names_a_vertex_twice_is_left_out():
+    mesh = validated(SurfaceMesh(QUAD, np.concatenate([TWO, [[1, 1, 2]]])))
+    np.testing.assert_array_equal(mesh.faces, TWO)
+
+
+@pytest.mark.parametrize("copy", [[0, 1, 2], [1, 2, 0], [2, 1, 0]])
+def test_of_several_faces_with_the_same_vertices_the_first_is_kept(copy):
+    mesh = validated(SurfaceMesh(QUAD, np.concatenate([TWO, [copy]])))
+    np.testing.assert_array_equal(mesh.faces, TWO)
+
+
+@pytest.mark.parametrize("kind", [np.float32, np.int32])
+def test_other_types_of_numbers_become_the_declared_ones(kind):
+    mesh = validated(SurfaceMesh(QUAD.astype(kind), TWO.astype(np.uint32)))
+    assert (mesh.vertices.dtype, mesh.faces.dtype) == (np.float64, np.int64)
+
+
+@pytest.mark.parametrize(
+    ("vertices", "faces", "texcoords", "error", "message"),
+    [
+        (QUAD, np.empty((0, 3), int), None, NotEnoughSurface, "no faces"),
+        (QUAD * np.nan, TWO, None, BadInput, "not finite"),
+        (QUAD, TWO + 9, None, BadInput, "vertices it does not have"),
+        (QUAD, TWO - 1, None, BadInput, "vertices it does not have"),
+        (QUAD, TWO, np.zeros((3, 2)), BadInput, "no texture coordinate"),
+        (QUAD * [1, 0, 0], TWO, None, NotEnoughSurface, "have no area"),
+        (QUAD[:, :2], TWO, None, BadInput, "no triangles in space"),
+        (QUAD, np.array([[0, 1, 2, 3]]), None, BadInput, "no triangles in space"),
+        (QUAD, TWO.astype(float), None, BadInput, "whole numbers of vertices"),
+    ],
+)
+def test_what_is_no_mesh_is_refused_with_the_reason(vertices, faces, texcoords, error, message):
+    with pytest.raises(error) as caught:
+        validated(SurfaceMesh(vertices, faces, texcoords))
+    assert message in f"{caught.value} {caught.value.hint}"
