@@ -2,7 +2,8 @@
 
 RestoreError           anything below; carries the exit code and what to do now
 ├── BadInput           a file or an argument is not usable (exit code 3)
-└── NotEnoughSurface   the scan holds too little of a page (exit code 5)
+├── NotEnoughSurface   the scan holds too little of a page (exit code 5)
+└── LibraryMissing     the system lacks a library that the work needs (exit code 2)
 """
 
 
@@ -26,3 +27,9 @@ class NotEnoughSurface(RestoreError):
     """Raised when no connected piece of surface is large enough to be a page."""
 
     exit_code = 5
+
+
+class LibraryMissing(RestoreError):
+    """Raised when a native library cannot be loaded; the hint names the package of the system that holds it."""
+
+    exit_code = 2

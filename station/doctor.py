@@ -18,6 +18,7 @@ from station.telling import faults_told, say
 
 if TYPE_CHECKING:
     from drivers.vivid900.discovery import Host, Likeness
+    from restore.native import SystemLibrary
 
 PROBLEM_CODE = 4  # a device cannot be used
 
@@ -29,7 +30,8 @@ LATE = (
     "(cabling and SCSI IDs: docs/operators-guide.md)"
 )
 PROBE = "it may be behind the USB bridge: planish doctor --probe asks there (unmount disks behind it first)"
-OCR_PACKAGES = "sudo apt install tesseract-ocr"
+INSTALL = "sudo apt install"
+OCR_PACKAGE = "tesseract-ocr"
 
 
 @dataclass(frozen=True)
@@ -50,10 +52,22 @@ Languages = Callable[[], Sequence[str] | None]
 """Which languages tesseract knows, None when it is not installed."""
 
 
-def examine(host: Host, likeness: Likeness, languages: Languages, *, probe: bool = False) -> list[Check]:
-    """Every check, in the order in which the operator should go through them. probe: ask behind USB bridges, too."""
+def examine(
+    host: Host,
+    likeness: Likeness,
+    languages: Languages,
+    missing: Sequence[SystemLibrary] = (),
+    *,
+    probe: bool = False,
+) -> list[Check]:
+    """Every check, in the order in which the operator should go through them.
+
+    missing  libraries that the system lacks.
+    probe    ask behind USB bridges, too.
+    """
     found = search(host, likeness, probe=probe)
     return [
+        *_libraries(missing),
         _libusb(found),
         _scsi_driver(host),
         *_scanners(found, likeness),
@@ -61,6 +75,18 @@ def examine(host: Host, likeness: Likeness, languages: Languages, *, probe: bool
         *_serial_ports(found),
         _words(languages()),
     ]
+
+
+def _libraries(missing: Sequence[SystemLibrary]) -> Iterator[Check]:
+    from restore.native import SYSTEM_LIBRARIES
+
+    for library in SYSTEM_LIBRARIES:
+        if library in missing:
+            state: Literal["optional", "problem"] = "problem" if library.always else "optional"
+            message = f"not installed: {library.module} needs it for {library.work}"
+            yield Check(library.file, state, message, f"{INSTALL} {library.package}")
+        else:
+            yield Check(library.file, "ok", f"{library.module} finds it")
 
 
 def _libusb(found: Found) -> Check:
@@ -121,11 +147,12 @@ def _serial_ports(found: Found) -> Iterator[Check]:
 
 
 def _words(languages: Sequence[str] | None) -> Check:
+    install = f"{INSTALL} {OCR_PACKAGE}"
     if languages is None:
-        return Check("tesseract", "optional", "tesseract is not installed: pages cannot be read", OCR_PACKAGES)
+        return Check("tesseract", "optional", "tesseract is not installed: pages cannot be read", install)
     if not languages:
-        return Check("tesseract", "optional", "tesseract knows no language", f"{OCR_PACKAGES}-eng")
-    return Check("tesseract", "ok", f"tesseract reads {', '.join(languages)} (more: {OCR_PACKAGES}-<language>)")
+        return Check("tesseract", "optional", "tesseract knows no language", f"{install}-eng")
+    return Check("tesseract", "ok", f"tesseract reads {', '.join(languages)} (more: {install}-<language>)")
 
 
 def scsi_rule(likeness: Likeness) -> str:
@@ -160,18 +187,38 @@ def tesseract_languages() -> Sequence[str] | None:
     return listed.stdout.splitlines()[1:]  # the first line is a heading
 
 
+def missing_libraries() -> Sequence[SystemLibrary]:
+    """The native libraries that this computer lacks."""
+    from restore import native
+
+    return native.missing_libraries()
+
+
+def missing_packages(languages: Languages, missing: Sequence[SystemLibrary]) -> list[str]:
+    """Debian's names of the packages that are to be installed, in their order, each once."""
+    words = [] if languages() else [OCR_PACKAGE]
+    return list(dict.fromkeys([*(library.package for library in missing), *words]))
+
+
 def doctor(
     vendor: Vendor = "MINOLTA",
     product: Product = "VIVID",
     probe: Probe = False,
+    packages: Annotated[
+        bool, typer.Option("--packages", help="Print the system packages that are missing, by Debian's names, only.")
+    ] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
     debug: Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")] = False,
 ) -> None:
     """Tell what is missing before a real scanner can be used, and what to do about it."""
     with faults_told(debug=debug):
+        if packages:
+            for package in missing_packages(tesseract_languages, missing_libraries()):
+                say(package)
+            raise typer.Exit
         from drivers.vivid900.discovery import Host, Likeness
 
-        checks = examine(Host(), Likeness(vendor, product), tesseract_languages, probe=probe)
+        checks = examine(Host(), Likeness(vendor, product), tesseract_languages, missing_libraries(), probe=probe)
         say(json.dumps([asdict(check) for check in checks]) if as_json else "\n".join(report(checks)))
     if any(check.state == "problem" for check in checks):
         raise typer.Exit(PROBLEM_CODE)

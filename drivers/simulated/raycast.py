@@ -1,36 +1,24 @@
-"""The only door to open3d: where rays first meet a triangle mesh."""
+"""Where rays first meet a triangle mesh, by open3d's ray casting."""
 
 from __future__ import annotations
 
-import ctypes
-from functools import cache
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from restore.native import load_open3d
 from restore.scan import Floats, Ints
 
 Vectors = NDArray[np.floating[Any]]
 """Single precision will do wherever the answer need not be exact."""
 
 
-@cache
-def load_open3d() -> ModuleType:
-    """open3d, with the libusb that its wheel expects from the system taken from the libusb-package wheel."""
-    import libusb_package
-
-    ctypes.CDLL(str(libusb_package.get_library_path()), mode=ctypes.RTLD_GLOBAL)
-    import open3d
-
-    return open3d
-
-
 class RayCaster:
     """Answers, for a fixed mesh of vertices (n, 3) mm and faces (m, 3), where rays first meet it.
 
-    Raises ValueError when a face names a vertex that is not there (open3d would crash).
+    Raises ValueError when a face names a vertex that is not there (open3d would crash), LibraryMissing when open3d
+    cannot be loaded.
     """
 
     def __init__(self, vertices: Floats, faces: Ints) -> None:

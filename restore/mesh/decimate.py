@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from restore.errors import NotEnoughSurface
+from restore.native import load_pymeshlab
 from restore.scan import Floats, Ints
 
 TOLERANCE = 0.03  # of the points asked for
@@ -26,7 +27,7 @@ def decimate(vertices: Floats, faces: Ints, points: int, *, own_vertices: bool =
     The border is free and vertices move to where the quadric is least (Garland & Heckbert 1997), on a crease to the
     crease itself; with `own_vertices` the points left are some of those given. A mesh that has no more points than
     asked for comes back as it is.
-    Raises NotEnoughSurface when nothing is left.
+    Raises NotEnoughSurface when nothing is left, LibraryMissing when pymeshlab cannot be loaded.
     """
     if len(vertices) <= points * (1 + TOLERANCE):
         return vertices, faces
@@ -49,7 +50,7 @@ def decimate(vertices: Floats, faces: Ints, points: int, *, own_vertices: bool =
 
 
 def _collapse(vertices: Floats, faces: Ints, target: int, own_vertices: bool) -> tuple[Floats, Ints]:
-    import pymeshlab
+    pymeshlab = load_pymeshlab()
 
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
@@ -68,7 +69,7 @@ def _collapse(vertices: Floats, faces: Ints, target: int, own_vertices: bool) ->
 
 def patch_and_smooth(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
     """Close the small holes of a raw mesh (n, 3) mm, (m, 3), and smooth it without shrinking (Taubin 1995)."""
-    import pymeshlab
+    pymeshlab = load_pymeshlab()
 
     meshes = pymeshlab.MeshSet()
     meshes.add_mesh(pymeshlab.Mesh(vertices, faces))

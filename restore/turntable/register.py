@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import ctypes
-from functools import cache
-from types import ModuleType
 from typing import Any
 
 import cv2
 import numpy as np
 
+from restore.native import load_open3d
 from restore.scan import Floats, RangeScan
 
 REACHES = (4.0, 1.7, 1.0)  # samples: how far apart partners may be, at first for an axis that is a little off
@@ -51,18 +49,6 @@ def register(view: RangeScan, reference: RangeScan, start: Floats, spacing: floa
             return start
         motion = np.asarray(found.transformation)
     return motion
-
-
-@cache
-def load_open3d() -> ModuleType:
-    """open3d, with the libusb that its wheel expects from the system taken from the libusb-package wheel."""
-    import libusb_package
-
-    ctypes.CDLL(str(libusb_package.get_library_path()), mode=ctypes.RTLD_GLOBAL)
-    import open3d
-
-    open3d.utility.set_verbosity_level(open3d.utility.VerbosityLevel.Error)  # it would print where nobody asked
-    return open3d
 
 
 def _cloud(scan: RangeScan, most: int | None = None) -> Any:

@@ -20,6 +20,7 @@ from drivers.vivid900.scsi import Identity
 from drivers.vivid900.transports import GOOD, Reply
 from drivers.vivid900.transports.bridges import BRIDGES
 from drivers.vivid900.transports.sg import SgDevice
+from restore.native import SYSTEM_LIBRARIES
 from station import doctor
 from station.cli import main
 from station.doctor import examine
@@ -62,6 +63,7 @@ def this_computer(monkeypatch):
     def pretend(host: Host) -> None:
         monkeypatch.setattr(discovery, "Host", lambda: host)
         monkeypatch.setattr(doctor, "tesseract_languages", lambda: ["eng"])
+        monkeypatch.setattr(doctor, "missing_libraries", lambda: ())
 
     return pretend
 
@@ -158,6 +160,24 @@ def test_a_serial_port_that_may_not_be_opened(whole):
 def test_the_reader_of_words_is_no_device(whole, languages, state, hint):
     check = checks_of(whole, languages)["tesseract"]
     assert (check.state, hint in check.hint) == (state, True)
+
+
+def test_libraries_that_the_system_lacks_are_named_with_their_packages(bare):
+    checks = {check.name: check for check in examine(bare, Likeness(), lambda: ["eng"], SYSTEM_LIBRARIES)}
+    for library in SYSTEM_LIBRARIES:
+        assert checks[library.file].hint == f"sudo apt install {library.package}"
+    states = [checks[library.file].state for library in SYSTEM_LIBRARIES]
+    assert states == ["optional", "problem", "problem"]  # stored scans are restored without open3d
+
+
+def test_packages_for_apt_and_nothing_else(bare, this_computer, capsys, monkeypatch):
+    this_computer(bare)
+    assert main(["doctor", "--packages"]) == 0
+    assert capsys.readouterr().out == ""
+    monkeypatch.setattr(doctor, "missing_libraries", lambda: SYSTEM_LIBRARIES)
+    monkeypatch.setattr(doctor, "tesseract_languages", lambda: None)
+    assert main(["doctor", "--packages"]) == 0
+    assert capsys.readouterr().out.split() == ["libegl1", "libgl1", "libopengl0", "tesseract-ocr"]
 
 
 def test_devices_are_listed(whole, this_computer, capsys):
