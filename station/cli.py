@@ -24,6 +24,10 @@ if TYPE_CHECKING:
 # `session` and what it needs take a second to import: inside the commands, so that `--help` answers at once.
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None)
 
+Config = Annotated[
+    Path,
+    typer.Option(help="The station's configuration (TOML), or `simulated`, which comes along.", show_default=False),
+]
 Out = Annotated[Path, typer.Option("--output", "-o", metavar="OUT", help="Folder for the results.", show_default=False)]
 Coverage = Annotated[bool, typer.Option("--coverage", help="Write where the page was seen, hidden or invented.")]
 Tiff = Annotated[bool, typer.Option("--tiff", help="Write the page as TIFF, too.")]
@@ -72,7 +76,7 @@ def _planish(
 
 @app.command("scan")
 def _scan(
-    config: Annotated[Path, typer.Option(help="The station's configuration (TOML).", show_default=False)],
+    config: Config,
     output: Out,
     average: Annotated[int | None, typer.Option(min=1, max=64, help="Shots to average (1).")] = None,
     turns: Annotated[int | None, typer.Option(min=2, max=72, help="Views to take on the rotary stage.")] = None,
@@ -110,6 +114,18 @@ def _scan(
     _tell(outcome, as_json=as_json, debug=debug)
 
 
+@app.command("demo")
+def _demo(output: Out, force: Force = False, as_json: Json = False, debug: Debug = False) -> None:
+    """Scan a simulated page and restore it: nothing else is needed."""
+    with faults_told(debug=debug), progress_on(sys.stderr) as progress:
+        from station.config import DEMONSTRATION, load_config
+        from station.session import Destination, scan_page
+
+        destination = Destination(output, _kinds(review=True), force)
+        outcome = scan_page(load_config(DEMONSTRATION), destination, progress=progress)
+    _tell(outcome, as_json=as_json, debug=debug)
+
+
 @app.command("merge")
 def _merge(
     views: Annotated[list[Path], typer.Argument(metavar="VIEW...", help="Views that `scan --turns` stored.")],
@@ -131,7 +147,7 @@ def _merge(
 
 @app.command("axis")
 def _axis(
-    config: Annotated[Path, typer.Option(help="The station's configuration (TOML).", show_default=False)],
+    config: Config,
     output: Out,
     turns: Annotated[int, typer.Option(min=3, max=72, help="Views of the board.")] = 4,
     force: Force = False,

@@ -10,12 +10,14 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from drivers import DRIVERS, CaptureSettings, SettingsError
+from drivers.shipped import CONFIGS
 from restore import Settings
 from station.errors import UsageError
 
 Model = TypeVar("Model", bound=BaseModel)
 
-COMPARE = "compare it with configs/simulated.toml"
+DEMONSTRATION = Path("simulated")
+COMPARE = f"compare it with {CONFIGS / 'simulated.toml'}"
 
 
 class OutputSettings(BaseModel):
@@ -84,11 +86,15 @@ class StationConfig(BaseModel):
 
 
 def load_config(path: Path) -> StationConfig:
-    """Read a station's TOML file. Raises UsageError that names the file and the key."""
+    """Read a station's TOML file, or one that comes along by its name. Raises UsageError that names file and key."""
+    if path.suffix != ".toml" and not path.exists():
+        path = CONFIGS / f"{path}.toml"
     try:
         table = tomllib.loads(path.read_text("utf-8"))
     except OSError as error:
-        raise UsageError(f"cannot read {path}: {error.strerror}", "check the path after --config") from error
+        named = ", ".join(sorted(shipped.stem for shipped in CONFIGS.glob("*.toml")))
+        hint = f"check the path after --config, or use one that comes along: {named}"
+        raise UsageError(f"cannot read {path}: {error.strerror}", hint) from error
     except ValueError as error:  # TOMLDecodeError and UnicodeDecodeError
         raise UsageError(f"{path} is not a TOML file: {error}", COMPARE) from error
     _beside(path, table.get("scanner"))

@@ -15,12 +15,13 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
 
 from drivers.scanner import SettingsError
+from drivers.shipped import CONFIGS
 from drivers.vivid900.blocks import Block
 from drivers.vivid900.cdb import Layout
 from drivers.vivid900.errors import ProfileMismatch
 from drivers.vivid900.scsi import Identity
 
-PROFILES = Path(__file__).parents[2] / "configs" / "profiles"
+PROFILES = CONFIGS / "profiles"
 SIMULATED = "planish-simulated-0"
 
 # Which fields a command may say, and which it must.

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from station.config import load_config
@@ -31,6 +33,26 @@ def test_what_is_given_is_taken(tmp_path):
 
 def test_the_demonstration_is_well_formed(repository):
     assert load_config(repository / "configs" / "simulated.toml").scanner["lens"] == "MIDDLE"
+
+
+@pytest.mark.parametrize("name", ["simulated", "simulated-turntable", "vivid900"])
+def test_a_configuration_that_comes_along_is_found_by_its_name(name, repository, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    named, given = load_config(Path(name)), load_config(repository / "configs" / f"{name}.toml")
+    assert named.model_dump(exclude={"scanner"}) == given.model_dump(exclude={"scanner"})
+    assert named.scanner["driver"] == given.scanner["driver"]
+
+
+def test_a_file_of_that_name_comes_first(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("simulated").write_text(SCANNER + "seed = 77\n")
+    assert load_config(Path("simulated")).scanner["seed"] == 77
+
+
+def test_the_names_that_come_along_are_told(tmp_path):
+    with pytest.raises(UsageError) as caught:
+        load_config(tmp_path / "nowhere.toml")
+    assert "simulated, simulated-turntable, vivid900" in caught.value.hint
 
 
 @pytest.mark.parametrize(
