@@ -2,25 +2,56 @@
 
 from restore.errors import BadInput, LibraryMissing, NotEnoughSurface, RestoreError
 from restore.flatten_mesh import flatten
-from restore.formats import load_scan
+from restore.formats import PICTURE_SUFFIXES, load_scan, read_bytes, read_picture, save_scan, scan_stem
+from restore.mesh.measures import at_vertices, face_strain, vertex_normals
+from restore.mesh.network import edges_of
+from restore.mesh.raster import rasterise
+from restore.native import SYSTEM_LIBRARIES, SystemLibrary, missing_libraries
 from restore.photo import Photograph, read_photograph
 from restore.pipeline import restore
-from restore.scan import FlatMesh, RangeScan, RestoredPage, SurfaceMesh
+from restore.scan import Bytes, FlatMesh, Floats, Ints, Mask, RangeScan, RestoredPage, SurfaceMesh
 from restore.settings import Settings
+from restore.texture.coverage import Seen
+from restore.texture.super_resolution import finer_scan
+from restore.turntable import AxisFit, RotationAxis, board_corners, fit_axis, merge_views
 
 __all__ = [
+    "PICTURE_SUFFIXES",
+    "SYSTEM_LIBRARIES",
+    "AxisFit",
     "BadInput",
+    "Bytes",
     "FlatMesh",
+    "Floats",
+    "Ints",
     "LibraryMissing",
+    "Mask",
     "NotEnoughSurface",
     "Photograph",
     "RangeScan",
     "RestoreError",
     "RestoredPage",
+    "RotationAxis",
+    "Seen",
     "Settings",
     "SurfaceMesh",
+    "SystemLibrary",
+    "at_vertices",
+    "board_corners",
+    "edges_of",
+    "face_strain",
+    "finer_scan",
+    "fit_axis",
     "flatten",
     "load_scan",
+    "merge_views",
+    "missing_libraries",
+    "rasterise",
+    "read_bytes",
     "read_photograph",
+    "read_picture",
     "restore",
+    "save_scan",
+    "scan_stem",
+    "vertex_normals",
 ]

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from station.errors import UsageError
+from station.options import Debug, Force, Json
 from station.telling import faults_told, say
 
 if TYPE_CHECKING:
@@ -26,8 +27,6 @@ Columns = Annotated[int, typer.Option(min=2, max=50, help="Markers in a row of t
 Rows = Annotated[int, typer.Option(min=2, max=50, help="Rows of markers on the board.")]
 Marker = Annotated[float, typer.Option(min=1, max=500, help="Side of a marker as printed, mm: measure it.")]
 Pitch = Annotated[float, typer.Option(min=1, max=1000, help="From one marker to the next as printed, mm: measure it.")]
-Force = Annotated[bool, typer.Option("--force", help="Overwrite an earlier file.")]
-Debug = Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")]
 
 
 def board(
@@ -67,7 +66,7 @@ def calibrate(
     marker: Marker = 16.002,
     pitch: Pitch = 21.505,
     force: Force = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print the result as JSON.")] = False,
+    as_json: Json = False,
     debug: Debug = False,
 ) -> None:
     """Calibrate a scanner with its lens from scans of a marker board at several distances and tilts."""

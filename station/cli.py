@@ -7,41 +7,34 @@ from collections.abc import Sequence
 from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from station.calibrate import board, calibrate
 from station.devices import devices
 from station.doctor import doctor
+from station.options import (
+    Config,
+    Debug,
+    Force,
+    Kinds,
+    Language,
+    Out,
+    Pictures,
+    Restoration,
+    Run,
+    grouped,
+)
 from station.progress import progress_on
 from station.telling import faults_told, say
 from station.trace import trace
 
 if TYPE_CHECKING:
-    from station.session import Outcome
+    from station.session import Destination, Outcome
 
 # `session` and what it needs take a second to import: inside the commands, so that `--help` answers at once.
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None)
-
-Config = Annotated[
-    Path,
-    typer.Option(help="The station's configuration (TOML), or `simulated`, which comes along.", show_default=False),
-]
-Out = Annotated[Path, typer.Option("--output", "-o", metavar="OUT", help="Folder for the results.", show_default=False)]
-Coverage = Annotated[bool, typer.Option("--coverage", help="Write where the page was seen, hidden or invented.")]
-Tiff = Annotated[bool, typer.Option("--tiff", help="Write the page as TIFF, too.")]
-Map = Annotated[bool, typer.Option("--map", help="Write the map: the source pixel of every page pixel.")]
-Mesh = Annotated[bool, typer.Option("--mesh", help="Write the mesh as OBJ, flat and as it was measured.")]
-Strain = Annotated[bool, typer.Option("--strain", help="Draw where the flattening stretched the page.")]
-Frames = Annotated[bool, typer.Option("--frames", help="Draw eight frames of the flattening.")]
-Review = Annotated[bool, typer.Option("--review", help="Draw colour image, 3D view and page side by side.")]
-Ocr = Annotated[bool, typer.Option("--ocr", help="Read the words: text, ALTO and searchable PDF/A (needs Tesseract).")]
-Language = Annotated[str, typer.Option(help="Language of the words, as Tesseract calls it; several joined by +.")]
-Profile = Annotated[Path | None, typer.Option(help="ICC profile of the colour image, of `planish colour` (sRGB).")]
-Force = Annotated[bool, typer.Option("--force", help="Overwrite the results of an earlier run.")]
-Json = Annotated[bool, typer.Option("--json", help="Print the report as JSON.")]
-Debug = Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -75,74 +68,64 @@ def _planish(
 
 
 @app.command("scan")
+@grouped
 def _scan(
     config: Config,
     output: Out,
+    kinds: Kinds,
+    run: Run,
     average: Annotated[int | None, typer.Option(min=1, max=64, help="Shots to average (1).")] = None,
     turns: Annotated[int | None, typer.Option(min=2, max=72, help="Views to take on the rotary stage.")] = None,
     shots: Annotated[
         int | None,
         typer.Option("--super", min=4, max=64, help="Shots, the page moved by half a pixel between, for finer colour."),
     ] = None,
-    tiff: Tiff = False,
-    map_: Map = False,
-    mesh: Mesh = False,
-    strain: Strain = False,
-    frames: Frames = False,
-    ocr: Ocr = False,
-    language: Language = "eng",
-    profile: Profile = None,
-    force: Force = False,
-    as_json: Json = False,
-    debug: Debug = False,
 ) -> None:
     """Capture a page, store the scan, restore the page."""
-    with faults_told(debug=debug), progress_on(sys.stderr) as progress:
+    with faults_told(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.config import load_config
-        from station.session import Destination, scan_page
+        from station.session import scan_page
         from station.turntable import scan_views
 
-        kinds = _kinds(tiff=tiff, map=map_, mesh=mesh, strain=strain, frames=frames, review=True, ocr=ocr)
         station = load_config(config)
-        capture = replace(station.capture, **_given(average=average))
-        station = station.model_copy(update={"capture": capture})
-        destination = Destination(output, kinds, force, language, _colours(profile))
+        if average is not None:
+            station = station.model_copy(update={"capture": replace(station.capture, average=average)})
+        destination = _destination(output, replace(kinds, review=True), run)
         if turns is None:
             outcome = scan_page(station, destination, shots=shots or 1, progress=progress)
         else:
             outcome = scan_views(station, destination, turns=turns, progress=progress)
-    _tell(outcome, as_json=as_json, debug=debug)
+    _report(outcome, run)
 
 
 @app.command("demo")
-def _demo(output: Out, force: Force = False, as_json: Json = False, debug: Debug = False) -> None:
+@grouped
+def _demo(output: Out, run: Run) -> None:
     """Scan a simulated page and restore it: nothing else is needed."""
-    with faults_told(debug=debug), progress_on(sys.stderr) as progress:
+    with faults_told(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.config import DEMONSTRATION, load_config
-        from station.session import Destination, scan_page
+        from station.session import scan_page
 
-        destination = Destination(output, _kinds(review=True), force)
+        destination = _destination(output, Kinds(review=True), run)
         outcome = scan_page(load_config(DEMONSTRATION), destination, progress=progress)
-    _tell(outcome, as_json=as_json, debug=debug)
+    _report(outcome, run)
 
 
 @app.command("merge")
+@grouped
 def _merge(
     views: Annotated[list[Path], typer.Argument(metavar="VIEW...", help="Views that `scan --turns` stored.")],
     output: Out,
-    force: Force = False,
-    as_json: Json = False,
-    debug: Debug = False,
+    run: Run,
 ) -> None:
     """Merge the views of a rotary stage and restore the page."""
-    with faults_told(debug=debug), progress_on(sys.stderr) as progress:
+    with faults_told(debug=run.debug), progress_on(sys.stderr) as progress:
         from restore import Settings
-        from station.session import Destination
         from station.turntable import merge_files
 
-        destination = Destination(output, _kinds(review=True), force)
+        destination = _destination(output, Kinds(review=True), run)
         outcome = merge_files(views, destination, settings=Settings(), progress=progress)
-    _tell(outcome, as_json=as_json, debug=debug)
+    _report(outcome, run)
 
 
 @app.command("axis")
@@ -164,60 +147,34 @@ def _axis(
 
 
 @app.command("restore")
+@grouped
 def _restore(
     scan: Annotated[
         Path,
         typer.Argument(metavar="SCAN", help="A scan: .abs[.gz], .obj, .ply, .stl, .glb, .wrl, .vvd or a scan folder."),
     ],
     output: Out,
-    texture: Annotated[Path | None, typer.Option(help="The colour image, where the scan has none.")] = None,
-    photo: Annotated[
-        list[Path] | None, typer.Option(metavar="IMG", help="A photograph of the page to paint from; may be repeated.")
-    ] = None,
-    points: Annotated[int | None, typer.Option(help="Points kept for the flattening, 0 for all (1000).")] = None,
-    shot: Annotated[
-        list[Path] | None, typer.Option(help="A further shot of the page, for finer colour; once for each.")
-    ] = None,
-    dpi: Annotated[float | None, typer.Option(help="Page pixels to an inch of paper (150).")] = None,
-    method: Annotated[str | None, typer.Option(help="How to flatten: sticks, springs or conformal (sticks).")] = None,
-    shading: Annotated[str | None, typer.Option(help="Light and shadow: keep or remove (keep).")] = None,
-    fill_hidden: Annotated[
-        float | None, typer.Option(metavar="MM", help="Invent hidden places up to this wide (0: leave them blank).")
-    ] = None,
-    coverage: Coverage = False,
-    tiff: Tiff = False,
-    map_: Map = False,
-    mesh: Mesh = False,
-    strain: Strain = False,
-    frames: Frames = False,
-    review: Review = False,
-    ocr: Ocr = False,
-    language: Language = "eng",
-    profile: Profile = None,
-    force: Force = False,
-    as_json: Json = False,
-    debug: Debug = False,
+    pictures: Pictures,
+    chosen: Restoration,
+    kinds: Kinds,
+    run: Run,
 ) -> None:
     """Restore the page from a stored scan."""
-    with faults_told(debug=debug), progress_on(sys.stderr) as progress:
+    with faults_told(debug=run.debug), progress_on(sys.stderr) as progress:
         from restore import Settings
         from station.config import checked
-        from station.session import Destination, restore_file
+        from station.session import restore_file
 
-        kinds = _kinds(
-            tiff=tiff, map=map_, mesh=mesh, strain=strain, frames=frames, review=review, ocr=ocr, coverage=coverage
-        )
-        chosen = _given(points=points, dpi=dpi, method=method, shading=shading, fill_hidden_mm=fill_hidden)
         outcome = restore_file(
             scan,
-            Destination(output, kinds, force, language, _colours(profile)),
-            settings=checked(Settings, chosen, name="--{}".format, hint="see planish restore --help"),
-            texture=texture,
-            photos=photo or (),
-            shots=shot or [],
+            _destination(output, kinds, run),
+            settings=checked(Settings, chosen.given, name=chosen.option, hint="see planish restore --help"),
+            texture=pictures.texture,
+            photos=pictures.photo,
+            shots=pictures.shot,
             progress=progress,
         )
-    _tell(outcome, as_json=as_json, debug=debug)
+    _report(outcome, run)
 
 
 @app.command("ocr")
@@ -257,26 +214,22 @@ def _colour(
         say(told(profile_colours(target, output, force=force)))
 
 
-def _colours(profile: Path | None) -> bytes | None:
-    from station.export.icc import read_profile
-
-    return None if profile is None else read_profile(profile)
-
-
 for command in (devices, doctor, trace, board, calibrate):
     app.command()(command)
 
 
-def _kinds(**wanted: bool) -> frozenset[str]:
-    return frozenset(kind for kind, on in wanted.items() if on)
+def _destination(folder: Path, kinds: Kinds, run: Run) -> Destination:
+    """Where a run writes and what. Raises BadInput for an unusable profile."""
+    from station.export.icc import read_profile
+    from station.session import Destination
+
+    colours = None if kinds.profile is None else read_profile(kinds.profile)
+    return Destination(folder, kinds.wanted, run.force, kinds.language, colours)
 
 
-def _given(**options: Any) -> dict[str, Any]:
-    return {name: value for name, value in options.items() if value is not None}
-
-
-def _tell(outcome: Outcome, *, as_json: bool, debug: bool) -> None:
+def _report(outcome: Outcome, run: Run) -> None:
+    """Print the report of a run, as JSON or as a summary."""
     from station.export.report import encode_report, summary
 
-    with faults_told(debug=debug):
-        say(encode_report(outcome.report).rstrip() if as_json else summary(outcome.report, outcome.files))
+    with faults_told(debug=run.debug):
+        say(encode_report(outcome.report).rstrip() if run.as_json else summary(outcome.report, outcome.files))

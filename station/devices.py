@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from station.options import Debug, Json
 from station.telling import faults_told, say
 
 if TYPE_CHECKING:
@@ -62,8 +63,8 @@ def devices(
     rescan: Annotated[
         bool, typer.Option("--rescan", help="Let SCSI cards look for devices that were switched on late.")
     ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
-    debug: Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")] = False,
+    as_json: Json = False,
+    debug: Debug = False,
 ) -> None:
     """List scanners, USB-SCSI bridges and serial ports. Nothing but INQUIRY is sent."""
     with faults_told(debug=debug):

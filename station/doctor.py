@@ -14,11 +14,12 @@ from typing import TYPE_CHECKING, Annotated, Literal
 import typer
 
 from station.devices import Found, Probe, Product, Vendor, search
+from station.options import Debug, Json
 from station.telling import faults_told, say
 
 if TYPE_CHECKING:
     from drivers.vivid900.discovery import Host, Likeness
-    from restore.native import SystemLibrary
+    from restore import SystemLibrary
 
 PROBLEM_CODE = 4  # a device cannot be used
 
@@ -78,7 +79,7 @@ def examine(
 
 
 def _libraries(missing: Sequence[SystemLibrary]) -> Iterator[Check]:
-    from restore.native import SYSTEM_LIBRARIES
+    from restore import SYSTEM_LIBRARIES
 
     for library in SYSTEM_LIBRARIES:
         if library in missing:
@@ -189,9 +190,9 @@ def tesseract_languages() -> Sequence[str] | None:
 
 def missing_libraries() -> Sequence[SystemLibrary]:
     """The native libraries that this computer lacks."""
-    from restore import native
+    import restore
 
-    return native.missing_libraries()
+    return restore.missing_libraries()
 
 
 def missing_packages(languages: Languages, missing: Sequence[SystemLibrary]) -> list[str]:
@@ -207,8 +208,8 @@ def doctor(
     packages: Annotated[
         bool, typer.Option("--packages", help="Print the system packages that are missing, by Debian's names, only.")
     ] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
-    debug: Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")] = False,
+    as_json: Json = False,
+    debug: Debug = False,
 ) -> None:
     """Tell what is missing before a real scanner can be used, and what to do about it."""
     with faults_told(debug=debug):

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from restore.errors import BadInput
-from restore.formats.source import read_bytes
+from restore import BadInput, read_bytes
 from station.export.atomic import refuse_existing, writable, write_all
 from station.export.pdf import encode_pdf
 from station.pages import find_pages, read_page

@@ -8,9 +8,7 @@ from pathlib import Path
 
 from PIL import Image
 
-from restore.errors import BadInput
-from restore.formats.picture import read_picture
-from restore.scan import Bytes
+from restore import BadInput, Bytes, read_picture
 
 KINDS = (".png", ".tif", ".tiff")
 NO_SCALE = "give a page that `planish restore` wrote: it has its true resolution in the file"

@@ -11,10 +11,19 @@ from time import perf_counter
 from typing import Any
 
 import drivers
-from restore import Photograph, RangeScan, Settings, SurfaceMesh, read_photograph, restore
-from restore.errors import BadInput
-from restore.formats import load_scan, save_scan, scan_stem
-from restore.texture.super_resolution import finer_scan
+from restore import (
+    BadInput,
+    Photograph,
+    RangeScan,
+    Settings,
+    SurfaceMesh,
+    finer_scan,
+    load_scan,
+    read_photograph,
+    restore,
+    save_scan,
+    scan_stem,
+)
 from station import export
 from station.config import StationConfig
 from station.errors import UsageError

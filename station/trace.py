@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 
+from station.options import Debug, Force, Json
 from station.telling import faults_told, say
 
 
@@ -18,9 +19,9 @@ def trace(
     profile: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a draft of a command profile (TOML).", show_default=False)
     ] = None,
-    force: Annotated[bool, typer.Option("--force", help="Overwrite an earlier draft.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print as JSON.")] = False,
-    debug: Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")] = False,
+    force: Force = False,
+    as_json: Json = False,
+    debug: Debug = False,
 ) -> None:
     """List the SCSI commands in a capture of the vendor's program, and draft a command profile."""
     with faults_told(debug=debug):

@@ -15,10 +15,18 @@ import numpy as np
 import drivers
 from drivers import Scanner
 from drivers.vivid900.stage import RotaryStage
-from restore import RangeScan, Settings
-from restore.errors import BadInput
-from restore.formats import load_scan, save_scan
-from restore.turntable import AxisFit, RotationAxis, board_corners, fit_axis, merge_views
+from restore import (
+    AxisFit,
+    BadInput,
+    RangeScan,
+    RotationAxis,
+    Settings,
+    board_corners,
+    fit_axis,
+    load_scan,
+    merge_views,
+    save_scan,
+)
 from station.config import AxisSettings, StageSettings, StationConfig
 from station.errors import UsageError
 from station.export.atomic import new_folder, refuse_existing, writable, write_all

@@ -13,7 +13,7 @@ from xml.etree import ElementTree
 
 import cv2
 
-from restore.scan import Bytes
+from restore import Bytes
 from station.errors import StationError, UsageError
 from station.export.png import encode_png
 

@@ -11,16 +11,17 @@ from restore.formats.folder import read_folder, save_scan
 from restore.formats.glb import read_glb
 from restore.formats.mesh import PaintedMesh
 from restore.formats.obj import read_obj, write_obj
+from restore.formats.picture import SUFFIXES as PICTURE_SUFFIXES
 from restore.formats.picture import read_picture
 from restore.formats.ply import read_ply, write_ply
-from restore.formats.source import is_file, is_folder, scan_stem
+from restore.formats.source import is_file, is_folder, read_bytes, scan_stem
 from restore.formats.stl import read_stl
 from restore.formats.vrml import read_vrml, write_vrml
 from restore.formats.vvd import read_vvd, write_vvd
 from restore.range_image.organise import organise
 from restore.scan import Bytes, RangeScan, SurfaceMesh
 
-__all__ = ["READERS", "load_scan", "read_picture", "save_scan", "scan_stem"]
+__all__ = ["PICTURE_SUFFIXES", "READERS", "load_scan", "read_bytes", "read_picture", "save_scan", "scan_stem"]
 __all__ += ["write_abs", "write_obj", "write_ply", "write_vrml", "write_vvd"]
 
 Reader = Callable[[Path, Bytes | None], RangeScan | SurfaceMesh]

@@ -8,8 +8,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from restore.errors import BadInput
-from restore.scan import Bytes, Floats
+from restore import BadInput, Bytes, Floats
 
 PATCHES = 24
 GREYS = slice(18, 24)  # white to black, the last row

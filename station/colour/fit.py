@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from restore.scan import Floats
+from restore import Floats
 from station.colour.chart import Chart
 from station.colour.lab import difference, lab_of_light
 from station.export.icc import SRGB_CURVE, Curve, MatrixProfile, srgb_matrix

@@ -8,10 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from restore import Settings, load_scan, restore
-from restore.errors import BadInput
-from restore.formats.picture import SUFFIXES, read_picture
-from restore.scan import Bytes
+from restore import PICTURE_SUFFIXES, BadInput, Bytes, Settings, load_scan, read_picture, restore
 from station.colour.chart import find_chart
 from station.colour.figures import UNMEASURED, before_and_after, measured
 from station.colour.fit import fit_colours
@@ -66,7 +63,7 @@ def told(run: ColourRun) -> str:
 
 def _seen(target: Path) -> tuple[Bytes, float | None]:
     """The picture of the target, and what it resolves, where that is known."""
-    if target.suffix.lower() in SUFFIXES:
+    if target.suffix.lower() in PICTURE_SUFFIXES:
         return read_picture(target), _resolution(target.with_suffix(".json"))
     page = restore(load_scan(target), Settings())
     if page.flat.texture is None:

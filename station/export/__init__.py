@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from restore.scan import RangeScan, RestoredPage, SurfaceMesh
+from restore import RangeScan, RestoredPage, SurfaceMesh
 from station.export.coverage import encode_coverage
 from station.export.mesh import encode_flat, encode_material, encode_strain, encode_warped
 from station.export.pdf import encode_pdf

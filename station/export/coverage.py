@@ -6,10 +6,9 @@ import io
 
 from PIL import Image
 
-from restore.scan import Bytes
-from restore.texture.coverage import Seen
-
 # White as paper, the page in two greens, what is missing red, what was invented violet: apart for the colour-blind too.
+from restore import Bytes, Seen
+
 COLOURS = {
     Seen.OUTSIDE: (255, 255, 255),
     Seen.MEASURED: (200, 226, 204),

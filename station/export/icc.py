@@ -11,14 +11,13 @@ from typing import Literal
 
 import numpy as np
 
-from restore.errors import BadInput
-from restore.formats.source import read_bytes
-from restore.scan import Floats
+from restore import BadInput, Floats, read_bytes
 
 # D50, the white that all profiles share (ICC.1:2010, 7.2.16), and D65 as CIE 15 gives it, X and Z for Y = 1.
 D50 = np.array([0.9642, 1.0, 0.8249])
 D65 = np.array([0.95047, 1.0, 1.08883])
 # Cone responses of the Bradford transform (ICC.1:2010, annex E).
+
 BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
 SRGB_XY = ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06))  # IEC 61966-2-1
 # g, a, b, c, d of Y = (aX + b)^g from d on and cX below it (ICC.1:2010, table 65): IEC 61966-2-1.

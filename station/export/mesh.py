@@ -6,9 +6,7 @@ import io
 
 import numpy as np
 
-from restore.mesh.measures import at_vertices, face_strain
-from restore.mesh.network import edges_of
-from restore.scan import FlatMesh, Floats, SurfaceMesh
+from restore import FlatMesh, Floats, SurfaceMesh, at_vertices, edges_of, face_strain
 
 
 def encode_flat(mesh: FlatMesh, material_file: str) -> bytes:

@@ -11,7 +11,7 @@ import struct
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from restore.scan import Bytes
+from restore import Bytes
 from station.export.icc import srgb_profile
 from station.export.png import encode_png
 from station.export.stamp import software

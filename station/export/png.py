@@ -8,7 +8,7 @@ from typing import Any
 from PIL import Image
 from PIL.PngImagePlugin import PngInfo
 
-from restore.scan import Bytes
+from restore import Bytes
 from station.export.stamp import Stamp
 
 COMPRESSION = 3  # of zlib: a third of the default's time for 3 % more bytes, measured on a page of text

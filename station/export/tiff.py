@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restore.scan import Bytes, RestoredPage
+from restore import Bytes, RestoredPage
 from station.export.stamp import Stamp, exif_time
 
 MODEL, XMP = 272, 700  # tags of TIFF 6.0, section 8, and of XMP specification part 3, 2.1

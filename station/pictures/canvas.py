@@ -11,7 +11,7 @@ import font_source_sans_pro as typeface
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from restore.scan import Bytes
+from restore import Bytes
 from station.pictures.view import GROUND
 
 INK, FAINT_INK = (244, 244, 242), (176, 181, 188)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from restore.scan import Bytes, FlatMesh, Floats, Ints, SurfaceMesh
+from restore import Bytes, FlatMesh, Floats, Ints, SurfaceMesh
 from station.pictures.canvas import FAINT_INK, blank, write
 from station.pictures.view import draw, oblique
 

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from restore.scan import Bytes, RestoredPage
-from restore.texture.coverage import Seen
+from restore import Bytes, RestoredPage, Seen
 from station.pictures.canvas import Panel, fit, side_by_side
 from station.pictures.view import draw, oblique
 

@@ -8,10 +8,7 @@ from math import log10
 import cv2
 import numpy as np
 
-from restore.mesh.measures import face_strain
-from restore.mesh.network import edges_of
-from restore.mesh.raster import rasterise
-from restore.scan import Bytes, FlatMesh, Floats, RestoredPage
+from restore import Bytes, FlatMesh, Floats, RestoredPage, edges_of, face_strain, rasterise
 from station.pictures.canvas import FAINT_INK, GAP, TITLE_SIZE, blank, write
 
 HEIGHT, WIDTH = 900, 900  # the page fits into this

@@ -1,0 +1,143 @@
+"""The options of the commands, each declared once, and groups of them that several commands take.
+
+A command takes a group as one parameter, a dataclass, and is wrapped with `grouped`.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields, is_dataclass
+from functools import wraps
+from pathlib import Path
+from typing import Annotated, Any, get_type_hints
+
+import typer
+
+Out = Annotated[Path, typer.Option("--output", "-o", metavar="OUT", help="Folder for the results.", show_default=False)]
+Config = Annotated[
+    Path,
+    typer.Option(help="The station's configuration (TOML), or `simulated`, which comes along.", show_default=False),
+]
+Coverage = Annotated[bool, typer.Option("--coverage", help="Write where the page was seen, hidden or invented.")]
+Tiff = Annotated[bool, typer.Option("--tiff", help="Write the page as TIFF, too.")]
+Map = Annotated[bool, typer.Option("--map", help="Write the map: the source pixel of every page pixel.")]
+Mesh = Annotated[bool, typer.Option("--mesh", help="Write the mesh as OBJ, flat and as it was measured.")]
+Strain = Annotated[bool, typer.Option("--strain", help="Draw where the flattening stretched the page.")]
+Frames = Annotated[bool, typer.Option("--frames", help="Draw eight frames of the flattening.")]
+Review = Annotated[bool, typer.Option("--review", help="Draw colour image, 3D view and page side by side.")]
+Ocr = Annotated[bool, typer.Option("--ocr", help="Read the words: text, ALTO and searchable PDF/A (needs Tesseract).")]
+Language = Annotated[str, typer.Option(help="Language of the words, as Tesseract calls it; several joined by +.")]
+Profile = Annotated[Path | None, typer.Option(help="ICC profile of the colour image, of `planish colour` (sRGB).")]
+Force = Annotated[bool, typer.Option("--force", help="Overwrite what an earlier run wrote.")]
+Json = Annotated[bool, typer.Option("--json", help="Print as JSON.")]
+Debug = Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")]
+
+FLAGS = ("tiff", "map", "mesh", "strain", "frames", "review", "ocr", "coverage")
+
+
+@dataclass(frozen=True)
+class Kinds:
+    """What to write besides the page and its report, and how."""
+
+    tiff: Tiff = False
+    map: Map = False
+    mesh: Mesh = False
+    strain: Strain = False
+    frames: Frames = False
+    review: Review = False
+    ocr: Ocr = False
+    coverage: Coverage = False
+    language: Language = "eng"
+    profile: Profile = None
+
+    @property
+    def wanted(self) -> frozenset[str]:
+        """The kinds of `station.export.OUTPUTS` that were asked for."""
+        return frozenset(name for name in FLAGS if getattr(self, name))
+
+
+@dataclass(frozen=True)
+class Run:
+    """How every command that writes a page runs and reports."""
+
+    force: Force = False
+    as_json: Json = False
+    debug: Debug = False
+
+
+@dataclass(frozen=True)
+class Restoration:
+    """The settings of a restoration; None leaves the default of `restore.Settings`."""
+
+    points: Annotated[int | None, typer.Option(help="Points kept for the flattening, 0 for all (1000).")] = None
+    dpi: Annotated[float | None, typer.Option(help="Page pixels to an inch of paper (150).")] = None
+    method: Annotated[str | None, typer.Option(help="How to flatten: sticks, springs or conformal (sticks).")] = None
+    shading: Annotated[str | None, typer.Option(help="Light and shadow: keep or remove (keep).")] = None
+    fill_hidden_mm: Annotated[
+        float | None,
+        typer.Option("--fill-hidden", metavar="MM", help="Invent hidden places up to this wide (0: leave them blank)."),
+    ] = None
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """The settings that the operator named."""
+        return {item.name: value for item in fields(self) if (value := getattr(self, item.name)) is not None}
+
+    @classmethod
+    def option(cls, setting: str) -> str:
+        """The name of a setting on the command line."""
+        return "--fill-hidden" if setting == "fill_hidden_mm" else f"--{setting.replace('_', '-')}"
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """The pictures that a restoration takes its colours from."""
+
+    texture: Annotated[Path | None, typer.Option(help="The colour image, where the scan has none.")] = None
+    photo: Annotated[
+        list[Path], typer.Option(metavar="IMG", help="A photograph of the page to paint from; may be repeated.")
+    ] = field(default_factory=list)
+    shot: Annotated[list[Path], typer.Option(help="A further shot of the page, for finer colour; once for each.")] = (
+        field(default_factory=list)
+    )
+
+
+def grouped(command: Callable[..., None]) -> Callable[..., None]:
+    """The command with every field of its dataclass parameters as a parameter of its own, as typer wants them."""
+    hints = get_type_hints(command, include_extras=True)
+    groups = {name: hint for name, hint in hints.items() if is_dataclass(hint) and isinstance(hint, type)}
+    plain, grouped_ = [], []
+    for name, parameter in inspect.signature(command).parameters.items():
+        if name in groups:
+            grouped_ += _parameters(groups[name])
+        else:
+            plain.append(parameter.replace(annotation=hints[name], kind=parameter.KEYWORD_ONLY))
+
+    @wraps(command)
+    def flat(**values: Any) -> None:
+        made = {
+            name: group(**{item.name: values.pop(item.name) for item in fields(group)})
+            for name, group in groups.items()
+        }
+        command(**made, **values)
+
+    parameters = [*plain, *grouped_]
+    flat.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    flat.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return flat
+
+
+def _parameters(group: type) -> list[inspect.Parameter]:
+    """A parameter for every field of a dataclass, with its declaration as an option and its default."""
+    hints = get_type_hints(group, include_extras=True)
+    default = group()
+    return [
+        inspect.Parameter(
+            item.name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=getattr(default, item.name),
+            annotation=hints[item.name],
+        )
+        for item in fields(group)
+    ]
