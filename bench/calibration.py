@@ -5,7 +5,6 @@ Every scan goes the whole way: command bytes, sums of the CCD, driver, scan fold
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from time import perf_counter, process_time
@@ -14,29 +13,16 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from bench.markers import marker_error
 from drivers import CaptureSettings, open_scanner
 from drivers.simulated import Binding, Markers, shoot
-from drivers.vivid900.calibration import Calibration, encode_calibration, nominal, read_calibration
-from drivers.vivid900.lenses import FINE, LENSES
+from drivers.vivid900.calibration import Calibration, encode_calibration, read_calibration
+from drivers.vivid900.lenses import FINE
 from drivers.vivid900.triangulation import points_of
+from oracles.hidden_body import HIDDEN_BODY, NOMINAL
+from oracles.markers import marker_error
 from restore import Settings, restore
 from restore.formats import save_scan
 from station.cli import main as planish
-
-NOMINAL = nominal(LENSES["MIDDLE"])
-HIDDEN = replace(
-    NOMINAL,
-    baseline_mm=251.3,
-    focal_px=1930.2,
-    centre_px=(323.1, 236.4),
-    pupil_mm=22.4,
-    distortion=(-0.07, 0.08),
-    plane=(1.1e-3, -4e-3, 2e-3, 1e-3),
-    tilt=8e-4,
-    bow=1.5e-3,
-)
-"""A body as bodies may be: half a per cent off in most things, and a lens that bends the corners by 1.1 pixels."""
 
 TILTS = ((0.0, 0.0), (25.0, 90.0), (-25.0, 0.0), (20.0, 45.0))
 POSES = [(distance, *tilt) for distance in (700.0, 900.0, 1150.0) for tilt in TILTS]
@@ -46,7 +32,7 @@ TIMES = 50
 def scan_boards(folder: Path) -> list[str]:
     """Scan the board in all poses; returns the arguments for `planish calibrate`."""
     body = folder / "body.toml"
-    body.write_text(encode_calibration(HIDDEN), "utf-8")
+    body.write_text(encode_calibration(HIDDEN_BODY), "utf-8")
     named = []
     for k, (distance, tilt, turn) in enumerate(POSES):
         scene = {"sheet": "flat", "artwork": "markers", "pose": {"tilt_deg": tilt, "turn_deg": turn}}
@@ -65,7 +51,7 @@ def field_errors(found: Calibration) -> dict[float, tuple[float, float]]:
         off = []
         for lines in (-40.0, 0.0, 40.0):
             pitch = np.arange(480.0)[:, None] + 62 + lines + np.zeros((1, 640))
-            off.append(points_of(pitch, found, FINE, distance) - points_of(pitch, HIDDEN, FINE, distance))
+            off.append(points_of(pitch, found, FINE, distance) - points_of(pitch, HIDDEN_BODY, FINE, distance))
         length = np.linalg.norm(off, axis=-1)
         errors[distance] = float(np.sqrt((length**2).mean())), float(length.max())
     return errors
@@ -75,7 +61,7 @@ def shape_error(found: Calibration) -> float:
     """Largest error, mm, of the shape of a scene that fills field and window at 900 mm: after the best rigid motion."""
     lines = np.linspace(-40, 40, 480 * 640).reshape(480, 640, order="F")
     pitch = np.arange(480.0)[:, None] + 62 + lines
-    here, there = (points_of(pitch, body, FINE, 900.0)[::16, ::16].reshape(-1, 3) for body in (HIDDEN, found))
+    here, there = (points_of(pitch, body, FINE, 900.0)[::16, ::16].reshape(-1, 3) for body in (HIDDEN_BODY, found))
     here, there = here - here.mean(axis=0), there - there.mean(axis=0)
     turn, _ = Rotation.align_vectors(here, there)
     return float(np.linalg.norm(turn.apply(there) - here, axis=1).max())
@@ -83,7 +69,7 @@ def shape_error(found: Calibration) -> float:
 
 def page_error(calibration: Calibration) -> float:
     """rms error, mm, of a page that curls from its binding, scanned by the hidden body and read by a calibration."""
-    scan, truth = shoot(Binding(), Markers(), seed=1, body=HIDDEN, calibration=calibration)
+    scan, truth = shoot(Binding(), Markers(), seed=1, body=HIDDEN_BODY, calibration=calibration)
     page = restore(scan, Settings())
     return marker_error(page.image, page.dpi, truth.markers).rms_mm
 
@@ -91,11 +77,11 @@ def page_error(calibration: Calibration) -> float:
 def triangulation_ms() -> tuple[float, float]:
     """Best wall-clock and processor time, ms, for the 307,200 samples of a FINE shot."""
     pitch = np.arange(480.0)[:, None] + 62 + np.zeros((1, 640))
-    points_of(pitch, HIDDEN, FINE, 900.0)
+    points_of(pitch, HIDDEN_BODY, FINE, 900.0)
     wall, busy = [], []
     for _ in range(TIMES):
         start, work = perf_counter(), process_time()
-        points_of(pitch, HIDDEN, FINE, 900.0)
+        points_of(pitch, HIDDEN_BODY, FINE, 900.0)
         wall.append(perf_counter() - start)
         busy.append(process_time() - work)
     return min(wall) * 1e3, min(busy) * 1e3
@@ -113,14 +99,14 @@ def main() -> None:
             raise RuntimeError("the calibration failed")
         print(f"calibrated from {len(shots)} scans in {perf_counter() - start:.1f} s")
         found = read_calibration(output)
-    for name, true in HIDDEN.as_json().items():
+    for name, true in HIDDEN_BODY.as_json().items():
         print(f"  {name:12} true {true}  found {getattr(found, name)}  manual {getattr(NOMINAL, name)}")
     print("error over field and window, mm (rms, largest)")
     for label, calibration in (("manual", NOMINAL), ("calibrated", found)):
         cells = "  ".join(f"{d:.0f} mm: {rms:.3f} {most:.3f}" for d, (rms, most) in field_errors(calibration).items())
         print(f"  {label:10}  {cells}  shape at 900 mm: {shape_error(calibration):.3f}")
     print("restored marker page, rms mm")
-    for label, calibration in (("manual", NOMINAL), ("calibrated", found), ("true", HIDDEN)):
+    for label, calibration in (("manual", NOMINAL), ("calibrated", found), ("true", HIDDEN_BODY)):
         print(f"  {label:10}  {page_error(calibration):.3f}")
 
 

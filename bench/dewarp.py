@@ -18,8 +18,8 @@ import cv2
 import numpy as np
 from PIL import Image
 
-from bench.similarity import page_similarity
 from bench.words import COLUMNS, DPI, WARPS, Task, pictures, tasks
+from oracles.similarity import page_similarity
 from restore.scan import Bytes
 from station.precision import read_words
 from station.words import ProgramMissing, find_tesseract, recognise

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.exact import exact_sheet
-from bench.markers import rigid_residual
 from bench.memory import peak_growth_mb
 from bench.peers import scanned
 from drivers.simulated import Curl
+from oracles.exact import exact_sheet
+from oracles.markers import rigid_residual
 from restore import SurfaceMesh, flatten
 from restore.range_image.resample import MIN_VERTICES
 from restore.scan import Floats

@@ -17,10 +17,10 @@ from unittest import mock
 
 import numpy as np
 
-from bench.exact import ExactSheet, exact_sheet
-from bench.markers import rigid_residual
 from bench.timing import REPEATS, in_turns, median_seconds
 from drivers.simulated.sheets import Binding, Cone, Crumpled, Curl, Miura, MultiFold, Sheet, Spread, Wave
+from oracles.exact import ExactSheet, exact_sheet
+from oracles.markers import rigid_residual
 from restore.errors import BadInput
 from restore.flattening import springs, sticks
 from restore.flattening.springs import flatten_springs

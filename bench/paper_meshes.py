@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from bench.markers import marker_error
-from bench.sheets import CASES
 from drivers.simulated import Crumpled, Truth, shoot
+from oracles.markers import marker_error
+from oracles.sheets import CASES
 from restore import RangeScan, Settings, restore
 from restore.mesh.triangulate import lattice
 from restore.prepare import prepare

@@ -11,13 +11,13 @@ from itertools import groupby
 
 import numpy as np
 
-from bench.exact import exact_sheet, with_noise
-from bench.markers import rigid_residual
 from bench.memory import peak_growth_mb
-from bench.sheets import CASES
 from drivers.scanner import SettingsError
 from drivers.simulated import Curl, Spread, shoot
 from drivers.simulated.sheets import Sheet
+from oracles.exact import add_noise, exact_sheet
+from oracles.markers import rigid_residual
+from oracles.sheets import CASES
 from restore import flatten
 from restore.mesh.measures import edge_strain, flipped_faces, straight_lengths
 from restore.mesh.network import edges_of, make_network
@@ -100,7 +100,7 @@ def scanned(sheet: Sheet, noise_mm: float) -> tuple[SurfaceMesh, Floats]:
     pixels = np.argwhere(scan.measured & np.isfinite(truth.flat).all(axis=2))
     points = np.full_like(scan.points, np.nan)
     rows, cols = pixels.T
-    points[rows, cols] = with_noise(scan.points[rows, cols], np.zeros(3), noise_mm, np.random.default_rng(SEED))
+    points[rows, cols] = add_noise(scan.points[rows, cols], np.zeros(3), noise_mm, np.random.default_rng(SEED))
     mesh = triangulate(replace(scan, points=points))
     at = {tuple(xy): k for k, xy in enumerate(scan.texture_xy[rows, cols])}
     index = np.array([at[tuple(xy)] for xy in mesh.texcoords])

@@ -10,9 +10,9 @@ from unittest import mock
 
 import numpy as np
 
-from bench.exact import exact_sheet
 from bench.paper import SEED, TABLE_2
 from bench.timing import in_turns
+from oracles.exact import exact_sheet
 from restore.flattening import springs
 from restore.flattening.springs import flatten_springs
 from restore.flattening.sticks import flatten_sticks

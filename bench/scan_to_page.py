@@ -7,9 +7,9 @@ import statistics
 from collections.abc import Mapping
 from typing import Any
 
-from bench.markers import marker_error
-from bench.sheets import CASES, Case
 from drivers.simulated import Pose, shoot
+from oracles.markers import marker_error
+from oracles.sheets import CASES, Case
 from restore import Settings, restore
 from restore.pipeline import STAGES
 

@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.markers import marker_error
 from drivers.simulated import Flat, Markers, Pose, Spread, Text, Truth
 from drivers.simulated.artwork import Artwork
 from drivers.simulated.scene import Axle, Scene, lay
@@ -19,6 +18,7 @@ from drivers.simulated.sheets import Sheet
 from drivers.simulated.shot import printed, shoot_scene
 from drivers.vivid900.calibration import nominal
 from drivers.vivid900.lenses import FINE, LENSES
+from oracles.markers import marker_error
 from restore import RangeScan, Settings, restore
 from restore.scan import Floats, Mask
 from restore.turntable import RotationAxis, board_corners, fit_axis, merge_views

@@ -20,12 +20,12 @@ from multiprocessing import get_context
 
 import numpy as np
 
-from bench.similarity import laid_on, page_similarity
 from drivers.simulated import Binding, Cone, Crumpled, Curl, Flat, Miura, MultiFold, Pose, Text, Truth, Wave, shoot
 from drivers.simulated.sheets import Sheet
 from drivers.vivid900.calibration import nominal
 from drivers.vivid900.lenses import LENSES
 from drivers.vivid900.triangulation import project
+from oracles.similarity import align_page, page_similarity
 from restore import RangeScan, Settings, restore
 from restore.scan import Bytes
 from restore.texture.page import MM_PER_INCH, sample
@@ -156,7 +156,7 @@ def measure(task: Task) -> Result:
     texts = [recognise(seen.images[name], seen.dpi[name], name=name).text for name in COLUMNS]
     words, characters = (tuple(how(seen.text, text) for text in texts) for how in (read_words, read_characters))
     flat = seen.images["flat"]
-    kept, removed = (laid_on(seen.images[name], flat) for name in ("restored", "light removed"))
+    kept, removed = (align_page(seen.images[name], flat) for name in ("restored", "light removed"))
     alike = tuple(page_similarity(page, flat) for page in (seen.images["light removed"], kept, removed))
     return Result(task.warp, words, characters, alike, len(seen.text.split()))
 

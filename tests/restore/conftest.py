@@ -11,10 +11,10 @@ import numba
 import numpy as np
 import pytest
 
+from oracles.warped import Warped, make_warped
 from restore.range_image.camera import Rays
 from restore.range_image.sheet import Sheet
 from restore.scan import Bytes, Floats, Mask, RangeScan
-from tests.restore.warped import Warped, make_warped
 
 FOCAL_PX = 1942.8  # MIDDLE lens of the VIVID 910, from the fields of view in its hardware manual p. 26
 BASELINE_MM = 250.0  # the same manual's dimension drawing, p. 58

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bench.exact import ExactSheet, exact_sheet
-from bench.markers import rigid_residual
 from drivers.simulated.sheets import Curl, Sheet
+from oracles.exact import ExactSheet, exact_sheet
+from oracles.markers import rigid_residual
 from restore import BadInput, NotEnoughSurface, flatten, flatten_mesh
 from restore.flattening.methods import flatten_points
 from restore.mesh.measures import flipped_faces

@@ -8,11 +8,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from bench.markers import MarkerError, marker_error, rigid_residual
-from bench.sheets import CASES
 from drivers.simulated import Flat, MultiFold, Pose, Truth, White, shoot
 from drivers.vivid900.calibration import nominal
 from drivers.vivid900.lenses import LENSES
+from oracles.markers import MarkerError, marker_error, rigid_residual
+from oracles.sheets import CASES
 from restore import BadInput, NotEnoughSurface, RangeScan, RestoredPage, Settings, flatten, load_scan, restore
 from restore.formats import write_abs, write_obj, write_ply, write_vrml
 from restore.mesh.triangulate import triangulate

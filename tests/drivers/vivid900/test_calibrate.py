@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from bench.calibration import HIDDEN
 from drivers.scanner import SettingsError
 from drivers.vivid900.board import Board, sight_board
 from drivers.vivid900.bundle import MARKER_PX, PRIOR, PlateShot, unknowns_of
@@ -15,6 +14,7 @@ from drivers.vivid900.calibrate import Calibrated, calibrate
 from drivers.vivid900.calibration import Calibration, nominal
 from drivers.vivid900.lenses import FINE, LENSES, texture_grid
 from drivers.vivid900.triangulation import pitch_at, points_of, project, tangents
+from oracles.hidden_body import HIDDEN_BODY
 
 MIDDLE = nominal(LENSES["MIDDLE"])
 BOARD = Board()
@@ -25,14 +25,16 @@ POSES = [(distance, *tilt) for distance in (700, 900, 1200) for tilt in ((0, 0),
 
 
 def shot(distance: float, tilt: float, turn: float, random, *, bare: bool = False, front: bool = False) -> PlateShot:
-    """A board (the plane that it lies in, when `bare`) centred on the axis, as HIDDEN sees it."""
+    """A board (the plane that it lies in, when `bare`) centred on the axis, as HIDDEN_BODY sees it."""
     rotation = Rotation.from_euler("xy", [tilt, turn], degrees=True).as_matrix()
-    shift = np.array([0, 0, -distance - HIDDEN.pupil_mm]) - rotation[:, :2] @ SIZE / 2
+    shift = np.array([0, 0, -distance - HIDDEN_BODY.pupil_mm]) - rotation[:, :2] @ SIZE / 2
     xy = texture_grid(FINE)
-    sight = tangents(HIDDEN, xy)
+    sight = tangents(HIDDEN_BODY, xy)
     rays = np.concatenate([sight, np.full((480, 640, 1), -1.0)], axis=-1)
     depth = (rotation[:, 2] @ shift) / (rays @ rotation[:, 2])
-    pitch = pitch_at(HIDDEN.baseline_mm / depth, HIDDEN, FINE, distance) + random.normal(0, LINES, depth.shape)
+    pitch = pitch_at(HIDDEN_BODY.baseline_mm / depth, HIDDEN_BODY, FINE, distance) + random.normal(
+        0, LINES, depth.shape
+    )
     place = (rays * depth[..., None] - shift) @ rotation[:, :2] / SIZE
     seen = np.abs(pitch - xy[..., 1] - 62) < 44
     seen &= bare | ((place > 0) & (place < 1)).all(axis=-1)
@@ -42,7 +44,7 @@ def shot(distance: float, tilt: float, turn: float, random, *, bare: bool = Fals
     if bare:
         return PlateShot(xy[seen & some], pitch[seen & some], FINE, distance, front_mm=front_mm)
     places = np.stack([BOARD.centre(marker) for marker in range(BOARD.columns * BOARD.rows)])
-    pixels = project(HIDDEN, places @ rotation[:, :2].T + shift)
+    pixels = project(HIDDEN_BODY, places @ rotation[:, :2].T + shift)
     inside = ((pixels > 5) & (pixels < [634, 474])).all(axis=1)
     pixels = pixels[inside] + random.normal(0, PIXELS, (inside.sum(), 2))
     return PlateShot(xy[seen & some], pitch[seen & some], FINE, distance, pixels, places[inside], front_mm)
@@ -57,7 +59,7 @@ def shots(seed: int = 0) -> list[PlateShot]:
 def field_error(found: Calibration, distance: float, off_focus: float = 0.0) -> np.ndarray:
     """(480, 640, 3) mm by which points are wrong, `off_focus` lines from the middle of the window."""
     pitch = np.arange(480.0)[:, None] + 62 + off_focus + np.zeros((1, 640))
-    return points_of(pitch, found, FINE, distance) - points_of(pitch, HIDDEN, FINE, distance)
+    return points_of(pitch, found, FINE, distance) - points_of(pitch, HIDDEN_BODY, FINE, distance)
 
 
 def length(error: np.ndarray) -> float:
@@ -70,7 +72,7 @@ def found() -> Calibrated:
 
 
 def test_the_hidden_geometry_is_recovered(found: Calibrated) -> None:
-    off = np.abs(unknowns_of(found.calibration) - unknowns_of(HIDDEN)) / np.array(list(found.sigma.values()))
+    off = np.abs(unknowns_of(found.calibration) - unknowns_of(HIDDEN_BODY)) / np.array(list(found.sigma.values()))
     assert dict(zip(PRIOR, off, strict=True)) == {name: pytest.approx(0, abs=SIGMAS) for name in PRIOR}
     assert found.sigma["baseline_mm"] < 0.05
     assert found.sigma["focal_px"] < 0.5
@@ -88,7 +90,7 @@ def test_points_are_right_all_over_the_field(found: Calibrated, distance: float,
 
 def test_the_shape_of_things_is_right_to_hundredths(found: Calibrated) -> None:
     """What is left is mostly a common turn of the whole scene, which no scan of its own shows."""
-    here = points_of(np.arange(480.0)[:, None] + 62 + np.zeros((1, 640)), HIDDEN, FINE, 900.0).reshape(-1, 3)[::97]
+    here = points_of(np.arange(480.0)[:, None] + 62 + np.zeros((1, 640)), HIDDEN_BODY, FINE, 900.0).reshape(-1, 3)[::97]
     there = here + field_error(found.calibration, 900.0).reshape(-1, 3)[::97]
     centred = here - here.mean(axis=0)
     turn, _ = Rotation.align_vectors(centred, there - there.mean(axis=0))

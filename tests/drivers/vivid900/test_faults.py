@@ -6,72 +6,73 @@ import random
 
 import pytest
 
-from bench.faults import Stand, length_of_capture, pairs, singles, small_profile
 from drivers.simulated.faults import FAULTS, passed_on
+from oracles.faults import FaultRig, count_commands, fault_pairs, single_faults, small_profile
 
 FEW_PAIRS, SEED = 20, 5
 ALL_PAIRS = 400
 
 
 @pytest.fixture(scope="module")
-def stand() -> Stand:
-    return Stand(small_profile())
+def rig() -> FaultRig:
+    return FaultRig(small_profile())
 
 
 @pytest.fixture(scope="module")
 def commands() -> int:
-    return length_of_capture(small_profile())
+    return count_commands(small_profile())
 
 
-def test_a_capture_without_faults_is_a_scan(stand: Stand) -> None:
-    verdict = stand.run({})
-    assert (verdict.outcome, verdict.wrong) == ("scan", "")
+def test_a_capture_without_faults_is_a_scan(rig: FaultRig) -> None:
+    verdict = rig.run({})
+    assert (verdict.outcome, verdict.violation) == ("scan", "")
 
 
 @pytest.mark.parametrize("name", FAULTS)
-def test_each_fault_at_some_command(stand: Stand, commands: int, name: str) -> None:
+def test_each_fault_at_some_command(rig: FaultRig, commands: int, name: str) -> None:
     at = random.Random(f"{SEED} {name}").randrange(commands)
-    assert stand.run({at: FAULTS[name]}).wrong == "", f"at command {at}"
+    assert rig.run({at: FAULTS[name]}).violation == "", f"at command {at}"
 
 
-def test_a_sample_of_pairs(stand: Stand, commands: int) -> None:
+def test_a_sample_of_pairs(rig: FaultRig, commands: int) -> None:
     found = [
-        (name, sorted(script), stand.run(script).wrong)
-        for name, script in pairs(commands, FEW_PAIRS, random.Random(SEED))
+        (name, sorted(script), rig.run(script).violation)
+        for name, script in fault_pairs(commands, FEW_PAIRS, random.Random(SEED))
     ]
     assert [one for one in found if one[2]] == []
 
 
 @pytest.mark.slow
-def test_every_fault_at_every_command(stand: Stand, commands: int) -> None:
-    found = [(name, *script, stand.run(script).wrong) for name, script in singles(commands)]
+def test_every_fault_at_every_command(rig: FaultRig, commands: int) -> None:
+    found = [(name, *script, rig.run(script).violation) for name, script in single_faults(commands)]
     assert len(found) == commands * len(FAULTS)
     assert [one for one in found if one[-1]] == []
 
 
 @pytest.mark.slow
-def test_many_pairs(stand: Stand, commands: int) -> None:
+def test_many_pairs(rig: FaultRig, commands: int) -> None:
     found = [
-        (name, sorted(script), stand.run(script).wrong) for name, script in pairs(commands, ALL_PAIRS, random.Random(0))
+        (name, sorted(script), rig.run(script).violation)
+        for name, script in fault_pairs(commands, ALL_PAIRS, random.Random(0))
     ]
     assert [one for one in found if one[2]] == []
 
 
-def wrong_pairs(stand: Stand, commands: int, number: int) -> list[tuple[str, list[int], str]]:
-    sample = pairs(commands, number, random.Random(SEED))
-    found = [(name, sorted(script), stand.run(script).wrong) for name, script in sample]
+def wrong_pairs(rig: FaultRig, commands: int, number: int) -> list[tuple[str, list[int], str]]:
+    sample = fault_pairs(commands, number, random.Random(SEED))
+    found = [(name, sorted(script), rig.run(script).violation) for name, script in sample]
     return [one for one in found if one[2]]
 
 
-def test_the_verdict_can_be_wrong(stand: Stand) -> None:
+def test_the_verdict_can_be_wrong(rig: FaultRig) -> None:
     """A laser left on, an old scan and a stage that turns on would be seen."""
-    shot = stand.device.shot
-    scan = stand.camera.capture(stand.settings)
-    assert stand.wrong(scan, stand.device.shot) == "an earlier shot"
-    assert stand.wrong(scan, shot) == ""
-    stand.device.log.burn(stand.clock(), 100.0, 9)
-    assert stand.unrest(stand.clock()) == "the laser is on"
-    stand.device.log.cut_off()
-    stand.stops = 0
-    assert stand.unrest(stand.clock()) == "the stage was not stopped"
+    shot = rig.device.shot
+    scan = rig.camera.capture(rig.settings)
+    assert rig.scan_violation(scan, rig.device.shot) == "an earlier shot"
+    assert rig.scan_violation(scan, shot) == ""
+    rig.device.log.burn(rig.clock(), 100.0, 9)
+    assert rig.rest_violation(rig.clock()) == "the laser is on"
+    rig.device.log.cut_off()
+    rig.stops = 0
+    assert rig.rest_violation(rig.clock()) == "the stage was not stopped"
     assert passed_on not in FAULTS.values()

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from bench.exact import ExactSheet, exact_sheet
-from bench.markers import rigid_residual
 from drivers.simulated.sheets import Curl, Flat, MultiFold, Spread, Wave
+from oracles.exact import ExactSheet, exact_sheet
+from oracles.markers import rigid_residual
 from restore.errors import BadInput
 from restore.flattening.conformal import conformal_map, flatten_conformal, unfolded
 from restore.mesh.measures import flipped_faces, signed_areas, surface_area

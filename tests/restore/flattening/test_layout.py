@@ -4,7 +4,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bench.overlaps import overlapping_pairs
+from oracles.overlaps import overlapping_pairs
 from restore.flattening.layout import lay_out
 
 ROUNDING = 1e-9

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bench.exact import ExactSheet, exact_sheet
-from bench.markers import rigid_residual
 from drivers.simulated.sheets import Curl, Flat, MultiFold, Spread, Wave
+from oracles.exact import ExactSheet, exact_sheet
+from oracles.markers import rigid_residual
 from restore.errors import BadInput
 from restore.flattening import springs as module
 from restore.flattening.springs import advance, flatten_springs, springs

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.exact import scattered
+from oracles.exact import scatter_points
 from restore.mesh import jets as module
 from restore.mesh.jets import MOST_NEIGHBOURS, PRODUCTS, TERMS, fit_jets, rings_of
 from restore.mesh.network import edges_of
@@ -27,7 +27,7 @@ NOISE_SHARE = (0.75, 1.0)
 
 @pytest.fixture(scope="module")
 def plane():
-    flat, faces = scattered(600, PATCH_MM, np.random.default_rng(0))
+    flat, faces = scatter_points(600, PATCH_MM, np.random.default_rng(0))
     return flat, faces, edges_of(faces)
 
 
@@ -93,7 +93,7 @@ def test_a_lone_triangle_gets_no_patch():
 
 
 def test_compiled_and_plain_python_agree(plain):
-    flat, faces = scattered(80, PATCH_MM, np.random.default_rng(2))
+    flat, faces = scatter_points(80, PATCH_MM, np.random.default_rng(2))
     vertices = np.column_stack([flat, 0.003 * flat[:, 0] ** 2 + 0.3 * np.abs(flat[:, 1])])
     work = (vertices, rings_of(vertices, faces, edges_of(faces)), np.arange(len(flat)), 1e-3)
     compiled = fit_jets(*work)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.exact import scattered
+from oracles.exact import scatter_points
 from restore.mesh import surface_lengths as module
 from restore.mesh.jets import rings_of
 from restore.mesh.network import edges_of
@@ -31,7 +31,7 @@ INFLATED = 0.75  # of what the chords grow; the patches take off-plane noise out
 
 @pytest.fixture(scope="module")
 def patch():
-    flat, faces = scattered(600, PATCH_MM, np.random.default_rng(0))
+    flat, faces = scatter_points(600, PATCH_MM, np.random.default_rng(0))
     edges = edges_of(faces)
     return flat, faces, edges, length(flat, edges)
 
@@ -114,7 +114,7 @@ def test_they_scale_with_the_surface(patch):
 
 
 def test_compiled_and_plain_python_agree(plain):
-    flat, faces = scattered(150, PATCH_MM, np.random.default_rng(1))
+    flat, faces = scatter_points(150, PATCH_MM, np.random.default_rng(1))
     vertices = np.column_stack([flat, 0.5 * np.abs(flat[:, 0] - CREASE_MM) + 0.002 * flat[:, 1] ** 2])
     edges = edges_of(faces)
     compiled = surface_lengths(vertices, faces, edges)
@@ -124,7 +124,7 @@ def test_compiled_and_plain_python_agree(plain):
 
 @pytest.fixture(scope="module")
 def dense():
-    flat, faces = scattered(4000, PATCH_MM, np.random.default_rng(0))
+    flat, faces = scatter_points(4000, PATCH_MM, np.random.default_rng(0))
     edges = edges_of(faces)
     return flat, faces, edges, length(flat, edges)
 

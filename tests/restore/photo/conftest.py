@@ -7,10 +7,10 @@ from functools import cache
 
 import pytest
 
-from bench.photo import SHEETS, VIEWS, View, photographed, staged, unrolled
 from drivers.simulated import Figure, Text, Truth
 from drivers.simulated.artwork import Artwork
 from drivers.simulated.camera import Camera, Exposure
+from oracles.studio import SHEETS, VIEWS, View, restored_mesh, scan_page, take_photograph
 from restore import FlatMesh, Photograph, RangeScan
 from restore.photo.reference import Reference, make_reference
 from restore.photo.register import Registration, register
@@ -29,15 +29,15 @@ class Studio:
 
     @property
     def scan(self) -> RangeScan:
-        return staged(SHEETS[self.sheet], self.artwork)[1]
+        return scan_page(SHEETS[self.sheet], self.artwork)[1]
 
     @property
     def truth(self) -> Truth:
-        return staged(SHEETS[self.sheet], self.artwork)[2]
+        return scan_page(SHEETS[self.sheet], self.artwork)[2]
 
     @property
     def page(self) -> FlatMesh:
-        return unrolled(SHEETS[self.sheet], self.artwork)
+        return restored_mesh(SHEETS[self.sheet], self.artwork)
 
     @property
     def reference(self) -> Reference:
@@ -63,7 +63,7 @@ def _reference(studio: Studio) -> Reference:
 
 @cache
 def _photograph(studio: Studio, view: str | View, light: Exposure) -> Bytes:
-    return photographed(staged(SHEETS[studio.sheet], studio.artwork)[0], studio.camera(view), exposure=light)
+    return take_photograph(scan_page(SHEETS[studio.sheet], studio.artwork)[0], studio.camera(view), exposure=light)
 
 
 @cache

@@ -8,8 +8,8 @@ import cv2
 import numpy as np
 import pytest
 
-from bench.photo import View
 from drivers.simulated.camera import Exposure
+from oracles.studio import View
 from restore import Photograph
 from restore.photo import Registered, even_registered, paint_registered, register_photographs
 from restore.prepare import prepare

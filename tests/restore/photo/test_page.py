@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import map_coordinates
 
-from bench.photo import View
 from drivers.simulated.camera import Exposure
+from oracles.studio import View
 from restore import Photograph, Settings, restore
 from restore.photo import Registered, paint_registered, register_photographs
 from restore.photo.paint import NOWHERE, _carry_to_edge

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-from bench.photo import LIMIT_PX, misses, photographed, staged
-from bench.photo import SHEETS as SHEETS_OF_BENCH
 from drivers.simulated import Text
+from oracles.studio import LIMIT_PX, SHEETS, reprojection_errors, scan_page, take_photograph
 from restore import Photograph
 from restore.photo.register import Refused, register
 
@@ -26,7 +25,7 @@ def rms(off):
 def test_a_photograph_with_distortion_blur_noise_and_another_light(studio, view, request):
     studio = request.getfixturevalue(studio)
     found, camera = studio.registered(view), studio.camera(view)
-    off = misses(studio.page, studio.truth, camera, found)
+    off = reprojection_errors(studio.page, studio.truth, camera, found)
     assert RMS_PX < LIMIT_PX
     assert rms(off) < RMS_PX
     assert found.camera.focal_px == pytest.approx(camera.focal_px, rel=FOCAL)
@@ -40,7 +39,7 @@ def test_the_measure_can_fail(text):
     moved = found.camera.vector.copy()
     moved[3] += 3.0
     worse = type(found)(type(found.camera)(moved, found.camera.size), 0, 0, 1, 1, 1)
-    assert rms(misses(text.page, text.truth, camera, worse)) > 3 * LIMIT_PX
+    assert rms(reprojection_errors(text.page, text.truth, camera, worse)) > 3 * LIMIT_PX
 
 
 def test_a_part_of_the_page_is_registered_too(text):
@@ -56,7 +55,7 @@ def test_a_part_of_the_page_is_registered_too(text):
 def test_a_focal_length_from_exif_may_be_wrong(text):
     image, camera = text.photograph(), text.camera()
     found = register(text.reference, Photograph(image, focal_px=camera.focal_px * 1.5))
-    assert rms(misses(text.page, text.truth, camera, found)) < LIMIT_PX
+    assert rms(reprojection_errors(text.page, text.truth, camera, found)) < LIMIT_PX
 
 
 def refusal(reference, image):
@@ -66,7 +65,7 @@ def refusal(reference, image):
 
 
 def test_another_page_of_the_same_book_is_refused(text):
-    other = photographed(staged(SHEETS_OF_BENCH["binding"], Text(seed=9))[0], text.camera())
+    other = take_photograph(scan_page(SHEETS["binding"], Text(seed=9))[0], text.camera())
     assert "does not show this page" in refusal(text.reference, other)
 
 
@@ -90,5 +89,5 @@ def test_a_photograph_coarser_than_the_scanner_is_refused(text):
 @pytest.mark.slow
 def test_a_page_that_was_bent_after_the_scan_is_refused(text):
     """The same print on a sheet that bends another way."""
-    bent = photographed(staged(SHEETS_OF_BENCH["deep gutter"], Text())[0], text.camera())
+    bent = take_photograph(scan_page(SHEETS["deep gutter"], Text())[0], text.camera())
     assert refusal(text.reference, bent)

@@ -22,7 +22,7 @@ AREA = 598_400
 REACH_PX = 24  # 4 mm at 150 dpi: a page that lies farther off has more on it than the page
 
 
-def laid_on(page: Bytes, flat: Bytes) -> Bytes:
+def align_page(page: Bytes, flat: Bytes) -> Bytes:
     """The page (h, w, 3) moved and turned, not scaled, to where it agrees best with its flat original (H, W, 3).
 
     Where a page lies in its picture is no fault of the picture: the outline of what was scanned is ragged, and half a

@@ -16,8 +16,8 @@ from restore.scan import Floats, Ints, SurfaceMesh
 
 PAGE_MM: PageSize = (280.0, 200.0)
 DISTANCE_MM = 900.0  # of the scanner
-CLEARANCE = 0.5  # of the mean spacing: nearer to the border the faces would be slivers
-FLATTEST = 1e-9  # of the mean spacing squared: Delaunay leaves faces without area along straight borders
+CLEARANCE = 0.5  # of the mean spacing: nearer to the border the triangles would be slivers
+MIN_AREA = 1e-9  # of the mean spacing squared: Delaunay leaves faces without area along straight borders
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,19 +42,19 @@ def exact_sheet(
 ) -> ExactSheet:
     """Exactly `points` irregular points on a warped page, seen with a noise of noise_mm along the lines of sight."""
     rng = np.random.default_rng(seed)
-    flat, faces = scattered(points, page_mm, rng)
-    vertices = with_noise(sheet.warp(flat, page_mm), np.array([0.0, 0.0, DISTANCE_MM]), noise_mm, rng)
+    flat, faces = scatter_points(points, page_mm, rng)
+    vertices = add_noise(sheet.warp(flat, page_mm), np.array([0.0, 0.0, DISTANCE_MM]), noise_mm, rng)
     return ExactSheet(SurfaceMesh(vertices, faces), flat, straight_lengths(flat, edges_of(faces)))
 
 
-def with_noise(points: Floats, eye: Floats, noise_mm: float, rng: np.random.Generator) -> Floats:
-    """Points (n, 3) mm moved along the lines of sight from an eye (3,) mm; noise_mm is the standard deviation."""
+def add_noise(points: Floats, eye: Floats, noise_mm: float, rng: np.random.Generator) -> Floats:
+    """Points (n, 3) mm moved along the lines of sight from an eye (3,) mm; by noise of standard deviation noise_mm."""
     sight = points - eye
     sight /= np.linalg.norm(sight, axis=1)[:, None]
     return points + sight * rng.normal(scale=noise_mm, size=(len(points), 1))
 
 
-def scattered(points: int, page_mm: PageSize, rng: np.random.Generator) -> tuple[Floats, Ints]:
+def scatter_points(points: int, page_mm: PageSize, rng: np.random.Generator) -> tuple[Floats, Ints]:
     """(n, 2) mm from the middle of the page, even along its border and irregular inside, and (m, 3) faces."""
     size = np.asarray(page_mm)
     step = np.sqrt(size.prod() / points)
@@ -68,4 +68,4 @@ def scattered(points: int, page_mm: PageSize, rng: np.random.Generator) -> tuple
     a, b, c = (flat[faces[:, k]] for k in range(3))
     doubled = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])
     faces = np.where(doubled[:, None] > 0, faces, faces[:, ::-1])
-    return flat, faces[np.abs(doubled) > FLATTEST * step**2]
+    return flat, faces[np.abs(doubled) > MIN_AREA * step**2]

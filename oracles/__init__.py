@@ -1,0 +1,1 @@
+"""Sheets whose flat truth is exact, and the measures that compare a result with it; for the tests and the bench."""
