@@ -1,7 +1,9 @@
 """What can go wrong at the station, and how every fault is told to the operator.
 
 StationError        anything below; carries the exit code and what to do now
+├── JournalDamaged  an interrupted run cannot be rolled back (exit code 6)
 └── UsageError      the command or the configuration asks for something that cannot be (exit code 2)
+    ├── FolderInUse     another run writes to the folder
     └── OverwriteError  a file that would be written is there already
 
 Stopped             the process was asked to end
@@ -12,6 +14,7 @@ from __future__ import annotations
 import errno
 import signal
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Protocol, runtime_checkable
 
 UNEXPECTED, USAGE, DISK = 1, 2, 6
@@ -36,6 +39,28 @@ class UsageError(StationError):
 
 class OverwriteError(UsageError):
     """Raised instead of overwriting a file."""
+
+
+class FolderInUse(UsageError):
+    """Raised when another run writes to a folder; names its process."""
+
+    def __init__(self, folder: Path, process: str) -> None:
+        super().__init__(
+            f"{folder} is in use by another run, process {process or 'unknown'}",
+            "wait until it has ended, or choose another folder with -o",
+        )
+
+
+class JournalDamaged(StationError):
+    """Raised when the journal of an interrupted run cannot be read; names where the earlier files are."""
+
+    exit_code = DISK
+
+    def __init__(self, work: Path, reason: str) -> None:
+        super().__init__(
+            f"the journal of an interrupted run in {work} is damaged: {reason}",
+            f"move the files in {work / 'old'} back to {work.parent}, then remove {work}",
+        )
 
 
 class Stopped(BaseException):
@@ -64,7 +89,7 @@ class Fault:
 
 
 DISK_HINTS = {
-    errno.ENOSPC: "free some space, or choose another disk with -o",
+    errno.ENOSPC: "free some space{disk}, or choose another disk with -o",
     errno.EDQUOT: "free some of your quota, or choose another disk with -o",
     errno.EFBIG: "the disk takes no file this large: lower --dpi, or choose another disk with -o",
     errno.EROFS: "the disk is read-only: choose another with -o",
@@ -73,7 +98,7 @@ DISK_HINTS = {
     errno.ENOTDIR: "part of that path is a file: choose another folder with -o",
     errno.EEXIST: "that path is a file: choose another folder with -o",
     errno.ENAMETOOLONG: "the name is too long for this disk: choose a shorter one",
-    errno.EIO: "the disk fails: choose another with -o, and save what is on this one",
+    errno.EIO: "reading and writing fails{disk}: choose another with -o, and save what is on that one",
 }
 
 
@@ -95,7 +120,7 @@ def _tell(error: BaseException) -> tuple[int, str, str]:
         case Told():
             return error.exit_code, str(error), error.hint
         case OSError():
-            return DISK, _disk_message(error), DISK_HINTS.get(error.errno or 0, "choose another folder with -o")
+            return DISK, _disk_message(error), _disk_hint(error)
         case KeyboardInterrupt():
             return SIGNAL_BASE + signal.SIGINT, "stopped by Ctrl-C", "run the same command again to start over"
         case Stopped():
@@ -104,6 +129,22 @@ def _tell(error: BaseException) -> tuple[int, str, str]:
             return UNEXPECTED, "the memory is full", "lower --dpi or --points, or close other programs"
     told = f"unexpected fault: {type(error).__name__}: {error}".splitlines()[0]
     return UNEXPECTED, told, "run again with --debug to see where it happened"
+
+
+def _disk_hint(error: OSError) -> str:
+    """What to do about a disk that refuses, with the place where it is mounted."""
+    hint = DISK_HINTS.get(error.errno or 0, "choose another folder with -o")
+    return hint.format(disk=_mounted_at(error.filename))
+
+
+def _mounted_at(path: object) -> str:
+    """ " on the disk at <mount point>" for the path of a file, empty where there is none."""
+    if not isinstance(path, str) or not Path(path).parent.is_dir():
+        return ""
+    folder = Path(path).resolve()
+    while not folder.is_mount():
+        folder = folder.parent
+    return f" on the disk at {folder}"
 
 
 def _disk_message(error: OSError) -> str:

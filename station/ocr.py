@@ -58,10 +58,10 @@ def read_pages(
 
 def _read(page: Path, paths: list[Path], printed: str | None, *, language: str, force: bool) -> PageRead:
     stored = read_page(page)
-    with writable(paths[0].parent):
+    with writable(paths[0].parent) as claim:
         words = recognise(stored.image, stored.dpi, name=page.name, language=language)
         pdf = encode_pdf(stored.image, stored.dpi, words.layer, title=page.stem, profile=stored.profile)
-        files = write_all(zip(paths, (words.text.encode(), words.alto, pdf), strict=True), force=force)
+        files = write_all(zip(paths, (words.text.encode(), words.alto, pdf), strict=True), force=force, claim=claim)
     measured = () if printed is None else (read_words(printed, words.text), read_characters(printed, words.text))
     return PageRead(page, tuple(files), len(words.text.split()), *measured)
 

@@ -32,6 +32,12 @@ def check_outputs(files: Sequence[Path], originals: Sequence[Path], *, force: bo
         _refuse_strange(files, _written_before(report))
 
 
+def superseded(report: Path, possible: Sequence[Path], originals: Sequence[Path]) -> list[Path]:
+    """The files that the run of a report wrote, of those that a run can write, but no original."""
+    ours = _written_before(report)
+    return [path for path in possible if path.name in ours and not any(_same(path, original) for original in originals)]
+
+
 def _same(a: Path, b: Path) -> bool:
     return a.exists() and b.exists() and a.samefile(b)
 

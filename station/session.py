@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
@@ -27,9 +29,10 @@ from restore import (
 from station import export
 from station.config import StationConfig
 from station.errors import UsageError
-from station.export.atomic import new_folder, refuse_existing, writable, write_all
+from station.export.atomic import new_folder, refuse_captured, refuse_existing, writable, write_all
+from station.export.claim import Claim, recover
 from station.export.report import finite
-from station.originals import check_outputs
+from station.originals import check_outputs, superseded
 from station.pictures.frames import Recorder
 from station.progress import Progress, silent
 from station.words import check_language, find_tesseract, recognise
@@ -99,6 +102,7 @@ def restore_file(
     Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
     """
     _check_programs(destination)
+    recover(destination.folder)
     stem, destination = stem_of(source), destination.with_what_comes_of(settings)
     originals = [source, *([] if texture is None else [texture]), *photos, *shots]
     check_outputs(destination.files(stem), originals, force=destination.force)
@@ -111,9 +115,18 @@ def restore_file(
     facts: dict[str, Any] = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
     facts |= {"shots": [str(shot) for shot in shots]} if shots else {}
     origin = Origin(facts, {"load": clock() - start})
-    with writable(destination.folder):
+    with writable(destination.folder) as claim:
         return _restore(
-            scan, destination, stem, origin, settings=settings, photos=photographs, progress=progress, clock=clock
+            scan,
+            destination,
+            stem,
+            origin,
+            claim=claim,
+            settings=settings,
+            photos=photographs,
+            originals=originals,
+            progress=progress,
+            clock=clock,
         )
 
 
@@ -128,45 +141,59 @@ def scan_page(
     """Capture a page, store the scan in `<stem>.scan`, then restore it. What was captured outlives every later fault.
 
     Of several shots, which make the colour image finer, the further ones are stored in `<stem>-2.scan` and so on.
+    A scan of an earlier run is never replaced: where there is one, the new one is stored in `<stem>.2.scan`.
 
     Raises OverwriteError or UsageError before any work, ScannerError, NotEnoughSurface, OSError when the disk refuses.
     """
     _check_programs(destination)
     stem, destination = config.output.stem, destination.with_what_comes_of(config.restore)
-    refuse_existing([*_places(destination, stem, shots), *destination.files(stem)], force=destination.force)
-    with writable(destination.folder):
+    recover(destination.folder)
+    places = scan_folders(destination, [stem, *(f"{stem}-{i + 1}" for i in range(1, shots))])
+    refuse_existing(destination.files(stem), force=destination.force)
+    with writable(destination.folder) as claim:
         start = clock()
         scans = _capture(config, shots, progress)
         origin = Origin({}, {"load": 0.0, "capture": clock() - start})
         return keep_and_restore(
-            scans, destination, stem, origin, settings=config.restore, progress=progress, clock=clock
+            scans,
+            places,
+            destination,
+            stem,
+            origin,
+            claim=claim,
+            settings=config.restore,
+            progress=progress,
+            clock=clock,
         )
 
 
 def keep_and_restore(
     scans: Sequence[RangeScan],
+    stored: Sequence[Path],
     destination: Destination,
     stem: str,
     origin: Origin,
     *,
+    claim: Claim,
     settings: Settings,
     progress: Progress,
     clock: Clock,
 ) -> Outcome:
-    """Store a scan in `<stem>.scan` and further shots beside it, then restore it. The scans outlive every later fault.
+    """Store a scan and further shots in the folders `stored`, then restore it. The scans outlive every later fault.
 
     Raises OverwriteError, NotEnoughSurface, OSError when the disk refuses.
     """
-    stored = _places(destination, stem, len(scans))
     start = clock()
     for shot, path in zip(scans, stored, strict=True):
-        with new_folder(path, force=destination.force) as folder:
+        with new_folder(claim, path.name) as folder:
             save_scan(shot, folder)
     facts, seconds = {"scan": str(stored[0]), **origin.facts}, {**origin.seconds, "store": clock() - start}
     origin = replace(origin, facts=facts, seconds=seconds)
     try:
         scan = _joined(scans)
-        outcome = _restore(scan, destination, stem, origin, settings=settings, progress=progress, clock=clock)
+        outcome = _restore(
+            scan, destination, stem, origin, claim=claim, settings=settings, progress=progress, clock=clock
+        )
     except BaseException as error:
         force = ["--force"] if destination.force else []
         again = shlex.join(
@@ -190,10 +217,19 @@ def _check_programs(destination: Destination) -> None:
         check_language(find_tesseract(), destination.language)
 
 
-def _places(destination: Destination, stem: str, shots: int) -> list[Path]:
-    """The folders of several shots."""
-    names = [stem, *(f"{stem}-{i + 1}" for i in range(1, shots))]
-    return [destination.folder / (name + SCAN_SUFFIX) for name in names]
+def scan_folders(destination: Destination, names: Sequence[str]) -> list[Path]:
+    """The folders of the scans that a run captures: `<name>.scan`, or with `force` the first number that is free.
+
+    Raises OverwriteError when one is there and `force` is not set.
+    """
+    for number in count(1):
+        suffix = SCAN_SUFFIX if number == 1 else f".{number}{SCAN_SUFFIX}"
+        folders = [destination.folder / (name + suffix) for name in names]
+        if not destination.force:
+            refuse_captured(folders)
+        if not any(os.path.lexists(folder) for folder in folders):
+            return folders
+    raise AssertionError  # count never ends
 
 
 def _options(shots: Sequence[Path]) -> list[str]:
@@ -225,8 +261,10 @@ def _restore(
     stem: str,
     origin: Origin,
     *,
+    claim: Claim,
     settings: Settings,
     photos: Sequence[Photograph] = (),
+    originals: Sequence[Path] = (),
     progress: Progress,
     clock: Clock,
 ) -> Outcome:
@@ -248,7 +286,13 @@ def _restore(
     moments = recorder.frames() if recorder else ()
     done = export.Restoration(stem, page, scan, moments, report, words, destination.colours)
     contents = export.encoded(done, destination.kinds)
-    written = write_all(zip(files, contents, strict=True), force=destination.force)
+    possible = [destination.folder / name for name in export.names(stem, export.KINDS)]
+    written = write_all(
+        zip(files, contents, strict=True),
+        force=destination.force,
+        claim=claim,
+        superseded=superseded(files[-1], possible, originals) if destination.force else (),
+    )
     return Outcome(report, tuple(written))
 
 

@@ -30,8 +30,9 @@ from restore import (
 from station.config import AxisSettings, StageSettings, StationConfig
 from station.errors import UsageError
 from station.export.atomic import new_folder, refuse_existing, writable, write_all
+from station.export.claim import Claim, recover
 from station.progress import Progress, silent
-from station.session import SCAN_SUFFIX, Clock, Destination, Origin, Outcome, keep_and_restore, stem_of
+from station.session import Clock, Destination, Origin, Outcome, keep_and_restore, scan_folders, stem_of
 
 VIEW = "-view-"  # between the stem and the number of a view
 AXIS_FILE = "axis.toml"
@@ -63,14 +64,25 @@ def scan_views(
     """
     stem, destination = config.output.stem, destination.with_what_comes_of(config.restore)
     settings = _axis(_stage(config))
-    refuse_existing([destination.folder / (stem + SCAN_SUFFIX), *destination.files(stem)], force=destination.force)
+    recover(destination.folder)
+    scan_folders(destination, [stem])
+    refuse_existing(destination.files(stem), force=destination.force)
     start = clock()
-    views = capture_views(config, destination, stem, turns=turns, progress=progress)
-    seconds = {"load": 0.0, "capture": clock() - start}
-    axis = _axis_of(settings.point_mm, settings.direction)
-    return _merge_and_restore(
-        views, axis, destination, stem, seconds, settings=config.restore, progress=progress, clock=clock
-    )
+    with writable(destination.folder) as claim:
+        views = capture_views(config, destination, stem, claim=claim, turns=turns, progress=progress)
+        seconds = {"load": 0.0, "capture": clock() - start}
+        axis = _axis_of(settings.point_mm, settings.direction)
+        return _merge_and_restore(
+            views,
+            axis,
+            destination,
+            stem,
+            seconds,
+            claim=claim,
+            settings=config.restore,
+            progress=progress,
+            clock=clock,
+        )
 
 
 def merge_files(
@@ -86,16 +98,18 @@ def merge_files(
     Raises as `restore_file`, and BadInput for a scan that is no such view.
     """
     stem = stem_of(folders[0]).split(VIEW)[0]
-    refuse_existing([destination.folder / (stem + SCAN_SUFFIX), *destination.files(stem)], force=destination.force)
+    recover(destination.folder)
+    scan_folders(destination, [stem])
+    refuse_existing(destination.files(stem), force=destination.force)
     start = clock()
     scans = [_stored_view(folder) for folder in folders]
     turned = [scan.provenance["turn"] for scan in scans]
     views = Views(scans, folders, [turn["deg"] for turn in turned])
     axis = _axis_of(turned[0]["axis"]["point_mm"], turned[0]["axis"]["direction"])
     seconds = {"load": clock() - start}
-    with writable(destination.folder):
+    with writable(destination.folder) as claim:
         return _merge_and_restore(
-            views, axis, destination, stem, seconds, settings=settings, progress=progress, clock=clock
+            views, axis, destination, stem, seconds, claim=claim, settings=settings, progress=progress, clock=clock
         )
 
 
@@ -107,10 +121,12 @@ def find_axis(
     Raises as `scan_views`, and BadInput when the board cannot be found or the stage turned otherwise than told.
     """
     path = destination.folder / AXIS_FILE
+    recover(destination.folder)
     refuse_existing([path], force=destination.force)
-    views = capture_views(config, destination, "axis", turns=turns, progress=progress)
-    fit = fit_axis([board_corners(scan) for scan in views.scans], views.turns_deg)
-    write_all([(path, axis_table(fit).encode())], force=destination.force)
+    with writable(destination.folder) as claim:
+        views = capture_views(config, destination, "axis", claim=claim, turns=turns, progress=progress)
+        fit = fit_axis([board_corners(scan) for scan in views.scans], views.turns_deg)
+        write_all([(path, axis_table(fit).encode())], force=destination.force, claim=claim)
     return fit, path
 
 
@@ -129,26 +145,25 @@ def angles(turns: int, arc_deg: float) -> list[float]:
 
 
 def capture_views(
-    config: StationConfig, destination: Destination, stem: str, *, turns: int, progress: Progress
+    config: StationConfig, destination: Destination, stem: str, *, claim: Claim, turns: int, progress: Progress
 ) -> Views:
     """Turn, shoot, store, as often as told. What was captured outlives every later fault.
 
     Raises UsageError or OverwriteError before any work, ScannerError, OSError when the disk refuses.
     """
     stage = _stage(config)
-    folders = [destination.folder / f"{stem}{VIEW}{number}{SCAN_SUFFIX}" for number in range(1, turns + 1)]
-    refuse_existing(folders, force=destination.force)
+    folders = scan_folders(destination, [f"{stem}{VIEW}{number}" for number in range(1, turns + 1)])
     scans: list[RangeScan] = []
     turned: list[float] = []
 
     def keep(angle_deg: float, scan: RangeScan) -> None:
         turned.append(angle_deg)
         scans.append(replace(scan, provenance={**scan.provenance, "turn": _turn(angle_deg, stage.axis)}))
-        with new_folder(folders[len(scans) - 1], force=destination.force) as folder:
+        with new_folder(claim, folders[len(scans) - 1].name) as folder:
             save_scan(scans[-1], folder)
 
     try:
-        with writable(destination.folder), _opened(config, stage) as (scanner, rotary):
+        with _opened(config, stage) as (scanner, rotary):
             rotary.start()
             for angle in angles(turns, stage.arc_deg):
                 reached = rotary.turn_to(angle)
@@ -174,6 +189,7 @@ def _merge_and_restore(
     stem: str,
     seconds: Mapping[str, float],
     *,
+    claim: Claim,
     settings: Settings,
     progress: Progress,
     clock: Clock,
@@ -188,7 +204,17 @@ def _merge_and_restore(
     progress("merge", 1.0)
     facts = {"views": [str(folder) for folder in views.folders]}
     origin = Origin(facts, {**seconds, "merge": clock() - start}, tuple(merged.warnings))
-    return keep_and_restore([merged.scan], destination, stem, origin, settings=settings, progress=progress, clock=clock)
+    return keep_and_restore(
+        [merged.scan],
+        scan_folders(destination, [stem]),
+        destination,
+        stem,
+        origin,
+        claim=claim,
+        settings=settings,
+        progress=progress,
+        clock=clock,
+    )
 
 
 def _stage(config: StationConfig) -> StageSettings:

@@ -46,8 +46,8 @@ def profile_colours(target: Path, output: Path, *, force: bool = False) -> Colou
         "not_measured": [*UNMEASURED, *([] if ppi else ["sampling"])],
     }
     contents = (encode_profile(fit.profile(profile.stem)), encode_report(report).encode())
-    with writable(profile.parent):
-        return ColourRun(report, tuple(write_all(zip(files, contents, strict=True), force=force)))
+    with writable(profile.parent) as claim:
+        return ColourRun(report, tuple(write_all(zip(files, contents, strict=True), force=force, claim=claim)))
 
 
 def told(run: ColourRun) -> str:

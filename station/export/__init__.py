@@ -101,6 +101,8 @@ OUTPUTS = (
     Output("report", ".json", lambda done: encode_report(done.report).encode()),  # last: its presence tells of the rest
 )
 
+KINDS = frozenset(output.kind for output in OUTPUTS)
+
 
 def names(stem: str, kinds: frozenset[str], *, colour: bool = True) -> list[str]:
     """Names of the files that a run writes. colour: whether the page has a colour image."""

@@ -1,130 +1,108 @@
-"""Write all files of a run or none: staged beside their places, flushed to the disk, renamed at the end."""
+"""Write all files of a run or none: staged in a hidden folder, flushed, put in their places in one step."""
 
 from __future__ import annotations
 
 import os
-import shutil
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
+from itertools import chain
 from pathlib import Path
-from typing import BinaryIO
 
 from station.errors import OverwriteError
+from station.export.claim import Claim, claimed
+from station.export.disk import sync_folder, sync_tree, write_file
+from station.export.journal import replace_files
 
-NAME_KEPT = 32
 OVERWRITE_HINT = "add --force to overwrite, or choose another folder with -o"
+CAPTURE_HINT = "add --force to store the new scan beside it, or choose another folder with -o"
+FOLDER_HINT = "rename that folder, or choose another place with -o"
 
 
-def write_all(files: Iterable[tuple[Path, bytes]], *, force: bool = False) -> list[Path]:
-    """Write every file, or, whatever goes wrong on the way, none of them. Returns the paths.
+def write_all(
+    files: Iterable[tuple[Path, bytes]],
+    *,
+    force: bool = False,
+    claim: Claim | None = None,
+    superseded: Iterable[Path] = (),
+) -> list[Path]:
+    """Write every file, or, whatever goes wrong on the way, none of them. Returns the paths, all in one folder.
 
     The files come one at a time, so that a generator keeps one of them in memory and no more.
-    Raises OverwriteError when a file is there and `force` is not set, OSError when the disk refuses.
+    claim       of the folder, where the run has one already, as `writable` gives it.
+    superseded  files of an earlier run in the same folder that go in the same step.
+    Raises OverwriteError when a file is there and `force` is not set, FolderInUse when another run writes to the
+    folder, OSError when the disk refuses.
     """
-    staged: list[tuple[Path, Path]] = []
-    try:
-        for path, data in files:
-            part = _part(path)
-            staged.append((part, path))
-            _write(part, data)
-        refuse_existing([path for _, path in staged], force=force)
-        for part, path in staged:
-            part.replace(path)
-    finally:  # what was renamed is not there any more
-        for part, _ in staged:
-            part.unlink(missing_ok=True)
-    return [path for _, path in staged]
+    files = iter(files)
+    first = next(files, None)
+    if first is None:
+        return []
+    if claim is None:
+        with writable(first[0].parent) as own:
+            return _write_all(chain([first], files), own, force, superseded)
+    return _write_all(chain([first], files), claim, force, superseded)
+
+
+def _write_all(
+    files: Iterable[tuple[Path, bytes]], claim: Claim, force: bool, superseded: Iterable[Path]
+) -> list[Path]:
+    claim.new.mkdir(exist_ok=True)
+    paths = []
+    for path, data in files:
+        write_file(claim.new / path.name, data)
+        paths.append(path)
+    refuse_existing(paths, force=force)
+    names = [path.name for path in paths]
+    gone = [path.name for path in superseded if path.name not in names]
+    replace_files(claim.folder, claim.work, names, gone)
+    return paths
 
 
 @contextmanager
-def new_folder(path: Path, *, force: bool = False) -> Iterator[Path]:
-    """A folder to fill that appears at `path` complete, when the block ends without an error, or not at all.
+def new_folder(claim: Claim, name: str) -> Iterator[Path]:
+    """A folder to fill that appears complete as `name` in the claimed folder, when the block ends, or not at all.
 
-    Raises OverwriteError when `path` is there and `force` is not set.
+    Raises OverwriteError when something of that name is there: a folder holds a capture, which is never replaced.
     """
-    part = _part(path)
-    shutil.rmtree(part, ignore_errors=True)
-    try:
-        yield part
-        _sync(part)
-        refuse_existing([path], force=force)
-        _swap(part, path)
-    finally:
-        shutil.rmtree(part, ignore_errors=True)
+    staged, path = claim.new / name, claim.folder / name
+    claim.new.mkdir(exist_ok=True)
+    yield staged
+    sync_tree(staged)
+    refuse_captured([path])
+    staged.rename(path)
+    sync_folder(claim.folder)
 
 
 def refuse_existing(paths: Iterable[Path], *, force: bool) -> None:
-    """Raise OverwriteError for the first path that is there, unless `force` is set."""
-    if force:
-        return
+    """Raise OverwriteError for the first path that is there, with `force` only for a folder, which is no result."""
     for path in paths:
-        if os.path.lexists(path):
+        if path.is_dir() and not path.is_symlink():
+            raise OverwriteError(f"{path} is a folder, where a file is to be written", FOLDER_HINT)
+        if not force and os.path.lexists(path):
             raise OverwriteError(f"{path} is there already", OVERWRITE_HINT)
 
 
-@contextmanager
-def writable(folder: Path) -> Iterator[None]:
-    """Make the folder, and try it: a disk that refuses is better met before the work than after it. Raises OSError.
+def refuse_captured(folders: Iterable[Path]) -> None:
+    """Raise OverwriteError for the first folder of a capture that is there."""
+    for folder in folders:
+        if os.path.lexists(folder):
+            raise OverwriteError(f"{folder} is there already", CAPTURE_HINT)
 
-    When the block fails, no folder that was made for it stays behind empty.
+
+@contextmanager
+def writable(folder: Path) -> Iterator[Claim]:
+    """Make the folder, and hold it for this run alone while the block runs.
+
+    A disk that refuses is better met before the work than after it. When the block fails, no folder that was made for
+    it stays behind empty. Raises FolderInUse when another run writes to the folder, OSError when the disk refuses.
     """
     made = [path for path in (folder, *folder.parents) if not path.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        _try(_part(folder / "probe"))
-        yield
+        with claimed(folder) as claim:
+            yield claim
     except BaseException:
         with suppress(OSError):  # what was written stays, and its folder with it
             for path in made:
                 path.rmdir()
         raise
-
-
-def _try(probe: Path) -> None:
-    try:
-        _write(probe, b"\0")
-    finally:
-        probe.unlink(missing_ok=True)
-
-
-def _part(path: Path) -> Path:
-    return _beside(path, "part")
-
-
-def _beside(path: Path, kind: str) -> Path:
-    # The end of the name tells the files of a run apart and keeps it short; the process keeps two runs apart.
-    return path.with_name(f".{path.name[-NAME_KEPT:]}.{os.getpid()}.{kind}")
-
-
-def _write(path: Path, data: bytes) -> None:
-    with path.open("wb") as file:
-        _flush_out(file, data)
-
-
-def _flush_out(file: BinaryIO, data: bytes) -> None:
-    file.write(data)
-    file.flush()
-    os.fsync(file.fileno())
-
-
-def _sync(folder: Path) -> None:
-    for path in folder.rglob("*"):
-        if path.is_file():
-            with path.open("rb") as file:
-                os.fsync(file.fileno())
-
-
-def _swap(part: Path, path: Path) -> None:
-    """Put the folder `part` in the place of `path`; what was there goes only when the new one stands."""
-    old = _beside(path, "old")
-    there = os.path.lexists(path)
-    if there:
-        path.rename(old)
-    try:
-        part.rename(path)
-    except OSError:
-        if there:
-            old.rename(path)
-        raise
-    if there:
-        shutil.rmtree(old) if old.is_dir() else old.unlink()

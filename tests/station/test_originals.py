@@ -7,7 +7,7 @@ import json
 import pytest
 
 from station.errors import OverwriteError
-from station.originals import check_outputs
+from station.originals import check_outputs, superseded
 
 
 @pytest.fixture
@@ -56,3 +56,10 @@ def test_a_report_that_says_nothing_frees_nothing(folder, report):
     (folder / "book.json").write_text(report)
     with pytest.raises(OverwriteError):
         check_outputs(outputs(folder), [folder / "book.obj"], force=True)
+
+
+def test_an_original_is_never_superseded(folder):
+    (folder / "book.json").write_text(json.dumps({"files": ["book.png", "book.tif", "book.json"]}))
+    (folder / "book.tif").touch()
+    possible = [folder / name for name in ("book.png", "book.tif", "book-map.tif")]
+    assert superseded(folder / "book.json", possible, [folder / "book.png"]) == [folder / "book.tif"]

@@ -12,6 +12,8 @@ from restore import Settings
 from restore.formats import load_scan
 from station.config import StationConfig
 from station.errors import OverwriteError
+from station.export.claim import WORK
+from station.export.journal import JOURNAL
 from station.session import Destination, restore_file, scan_page, stem_of
 
 CONFIG = StationConfig(scanner={"driver": "simulated"})
@@ -104,3 +106,44 @@ def test_a_page_that_loses_its_light_leaves_its_master(library, scan_file, tmp_p
         outcome = restore_file(scan_file, Destination(folder), settings=Settings(shading=shading))
         assert (folder / "book-master.png").exists() == expected
         assert ("book-master.png" in outcome.report["files"]) == expected
+
+
+def test_with_force_a_captured_scan_is_kept_and_the_new_one_stored_beside_it(library, scanner, tmp_path):
+    first = scan_page(CONFIG, Destination(tmp_path))
+    before = {path.name: path.read_bytes() for path in first.files[0].iterdir()}
+    second = scan_page(CONFIG, Destination(tmp_path, force=True))
+    third = scan_page(CONFIG, Destination(tmp_path, force=True))
+    assert [outcome.files[0].name for outcome in (first, second, third)] == ["page.scan", "page.2.scan", "page.3.scan"]
+    assert {path.name: path.read_bytes() for path in first.files[0].iterdir()} == before
+    assert third.report["scan"] == str(third.files[0])
+
+
+def test_results_that_a_run_with_fewer_options_no_longer_writes_go_with_it(library, scan_file, tmp_path):
+    out = tmp_path / "out"
+    restore_file(scan_file, Destination(out, frozenset({"tiff", "map", "review"})), settings=Settings())
+    (out / "notes.txt").write_text("mine")
+    outcome = restore_file(scan_file, Destination(out, force=True), settings=Settings())
+    names = {path.name for path in out.iterdir()}
+    assert names == {"notes.txt", *(path.name for path in outcome.files)} == {"notes.txt", "book.png", "book.json"}
+
+
+def test_a_report_cannot_name_files_that_no_run_writes(library, scan_file, tmp_path):
+    (tmp_path / "notes.txt").write_text("mine")
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "page.txt").write_text("mine")
+    report = tmp_path / "out" / "book.json"
+    report.write_text('{"files": ["../notes.txt", "page.txt", "book.json"]}')
+    restore_file(scan_file, Destination(tmp_path / "out", force=True), settings=Settings())
+    assert (tmp_path / "notes.txt").read_text() == (tmp_path / "out" / "page.txt").read_text() == "mine"
+
+
+def test_a_run_rolls_back_what_a_dead_one_left_before_it_looks(library, scan_file, tmp_path):
+    work = tmp_path / "out" / WORK
+    (work / "old").mkdir(parents=True)
+    (work / "old" / "book.png").write_bytes(b"earlier")
+    (tmp_path / "out" / "book.png").write_bytes(b"half new")
+    (work / JOURNAL).write_text('{"put": ["book.png"], "removed": [], "before": ["book.png"]}')
+    with pytest.raises(OverwriteError):
+        restore_file(scan_file, Destination(tmp_path / "out"), settings=Settings())
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["book.png"]
+    assert (tmp_path / "out" / "book.png").read_bytes() == b"earlier"

@@ -1,0 +1,143 @@
+"""One run at a time in a folder: a lock that ends with its process, and a hidden folder for what is not finished."""
+
+from __future__ import annotations
+
+import errno
+import fcntl
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+
+from station.errors import FolderInUse
+from station.export.disk import named
+from station.export.journal import JOURNAL, NEW, OLD, roll_back
+
+WORK = ".planish-run"
+LOCK = "lock"
+PID_BYTES = 20  # more digits than any system's process numbers have
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A folder that this run alone writes to.
+
+    folder  the folder of the results.
+    work    hidden folder in it, on the same disk: new files, the files they replace, the journal, the lock.
+    """
+
+    folder: Path
+
+    @property
+    def work(self) -> Path:
+        return self.folder / WORK
+
+    @property
+    def new(self) -> Path:
+        """Where new files are staged."""
+        return self.work / NEW
+
+
+@contextmanager
+def claimed(folder: Path) -> Iterator[Claim]:
+    """Hold an existing folder for this run alone, after rolling back what a dead run has left unfinished in it.
+
+    Raises FolderInUse when another run holds it, OSError when the disk refuses.
+    """
+    claim = Claim(folder)
+    try:
+        descriptor = _lock(claim)
+    except BaseException:
+        with suppress(OSError):  # the folder of another run is not empty
+            claim.work.rmdir()
+        raise
+    try:
+        _restore_order(claim)
+        yield claim
+    finally:
+        try:
+            _clean(claim)
+        finally:
+            os.close(descriptor)
+
+
+def recover(folder: Path) -> bool:
+    """Roll back what a dead run has left unfinished in a folder. Returns whether there was anything.
+
+    Does nothing where nothing was left, or where a live run is at work. Raises OSError when the disk refuses.
+    """
+    if not (folder / WORK).is_dir():
+        return False
+    try:
+        with claimed(folder):
+            return True
+    except FolderInUse:
+        return False
+
+
+def _lock(claim: Claim) -> int:
+    """Take the lock, and write this process's number into it. Returns the descriptor that holds it."""
+    path = claim.work / LOCK
+    while True:
+        claim.work.mkdir(exist_ok=True)
+        if claim.work.is_symlink():
+            raise FileExistsError(errno.EEXIST, "a link stands where the run keeps its files", str(claim.work))
+        try:
+            descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o666)
+        except FileNotFoundError:  # a run that ended has just removed the folder
+            continue
+        try:
+            if _is_taken(claim, path, descriptor):
+                return descriptor
+        except BaseException:
+            os.close(descriptor)
+            raise
+        os.close(descriptor)  # the lock of a run that ended in the meantime
+
+
+def _is_taken(claim: Claim, path: Path, descriptor: int) -> bool:
+    """Lock the open file; False when it is no longer the one at `path`. Raises FolderInUse."""
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        owner = os.pread(descriptor, PID_BYTES, 0).decode("ascii", "replace")
+        raise FolderInUse(claim.folder, owner) from None
+    if not _is_open_file(path, descriptor):
+        return False
+    try:
+        with named(path):
+            os.ftruncate(descriptor, 0)
+            os.pwrite(descriptor, str(os.getpid()).encode(), 0)
+            os.fsync(descriptor)  # a disk that refuses is better met before the work than after it
+    except BaseException:
+        path.unlink(missing_ok=True)
+        raise
+    return True
+
+
+def _is_open_file(path: Path, descriptor: int) -> bool:
+    try:
+        return os.path.samestat(path.stat(), os.fstat(descriptor))
+    except FileNotFoundError:
+        return False
+
+
+def _restore_order(claim: Claim) -> None:
+    """Undo the unfinished replacement of a dead run, then remove its files."""
+    roll_back(claim.folder, claim.work)
+    for leftover in claim.work.iterdir():
+        if leftover.name != LOCK:
+            shutil.rmtree(leftover) if leftover.is_dir() and not leftover.is_symlink() else leftover.unlink()
+
+
+def _clean(claim: Claim) -> None:
+    """Remove the hidden folder, the lock last; while a journal stands, the next run still needs it."""
+    if (claim.work / JOURNAL).exists():
+        return
+    for part in (claim.work / NEW, claim.work / OLD):
+        shutil.rmtree(part, ignore_errors=True)
+    with suppress(OSError):  # whatever is left is removed by the next run
+        (claim.work / LOCK).unlink()
+        claim.work.rmdir()
