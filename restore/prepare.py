@@ -11,6 +11,7 @@ from restore.errors import BadInput
 from restore.mesh.clean import weld
 from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import validated
+from restore.numerics import TINY
 from restore.range_image.camera import Rays, find_rays
 from restore.range_image.facet_model import PRECISION, fit_facets
 from restore.range_image.resample import resample
@@ -93,5 +94,5 @@ def _pixels(scan: RangeScan) -> Floats:
     # A scanner's own grid is affine; on a mesh seen from another side the rest varies, but slowly.
     rest = np.where(known[..., None], scan.texture_xy - affine, 0.0)
     near = cv2.GaussianBlur(known.astype(np.float64), (0, 0), CONTINUED)
-    rest_near = cv2.GaussianBlur(rest, (0, 0), CONTINUED) / np.maximum(near, np.finfo(float).tiny)[..., None]
+    rest_near = cv2.GaussianBlur(rest, (0, 0), CONTINUED) / np.maximum(near, TINY)[..., None]
     return affine + np.where(known[..., None], rest, rest_near)

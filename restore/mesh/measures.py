@@ -7,10 +7,10 @@ from math import sqrt
 import numba
 import numpy as np
 
+from restore.numerics import TINY
 from restore.scan import Floats, Ints
 
 THINNEST = 1e-4  # height of a face as a share of its base; thinner ones, or none at all, would weigh without bound
-TINY = 1e-12  # keeps a vertex without a face from dividing by zero
 THINNEST_STRAINED = 0.05  # and tell nothing of how the page was strained across them
 
 

@@ -7,7 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import label
 
+from restore.numerics import TINY
 from restore.range_image.quadratic_fit import POWERS
+from restore.robust import robust_sigma
 from restore.scan import Bytes, Floats, Mask
 
 RADIUS = 4  # samples to either side of a crease tell its kink; facets that are narrower hide it
@@ -18,9 +20,7 @@ DIRECTIONS = 16  # every 11.25°: half of that off the crease, its ends are a sa
 KINK_SIGMAS = 5.5
 FOLLOW_SIGMAS = 3.0
 APART = 5  # samples: a strong crease answers again on either side, no true crease is told apart so near to it
-MAD_TO_SIGMA = 1.4826
 SURE = 0.5  # of the samples must be measured: at the rim of what was filled in there are kinks that are none
-TINY = 1e-300  # keeps a surface without noise from dividing by zero
 
 
 def find_creases(data: Floats, deviation: Floats, inside: Mask) -> Mask:
@@ -65,7 +65,7 @@ def _kinks(data: Floats, deviation: Floats, inner: Bytes, sound: Bytes, angle: f
     if not whole.any():
         return np.zeros(data.shape, np.float32)
     # Noise that is correlated between samples reaches farther than its variance tells.
-    sigmas /= max(1.0, MAD_TO_SIGMA * float(np.median(sigmas[whole])))
+    sigmas /= max(1.0, robust_sigma(sigmas[whole]))
     known = np.where(whole, sigmas, 0.0).astype(np.float32)
     carried = cv2.dilate(known, _line(angle + np.pi / 2, REACH + 2 * RIM))
     return np.asarray(np.where(whole, known, carried) * inner, dtype=np.float32)

@@ -14,8 +14,10 @@ import numba
 import numpy as np
 
 from restore.errors import NotEnoughSurface
+from restore.numerics import TINY
 from restore.range_image.creases import find_creases
 from restore.range_image.quadratic_fit import MIN_SAMPLES, Quadratics, fit_quadratics
+from restore.robust import robust_sigma
 from restore.scan import Floats, Ints, Mask
 
 WIDE = 3  # 7×7 samples: the slope's noise is 1/14 of the depth's, per sample
@@ -27,7 +29,6 @@ OUTLIER_SIGMAS = 4.0
 PRECISION = 3e-6  # of the depth, a quarter of the scanner's best; without noise everything would stand out
 CLASSES = 8  # of signal: enough to part ink, half-tones and paper
 TIE = 0.02  # of the merit, per sample of shift
-MAD_TO_SIGMA = 1.4826
 FIELDS = 6  # of a moved facet: value, slope per column, slope per row, variance, bend, whether it is on one side only
 
 
@@ -81,7 +82,7 @@ def _classes(signal: Floats | None, measured: Mask) -> Ints:
     if signal is None:
         return np.where(measured, 0, -1)
     strongest = np.percentile(signal[measured], 95)
-    share = np.clip(signal / max(strongest, np.finfo(float).tiny), 0.0, 1.0)
+    share = np.clip(signal / max(strongest, TINY), 0.0, 1.0)
     return np.where(measured, np.minimum((1.0 - share) * CLASSES, CLASSES - 1).astype(np.int64), -1)
 
 
@@ -93,7 +94,7 @@ def _weights(residual: Floats, classes: Ints, floor: float) -> tuple[Floats, Flo
         members = (classes == k) & np.isfinite(residual)
         if members.sum() < MIN_SAMPLES:
             continue
-        scatter = max(MAD_TO_SIGMA * float(np.median(np.abs(residual[members]))), floor)
+        scatter = max(robust_sigma(residual[members]), floor)
         best = min(best, scatter)
         deviation[members] = scatter
         weight[members & (np.abs(residual) < OUTLIER_SIGMAS * scatter)] = (best / scatter) ** 2

@@ -10,6 +10,7 @@ from restore.mesh.measures import signed_areas, surface_area
 from restore.mesh.pose import Laid, lay
 from restore.mesh.raster import rasterise
 from restore.mesh.validate import validated
+from restore.numerics import TINY
 from restore.range_image.camera import Rays
 from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 
@@ -64,7 +65,7 @@ def _foreshortened(normals: Floats, laid: Laid) -> float:
 
     normals (m, 3) of the faces, twice as long as their areas."""
     areas = np.sqrt((normals**2).sum(axis=1))
-    slopes = normals @ laid.axes[2] / np.maximum(areas, np.finfo(float).tiny)
+    slopes = normals @ laid.axes[2] / np.maximum(areas, TINY)
     order = np.argsort(slopes)
     steep = np.searchsorted(np.cumsum(areas[order]), STEEP * areas.sum())
     return float(np.clip(slopes[order[steep]], FINEST, 1.0))

@@ -6,6 +6,7 @@ import cv2
 import numpy as np
 from scipy.ndimage import binary_erosion, binary_fill_holes
 
+from restore.robust import robust_sigma, robust_sigmas
 from restore.scan import Floats, Mask, RangeScan
 
 BAND = 12  # samples: the table reaches the border of the picture, the sheet should not
@@ -99,7 +100,7 @@ def _noise(inverse_depth: Floats, band: Mask) -> float:
     second = np.where(band, inverse_depth, np.nan)
     second = second[2:] - 2 * second[1:-1] + second[:-2]
     floor = LEAST_NOISE_MM * float(np.nanmedian(inverse_depth)) ** 2
-    return max(float(1.4826 * np.nanmedian(np.abs(second)) / np.sqrt(6.0)), floor)
+    return max(robust_sigma(second[np.isfinite(second)]) / float(np.sqrt(6.0)), floor)
 
 
 def _colours(scan: RangeScan) -> Floats | None:
@@ -115,7 +116,7 @@ def _colours(scan: RangeScan) -> Floats | None:
 
 def _cloud(colours: Floats) -> tuple[Floats, Floats]:
     centre = np.median(colours, axis=0)
-    spread = 1.4826 * np.median(np.abs(colours - centre), axis=0)
+    spread = robust_sigmas(colours - centre)
     return centre, np.maximum(spread, COLOUR_FLOOR)
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from restore.bands import in_bands
+from restore.robust import robust_sigma
 from restore.scan import Floats, Ints, Mask
 from restore.shading.horizon_map import HorizonMap, in_sight
 from restore.shading.relief import Field
@@ -36,7 +37,6 @@ OUTLYING = 3.0  # robust deviations: places farther off count as ink, figure or 
 # Of the light: no narrower is the robust deviation taken, before all lamps are found and after.
 DOUBTED = 0.1  # weight of a place that may be ink, in the judgement of lamps
 FLOOR, LAST_FLOOR = 0.04, 0.01
-MAD = 1.4826  # median absolute deviation to standard deviation of a normal distribution
 ROUNDS = 5
 TRIALS = 90  # of the search that refines one lamp: it ends within half a degree
 
@@ -130,7 +130,7 @@ def _trusted(rest: Floats, known: Mask, floor: float) -> Floats:
     """(n,) 1 where what is left of the brightness lies with most of the known places, 0 elsewhere."""
     known = known if known.any() else np.ones(len(rest), bool)
     centre = float(np.median(rest[known]))
-    spread = MAD * float(np.median(np.abs(rest[known] - centre)))
+    spread = robust_sigma(rest[known] - centre)
     return np.asarray(np.abs(rest - centre) < OUTLYING * max(spread, floor)).astype(float)
 
 

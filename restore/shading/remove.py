@@ -18,10 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.bands import in_bands
+from restore.robust import MAD_TO_SIGMA
 from restore.scan import Bytes, Floats, Mask
 from restore.shading.crease_residual import crease_light
 from restore.shading.horizon_map import horizon_map, spread
-from restore.shading.lamps import MAD, SAMPLES, Light, Places, fit_light
+from restore.shading.lamps import SAMPLES, Light, Places, fit_light
 from restore.shading.relief import Field, Relief
 from restore.texture.page import MM_PER_INCH
 
@@ -211,7 +212,7 @@ def _unevenness(brightness: Floats) -> float:
     if not len(brightness):
         return 0.0
     centre = np.median(brightness)
-    return float(MAD * np.median(np.abs(brightness - centre)) / max(centre, TINY))
+    return float(MAD_TO_SIGMA * np.median(np.abs(brightness - centre)) / max(centre, TINY))
 
 
 def _codes() -> NDArray[np.uint8]:

@@ -18,6 +18,7 @@ from scipy.ndimage import label
 
 from restore.mesh.measures import normals_of
 from restore.mesh.raster import rasterise
+from restore.numerics import TINY
 from restore.range_image.camera import Rays
 from restore.range_image.sheet import Sheet
 from restore.scan import Bytes, FlatMesh, Floats, Mask, SurfaceMesh
@@ -196,7 +197,7 @@ def pinhole_of(points: Floats, pixels: Floats) -> Floats | None:
 def _normalised(points: Floats) -> tuple[Floats, Floats]:
     """Points (n, k) about the origin and of unit spread, and the matrix (k + 1, k + 1) that makes them so."""
     centre = points.mean(axis=0)
-    scale = 1 / max(float(np.sqrt(((points - centre) ** 2).sum(axis=1).mean())), np.finfo(float).tiny)
+    scale = 1 / max(float(np.sqrt(((points - centre) ** 2).sum(axis=1).mean())), TINY)
     size = points.shape[1]
     matrix = np.eye(size + 1)
     matrix[:size, :size] *= scale
@@ -235,5 +236,5 @@ def _turned_away(fine: FlatMesh, eye: Floats) -> NDArray[np.bool_]:
     a, b, c = (fine.vertices[fine.faces[:, k]] for k in range(3))
     normals, way = normals_of(fine.vertices, fine.faces), eye - (a + b + c) / 3
     scale = np.linalg.norm(normals, axis=1) * np.linalg.norm(way, axis=1)
-    cosine = np.einsum("ij,ij->i", normals, way) / np.maximum(scale, np.finfo(float).tiny)
+    cosine = np.einsum("ij,ij->i", normals, way) / np.maximum(scale, TINY)
     return np.asarray(cosine < 1 / np.hypot(1.0, GRAZING))

@@ -13,12 +13,12 @@ from scipy.ndimage import binary_erosion, distance_transform_edt
 from restore.errors import BadInput
 from restore.mesh.measures import signed_areas, vertex_normals
 from restore.mesh.raster import rasterise
+from restore.numerics import TINY
 from restore.scan import Bytes, FlatMesh, Floats, Ints, Mask
 from restore.texture.sampling import sample_scaled
 
 MM_PER_INCH = 25.4
 PAPER = 255  # outside the page: white, as a copier leaves it
-TINY = 1e-6
 SLACK = 0.05  # a source this little finer than the page loses nothing that shows
 LIGHT = np.array([-0.4, 0.4, 0.825])  # a unit vector
 MAX_PIXELS = 400_000_000  # a page map of 3 GB; larger pages are a slip in units or in dpi

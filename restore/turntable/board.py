@@ -9,6 +9,7 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.range_image.camera import Rays, find_rays
+from restore.robust import robust_sigma
 from restore.scan import Bytes, Floats, RangeScan
 
 TRIMMED_SIGMAS, ROUNDS = 3.0, 5  # samples this far off the board's plane do not belong to it
@@ -66,7 +67,7 @@ def _plane(scan: RangeScan, places: Floats) -> Floats:
     for _ in range(ROUNDS):
         plane, *_ = np.linalg.lstsq(terms[kept], values[kept], rcond=None)
         off = np.abs(terms @ plane - values)
-        kept = off <= TRIMMED_SIGMAS * 1.4826 * np.median(off)
+        kept = off <= TRIMMED_SIGMAS * robust_sigma(off)
     return np.asarray(plane)
 
 

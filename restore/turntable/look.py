@@ -9,6 +9,7 @@ from restore.errors import BadInput, NotEnoughSurface
 from restore.mesh.measures import signed_areas
 from restore.mesh.raster import rasterise
 from restore.mesh.triangulate import triangulate
+from restore.numerics import TINY
 from restore.range_image.camera import find_rays
 from restore.range_image.segment import find_sheet
 from restore.scan import Floats, RangeScan
@@ -71,7 +72,7 @@ class Outlook:
             shared = np.abs(1.0 / layer - 1.0 / self.inverse) < SAME_SURFACE * self.spacing
         near = cv2.GaussianBlur(shared.astype(np.float64), (0, 0), DRAWN)
         mean = cv2.GaussianBlur(np.where(shared, layer - self.inverse, 0.0), (0, 0), DRAWN)
-        return np.asarray(layer - mean / np.maximum(near, np.finfo(float).tiny))
+        return np.asarray(layer - mean / np.maximum(near, TINY))
 
     def holes(self, layer: Floats) -> int:
         """How many samples the layer has that this view has not."""

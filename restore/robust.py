@@ -1,0 +1,24 @@
+"""Robust statistics: the scale of noise among outliers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restore.scan import Floats
+
+# 1 / Φ⁻¹(3/4): the median absolute deviation of a normal distribution times this is its standard deviation (Rousseeuw &
+# Croux, "Alternatives to the median absolute deviation", 1993).
+MAD_TO_SIGMA = 1.4826
+
+
+def robust_sigma(residuals: NDArray[Any]) -> float:
+    """The standard deviation of residuals about 0, in their unit, of which up to half may be outliers."""
+    return MAD_TO_SIGMA * float(np.median(np.abs(residuals)))
+
+
+def robust_sigmas(residuals: NDArray[Any]) -> Floats:
+    """(k,) standard deviations of the columns of residuals (n, k) about 0, of which up to half may be outliers."""
+    return np.asarray(MAD_TO_SIGMA * np.median(np.abs(residuals), axis=0))
