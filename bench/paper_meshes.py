@@ -14,7 +14,7 @@ from restore.mesh.triangulate import lattice
 from restore.prepare import prepare
 from restore.range_image.sheet import Sheet, depth_distance
 from restore.scan import Floats, Ints
-from restore.unroll import thin_out
+from restore.unroll import decimate_sheet
 
 SEED = 5
 FIG_2_POINTS = 1200  # the paper's
@@ -83,7 +83,7 @@ def surface_of(scan: RangeScan) -> Sheet:
 
 def sparse(surface: Sheet, points: int) -> tuple[Floats, Ints]:
     """Grid positions (n, 2) and faces of the irregular mesh, as the pipeline makes it."""
-    mesh, nodes = thin_out(surface, points)
+    mesh, nodes = decimate_sheet(surface, points)
     return nodes, mesh.faces
 
 

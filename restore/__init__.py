@@ -3,7 +3,7 @@
 from restore.errors import BadInput, LibraryMissing, NotEnoughSurface, RestoreError
 from restore.flatten_mesh import flatten
 from restore.formats import PICTURE_SUFFIXES, load_scan, read_bytes, read_picture, save_scan, scan_stem
-from restore.mesh.measures import at_vertices, face_strain, vertex_normals
+from restore.mesh.measures import average_at_vertices, face_strain, vertex_normals
 from restore.mesh.network import edges_of
 from restore.mesh.raster import rasterise
 from restore.native import SYSTEM_LIBRARIES, SystemLibrary, missing_libraries
@@ -36,7 +36,7 @@ __all__ = [
     "Settings",
     "SurfaceMesh",
     "SystemLibrary",
-    "at_vertices",
+    "average_at_vertices",
     "board_corners",
     "edges_of",
     "face_strain",

@@ -1,4 +1,4 @@
-"""Work on bands of rows, on two cores at once: compiled kernels let go of the interpreter."""
+"""Work on bands of rows in parallel threads: compiled kernels release the interpreter lock."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
 
-THREADS = 2  # more gain little: the bands go through the same memory
-BANDS = 8  # so that a core that is busy with something else gets fewer of them
+THREADS = 2  # more gain little: the kernels are bound by memory bandwidth
+BANDS = 8  # more than threads, so that a busy core gets fewer of them
 
 
 def in_bands(work: Callable[[slice], None], rows: int, height: int | None = None) -> None:

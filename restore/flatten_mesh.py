@@ -19,10 +19,10 @@ from restore.mesh.network import edges_of, make_network, pieces
 from restore.mesh.pose import lay, upright
 from restore.mesh.surface_lengths import noise_of, surface_lengths
 from restore.mesh.validate import validated
-from restore.prepare import INTERPOLATED, smooth
+from restore.prepare import MESH_PRECISION, fit_sheet
 from restore.range_image.resample import MIN_VERTICES, resample
-from restore.range_image.segment import outline
-from restore.refine import carry
+from restore.range_image.segment import fill_outline
+from restore.refine import interpolate_flat_positions
 from restore.scan import FlatMesh, Floats, Ints, SurfaceMesh
 from restore.settings import Settings
 from restore.unroll import unroll
@@ -72,10 +72,12 @@ def _over_grid(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMe
     if view is None:
         return None
     scan, rays = view
-    sheet = smooth(scan, rays, scan.measured, outline(scan.measured), precision=INTERPOLATED)
+    sheet = fit_sheet(scan, rays, scan.measured, fill_outline(scan.measured), precision=MESH_PRECISION)
     unrolled = unroll(sheet, Settings(method=method), lambda _: nullcontext(), on_step)
     nodes = np.stack(sheet.rays.grid(mesh.vertices), axis=1)
-    flat = carry(sheet.inside.shape, unrolled.nodes, unrolled.fine.faces, unrolled.fine.flat, nodes)
+    flat = interpolate_flat_positions(
+        sheet.inside.shape, unrolled.nodes, unrolled.fine.faces, unrolled.fine.flat, nodes
+    )
     edges = edges_of(mesh.faces)
     lengths = sheet.lengths(nodes, edges)
     if _clean(mesh, edges, lengths):  # then its vertices know better

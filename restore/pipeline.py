@@ -27,9 +27,9 @@ from restore.scan import Bytes, RangeScan, RestoredPage, SurfaceMesh
 from restore.settings import Settings
 from restore.shading.relief import relief_of
 from restore.shading.remove import LIGHT_DPI, Evened
-from restore.texture.coverage import blank, cover, invent
+from restore.texture.coverage import blank_hidden, compute_coverage, inpaint_hidden
 from restore.texture.page import Painting
-from restore.unroll import Unrolled, square, unroll
+from restore.unroll import Unrolled, square_to_picture, unroll
 
 STAGES = ("prepare", "decimate", "flatten", "refine", "texture", "shade")
 
@@ -47,9 +47,9 @@ def restore(
     """Turn a scan of a warped page into the flat page.
 
     photos: photographs of the same page by any camera, (h, w, 3) uint8 RGB or as `read_photograph` gives them. The page
-    is painted from those that can be registered to the scan for certain; the report tells of all.
-    progress(stage, fraction done) is called as the work goes on; on_step(step, positions (n, 3) mm, faces (m, 3)) after
-    every time step of the flattening.
+    is painted from those whose registration to the scan is certain; the report lists all.
+    progress(stage, fraction done) is called at the start and end of each stage;
+    on_step(step, positions (n, 3) mm, faces (m, 3)) after every time step of the flattening.
     Raises NotEnoughSurface when there is no page in the scan, BadInput when the scan cannot be used.
     """
     settings = settings or Settings()
@@ -62,18 +62,18 @@ def restore(
         with clock("register"):
             registered = register_photographs(unrolled.fine, photos)
     with clock("texture"):
-        painting, told = paint_registered(unrolled.fine, registered, settings.dpi)
-        coverage = cover(surface, unrolled.fine, painting, settings.dpi)
-        painting = replace(painting, image=blank(painting.image, coverage), mask=coverage.mask)
+        painting, photo_report = paint_registered(unrolled.fine, registered, settings.dpi)
+        coverage = compute_coverage(surface, unrolled.fine, painting, settings.dpi)
+        painting = replace(painting, image=blank_hidden(painting.image, coverage), mask=coverage.mask)
     with clock("shade"):
-        evened = _evened(surface, unrolled, painting, registered, settings)
-        image = blank(evened.image, coverage)
-        image, coverage = invent(image, coverage, settings.dpi, settings.fill_hidden_mm)
+        shading = _remove_shading(surface, unrolled, painting, registered, settings)
+        image = blank_hidden(shading.image, coverage)
+        image, coverage = inpaint_hidden(image, coverage, settings.dpi, settings.fill_hidden_mm)
     report = describe(surface, unrolled, painting, settings)
-    report |= {"light": evened.facts, "coverage": coverage.shares()}
+    report |= {"light": shading.facts, "coverage": coverage.shares()}
     report |= {"source": dict(scan.provenance), "seconds": clock.seconds}
     if photos:
-        report |= {"photos": told, "warnings": report["warnings"] + reasons(registered)}
+        report |= {"photos": photo_report, "warnings": report["warnings"] + reasons(registered)}
     return RestoredPage(
         image,
         settings.dpi,
@@ -88,14 +88,14 @@ def restore(
     )
 
 
-def _evened(
+def _remove_shading(
     surface: Sheet | SurfaceMesh,
     unrolled: Unrolled,
     painting: Painting,
     registered: Sequence[Registered],
     settings: Settings,
 ) -> Evened:
-    """The page without its light, or as it is when that is wanted or there is no picture of it."""
+    """The page without shading, or unchanged when the settings keep it or the scan has no texture."""
     if settings.shading == "keep" or unrolled.fine.texture is None:
         return Evened(painting.image, {})
     relief = relief_of(surface, unrolled.fine, min(LIGHT_DPI, settings.dpi))
@@ -108,12 +108,12 @@ def _unroll(surface: Sheet | SurfaceMesh, settings: Settings, clock: Stopwatch, 
     with clock("decimate"):
         mesh = clean(surface, settings.points or len(surface.vertices))
     with clock("flatten"):
-        flat = square(flatten(mesh, settings.method, on_step=on_step))
+        flat = square_to_picture(flatten(mesh, settings.method, on_step=on_step))
     return Unrolled(flat, flat, np.empty((0, 2)), {})
 
 
 class Stopwatch:
-    """Times the stages and tells the progress of each."""
+    """Measures the seconds of each stage and reports its progress."""
 
     def __init__(self, progress: Progress | None) -> None:
         self.seconds = dict.fromkeys(STAGES, 0.0)
@@ -121,12 +121,12 @@ class Stopwatch:
 
     @contextmanager
     def __call__(self, stage: str) -> Iterator[None]:
-        self._tell(stage, 0.0)
+        self._report(stage, 0.0)
         start = time.perf_counter()
         yield
         self.seconds[stage] = time.perf_counter() - start
-        self._tell(stage, 1.0)
+        self._report(stage, 1.0)
 
-    def _tell(self, stage: str, done: float) -> None:
+    def _report(self, stage: str, done: float) -> None:
         if self._progress:
             self._progress(stage, done)

@@ -1,7 +1,7 @@
-"""Carry the flattening from its thousand points to the whole range grid.
+"""Refine the flattening of a coarse mesh to a lattice over the whole range grid.
 
-The points settle where everything lies; between them the sheet still bends. Here a fine lattice takes its place from
-the points and is relaxed until its edges have the lengths that they have on the surface.
+Between the vertices of the coarse mesh the sheet still bends. A fine lattice gets its initial flat positions by
+interpolation from the coarse mesh and is relaxed until its edges have the lengths that they have on the surface.
 """
 
 from __future__ import annotations
@@ -22,39 +22,44 @@ STRIDE = 4  # samples: 15,000 nodes for a page that fills the picture; half of i
 
 
 def refine(sheet: Sheet, coarse: FlatMesh, nodes: Floats) -> tuple[FlatMesh, Floats]:
-    """Spread the flat positions of a coarse mesh, grid positions nodes (n, 2), over the whole sheet.
+    """The flat mesh of a lattice over the whole sheet, and the grid positions (k, 2) of its vertices.
 
-    Returns the fine mesh and the grid positions (k, 2) of its vertices.
+    Its initial positions are those of a coarse mesh, whose vertices have grid positions nodes (n, 2).
     """
     fine_nodes, faces = lattice(sheet.inside, STRIDE)
     edges = edges_of(faces)
     lengths = sheet.lengths(fine_nodes, edges)
-    flat = carry(sheet.inside.shape, nodes, coarse.faces, coarse.flat, fine_nodes)
+    flat = interpolate_flat_positions(sheet.inside.shape, nodes, coarse.faces, coarse.flat, fine_nodes)
     flat = finish(flat, faces, edges, lengths)
     vertices, texcoords = sheet.points(fine_nodes), sheet.texcoords(fine_nodes)
     fine = replace(coarse, vertices=vertices, faces=faces, texcoords=texcoords, flat=flat, lengths=lengths)
     return fine, fine_nodes
 
 
-def carry(shape: tuple[int, int], nodes: Floats, faces: Ints, flat: Floats, wanted: Floats) -> Floats:
-    """Read flat positions for wanted (k, 2) grid positions off a mesh with flat (n, 2) at grid positions nodes (n, 2).
+def interpolate_flat_positions(
+    shape: tuple[int, int], nodes: Floats, faces: Ints, flat: Floats, queries: Floats
+) -> Floats:
+    """(k, 2) mm: flat positions at grid positions queries (k, 2), interpolated over a flattened mesh.
 
-    Past the border of the mesh they go on as they come to it.
+    The mesh has faces (m, 3) and flat (n, 2) mm at grid positions nodes (n, 2) of a grid of a shape (rows, cols).
+    Beyond its border the positions are extrapolated.
     """
     field = rasterise(np.ascontiguousarray(nodes[:, ::-1]), faces, flat, *shape).astype(np.float64)
-    field = _continued(field, np.isfinite(field[..., 0]))
-    return np.stack([map_coordinates(field[..., k], wanted.T, order=1, mode="nearest") for k in (0, 1)], axis=1)
+    field = _extrapolated(field, np.isfinite(field[..., 0]))
+    return np.stack([map_coordinates(field[..., k], queries.T, order=1, mode="nearest") for k in (0, 1)], axis=1)
 
 
-def _continued(field: Floats, known: Mask) -> Floats:
-    """Fill the unknown part of a field (rows, cols, 2): past the border it goes on as it comes to it."""
+def _extrapolated(field: Floats, known: Mask) -> Floats:
+    """The field (rows, cols, 2) extrapolated to the samples that are not known, by point reflection at the border."""
     position = np.array(np.indices(known.shape))
-    border = distance_transform_edt(~known, return_distances=False, return_indices=True)
-    inner = 2 * border - position  # as far inside the border as the unknown sample lies outside
-    within = np.all((inner >= 0) & (inner < np.array(known.shape)[:, None, None]), axis=0)
-    inner = np.where(within, inner, border)
-    inner = np.where(known[tuple(inner)], inner, border)
+    nearest = distance_transform_edt(~known, return_distances=False, return_indices=True)
+    mirrored = 2 * nearest - position  # as far inside the border as the unknown sample lies outside
+    in_grid = np.all((mirrored >= 0) & (mirrored < np.array(known.shape)[:, None, None]), axis=0)
+    mirrored = np.where(in_grid, mirrored, nearest)
+    mirrored = np.where(known[tuple(mirrored)], mirrored, nearest)
     down, right = (np.nanmean(np.diff(field, axis=axis), axis=(0, 1)) for axis in (0, 1))
-    # Where nothing lies inside either, the page's mean slope has to do.
-    beyond = (position - border + inner - border).astype(np.float64)
-    return 2 * field[tuple(border)] - field[tuple(inner)] + beyond[0, ..., None] * down + beyond[1, ..., None] * right
+    # Where the reflected sample is unknown too, the mean slope of the page is used.
+    beyond = (position - nearest + mirrored - nearest).astype(np.float64)
+    return (
+        2 * field[tuple(nearest)] - field[tuple(mirrored)] + beyond[0, ..., None] * down + beyond[1, ..., None] * right
+    )

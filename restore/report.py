@@ -1,4 +1,4 @@
-"""What was done to the page, and how well it went: plain values for a JSON file."""
+"""The report of a restoration as plain values for a JSON file: options, sizes, strain, warnings."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from restore.settings import Settings
 from restore.texture.page import Painting
 from restore.unroll import Unrolled
 
-NOT_DEVELOPABLE = 0.01  # rms strain: paper itself gives less than half a per cent before it tears
+NOT_DEVELOPABLE = 0.01  # rms strain: paper stretches by less than half a per cent before it tears
 
 
 def describe(
@@ -37,7 +37,7 @@ def describe(
         "flipped_faces": flipped_faces(fine.flat, fine.faces),
         "area_ratio": float(np.abs(signed_areas(fine.flat, fine.faces)).sum())
         / surface_area(fine.vertices, fine.faces),
-        "strain": {"rms": rms, "max": float(np.abs(strain).max()), "faces": _of_faces(fine, edges)},
+        "strain": {"rms": rms, "max": float(np.abs(strain).max()), "faces": _face_strain_statistics(fine, edges)},
         "page_mm": [width, height],
         "effective_ppi": painting.resolution_ppi,
         "decimation": unrolled.distance,
@@ -49,8 +49,8 @@ def describe(
     return report
 
 
-def _of_faces(mesh: FlatMesh, edges: Ints) -> dict[str, dict[str, float]]:
-    """Mean, rms and greatest stretch and shear, every face counted by its area."""
+def _face_strain_statistics(mesh: FlatMesh, edges: Ints) -> dict[str, dict[str, float]]:
+    """Area-weighted mean and rms, and greatest absolute value, of the stretch and shear of the faces."""
     strain = face_strain(mesh.flat, mesh.faces, edges, mesh.lengths)
     area = np.abs(signed_areas(mesh.flat, mesh.faces))
     weight = area / area.sum()

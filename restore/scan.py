@@ -1,4 +1,4 @@
-"""The data that travels from the scanner to the page.
+"""The data types from the scanner to the page.
 
 Frame of every position: the scanner's. Origin at the lens, X right, Y up, the object at negative Z, millimetres.
 Texture pixels: (x right, y down), the centre of the top left pixel is (0, 0).
@@ -26,7 +26,7 @@ class RangeScan:
     points      (rows, cols, 3) float64 mm, NaN where nothing was measured; row 0 is the top of the image.
     texture     (h, w, 3) uint8 RGB, or None for a scan without colour.
     texture_xy  (rows, cols, 2) float64, position of each sample in the texture, in pixels.
-    provenance  what is known of the shot: device, lens, distance_mm, mode, settings, time, … (JSON values only).
+    provenance  facts about the shot: device, lens, distance_mm, mode, settings, time, … (JSON values only).
     """
 
     points: Floats
@@ -45,7 +45,7 @@ class SurfaceMesh:
     """A triangle mesh of the warped page.
 
     vertices   (n, 3) float64 mm.
-    faces      (m, 3) int64, counter-clockwise seen from the printed side.
+    faces      (m, 3) int64, counter-clockwise when viewed from the printed side.
     texcoords  (n, 2) float64 texture pixels, or None.
     texture    (h, w, 3) uint8 RGB, or None.
     """
@@ -59,11 +59,11 @@ class SurfaceMesh:
 
 @dataclass(frozen=True, eq=False)
 class FlatMesh(SurfaceMesh):
-    """A surface mesh together with the flat page it unrolls to.
+    """A surface mesh with its flat positions on the page.
 
-    flat     (n, 2) float64 mm, x right, y up, never mirrored, upright as the scanner saw the page.
+    flat     (n, 2) float64 mm, x right, y up, never mirrored, upright as in the scanner's view.
     steps    time steps that the flattening took.
-    lengths  (e,) float64 mm: what the edges measure on the surface, in the order of `restore.mesh.network.edges_of`.
+    lengths  (e,) float64 mm: rest lengths along the surface, in the order of `restore.mesh.network.edges_of`.
     """
 
     flat: Floats = field(default_factory=lambda: np.empty((0, 2)))
@@ -72,7 +72,7 @@ class FlatMesh(SurfaceMesh):
 
     @classmethod
     def of(cls, mesh: SurfaceMesh, flat: Floats, lengths: Floats, steps: int) -> Self:
-        """A surface mesh with where it lies flat."""
+        """A flat mesh from a surface mesh, its flat positions (n, 2) mm and its rest lengths (e,) mm."""
         surface: dict[str, Any] = {name: getattr(mesh, name) for name in SurfaceMesh.__dataclass_fields__}
         return cls(**surface, flat=flat, lengths=lengths, steps=steps)
 
@@ -84,12 +84,12 @@ class RestoredPage:
     image     (h, w, 3) uint8 RGB.
     dpi       one inch of paper is `dpi` pixels.
     mask      (h, w) bool, True where the camera saw the page, its shape measured or filled in.
-    flat      the mesh of the points that settled.
-    fine      the finer mesh that carried the paint, the same when the scan has no grid.
-    report    what was done and how well it went (JSON values only).
+    flat      the flattened mesh of the requested number of points.
+    fine      the finer mesh that maps the picture to the page, the same when the scan has no grid.
+    report    options, sizes, strain, warnings and times (JSON values only).
     page_map  (h, w, 2) float32, the texture pixel that each page pixel came from, NaN outside the page.
-    master    (h, w, 3) uint8 RGB, the page with light and shadow as they were; the image itself where they were kept.
-    coverage  (h, w) uint8, what each pixel shows: values of `restore.texture.coverage.Seen`.
+    master    (h, w, 3) uint8 RGB, the page with its shading; equal to the image where shading is kept.
+    coverage  (h, w) uint8, the kind of each pixel: values of `restore.texture.coverage.Seen`.
     page_source  (h, w) uint8, with photographs: the picture that page_map's pixel is in. 0 is the texture, k the k-th
                  photograph, 255 outside the page. None without photographs.
     """

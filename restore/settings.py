@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
-LEAST_POINTS = 50  # a page of fewer has none between its borders
+MIN_POINTS = 50  # a page of fewer has no interior points
 
 
 class Settings(BaseModel):
@@ -22,7 +22,7 @@ class Settings(BaseModel):
 
     @field_validator("points")
     @classmethod
-    def _are_a_mesh(cls, points: int) -> int:
-        if 0 < points < LEAST_POINTS:
-            raise ValueError(f"{points} points are too few: give 0 for all, or {LEAST_POINTS} and more")
+    def _are_enough(cls, points: int) -> int:
+        if 0 < points < MIN_POINTS:
+            raise ValueError(f"{points} points are too few: give 0 for all, or {MIN_POINTS} and more")
         return points

@@ -50,11 +50,11 @@ def adjacency(rows: Ints, items: Ints, count: int) -> Adjacency:
 @numba.njit(cache=True)
 def neighbours_of(edges: Ints, count: int) -> Adjacency:
     """The neighbours of each of `count` vertices over edges (e, 2)."""
-    here, there = np.empty(2 * len(edges), np.int64), np.empty(2 * len(edges), np.int64)
+    source, target = np.empty(2 * len(edges), np.int64), np.empty(2 * len(edges), np.int64)
     for k in range(len(edges)):
-        here[2 * k], there[2 * k] = edges[k, 0], edges[k, 1]
-        here[2 * k + 1], there[2 * k + 1] = edges[k, 1], edges[k, 0]
-    return adjacency(here, there, count)
+        source[2 * k], target[2 * k] = edges[k, 0], edges[k, 1]
+        source[2 * k + 1], target[2 * k + 1] = edges[k, 1], edges[k, 0]
+    return adjacency(source, target, count)
 
 
 @numba.njit(cache=True)
@@ -82,16 +82,16 @@ def order_of_pairs(first: Ints, second: Ints, count: int) -> Ints:
 def sides_of(faces: Ints) -> Sides:
     """Gather the sides of faces (m, 3) to edges."""
     count = 3 * len(faces)
-    low, high, most = np.empty(count, np.int64), np.empty(count, np.int64), -1
+    low, high, last_vertex = np.empty(count, np.int64), np.empty(count, np.int64), -1
     for f in range(len(faces)):
         for k in range(3):
             a, b = faces[f, k], faces[f, (k + 1) % 3]
             low[3 * f + k], high[3 * f + k] = min(a, b), max(a, b)
-            most = max(most, a)
+            last_vertex = max(last_vertex, a)
     edges, at, first = np.empty((count, 2), np.int64), np.empty(count, np.int64), np.empty(count + 1, np.int64)
     edge = np.full(count, -1)
     e, filled = -1, 0
-    for side in order_of_pairs(low, high, most + 1):
+    for side in order_of_pairs(low, high, last_vertex + 1):
         if low[side] == high[side]:
             continue
         if e < 0 or edges[e, 0] != low[side] or edges[e, 1] != high[side]:
@@ -122,10 +122,10 @@ def components(pairs: Ints, count: int) -> Ints:
             root[b] = root[root[b]]
             b = root[b]
         root[max(a, b)] = min(a, b)
-    found = 0
+    part_count = 0
     for i in range(count):  # the root of a part is its first node: it has its number before the others ask
         if root[i] == i:
-            root[i], found = found, found + 1
+            root[i], part_count = part_count, part_count + 1
         else:
             root[i] = root[root[i]]
     return root

@@ -13,8 +13,8 @@ from restore.mesh.network import make_network, pieces
 from restore.mesh.triangulate import compact
 from restore.scan import Ints, SurfaceMesh
 
-MIN_PIECE = 0.02  # of the faces of the largest piece: smaller pieces are debris
-RAW = 5  # times the points asked for: a denser mesh comes straight from a scanner, a coarser one was made by somebody
+MIN_PIECE_SHARE = 0.02  # of the faces of the largest connected piece: smaller pieces are debris
+RAW_RATIO = 5  # times the points requested: a denser mesh is a scanner's own, a coarser one was decimated before
 
 
 def clean(mesh: SurfaceMesh, points: int) -> SurfaceMesh:
@@ -22,11 +22,11 @@ def clean(mesh: SurfaceMesh, points: int) -> SurfaceMesh:
 
     Raises NotEnoughSurface when only debris is left.
     """
-    mesh = select(mesh, _substance(mesh))
+    mesh = select(mesh, _large_pieces(mesh))
     if len(mesh.vertices) <= points:
         return mesh
     vertices, faces = mesh.vertices, mesh.faces
-    if len(vertices) > RAW * points:
+    if len(vertices) > RAW_RATIO * points:
         vertices, faces = patch_and_smooth(vertices, faces)
     kept, faces = decimate(vertices, faces, points, own_vertices=True)
     _, index = cKDTree(vertices).query(kept)
@@ -36,9 +36,9 @@ def clean(mesh: SurfaceMesh, points: int) -> SurfaceMesh:
 
 def weld(mesh: SurfaceMesh) -> SurfaceMesh:
     """Join the vertices that lie at one place and on one texture pixel: many files give every triangle its own."""
-    same = mesh.vertices if mesh.texcoords is None else np.hstack([mesh.vertices, np.rint(mesh.texcoords)])
-    _, first, index = np.unique(same, axis=0, return_index=True, return_inverse=True)
-    if len(first) == len(same):
+    keys = mesh.vertices if mesh.texcoords is None else np.hstack([mesh.vertices, np.rint(mesh.texcoords)])
+    _, first, index = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    if len(first) == len(keys):
         return mesh
     texcoords = None if mesh.texcoords is None else mesh.texcoords[first]
     return replace(mesh, vertices=mesh.vertices[first], faces=index.reshape(-1)[mesh.faces], texcoords=texcoords)
@@ -51,12 +51,12 @@ def select(mesh: SurfaceMesh, faces: Ints) -> SurfaceMesh:
     return replace(mesh, vertices=mesh.vertices[used], faces=faces, texcoords=texcoords)
 
 
-def _substance(mesh: SurfaceMesh) -> Ints:
+def _large_pieces(mesh: SurfaceMesh) -> Ints:
     """The faces (m, 3) that are real triangles in pieces large enough to be part of a page."""
     a, b, c = (mesh.faces[:, k] for k in range(3))
     faces = mesh.faces[(a != b) & (b != c) & (c != a)]
     if len(faces) == 0:
         raise NotEnoughSurface("the mesh has no triangles", "scan the page again or give a mesh with triangles")
     parts = [piece.vertices[piece.faces] for piece in pieces(make_network(mesh.vertices, faces))]
-    least = MIN_PIECE * max(map(len, parts))
-    return np.concatenate([part for part in parts if len(part) >= least])
+    min_faces = MIN_PIECE_SHARE * max(map(len, parts))
+    return np.concatenate([part for part in parts if len(part) >= min_faces])

@@ -16,8 +16,8 @@ QUALITY = 0.5  # of an equilateral triangle: collapses that leave thinner ones c
 # The boundary may be simplified, but moving it costs as much as moving the surface: at 1 corners wander, at 100 the
 # border keeps its points and the page has too few.
 BOUNDARY_WEIGHT = 10.0
-ATTEMPTS = 6
-PINHOLE_EDGES = 100  # the border of a drop-out in a printed figure, and less than the border of the page
+MAX_ATTEMPTS = 6
+MAX_HOLE_EDGES = 100  # the border of a drop-out in a printed figure, and less than the border of the page
 SMOOTHING_STEPS = 5  # twenty round creases
 
 
@@ -31,19 +31,19 @@ def decimate(vertices: Floats, faces: Ints, points: int, *, own_vertices: bool =
     """
     if len(vertices) <= points * (1 + TOLERANCE):
         return vertices, faces
-    above, low, low_faces, target = (vertices, faces), 0, 0, 2 * points
-    for _ in range(ATTEMPTS):
-        reduced = _collapse(*above, target, own_vertices)
+    denser, sparser, sparser_faces, target = (vertices, faces), 0, 0, 2 * points
+    for _ in range(MAX_ATTEMPTS):
+        reduced = _collapse(*denser, target, own_vertices)
         count = len(reduced[0])
         if abs(count - points) <= TOLERANCE * points:
             break
         if count > points:
-            above = reduced
+            denser = reduced
         else:
-            low, low_faces = count, len(reduced[1])
+            sparser, sparser_faces = count, len(reduced[1])
         # Inside a mesh two faces go with a vertex, along ragged borders one: go by what the last attempts gave.
-        rate = (len(above[1]) - low_faces) / max(len(above[0]) - low, 1)
-        target = low_faces + round((points - low) * rate)
+        rate = (len(denser[1]) - sparser_faces) / max(len(denser[0]) - sparser, 1)
+        target = sparser_faces + round((points - sparser) * rate)
     if len(reduced[1]) == 0:
         raise NotEnoughSurface("nothing of the mesh is left after reduction", "ask for more points")
     return reduced
@@ -75,7 +75,7 @@ def patch_and_smooth(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
     meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
     # Closing selects the new faces, and filters after it would work on those alone.
     with suppress(pymeshlab.PyMeshLabException):  # a mesh that is not two-manifold keeps its holes
-        meshes.meshing_close_holes(maxholesize=PINHOLE_EDGES, newfaceselected=False)
+        meshes.meshing_close_holes(maxholesize=MAX_HOLE_EDGES, newfaceselected=False)
     meshes.apply_coord_taubin_smoothing(stepsmoothnum=SMOOTHING_STEPS, selected=False)
     return _arrays(meshes)
 

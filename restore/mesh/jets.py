@@ -13,7 +13,7 @@ import numba
 import numpy as np
 
 from restore.mesh.adjacency import Adjacency, faces_around, neighbours_of
-from restore.mesh.measures import normals_of
+from restore.mesh.measures import face_normals
 from restore.scan import Floats, Ints
 
 MOST_NEIGHBOURS = 32  # two rings have 18 on average
@@ -51,7 +51,7 @@ class Rings(NamedTuple):
 @numba.njit(cache=True)
 def rings_of(vertices: Floats, faces: Ints, edges: Ints) -> Rings:
     """The rings of vertices (n, 3) with faces (m, 3) and edges (e, 2)."""
-    count, planes = len(vertices), normals_of(vertices, faces)
+    count, planes = len(vertices), face_normals(vertices, faces)
     for f in range(len(planes)):
         length = max(sqrt(planes[f, 0] ** 2 + planes[f, 1] ** 2 + planes[f, 2] ** 2), TINY)
         for k in range(3):

@@ -10,8 +10,8 @@ import numpy as np
 from restore.numerics import TINY
 from restore.scan import Floats, Ints
 
-THINNEST = 1e-4  # height of a face as a share of its base; thinner ones, or none at all, would weigh without bound
-THINNEST_STRAINED = 0.05  # and tell nothing of how the page was strained across them
+MIN_HEIGHT_RATIO = 1e-4  # of the base: least height of a face; the weights of a thinner one would have no bound
+MIN_STRAIN_HEIGHT_RATIO = 0.05  # of the base: across thinner faces the strain is not determined
 
 
 @numba.njit(cache=True)
@@ -32,12 +32,12 @@ def edge_strain(flat: Floats, edges: Ints, lengths: Floats) -> Floats:
 
 
 @numba.njit(cache=True)
-def rms_strain(flat: Floats, edges: Ints, lengths: Floats, most: float) -> float:
-    """Root mean square of the strains of edges (e, 2), none of them counted as more than `most`."""
+def rms_strain(flat: Floats, edges: Ints, lengths: Floats, cap: float) -> float:
+    """Root mean square of the strains of edges (e, 2), none of them counted as more than `cap`."""
     total = 0.0
     for k in range(len(edges)):
         x, y = flat[edges[k, 1], 0] - flat[edges[k, 0], 0], flat[edges[k, 1], 1] - flat[edges[k, 0], 1]
-        total += min(abs(sqrt(x * x + y * y) / lengths[k] - 1.0), most) ** 2
+        total += min(abs(sqrt(x * x + y * y) / lengths[k] - 1.0), cap) ** 2
     return sqrt(total / len(edges))
 
 
@@ -47,7 +47,7 @@ def face_strain(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floa
     edges (e, 2) in ascending order and lengths (e,) mm tell the shape on the surface. With σ₁ ≥ σ₂ the principal
     stretches, stretch is √(σ₁ σ₂) − 1, shear (σ₁ − σ₂) / 2.
     """
-    base, along, height = face_shapes(faces, edges, lengths, THINNEST_STRAINED)
+    base, along, height = face_shapes(faces, edges, lengths, MIN_STRAIN_HEIGHT_RATIO)
     first, second = (flat[faces[:, k]] - flat[faces[:, 0]] for k in (1, 2))
     right = first / base[:, None]
     up = (second - along[:, None] * right) / height[:, None]
@@ -58,24 +58,26 @@ def face_strain(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floa
     return np.stack([stretch, difference / 2.0], axis=1)
 
 
-def face_shapes(faces: Ints, edges: Ints, lengths: Floats, thinnest: float = THINNEST) -> tuple[Floats, Floats, Floats]:
+def face_shapes(
+    faces: Ints, edges: Ints, lengths: Floats, min_height_ratio: float = MIN_HEIGHT_RATIO
+) -> tuple[Floats, Floats, Floats]:
     """Every face laid flat by itself: its corners are (0, 0), (base, 0) and (along, height); each (m,) mm.
 
     None is lower than thinnest × base: over a crease three lengths may make no triangle.
     """
-    base, near, far = (between(faces[:, a], faces[:, b], edges, lengths) for a, b in ((0, 1), (0, 2), (1, 2)))
+    base, near, far = (lengths_between(faces[:, a], faces[:, b], edges, lengths) for a, b in ((0, 1), (0, 2), (1, 2)))
     along = (base**2 + near**2 - far**2) / (2.0 * base)
-    return base, along, np.sqrt(np.maximum(near**2 - along**2, (thinnest * base) ** 2))
+    return base, along, np.sqrt(np.maximum(near**2 - along**2, (min_height_ratio * base) ** 2))
 
 
-def at_vertices(values: Floats, faces: Ints, count: int) -> Floats:
+def average_at_vertices(values: Floats, faces: Ints, count: int) -> Floats:
     """(count, k) mean of the values (m, k) of the faces round each of `count` vertices, 0 where there is none."""
     total = np.zeros((count, values.shape[1]))
     np.add.at(total, faces.ravel(), np.repeat(values, 3, axis=0))
     return total / np.maximum(np.bincount(faces.ravel(), minlength=count), 1)[:, None]
 
 
-def between(a: Ints, b: Ints, edges: Ints, lengths: Floats) -> Floats:
+def lengths_between(a: Ints, b: Ints, edges: Ints, lengths: Floats) -> Floats:
     """(k,) the lengths of the edges that join vertices a (k,) and b (k,); edges (e, 2) in ascending order."""
     count = edges.max() + 1
     keys = edges[:, 0] * count + edges[:, 1]
@@ -106,7 +108,7 @@ def flipped_faces(flat: Floats, faces: Ints) -> int:
 
 
 @numba.njit(cache=True)
-def normals_of(vertices: Floats, faces: Ints) -> Floats:
+def face_normals(vertices: Floats, faces: Ints) -> Floats:
     """(m, 3) normals of faces (m, 3) over vertices (n, 3) mm, twice as long as their areas."""
     normals = np.empty((len(faces), 3))
     for f in range(len(faces)):
@@ -122,11 +124,11 @@ def normals_of(vertices: Floats, faces: Ints) -> Floats:
 @numba.njit(cache=True)
 def vertex_normals(vertices: Floats, faces: Ints) -> Floats:
     """(n, 3) unit normals: the mean over the faces (m, 3) round a vertex, weighed by area."""
-    normals, of_faces = np.zeros((len(vertices), 3)), normals_of(vertices, faces)
+    normals, weighted = np.zeros((len(vertices), 3)), face_normals(vertices, faces)
     for f in range(len(faces)):
         for corner in range(3):
             for axis in range(3):
-                normals[faces[f, corner], axis] += of_faces[f, axis]
+                normals[faces[f, corner], axis] += weighted[f, axis]
     for i in range(len(normals)):
         length = max(sqrt(normals[i, 0] ** 2 + normals[i, 1] ** 2 + normals[i, 2] ** 2), TINY)
         for axis in range(3):

@@ -12,7 +12,7 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.mesh.adjacency import Sides, components, sides_of
-from restore.mesh.measures import between, straight_lengths
+from restore.mesh.measures import lengths_between, straight_lengths
 from restore.scan import Floats, Ints, Mask
 
 GOLDEN = (5.0**0.5 - 1.0) / 2.0
@@ -146,5 +146,5 @@ def part_of(network: Network, member: Mask) -> Piece:
     faces = (np.cumsum(inside) - 1)[chosen]
     sides = sides_of(faces)
     start, end = vertices[sides.edges].T
-    lengths = between(start, end, network.edges, network.lengths)
+    lengths = lengths_between(start, end, network.edges, network.lengths)
     return Piece(vertices, faces, make_network(np.empty((0, 3)), faces, lengths, sides))

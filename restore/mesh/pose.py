@@ -8,7 +8,7 @@ from math import atan2, cos, sin, sqrt
 import numba
 import numpy as np
 
-from restore.mesh.measures import normals_of
+from restore.mesh.measures import face_normals
 from restore.scan import Floats, Ints
 
 LEVEL = 0.2  # a sheet closed to a tube has no mean normal; below this share of its area we ask its principal axes
@@ -49,7 +49,7 @@ def lay(vertices: Floats, faces: Ints) -> Laid:
 def _weigh(vertices: Floats, faces: Ints) -> tuple[Floats, Floats]:
     """The share of the area that each vertex (n, 3) stands for, and the mean normal (3,) of faces (m, 3) by area."""
     weights, mean = np.zeros(len(vertices)), np.zeros(3)
-    normals = normals_of(vertices, faces)
+    normals = face_normals(vertices, faces)
     for f in range(len(faces)):
         area = sqrt(normals[f, 0] ** 2 + normals[f, 1] ** 2 + normals[f, 2] ** 2)
         for k in range(3):

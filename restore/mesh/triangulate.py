@@ -10,7 +10,7 @@ from scipy.ndimage import distance_transform_edt
 
 from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 
-MAX_DRAWN_OUT = 0.5  # of the stride: nodes nearer to the outline move onto it, so that no thin triangles line it
+MAX_SNAP_DISTANCE = 0.5  # of the stride: nodes nearer to the outline move onto it, so that no thin triangles line it
 MIN_HEIGHT = 0.2  # of the stride; where thinner triangles lie is mostly noise
 
 
@@ -27,12 +27,12 @@ def lattice(inside: Mask, stride: int) -> tuple[Floats, Ints]:
     nodes = np.stack(np.broadcast_arrays(rows, cols), axis=-1).astype(float)
     kept = padded[rows, cols]
     # To the nearest sample on the other side of the outline.
-    across = np.where(kept[..., None], _nearest(~padded, rows, cols), _nearest(padded, rows, cols)) - nodes
-    distance = np.linalg.norm(across, axis=2)
-    outline = nodes + across * (1.0 - 0.5 / np.maximum(distance, 1.0))[..., None]
-    drawn = np.where(kept, distance < MAX_DRAWN_OUT * stride, True)
-    usable = kept | (np.abs(across).max(axis=2) <= stride)
-    return _triangles(np.where(drawn[..., None], outline, nodes), usable, stride)
+    to_outline = np.where(kept[..., None], _nearest(~padded, rows, cols), _nearest(padded, rows, cols)) - nodes
+    distance = np.linalg.norm(to_outline, axis=2)
+    outline = nodes + to_outline * (1.0 - 0.5 / np.maximum(distance, 1.0))[..., None]
+    snapped = np.where(kept, distance < MAX_SNAP_DISTANCE * stride, True)
+    usable = kept | (np.abs(to_outline).max(axis=2) <= stride)
+    return _triangles(np.where(snapped[..., None], outline, nodes), usable, stride)
 
 
 def _nearest(wanted: Mask, rows: Ints, cols: Ints) -> Floats:

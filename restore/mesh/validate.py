@@ -8,7 +8,7 @@ import numpy as np
 
 from restore.errors import BadInput, NotEnoughSurface
 from restore.mesh.adjacency import Sides, sides_of
-from restore.mesh.measures import normals_of, surface_area
+from restore.mesh.measures import face_normals, surface_area
 from restore.mesh.orient import orient
 from restore.scan import Floats, Ints, SurfaceMesh
 
@@ -34,7 +34,7 @@ class ValidMesh(SurfaceMesh):
         faces = orient(mesh.faces, mesh.texcoords, sides)
         if faces is not mesh.faces:
             sides = sides_of(faces)
-        derived = {"sides": sides, "normals": normals_of(mesh.vertices, faces)}
+        derived = {"sides": sides, "normals": face_normals(mesh.vertices, faces)}
         for name, value in {"vertices": mesh.vertices, "faces": faces, **derived}.items():
             object.__setattr__(self, name, value)
 

@@ -1,1 +1,1 @@
-"""The outline of the flat page: whether it is a rectangle, and its straight sides."""
+"""The outline of the flat page: rectangles, and straight sides."""

@@ -1,4 +1,4 @@
-"""Put a rectangular page square to the picture."""
+"""Rectangular pages: the rotation that aligns one with the axes, and its size."""
 
 from __future__ import annotations
 
@@ -7,34 +7,34 @@ import numpy as np
 
 from restore.scan import Floats
 
-RECTANGLE = 0.95  # of its bounding rectangle: a page that fills less is torn or no rectangle and stays as it lies
-NEAR_SIDE_MM = 2.0  # outline points this near belong to the side
-CORNER_SHARE = 0.05  # of a side at either end is left out: dog-ears and rounding live there
+MIN_RECTANGLE_FILL = 0.95  # of its bounding rectangle: a page that fills less is torn or not rectangular
+SIDE_BAND_MM = 2.0  # outline points this near to a side belong to it
+CORNER_SHARE = 0.05  # of a side at either end is left out: there it may be rounded or dog-eared
 
 
 def fills_rectangle(outline: Floats, area: float) -> bool:
-    """Whether a page of `area` mm² with outline (n, 2) mm is a rectangle but for rough sides and dog-ears."""
+    """True when a page of `area` mm² with outline (n, 2) mm is a rectangle up to rough sides and dog-ears."""
     _, (width, height), _ = cv2.minAreaRect(outline.astype(np.float32))
-    return bool(area >= RECTANGLE * width * height)
+    return bool(area >= MIN_RECTANGLE_FILL * width * height)
 
 
-def square_up(outline: Floats, area: float) -> Floats:
-    """(2, 2) rotation that turns the outline (n, 2) mm of a page of `area` mm² by less than 45° to lie square."""
+def squaring_rotation(outline: Floats, area: float) -> Floats:
+    """(2, 2) rotation, by at most 45°, that aligns the outline (n, 2) mm of a page of `area` mm² with the axes."""
     if not fills_rectangle(outline, area):
         return np.eye(2)
     _, _, angle = cv2.minAreaRect(outline.astype(np.float32))
-    rough = _turn(-np.deg2rad((angle + 45.0) % 90.0 - 45.0))
-    return _turn(-_tilt(outline @ rough.T)) @ rough
+    coarse = _rotation(-np.deg2rad((angle + 45.0) % 90.0 - 45.0))
+    return _rotation(-_mean_tilt(outline @ coarse.T)) @ coarse
 
 
 def page_size(outline: Floats) -> tuple[float, float]:
-    """Width and height in mm of a page with outline (n, 2) that lies square: between the medians of opposite sides."""
+    """Width and height in mm of a page with axis-aligned outline (n, 2), between the medians of opposite sides."""
     low, high = outline.min(axis=0), outline.max(axis=0)
     extent = high - low
     for along, across in ((0, 1), (1, 0)):
         inner = np.abs(outline[:, along] - (low + high)[along] / 2) < (0.5 - CORNER_SHARE) * (high - low)[along]
         sides = [
-            outline[inner & (np.abs(outline[:, across] - side) < NEAR_SIDE_MM), across]
+            outline[inner & (np.abs(outline[:, across] - side) < SIDE_BAND_MM), across]
             for side in (low[across], high[across])
         ]
         if min(map(len, sides)) >= 3:
@@ -42,21 +42,21 @@ def page_size(outline: Floats) -> tuple[float, float]:
     return float(extent[0]), float(extent[1])
 
 
-def _turn(angle: float) -> Floats:
+def _rotation(angle: float) -> Floats:
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
 
-def _tilt(outline: Floats) -> float:
-    """How far the four sides still lean, in radians, each side weighted by its points."""
+def _mean_tilt(outline: Floats) -> float:
+    """The mean angle in radians of the four sides with the axes, each side weighted by its number of points."""
     low, high = outline.min(axis=0), outline.max(axis=0)
-    leans, weights = [0.0], [1e-9]
+    tilts, weights = [0.0], [1e-9]
     for along, across in ((0, 1), (1, 0)):
         margin = CORNER_SHARE * (high - low)[along]
         middle = (outline[:, along] > low[along] + margin) & (outline[:, along] < high[along] - margin)
         for side in (low[across], high[across]):
-            near = outline[middle & (np.abs(outline[:, across] - side) < NEAR_SIDE_MM)]
+            near = outline[middle & (np.abs(outline[:, across] - side) < SIDE_BAND_MM)]
             if len(near) >= 3:
                 slope = np.polyfit(near[:, along], near[:, across], 1)[0]
-                leans.append(slope if along == 0 else -slope)
+                tilts.append(slope if along == 0 else -slope)
                 weights.append(float(len(near)))
-    return float(np.arctan(np.average(leans, weights=weights)))
+    return float(np.arctan(np.average(tilts, weights=weights)))

@@ -15,7 +15,7 @@ from restore.photo.reference import make_reference
 from restore.photo.register import Refused, Registration, register
 from restore.photo.sources import Plan, Source, plan
 from restore.scan import Bytes, FlatMesh, Mask
-from restore.texture.page import Painting, bleed, paint_page
+from restore.texture.page import Painting, extend_edge_colours, paint_page
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ def sources_of(page: FlatMesh, registered: Sequence[Registered]) -> list[Source]
     if page.texture is None or page.texcoords is None:
         return []
     photographs = [Source(one.photograph.image, one.registration.camera) for one in registered if one.registration]
-    return [Source(bleed(page.texture, page.texcoords, page.faces)), *photographs]
+    return [Source(extend_edge_colours(page.texture, page.texcoords, page.faces)), *photographs]
 
 
 def reasons(registered: Sequence[Registered]) -> list[str]:

@@ -20,18 +20,18 @@ from restore.scan import Floats, Ints, RangeScan
 # views scatter by whole samples.
 MAX_SCATTER = 0.1
 MIN_SAMPLES = 50
-BENT = 0.005  # samples of scatter that the distortion of a lens must take away, or it is not looked for
-LENS_SUBSET = 7  # every seventh sample tells six unknowns well enough
-STRETCH_STEPS = 8  # each leaves less than a tenth of the error for any lens that bends a picture's corners by 5 %
+MIN_DISTORTION_GAIN = 0.005  # samples: least reduction of the scatter for which lens distortion is fitted
+SUBSET_STRIDE = 7  # every seventh sample determines six unknowns well enough
+DISTORTION_ITERATIONS = 8  # each divides the error by ten or more for a lens that shifts the corners by up to 5 %
 
 LensTerms = tuple[float, float, float, float, float, float]
 
 
-def stretch(squared_radius: Any, k1: float, k2: float) -> Any:
+def distortion_factor(squared_radius: Any, k1: float, k2: float) -> Any:
     """How much farther from the axis a lens shows what it shows at this squared radius (…): 1 + k1·r² + k2·r⁴ of the
     radius r without distortion, found by fixed-point iteration."""
     factor = 1.0 + 0.0 * squared_radius
-    for _ in range(STRETCH_STEPS):
+    for _ in range(DISTORTION_ITERATIONS):
         undistorted = squared_radius / (factor * factor)
         factor = 1.0 + undistorted * (k1 + k2 * undistorted)
     return factor
@@ -63,7 +63,7 @@ class Rays:
         """(…, 3) mm: the surface points that grid positions (fractions allowed) see at 1/D (…) per mm."""
         depth = 1.0 / inverse_depth
         x, y = self.x0 + self.dx * cols, self.y0 + self.dy * rows
-        scale = depth / stretch(x**2 + y**2, *self.distortion)
+        scale = depth / distortion_factor(x**2 + y**2, *self.distortion)
         return np.stack([x * scale, y * scale, -depth], axis=-1) @ self.axes + self.origin
 
     def grid(self, points: Floats) -> tuple[Floats, Floats]:
@@ -93,25 +93,29 @@ def find_rays(scan: RangeScan) -> Rays | None:
     dy, y0 = np.polyfit(rows, y, 1)
     rays = Rays(float(x0), float(dx), float(y0), float(dy))
     scatter = _scatter(rays, rows, cols, x, y)
-    if scatter > BENT:
-        some = np.s_[::LENS_SUBSET]
-        bent = _fit_lens(rows[some], cols[some], x[some], y[some])
-        rays, scatter = min((rays, scatter), (bent, _scatter(bent, rows, cols, x, y) + BENT), key=lambda fit: fit[1])
+    if scatter > MIN_DISTORTION_GAIN:
+        subset = np.s_[::SUBSET_STRIDE]
+        distorted = _fit_lens(rows[subset], cols[subset], x[subset], y[subset])
+        rays, scatter = min(
+            (rays, scatter),
+            (distorted, _scatter(distorted, rows, cols, x, y) + MIN_DISTORTION_GAIN),
+            key=lambda fit: fit[1],
+        )
     return rays if rays.dx > 0 and rays.dy < 0 and scatter < MAX_SCATTER else None
 
 
 def _fit_lens(rows: Ints, cols: Ints, x: Floats, y: Floats) -> Rays:
     """The lens that shows (x, y, −1) (n,) at rows and cols (n,). Both axes are linear in what is sought:
     x·(1 + k1·r² + k2·r⁴) = x0 + dx·col."""
-    squared, zero, one = x**2 + y**2, np.zeros(len(x)), np.ones(len(x))
-    across = np.stack([one, cols, zero, zero, -x * squared, -x * squared**2], axis=1)
-    down = np.stack([zero, zero, one, rows, -y * squared, -y * squared**2], axis=1)
-    fit, *_ = np.linalg.lstsq(np.concatenate([across, down]), np.concatenate([x, y]), rcond=None)
+    squared, zeros, ones = x**2 + y**2, np.zeros(len(x)), np.ones(len(x))
+    equations_x = np.stack([ones, cols, zeros, zeros, -x * squared, -x * squared**2], axis=1)
+    equations_y = np.stack([zeros, zeros, ones, rows, -y * squared, -y * squared**2], axis=1)
+    fit, *_ = np.linalg.lstsq(np.concatenate([equations_x, equations_y]), np.concatenate([x, y]), rcond=None)
     x0, dx, y0, dy, k1, k2 = map(float, fit)
     return Rays(x0, dx, y0, dy, distortion=(k1, k2))
 
 
 def _scatter(rays: Rays, rows: Ints, cols: Ints, x: Floats, y: Floats) -> float:
     """Samples (1σ, the worse axis) by which the rays miss grid positions (n,) that look along (x, y, −1)."""
-    seen_rows, seen_cols = rays.grid(np.stack([x, y, -np.ones(len(x))], axis=1))
-    return float(max(np.std(seen_rows - rows), np.std(seen_cols - cols)))
+    predicted_rows, predicted_cols = rays.grid(np.stack([x, y, -np.ones(len(x))], axis=1))
+    return float(max(np.std(predicted_rows - rows), np.std(predicted_cols - cols)))

@@ -12,15 +12,15 @@ from restore.range_image.quadratic_fit import POWERS
 from restore.robust import robust_sigma
 from restore.scan import Bytes, Floats, Mask
 
-RADIUS = 4  # samples to either side of a crease tell its kink; facets that are narrower hide it
-REACH = 12  # samples along it, either way: 11 mm on a Vivid at 0.9 m, and most creases of crumpled paper run as far
-RIM = 2  # samples at the border of the page are cut by it, and bend the surface along all of it
-DIRECTIONS = 16  # every 11.25°: half of that off the crease, its ends are a sample away from it
+HALF_WIDTH = 4  # samples to either side of a crease over which its kink is measured; narrower facets hide it
+HALF_LENGTH = 12  # samples along a crease, either way: 11 mm on a Vivid at 0.9 m; most creases are longer
+BORDER_MARGIN = 2  # samples: kernels cut by the border of the page respond to it all along
+DIRECTIONS = 16  # every 11.25°: at half of that the ends of a kernel are one sample off the crease
 # Hysteresis (Canny 1986): a crease starts where nothing but a kink can be, and goes on while it still stands out.
 KINK_SIGMAS = 5.5
 FOLLOW_SIGMAS = 3.0
-APART = 5  # samples: a strong crease answers again on either side, no true crease is told apart so near to it
-SURE = 0.5  # of the samples must be measured: at the rim of what was filled in there are kinks that are none
+MIN_SEPARATION = 5  # samples: the filter responds to either side of a strong crease; nearer ridges are not distinct
+MIN_MEASURED = 0.5  # share of measured samples in a kernel: at the border of a filled hole there are false kinks
 
 
 def find_creases(data: Floats, deviation: Floats, inside: Mask) -> Mask:
@@ -30,66 +30,66 @@ def find_creases(data: Floats, deviation: Floats, inside: Mask) -> Mask:
     was filled in.
     """
     known = inside & np.isfinite(data)
-    data, inner = np.where(known, data, 0.0), _within(known.astype(np.uint8), RADIUS)
-    sound = _within(inner, RIM)
-    strongest, across = np.zeros(inside.shape, np.float32), np.zeros(inside.shape, np.uint8)
+    data, inner = np.where(known, data, 0.0), _eroded(known.astype(np.uint8), HALF_WIDTH)
+    interior = _eroded(inner, BORDER_MARGIN)
+    strongest, direction = np.zeros(inside.shape, np.float32), np.zeros(inside.shape, np.uint8)
     angles = np.arange(DIRECTIONS) * np.pi / DIRECTIONS
     for k, angle in enumerate(angles):
-        kink = _kinks(data, deviation, inner, sound, angle)
-        across[kink > strongest] = k
+        kink = _kink_sigmas(data, deviation, inner, interior, angle)
+        direction[kink > strongest] = k
         np.maximum(strongest, kink, out=strongest)
-    crest = np.zeros_like(inside)
+    ridge = np.zeros_like(inside)
     for k, angle in enumerate(angles):
-        crest |= (across == k) & (strongest >= cv2.dilate(strongest, _line(angle, APART)))
-    pieces, _ = label(crest & (strongest > FOLLOW_SIGMAS), np.ones((3, 3)))
-    creases: Mask = np.isin(pieces, np.setdiff1d(pieces[crest & (strongest > KINK_SIGMAS)], [0]))
+        ridge |= (direction == k) & (strongest >= cv2.dilate(strongest, _line(angle, MIN_SEPARATION)))
+    pieces, _ = label(ridge & (strongest > FOLLOW_SIGMAS), np.ones((3, 3)))
+    creases: Mask = np.isin(pieces, np.setdiff1d(pieces[ridge & (strongest > KINK_SIGMAS)], [0]))
     return creases
 
 
-def _within(mask: Bytes, samples: int) -> Bytes:
+def _eroded(mask: Bytes, samples: int) -> Bytes:
     """What of a mask lies so many samples inside it."""
     window = np.ones((2 * samples + 1, 2 * samples + 1), np.uint8)
     return np.asarray(cv2.erode(mask, window, borderValue=0), dtype=np.uint8)
 
 
-def _kinks(data: Floats, deviation: Floats, inner: Bytes, sound: Bytes, angle: float) -> NDArray[np.float32]:
+def _kink_sigmas(data: Floats, deviation: Floats, inner: Bytes, interior: Bytes, angle: float) -> NDArray[np.float32]:
     """How many standard deviations a kink across the direction `angle` stands out (rows, cols), 0 where not inner.
 
     Only where all of its kernel is sound is it looked for: from there a crease is taken to go on to the border.
     """
-    kernel, along = _kernel(angle), _line(angle + np.pi / 2, REACH)
+    kernel, line = _kink_kernel(angle), _line(angle + np.pi / 2, HALF_LENGTH)
     variance = np.maximum(cv2.filter2D(deviation**2, cv2.CV_64F, kernel**2), 0.0)
     sigmas = np.abs(cv2.filter2D(data, cv2.CV_64F, kernel)) / np.sqrt(np.maximum(variance, TINY))
     measured = cv2.filter2D((deviation > 0).astype(np.float32), cv2.CV_32F, (kernel != 0) / np.count_nonzero(kernel))
-    whole = (cv2.erode(sound, along, borderValue=0) > 0) & (measured > SURE)
-    if not whole.any():
+    complete = (cv2.erode(interior, line, borderValue=0) > 0) & (measured > MIN_MEASURED)
+    if not complete.any():
         return np.zeros(data.shape, np.float32)
     # Noise that is correlated between samples reaches farther than its variance tells.
-    sigmas /= max(1.0, robust_sigma(sigmas[whole]))
-    known = np.where(whole, sigmas, 0.0).astype(np.float32)
-    carried = cv2.dilate(known, _line(angle + np.pi / 2, REACH + 2 * RIM))
-    return np.asarray(np.where(whole, known, carried) * inner, dtype=np.float32)
+    sigmas /= max(1.0, robust_sigma(sigmas[complete]))
+    known = np.where(complete, sigmas, 0.0).astype(np.float32)
+    extended = cv2.dilate(known, _line(angle + np.pi / 2, HALF_LENGTH + 2 * BORDER_MARGIN))
+    return np.asarray(np.where(complete, known, extended) * inner, dtype=np.float32)
 
 
-def _kernel(angle: float) -> Floats:
+def _kink_kernel(angle: float) -> Floats:
     """Matched filter of |u| across a line through the centre, u running at `angle`; any quadratic gives nothing."""
-    size = RADIUS + REACH
+    size = HALF_WIDTH + HALF_LENGTH
     y, x = np.mgrid[-size : size + 1, -size : size + 1].astype(float)
     u, v = x * np.cos(angle) + y * np.sin(angle), y * np.cos(angle) - x * np.sin(angle)
     # Samples on the rim of the rectangle count by as much of them as lies in it.
-    share = np.clip(RADIUS + 0.5 - np.abs(u), 0, 1) * np.clip(REACH + 0.5 - np.abs(v), 0, 1)
-    within = share > 0
-    root = np.sqrt(share[within])
-    terms = np.stack([(u**p * v**q)[within] for p, q in POWERS], axis=1)
-    fit, *_ = np.linalg.lstsq(terms * root[:, None], np.abs(u[within]) * root, rcond=None)
+    share = np.clip(HALF_WIDTH + 0.5 - np.abs(u), 0, 1) * np.clip(HALF_LENGTH + 0.5 - np.abs(v), 0, 1)
+    support = share > 0
+    weight = np.sqrt(share[support])
+    terms = np.stack([(u**p * v**q)[support] for p, q in POWERS], axis=1)
+    fit, *_ = np.linalg.lstsq(terms * weight[:, None], np.abs(u[support]) * weight, rcond=None)
     kernel = np.zeros_like(u)
-    kernel[within] = share[within] * (np.abs(u[within]) - terms @ fit)
+    kernel[support] = share[support] * (np.abs(u[support]) - terms @ fit)
     return kernel / (kernel * np.abs(u)).sum()
 
 
-def _line(angle: float, reach: int) -> Bytes:
+def _line(angle: float, half_length: int) -> Bytes:
     """The samples of a line through the centre at `angle`, so many to either side."""
-    line = np.zeros((2 * reach + 1, 2 * reach + 1), np.uint8)
-    for step in np.arange(-reach, reach + 0.25, 0.25):
-        line[reach + round(step * np.sin(angle)), reach + round(step * np.cos(angle))] = 1
+    line = np.zeros((2 * half_length + 1, 2 * half_length + 1), np.uint8)
+    for step in np.arange(-half_length, half_length + 0.25, 0.25):
+        line[half_length + round(step * np.sin(angle)), half_length + round(step * np.cos(angle))] = 1
     return line

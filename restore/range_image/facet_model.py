@@ -20,16 +20,16 @@ from restore.range_image.quadratic_fit import MIN_SAMPLES, Quadratics, fit_quadr
 from restore.robust import robust_sigma
 from restore.scan import Floats, Ints, Mask
 
-WIDE = 3  # 7×7 samples: the slope's noise is 1/14 of the depth's, per sample
-NARROW = 2  # 5×5 samples where the surface bends too fast for the wide window, as beside the spine of a book
-BENT = 6.0  # rise of the quadratic over the wide window, in standard deviations of the noise; then cubic terms matter
-MISFIT = 1.5  # residual over the noise; of 43 freedoms noise alone stays below 1.3
-PASSES = 3  # the first is spoilt by the outliers that it shows; the third changes a slope by less than the noise
+WIDE_RADIUS = 3  # 7×7 samples: the slope's noise is 1/14 of the depth's, per sample
+NARROW_RADIUS = 2  # 5×5 samples where the surface bends too fast for the wide window, as beside the spine of a book
+MAX_BEND_SIGMAS = 6.0  # σ of the noise: rise of the quadratic over the wide window, beyond which cubic terms matter
+MAX_MISFIT_SIGMAS = 1.5  # residual over the noise; with 43 degrees of freedom noise alone stays below 1.3
+PASSES = 3  # the first is biased by the outliers that it detects; the third changes slopes by less than the noise
 OUTLIER_SIGMAS = 4.0
-PRECISION = 3e-6  # of the depth, a quarter of the scanner's best; without noise everything would stand out
-CLASSES = 8  # of signal: enough to part ink, half-tones and paper
-TIE = 0.02  # of the merit, per sample of shift
-FIELDS = 6  # of a moved facet: value, slope per column, slope per row, variance, bend, whether it is on one side only
+PRECISION = 3e-6  # of the depth, a quarter of the scanner's best: least noise, or exact data would be all outliers
+SIGNAL_CLASSES = 8  # enough to separate ink, half-tones and paper
+SHIFT_PENALTY = 0.02  # of the merit, per sample of shift
+FACET_FIELDS = 6  # value, slope per column, slope per row, variance, bend, 1 when on one side of a crease
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,12 +51,12 @@ class Facets:
 def fit_facets(
     inverse_depth: Floats,
     measured: Mask,
-    wanted: Mask,
+    inside: Mask,
     signal: Floats | None = None,
     *,
     precision: float = PRECISION,
 ) -> Facets:
-    """Fit facets to inverse depth (rows, cols) 1/mm at every sample of `wanted` that has enough measured neighbours.
+    """Fit facets to inverse depth (rows, cols) 1/mm at every sample of `inside` that has enough measured neighbours.
 
     signal (rows, cols), in any unit, tells samples that returned little light from good ones: they scatter more, and
     count for less. Outliers, which mixed pixels at the edges of ink leave, count for nothing. `precision`, a share of
@@ -65,25 +65,27 @@ def fit_facets(
     """
     level = float(np.median(inverse_depth[measured]))
     data = np.where(measured, inverse_depth - level, 0.0)
-    classes = _classes(signal, measured)
+    classes = _signal_classes(signal, measured)
     weight, floor = measured.astype(float), precision * level
-    nowhere = np.zeros_like(wanted)
+    no_crease = np.zeros_like(inside)
     for _ in range(PASSES):
-        facets, _ = _facets(data, weight, wanted, nowhere, floor)
+        facets, _ = _fit_windows(data, weight, inside, no_crease, floor)
         weight, deviation = _weights(np.where(measured, data - facets[..., 0], np.nan), classes, floor)
     clean = np.where(weight > 0, data, facets[..., 0])
-    crease = find_creases(np.where(wanted, clean, 0.0), np.where(weight > 0, deviation, 0.0), wanted)
-    facets, noise = _facets(data, np.where(crease, 0.0, weight), wanted, crease, floor)  # a crease is on neither side
-    return Facets(np.where(wanted, facets[..., 0] + level, np.nan), facets[..., 1:3], crease, noise)
+    crease = find_creases(np.where(inside, clean, 0.0), np.where(weight > 0, deviation, 0.0), inside)
+    facets, noise = _fit_windows(
+        data, np.where(crease, 0.0, weight), inside, crease, floor
+    )  # a crease is on neither side
+    return Facets(np.where(inside, facets[..., 0] + level, np.nan), facets[..., 1:3], crease, noise)
 
 
-def _classes(signal: Floats | None, measured: Mask) -> Ints:
+def _signal_classes(signal: Floats | None, measured: Mask) -> Ints:
     """(rows, cols): the class of each sample by its signal, 0 the strongest; −1 where nothing was measured."""
     if signal is None:
         return np.where(measured, 0, -1)
     strongest = np.percentile(signal[measured], 95)
     share = np.clip(signal / max(strongest, TINY), 0.0, 1.0)
-    return np.where(measured, np.minimum((1.0 - share) * CLASSES, CLASSES - 1).astype(np.int64), -1)
+    return np.where(measured, np.minimum((1.0 - share) * SIGNAL_CLASSES, SIGNAL_CLASSES - 1).astype(np.int64), -1)
 
 
 def _weights(residual: Floats, classes: Ints, floor: float) -> tuple[Floats, Floats]:
@@ -94,59 +96,63 @@ def _weights(residual: Floats, classes: Ints, floor: float) -> tuple[Floats, Flo
         members = (classes == k) & np.isfinite(residual)
         if members.sum() < MIN_SAMPLES:
             continue
-        scatter = max(robust_sigma(residual[members]), floor)
-        best = min(best, scatter)
-        deviation[members] = scatter
-        weight[members & (np.abs(residual) < OUTLIER_SIGMAS * scatter)] = (best / scatter) ** 2
+        sigma = max(robust_sigma(residual[members]), floor)
+        best = min(best, sigma)
+        deviation[members] = sigma
+        weight[members & (np.abs(residual) < OUTLIER_SIGMAS * sigma)] = (best / sigma) ** 2
     return weight, deviation
 
 
-def _facets(data: Floats, weight: Floats, wanted: Mask, crease: Mask, floor: float) -> tuple[Floats, float]:
+def _fit_windows(data: Floats, weight: Floats, inside: Mask, crease: Mask, floor: float) -> tuple[Floats, float]:
     """The facet (rows, cols, FIELDS) of every sample, and the noise. Before creases are known, misfit tells of them."""
-    fit = fit_quadratics(data, weight, wanted, WIDE)
-    variance = fit.variance[wanted & (weight > 0)]
+    fit = fit_quadratics(data, weight, inside, WIDE_RADIUS)
+    variance = fit.variance[inside & (weight > 0)]
     if not np.isfinite(variance).any():
         raise NotEnoughSurface("the samples lie too far apart", "raise the laser power for dark paper, and scan again")
     noise2 = max(float(np.nanmedian(variance)), floor**2)
-    limit = MISFIT**2 * noise2
+    limit = MAX_MISFIT_SIGMAS**2 * noise2
     distance = cv2.distanceTransform((~crease).astype(np.uint8), cv2.DIST_L2, 5) if crease.any() else None
-    wide = _moved(fit, distance, limit, wanted, WIDE)
-    unfit = wanted & ~((wide[..., 3] <= limit) & (wide[..., 4] <= BENT * np.sqrt(noise2)) & (wide[..., 5] > 0))
-    reach = np.ones((2 * NARROW + 1, 2 * NARROW + 1), np.uint8)
-    near = wanted & cv2.dilate(unfit.astype(np.uint8), reach).astype(bool)
-    narrow = _moved(fit_quadratics(data, weight, near, NARROW), distance, limit, unfit, NARROW)
-    narrower = unfit & ((narrow[..., 5] > 0) | np.isnan(wide[..., 0]))
-    return np.where(narrower[..., None], narrow, wide), float(np.sqrt(noise2))
+    wide = _shift_windows(fit, distance, limit, inside, WIDE_RADIUS)
+    unfit = inside & ~(
+        (wide[..., 3] <= limit) & (wide[..., 4] <= MAX_BEND_SIGMAS * np.sqrt(noise2)) & (wide[..., 5] > 0)
+    )
+    window = np.ones((2 * NARROW_RADIUS + 1, 2 * NARROW_RADIUS + 1), np.uint8)
+    near_unfit = inside & cv2.dilate(unfit.astype(np.uint8), window).astype(bool)
+    narrow = _shift_windows(
+        fit_quadratics(data, weight, near_unfit, NARROW_RADIUS), distance, limit, unfit, NARROW_RADIUS
+    )
+    narrow_is_better = unfit & ((narrow[..., 5] > 0) | np.isnan(wide[..., 0]))
+    return np.where(narrow_is_better[..., None], narrow, wide), float(np.sqrt(noise2))
 
 
-def _moved(fit: Quadratics, distance: Floats | None, limit: float, wanted: Mask, radius: int) -> Floats:
+def _shift_windows(fit: Quadratics, distance: Floats | None, limit: float, inside: Mask, radius: int) -> Floats:
     """Give every sample the best window that holds it: its own, or near a crease one that lies on one side.
 
     With distances from the creases that is the window farthest from them, else the one of least misfit.
     """
     if distance is None:
-        merit, shifted, one_sided = -fit.variance, ~(fit.variance < limit), -limit
+        merit, shifted, one_sided_merit = -fit.variance, ~(fit.variance < limit), -limit
     else:
-        merit, shifted, one_sided = distance.astype(np.float64), distance <= radius + 1.5, float(radius)
-    return _choose(fit.terms, fit.variance, merit, shifted & wanted, wanted, one_sided, radius)
+        merit, shifted, one_sided_merit = distance.astype(np.float64), distance <= radius + 1.5, float(radius)
+    return _choose_windows(fit.terms, fit.variance, merit, shifted & inside, inside, one_sided_merit, radius)
 
 
 @numba.njit(cache=True)
-def _choose(
-    terms: Floats, variance: Floats, merit: Floats, shifted: Mask, wanted: Mask, enough: float, radius: int
+def _choose_windows(
+    terms: Floats, variance: Floats, merit: Floats, shifted: Mask, inside: Mask, one_sided_merit: float, radius: int
 ) -> Floats:
     rows, cols = merit.shape
-    chosen = np.full((rows, cols, FIELDS), np.nan)
+    chosen = np.full((rows, cols, FACET_FIELDS), np.nan)
     for r in range(rows):
         for c in range(cols):
-            if not wanted[r, c]:
+            if not inside[r, c]:
                 continue
             best_r, best_c, best = r, c, -np.inf
             if shifted[r, c]:
                 for i in range(max(0, r - radius), min(rows, r + radius + 1)):
                     for j in range(max(0, c - radius), min(cols, c + radius + 1)):
                         # Of two windows as good the nearer: its quadratic reaches less far.
-                        score = merit[i, j] - TIE * abs(merit[i, j]) * (abs(i - r) + abs(j - c))
+                        score = merit[i, j] - SHIFT_PENALTY * abs(merit[i, j]) * (abs(i - r) + abs(j - c))
                         if not np.isnan(variance[i, j]) and score > best:
                             best_r, best_c, best = i, j, score
             f = terms[best_r, best_c]
@@ -155,6 +161,6 @@ def _choose(
             chosen[r, c, 1] = f[1] + 2 * f[3] * x + f[4] * y
             chosen[r, c, 2] = f[2] + f[4] * x + 2 * f[5] * y
             chosen[r, c, 3] = variance[best_r, best_c]
-            chosen[r, c, 4] = (abs(f[3]) + abs(f[4]) + abs(f[5])) * WIDE * WIDE
-            chosen[r, c, 5] = 1.0 if merit[best_r, best_c] >= enough else 0.0
+            chosen[r, c, 4] = (abs(f[3]) + abs(f[4]) + abs(f[5])) * WIDE_RADIUS * WIDE_RADIUS
+            chosen[r, c, 5] = 1.0 if merit[best_r, best_c] >= one_sided_merit else 0.0
     return chosen

@@ -33,7 +33,7 @@ SAME_PLACE_MM = 0.02  # corners that an export wrote more than once, rounded to 
 # Share of samples that have a right and a lower neighbour: holes and a jagged outline cost a tenth; on half of the
 # true pitch there are none, after decimation hardly any.
 MIN_NEIGHBOURS = 0.6
-MAX_CROWDED = 0.01  # share of vertices in a cell that another vertex has taken
+MAX_SHARED_CELLS = 0.01  # share of vertices in a cell that another vertex has taken
 MIN_SHORT_EDGES = 0.9  # share of edges between neighbouring cells
 # Colour and range come from one camera: texture coordinates are an affine function of the grid to within the
 # registration of the two exposures.
@@ -87,11 +87,11 @@ def organise(mesh: SurfaceMesh, *, colours: Bytes | None = None) -> RangeScan | 
         return None
     lens = _lens(lattice)
     if mesh.texcoords is not None:
-        texture, texture_xy = mesh.texture, _carried(mesh.texcoords, lattice)
+        texture, texture_xy = mesh.texture, _texture_positions(mesh.texcoords, lattice)
     elif mesh.texture is None and colours is not None:
-        texture, texture_xy = _painted(colours, lattice), lattice.positions
+        texture, texture_xy = _picture_from_colours(colours, lattice), lattice.positions
     else:
-        texture, texture_xy = _photographed(mesh.texture, lattice, lens)
+        texture, texture_xy = _camera_positions(mesh.texture, lattice, lens)
     if texture_xy is None:
         return None
     points = np.where(lattice.occupied[..., None], mesh.vertices[lattice.vertex_at], np.nan)
@@ -107,7 +107,7 @@ def _find_lattice(vertices: Floats) -> Lattice | None:
     if columns is None or rows is None:
         return None
     cells = np.rint(np.column_stack([rows.number(down), columns.number(right)])).astype(np.int64)
-    vertex_at = _occupy(vertices, cells)
+    vertex_at = _assign_vertices(vertices, cells)
     return None if vertex_at is None else Lattice(rows, columns, cells, vertex_at)
 
 
@@ -149,16 +149,16 @@ def _fit_lines(tangents: Floats, lines: Lines) -> Lines | None:
     return Lines(lines.first + lines.pitch * float(number.min()), lines.pitch)
 
 
-def _occupy(vertices: Floats, cells: Ints) -> Ints | None:
+def _assign_vertices(vertices: Floats, cells: Ints) -> Ints | None:
     """(rows, cols) number of the vertex in each cell, −1 for none; None when vertices crowd in one cell."""
     shape = cells.max(axis=0) + 1
     flat = cells[:, 0] * shape[1] + cells[:, 1]
-    taken, first, inverse = np.unique(flat, return_index=True, return_inverse=True)
-    apart = np.abs(vertices - vertices[first[inverse]]).max(axis=1) > SAME_PLACE_MM
-    if apart.mean() > MAX_CROWDED:
+    occupied_cells, first, inverse = np.unique(flat, return_index=True, return_inverse=True)
+    distinct = np.abs(vertices - vertices[first[inverse]]).max(axis=1) > SAME_PLACE_MM
+    if distinct.mean() > MAX_SHARED_CELLS:
         return None
     vertex_at = np.full(int(shape.prod()), -1, dtype=np.int64)
-    vertex_at[taken] = first
+    vertex_at[occupied_cells] = first
     return vertex_at.reshape(shape)
 
 
@@ -183,7 +183,7 @@ def _lens(lattice: Lattice) -> tuple[str, int] | None:
     return best if error[best] < FOCAL_TOLERANCE else None
 
 
-def _carried(texcoords: Floats, lattice: Lattice) -> Floats | None:
+def _texture_positions(texcoords: Floats, lattice: Lattice) -> Floats | None:
     """Texture coordinates on the grid: the mesh's own where it has a vertex, their affine continuation elsewhere.
 
     None when they do not follow the grid, or mirrored: the picture is not the camera's view.
@@ -193,17 +193,19 @@ def _carried(texcoords: Floats, lattice: Lattice) -> Floats | None:
     scatter = np.sqrt(np.mean((design @ affine - texcoords) ** 2))
     if scatter > MAX_TEXTURE_SCATTER_PX or np.linalg.det(affine[:2]) <= 0:
         return None
-    continued = lattice.positions @ affine[:2] + affine[2]
-    return np.where(lattice.occupied[..., None], texcoords[lattice.vertex_at], continued)
+    affine_positions = lattice.positions @ affine[:2] + affine[2]
+    return np.where(lattice.occupied[..., None], texcoords[lattice.vertex_at], affine_positions)
 
 
-def _painted(colours: Bytes, lattice: Lattice) -> Bytes:
+def _picture_from_colours(colours: Bytes, lattice: Lattice) -> Bytes:
     """(rows, cols, 3) picture with a pixel for each cell; empty cells take the nearest colour."""
     nearest = distance_transform_edt(~lattice.occupied, return_distances=False, return_indices=True)
     return colours[lattice.vertex_at[tuple(nearest)]]
 
 
-def _photographed(picture: Bytes | None, lattice: Lattice, lens: tuple[str, int] | None) -> tuple[Bytes | None, Floats]:
+def _camera_positions(
+    picture: Bytes | None, lattice: Lattice, lens: tuple[str, int] | None
+) -> tuple[Bytes | None, Floats]:
     """The picture and where the camera sees every cell in it; no picture when it is not what that lens gives."""
     width, height = IMAGE_SIZE if picture is None else picture.shape[1::-1]
     same_view = abs(width * IMAGE_SIZE[1] / (height * IMAGE_SIZE[0]) - 1.0) < ASPECT_TOLERANCE

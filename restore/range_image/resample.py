@@ -14,13 +14,13 @@ from restore.numerics import TINY
 from restore.range_image.camera import Rays
 from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 
-MIN_VERTICES = 30_000  # a window of seven samples is then 5 % of the page; coarser meshes would lose their bends in it
+MIN_VERTICES = 30_000  # a window of seven samples is then 5 % of the page, and smooths the bends of a coarser mesh
 MAX_GRID = 1000  # samples along the longer side
-DISTANCE = 5.0  # page sizes: far enough that walls do not hide behind each other, near enough for exact arithmetic
-STEEP = 0.05  # of the area: the steepest part of the page, which the grid is to sample as densely as its vertices do
-FINEST = 0.5  # of the vertices' spacing: finer, the grid holds little but their noise; nor finer than …
-STEEP_GRID = 500  # … so many samples along the longer side, as many as a scanner has, for whose noise all is made
-MAX_HIDDEN = 0.01  # of the area may be turned away or covered; more, and one view does not tell the surface
+CAMERA_DISTANCE = 5.0  # page sizes: far enough to see between steep walls, near enough for exact arithmetic
+STEEP_SHARE = 0.05  # of the area: the steepest part, which the grid is to sample as densely as its vertices do
+MIN_PITCH = 0.5  # of the vertices' spacing: on a finer grid there is little but their noise
+MAX_STEEP_GRID = 500  # samples along the longer side, as many as a scanner has: the limit of refinement for steep parts
+MAX_HIDDEN = 0.01  # of the area may be turned away or occluded; more, and one view does not show the surface
 
 
 def resample(mesh: SurfaceMesh) -> tuple[RangeScan, Rays] | None:
@@ -35,44 +35,45 @@ def resample(mesh: SurfaceMesh) -> tuple[RangeScan, Rays] | None:
     faces = mesh.faces
     laid = lay(mesh.vertices, faces)
     size = float(np.ptp(laid.positions, axis=0).max())
-    eye = np.array([0.0, 0.0, laid.positions[:, 2].max() + DISTANCE * size])
-    camera = laid.positions - eye
-    tangents = camera[:, :2] / -camera[:, 2:]
+    camera_centre = np.array([0.0, 0.0, laid.positions[:, 2].max() + CAMERA_DISTANCE * size])
+    in_camera = laid.positions - camera_centre
+    tangents = in_camera[:, :2] / -in_camera[:, 2:]
     spacing = sqrt(surface_area(mesh.vertices, faces) / len(mesh.vertices))
-    steep = max(spacing * _foreshortened(mesh.normals, laid), size / STEEP_GRID)
-    pitch = max(min(spacing, steep), size / MAX_GRID) / (DISTANCE * size)
+    steep = max(spacing * _foreshortening(mesh.normals, laid), size / MAX_STEEP_GRID)
+    pitch = max(min(spacing, steep), size / MAX_GRID) / (CAMERA_DISTANCE * size)
     low = tangents.min(axis=0)
     cols, rows = (ceil(extent / pitch) + 1 for extent in np.ptp(tangents, axis=0))
     corners = np.stack([(tangents[:, 0] - low[0]) / pitch, rows - 1 - (tangents[:, 1] - low[1]) / pitch], axis=1)
-    inverse_depth = -1.0 / camera[:, 2]
-    pixels = np.zeros((len(corners), 2)) if mesh.texcoords is None else mesh.texcoords
+    inverse_depth = -1.0 / in_camera[:, 2]
+    texture_xy = np.zeros((len(corners), 2)) if mesh.texcoords is None else mesh.texcoords
     # Divided by depth, everything on a plane is affine over the picture: the perspective-correct interpolation.
-    values = np.column_stack([inverse_depth, pixels * inverse_depth[:, None]])
+    values = np.column_stack([inverse_depth, texture_xy * inverse_depth[:, None]])
     grid = rasterise(corners, faces, values, rows, cols, inverse_depth).astype(np.float64)
-    if _hidden(corners, faces, np.isfinite(grid[..., 0])) > MAX_HIDDEN:
+    if _hidden_share(corners, faces, np.isfinite(grid[..., 0])) > MAX_HIDDEN:
         return None
-    at_rows, at_cols = np.indices((rows, cols))
+    row_index, col_index = np.indices((rows, cols))
     depth = 1.0 / grid[..., 0]
-    x = (low[0] + pitch * at_cols) * depth
-    y = (low[1] + pitch * (rows - 1 - at_rows)) * depth
+    x = (low[0] + pitch * col_index) * depth
+    y = (low[1] + pitch * (rows - 1 - row_index)) * depth
     scan = RangeScan(np.dstack([x, y, -depth]), mesh.texture, grid[..., 1:] * depth[..., None], mesh.provenance)
     y0 = low[1] + pitch * (rows - 1)
-    return scan, Rays(low[0], pitch, y0, -pitch, laid.axes, laid.origin + eye @ laid.axes)
+    return scan, Rays(low[0], pitch, y0, -pitch, laid.axes, laid.origin + camera_centre @ laid.axes)
 
 
-def _foreshortened(normals: Floats, laid: Laid) -> float:
+def _foreshortening(normals: Floats, laid: Laid) -> float:
     """The factor by which the vertices lie nearer in the view than on the surface where the page is steep.
 
-    normals (m, 3) of the faces, twice as long as their areas."""
+    normals (m, 3) of the faces, twice as long as their areas.
+    """
     areas = np.sqrt((normals**2).sum(axis=1))
     slopes = normals @ laid.axes[2] / np.maximum(areas, TINY)
     order = np.argsort(slopes)
-    steep = np.searchsorted(np.cumsum(areas[order]), STEEP * areas.sum())
-    return float(np.clip(slopes[order[steep]], FINEST, 1.0))
+    steep = np.searchsorted(np.cumsum(areas[order]), STEEP_SHARE * areas.sum())
+    return float(np.clip(slopes[order[steep]], MIN_PITCH, 1.0))
 
 
-def _hidden(corners: Floats, faces: Ints, seen: Mask) -> float:
+def _hidden_share(corners: Floats, faces: Ints, covered: Mask) -> float:
     """Share of the mesh's shadow that is turned away or lies behind something else."""
     areas = signed_areas(corners * [1.0, -1.0], faces)
     total = float(np.abs(areas).sum())
-    return max(1.0 - float(seen.sum()) / total, float(np.maximum(-areas, 0.0).sum()) / total)
+    return max(1.0 - float(covered.sum()) / total, float(np.maximum(-areas, 0.0).sum()) / total)

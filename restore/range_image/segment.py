@@ -12,9 +12,9 @@ from restore.range_image.table import find_table
 from restore.scan import Floats, Ints, Mask, RangeScan
 
 MAX_SLOPE = 6.0  # 80.5°: steeper than any wall that camera and laser both see, less steep than the step to the table
-REACH = 2  # samples: drop-outs inside ink leave gaps of one or two
+MAX_GAP = 2  # samples: drop-outs inside ink leave gaps of one or two
 MIN_SHARE = 0.02  # of the grid: a smaller piece is no page
-CLOSING = 5  # samples: notches that ink leaves in the outline
+CLOSING_DIAMETER = 5  # samples: notches that ink leaves in the outline
 
 
 def find_sheet(scan: RangeScan, rays: Rays, *, framed: bool = True) -> tuple[Mask, Mask]:
@@ -26,11 +26,11 @@ def find_sheet(scan: RangeScan, rays: Rays, *, framed: bool = True) -> tuple[Mas
     measured = scan.measured
     inverse_depth = 1.0 / np.where(measured, -scan.points[..., 2], np.nan)
     measured = measured & ~find_table(scan, inverse_depth, measured, framed=framed)
-    labels = _connected(1.0 / inverse_depth, measured, rays.dx * MAX_SLOPE)
+    labels = _label_connected(1.0 / inverse_depth, measured, rays.dx * MAX_SLOPE)
     sizes = np.bincount(labels.ravel())
     sizes[0] = 0  # what belongs to no piece
     samples = measured & (labels == int(np.argmax(sizes)))
-    inside = outline(samples)
+    inside = fill_outline(samples)
     share = min(samples.mean(), inside.mean())  # a comb of single lines covers nothing
     if share < MIN_SHARE:
         raise NotEnoughSurface(
@@ -40,20 +40,20 @@ def find_sheet(scan: RangeScan, rays: Rays, *, framed: bool = True) -> tuple[Mas
     return samples, inside
 
 
-def outline(samples: Mask) -> Mask:
+def fill_outline(samples: Mask) -> Mask:
     """The area that the samples cover: notches closed, interior holes filled, nothing added outside."""
     from scipy.ndimage import binary_fill_holes
 
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (CLOSING, CLOSING))
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (CLOSING_DIAMETER, CLOSING_DIAMETER))
     # With room round it: closing would bridge a notch to the border of the grid.
-    closed = cv2.morphologyEx(np.pad(samples, CLOSING).astype(np.uint8), cv2.MORPH_CLOSE, kernel)
+    closed = cv2.morphologyEx(np.pad(samples, CLOSING_DIAMETER).astype(np.uint8), cv2.MORPH_CLOSE, kernel)
     opened = cv2.morphologyEx(binary_fill_holes(closed).astype(np.uint8), cv2.MORPH_OPEN, kernel)
-    filled: Mask = opened[CLOSING:-CLOSING, CLOSING:-CLOSING].astype(bool)
+    filled: Mask = opened[CLOSING_DIAMETER:-CLOSING_DIAMETER, CLOSING_DIAMETER:-CLOSING_DIAMETER].astype(bool)
     return filled
 
 
 @numba.njit(cache=True)
-def _connected(depth: Floats, measured: Mask, step: float) -> Ints:
+def _label_connected(depth: Floats, measured: Mask, step: float) -> Ints:
     """Label the pieces whose neighbouring samples differ by less than `step` of their depth for each sample between."""
     rows, cols = depth.shape
     labels = np.zeros((rows, cols), np.int64)
@@ -70,8 +70,8 @@ def _connected(depth: Floats, measured: Mask, step: float) -> Ints:
             while top:
                 top -= 1
                 r, c = stack[top]
-                for i in range(max(0, r - REACH), min(rows, r + REACH + 1)):
-                    for j in range(max(0, c - REACH), min(cols, c + REACH + 1)):
+                for i in range(max(0, r - MAX_GAP), min(rows, r + MAX_GAP + 1)):
+                    for j in range(max(0, c - MAX_GAP), min(cols, c + MAX_GAP + 1)):
                         if not measured[i, j] or labels[i, j]:
                             continue
                         reach = max(abs(i - r), abs(j - c))

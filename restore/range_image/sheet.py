@@ -9,14 +9,14 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt, map_coordinates
 
 from restore.mesh.raster import rasterise
-from restore.range_image.camera import LensTerms, Rays, stretch
+from restore.range_image.camera import LensTerms, Rays, distortion_factor
 from restore.range_image.facet_model import Facets
 from restore.scan import Floats, Ints, Mask, RangeScan
 
 # Slopes that differ by more than this many times the noise are two sides of a crease, not noise of one facet.
 CREASE_SIGMAS = 1.0
 
-_stretch = numba.njit(cache=True)(stretch)
+_distortion_factor = numba.njit(cache=True)(distortion_factor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,18 +98,18 @@ def _evaluate(planes: Floats, nodes: Floats) -> Floats:
 
 
 @numba.njit(cache=True)
-def _place(r: float, c: float, w: float, lens: LensTerms) -> tuple[float, float, float]:
+def _unproject(r: float, c: float, w: float, lens: LensTerms) -> tuple[float, float, float]:
     x0, dx, y0, dy, k1, k2 = lens
     u, v = x0 + dx * c, y0 + dy * r
     depth = 1.0 / w
-    scale = depth / _stretch(u * u + v * v, k1, k2)
+    scale = depth / _distortion_factor(u * u + v * v, k1, k2)
     return u * scale, v * scale, depth
 
 
 @numba.njit(cache=True)
 def _distance(ra: float, ca: float, wa: float, rb: float, cb: float, wb: float, lens: LensTerms) -> float:
-    xa, ya, za = _place(ra, ca, wa, lens)
-    xb, yb, zb = _place(rb, cb, wb, lens)
+    xa, ya, za = _unproject(ra, ca, wa, lens)
+    xb, yb, zb = _unproject(rb, cb, wb, lens)
     return np.sqrt((xa - xb) ** 2 + (ya - yb) ** 2 + (za - zb) ** 2)
 
 

@@ -9,18 +9,18 @@ from scipy.ndimage import binary_erosion, binary_fill_holes
 from restore.robust import robust_sigma, robust_sigmas
 from restore.scan import Floats, Mask, RangeScan
 
-BAND = 12  # samples: the table reaches the border of the picture, the sheet should not
+BORDER_BAND = 12  # samples: the table reaches the border of the picture, the sheet should not
 MIN_SHARE = 0.25  # of the band's samples on one plane; less is no table
-TRIALS = 200  # of three samples: with a quarter on the plane, one trial in 64 hits it
-TRIED = 2000  # samples that judge a trial
+RANSAC_TRIALS = 200  # of three samples: with a quarter on the plane, one trial in 64 hits it
+TRIAL_SUBSET = 2000  # samples on which the inliers of a trial are counted
 ON_PLANE_SIGMAS = 4.0
-SAME_COLOUR = 3.5  # Mahalanobis distance; 1 % of a normal colour cloud lies outside
-COLOUR_FLOOR = np.array([8.0, 3.0, 3.0])  # least spread of L, a, b: uneven light changes L most
-CLEARLY_OTHER = 12.0  # ΔE between the table and the brightest of the rest, below which the "table" is part of the page
-BRIGHT = 75  # percentile: paper, not ink
-LEAST_NOISE_MM = 0.01  # coordinates are written to a hundredth of a millimetre
-FRINGE = 3  # samples: how far lens and drop-outs blur the edge of the sheet
-MIN_SHEET = 0.05  # of the picture, in one piece; what is left of a page that fills the picture are letters and lines
+MAX_COLOUR_DISTANCE = 3.5  # Mahalanobis distance; 1 % of a normal colour cloud lies outside
+MIN_COLOUR_SIGMA = np.array([8.0, 3.0, 3.0])  # least spread of L, a, b: uneven light changes L most
+MIN_COLOUR_DIFFERENCE = 12.0  # ΔE between table and paper, below which the "table" is part of the page
+PAPER_PERCENTILE = 75  # of lightness: brighter samples are paper, not ink
+MIN_NOISE_MM = 0.01  # coordinates are written to a hundredth of a millimetre
+EDGE_BLUR = 3  # samples over which lens and drop-outs blur the edge of the sheet
+MIN_SHEET = 0.05  # of the picture, in one piece; the rest of a page that fills the picture is letters and lines
 
 
 def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed: bool = True) -> Mask:
@@ -30,104 +30,108 @@ def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed
     picture to its frame; where the picture's frame means nothing, as for a mesh that was turned since (`framed` False),
     it goes to the outer border of what was measured, and most of the rest has to stand off its plane.
     """
-    nothing = np.zeros_like(measured)
+    no_table = np.zeros_like(measured)
     outer = np.ones_like(measured) if framed else binary_fill_holes(measured)
-    band = measured & ~binary_erosion(outer, iterations=BAND)
-    if band.sum() < MIN_SHARE * (outer & ~binary_erosion(outer, iterations=BAND)).sum():
-        return nothing
-    sight = scan.points[..., :2] * inverse_depth[..., None]
-    residual, tolerance = _plane(inverse_depth, sight / np.nanmedian(np.diff(sight[..., 0])), band)
+    band = measured & ~binary_erosion(outer, iterations=BORDER_BAND)
+    if band.sum() < MIN_SHARE * (outer & ~binary_erosion(outer, iterations=BORDER_BAND)).sum():
+        return no_table
+    directions = scan.points[..., :2] * inverse_depth[..., None]
+    residual, tolerance = _fit_plane(inverse_depth, directions / np.nanmedian(np.diff(directions[..., 0])), band)
     on_plane = measured & (residual < tolerance)
     if on_plane[band].mean() < MIN_SHARE:
-        return nothing
-    colour = _colours(scan)
+        return no_table
+    colour = _lab_colours(scan)
     if colour is None:
-        return on_plane if _surrounds(on_plane, band) else nothing
-    centre, spread = _cloud(colour[on_plane & band])
-    table = on_plane & (_distance(colour, centre, spread) < SAME_COLOUR)
+        return on_plane if _surrounds(on_plane, band) else no_table
+    centre, sigma = _colour_distribution(colour[on_plane & band])
+    table = on_plane & (_colour_distance(colour, centre, sigma) < MAX_COLOUR_DISTANCE)
     rest = measured & ~table
     if not rest.any():
-        return nothing
+        return no_table
     paper = _paper_colour(colour[rest])
-    if np.linalg.norm(paper - centre) < CLEARLY_OTHER or _largest_piece(rest) < MIN_SHEET * rest.size:
-        return nothing
+    if np.linalg.norm(paper - centre) < MIN_COLOUR_DIFFERENCE or _largest_piece(rest) < MIN_SHEET * rest.size:
+        return no_table
     if not framed and on_plane[rest].mean() > 0.5:
-        return nothing
-    return table | _fringe(table, on_plane, colour, centre, paper)
+        return no_table
+    return table | _blurred_edge(table, on_plane, colour, centre, paper)
 
 
-def _fringe(table: Mask, on_plane: Mask, colour: Floats, centre: Floats, paper: Floats) -> Mask:
+def _blurred_edge(table: Mask, on_plane: Mask, colour: Floats, centre: Floats, paper: Floats) -> Mask:
     """Samples in the plane of the table and beside it whose colour, mixed at the sheet's edge, is more the table's."""
-    beside = cv2.dilate(table.astype(np.uint8), np.ones((2 * FRINGE + 1, 2 * FRINGE + 1), np.uint8)).astype(bool)
+    adjacent = cv2.dilate(table.astype(np.uint8), np.ones((2 * EDGE_BLUR + 1, 2 * EDGE_BLUR + 1), np.uint8)).astype(
+        bool
+    )
     nearer = np.linalg.norm(colour - centre, axis=2) < np.linalg.norm(colour - paper, axis=2)
-    return beside & on_plane & nearer
+    return adjacent & on_plane & nearer
 
 
 def _surrounds(on_plane: Mask, band: Mask) -> bool:
     """Whether the plane shows on all four sides of the picture; one side of a fold that fills it shows on three."""
-    sides = (np.s_[:BAND], np.s_[-BAND:], np.s_[:, :BAND], np.s_[:, -BAND:])
+    sides = (np.s_[:BORDER_BAND], np.s_[-BORDER_BAND:], np.s_[:, :BORDER_BAND], np.s_[:, -BORDER_BAND:])
     return all((on_plane & band)[side].sum() > MIN_SHARE * band[side].sum() for side in sides)
 
 
-def _plane(inverse_depth: Floats, sight: Floats, band: Mask) -> tuple[Floats, float]:
+def _fit_plane(inverse_depth: Floats, directions: Floats, band: Mask) -> tuple[Floats, float]:
     """Distance of every sample from the plane that most of the band lies on (RANSAC), and what noise explains of it.
 
     sight (rows, cols, 2) where each sample looks, in samples: a lens bends the grid, so row and column will not do.
     """
-    values, terms = inverse_depth[band], np.column_stack([np.ones(band.sum()), sight[band]])
-    noise = _noise(inverse_depth, band)
+    values, design = inverse_depth[band], np.column_stack([np.ones(band.sum()), directions[band]])
+    noise = _noise_sigma(inverse_depth, band)
     random = np.random.default_rng(0)  # fixed: the same scan gives the same page
-    judges = random.choice(len(values), min(TRIED, len(values)), replace=False)
-    triples = random.integers(len(values), size=(TRIALS, 3))
-    best, most = np.zeros(3), -1
+    subset = random.choice(len(values), min(TRIAL_SUBSET, len(values)), replace=False)
+    triples = random.integers(len(values), size=(RANSAC_TRIALS, 3))
+    best, best_count = np.zeros(3), -1
     for triple in triples:
-        if abs(np.linalg.det(terms[triple])) < 1.0:
+        if abs(np.linalg.det(design[triple])) < 1.0:
             continue
-        plane = np.linalg.solve(terms[triple], values[triple])
-        count = int((np.abs(terms[judges] @ plane - values[judges]) < ON_PLANE_SIGMAS * noise).sum())
-        if count > most:
-            best, most = plane, count
+        plane = np.linalg.solve(design[triple], values[triple])
+        count = int((np.abs(design[subset] @ plane - values[subset]) < ON_PLANE_SIGMAS * noise).sum())
+        if count > best_count:
+            best, best_count = plane, count
     for _ in range(3):
-        near = np.abs(terms @ best - values) < ON_PLANE_SIGMAS * noise
-        if near.sum() < 3:
+        inliers = np.abs(design @ best - values) < ON_PLANE_SIGMAS * noise
+        if inliers.sum() < 3:
             break
-        best, *_ = np.linalg.lstsq(terms[near], values[near], rcond=None)
-    return np.abs(best[0] + sight @ best[1:] - inverse_depth), ON_PLANE_SIGMAS * noise
+        best, *_ = np.linalg.lstsq(design[inliers], values[inliers], rcond=None)
+    return np.abs(best[0] + directions @ best[1:] - inverse_depth), ON_PLANE_SIGMAS * noise
 
 
-def _noise(inverse_depth: Floats, band: Mask) -> float:
+def _noise_sigma(inverse_depth: Floats, band: Mask) -> float:
     """Standard deviation of one sample, from second differences down the columns, where noise is not correlated."""
     second = np.where(band, inverse_depth, np.nan)
     second = second[2:] - 2 * second[1:-1] + second[:-2]
-    floor = LEAST_NOISE_MM * float(np.nanmedian(inverse_depth)) ** 2
+    floor = MIN_NOISE_MM * float(np.nanmedian(inverse_depth)) ** 2
     return max(robust_sigma(second[np.isfinite(second)]) / float(np.sqrt(6.0)), floor)
 
 
-def _colours(scan: RangeScan) -> Floats | None:
+def _lab_colours(scan: RangeScan) -> Floats | None:
     """L*a*b* of every sample (rows, cols, 3), or None for a scan without colour."""
     if scan.texture is None:
         return None
     smooth = cv2.medianBlur(scan.texture, 3).astype(np.float32) / 255.0
     lab = cv2.cvtColor(smooth, cv2.COLOR_RGB2LAB)
-    where = np.nan_to_num(scan.texture_xy, nan=-1.0).astype(np.float32)
-    colours: Floats = cv2.remap(lab, where, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(np.float64)
+    positions = np.nan_to_num(scan.texture_xy, nan=-1.0).astype(np.float32)
+    colours: Floats = cv2.remap(lab, positions, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(
+        np.float64
+    )
     return colours
 
 
-def _cloud(colours: Floats) -> tuple[Floats, Floats]:
+def _colour_distribution(colours: Floats) -> tuple[Floats, Floats]:
     centre = np.median(colours, axis=0)
-    spread = robust_sigmas(colours - centre)
-    return centre, np.maximum(spread, COLOUR_FLOOR)
+    sigma = robust_sigmas(colours - centre)
+    return centre, np.maximum(sigma, MIN_COLOUR_SIGMA)
 
 
-def _distance(colours: Floats, centre: Floats, spread: Floats) -> Floats:
-    distance: Floats = np.linalg.norm((colours - centre) / spread, axis=-1)
+def _colour_distance(colours: Floats, centre: Floats, sigma: Floats) -> Floats:
+    distance: Floats = np.linalg.norm((colours - centre) / sigma, axis=-1)
     return distance
 
 
 def _paper_colour(rest: Floats) -> Floats:
     """L*a*b* of the paper: the brighter part of all colours (n, 3) off the table."""
-    colour: Floats = np.median(rest[rest[:, 0] >= np.percentile(rest[:, 0], BRIGHT)], axis=0)
+    colour: Floats = np.median(rest[rest[:, 0] >= np.percentile(rest[:, 0], PAPER_PERCENTILE)], axis=0)
     return colour
 
 

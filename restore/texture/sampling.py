@@ -1,4 +1,4 @@
-"""Read a picture at the places that a page asks for, without skipping pixels where the page is coarser."""
+"""Sample a picture at given positions, prefiltered where the samples are coarser than its pixels."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from numpy.typing import NDArray
 
 from restore.scan import Bytes, Floats
 
-MAX_TAPS = 64  # a page pixel averages at most 16 × 16 of the picture's: coarser pages are no reason to wait
-# A page so little coarser than its picture would fold back only what is finer than 2.5 pixels of the picture, which no
-# lens shows with contrast. From there on the kernel grows, and soon is as wide as it must be.
-SHARP, GROWTH = 1.25, 6.0
-# Sums may be reordered, and divided by their inverse; NaN must stay what it is.
-FAST = {"contract", "reassoc", "arcp", "nsz"}
+MAX_TAPS = 64  # along each axis: a page pixel averages at most 16 × 16 of the picture's, which bounds the time
+# Up to a step of MAX_SHARP_STEP pixels only periods below 2.5 pixels of the picture alias, which no lens shows with
+# contrast. From there the kernel widens, by WIDTH_GROWTH per pixel of step until it is as wide as the step.
+MAX_SHARP_STEP, WIDTH_GROWTH = 1.25, 6.0
+# Sums may be reordered and divisions replaced by reciprocals; NaN must be preserved.
+FASTMATH = {"contract", "reassoc", "arcp", "nsz"}
 
 
 @numba.njit(cache=True)
@@ -29,24 +29,27 @@ def _kernel(t: float) -> float:
 
 
 @numba.njit(cache=True)
-def _fill(place: float, stretch: float, size: int, weights: Floats, at: NDArray[np.int64]) -> int:
-    """Taps round a place and their weights, which sum to one; beyond the border the last pixel goes on."""
-    first = int(np.ceil(place - 2.0 * stretch))
-    last = int(np.floor(place + 2.0 * stretch))
+def _fill_taps(position: float, scale: float, size: int, weights: Floats, indices: NDArray[np.int64]) -> int:
+    """The number of taps round a position, whose indices and weights (of sum one) are written to the two arrays.
+
+    Beyond the border the last pixel is replicated.
+    """
+    first = int(np.ceil(position - 2.0 * scale))
+    last = int(np.floor(position + 2.0 * scale))
     count = min(last - first + 1, MAX_TAPS)
     total = 0.0
     for n in range(count):
-        weights[n] = _kernel((first + n - place) / stretch)
+        weights[n] = _kernel((first + n - position) / scale)
         total += weights[n]
-        at[n] = min(max(first + n, 0), size - 1)
+        indices[n] = min(max(first + n, 0), size - 1)
     for n in range(count):
         weights[n] /= total
     return count
 
 
 @numba.njit(cache=True)
-def _step(source: NDArray[np.float32], row: int, col: int, k: int) -> float:
-    """How far neighbouring page pixels lie apart in the picture, along its axis k."""
+def _source_step(source: NDArray[np.float32], row: int, col: int, k: int) -> float:
+    """The distance in the picture between neighbouring page pixels, along its axis k, in pixels."""
     rows, cols, _ = source.shape
     right = source[row, col + 1, k] - source[row, col, k] if col + 1 < cols else np.nan
     if np.isnan(right):
@@ -59,22 +62,24 @@ def _step(source: NDArray[np.float32], row: int, col: int, k: int) -> float:
 
 
 @numba.njit(cache=True)
-def _stretch(step: float) -> float:
-    """How wide the kernel is where page pixels lie a step apart in the picture."""
-    return min(max(1.0, min(step, 1.0 + GROWTH * (step - SHARP))), MAX_TAPS / 4.0 - 1.0)
+def _kernel_scale(step: float) -> float:
+    """The scale of the kernel where neighbouring page pixels lie a step apart in the picture."""
+    return min(max(1.0, min(step, 1.0 + WIDTH_GROWTH * (step - MAX_SHARP_STEP))), MAX_TAPS / 4.0 - 1.0)
 
 
-@numba.njit(cache=True, fastmath=FAST)
+@numba.njit(cache=True, fastmath=FASTMATH)
 def _catmull_rom(t: Any) -> tuple[Any, Any, Any, Any]:
-    """Weights of the four pixels round a place t beyond the second."""
+    """Catmull-Rom weights of the four pixels round a position t beyond the second."""
     half, one, two, more, most = np.float32(0.5), np.float32(1), np.float32(2), np.float32(1.5), np.float32(2.5)
     last = t * t * (half * t - half)
     return t * (t * (one - half * t) - half), one + t * t * (more * t - most), t * (half + t * (two - more * t)), last
 
 
-@numba.njit(cache=True, fastmath=FAST)
-def _sharp(codes: Bytes, width: int, x: float, y: float, line: NDArray[np.float32], out: NDArray[np.float32]) -> None:
-    """Read a picture's codes (H · W · 3) at a place inside it, from the 4 × 4 pixels round it."""
+@numba.njit(cache=True, fastmath=FASTMATH)
+def _sample_catmull_rom(
+    codes: Bytes, width: int, x: float, y: float, line: NDArray[np.float32], out: NDArray[np.float32]
+) -> None:
+    """Write to out (3,) the codes (H · W · 3) of a picture interpolated at a position inside it, from 4 × 4 pixels."""
     left, top = int(np.floor(x)), int(np.floor(y))
     u, v = _catmull_rom(x - np.float32(left)), _catmull_rom(y - np.float32(top))
     a, below = 3 * ((top - 1) * width + left - 1), 3 * width
@@ -87,8 +92,8 @@ def _sharp(codes: Bytes, width: int, x: float, y: float, line: NDArray[np.float3
 
 
 @numba.njit(cache=True)
-def _is_fine(source: NDArray[np.float32], row: int, col: int, limit: float) -> bool:
-    """Whether the next page pixels lie so near in the picture that 4 × 4 of its pixels are enough; not beside NaN."""
+def _is_oversampled(source: NDArray[np.float32], row: int, col: int, limit: float) -> bool:
+    """True when the step to the next page pixels needs no wider kernel than 4 × 4 pixels; False beside NaN."""
     rows, cols, _ = source.shape
     if row + 1 >= rows or col + 1 >= cols:
         return False
@@ -104,12 +109,12 @@ def sample_scaled(picture: Bytes, source: NDArray[np.float32]) -> NDArray[np.flo
     """(h, w, 3) float32 codes of a picture (H, W, 3) at positions (h, w, 2), 0 where they are NaN.
 
     Catmull-Rom interpolation (1974); where page pixels lie more than a picture's pixel apart, its kernel is as much
-    wider, so that all pixels between count.
+    wider, so that all pixels between them contribute.
     """
     height, width, _ = picture.shape
     rows, cols, _ = source.shape
     image = np.zeros((rows, cols, 3), np.float32)
-    codes, line, limit = picture.reshape(-1), np.empty(12, np.float32), np.float32(SHARP**2)
+    codes, line, limit = picture.reshape(-1), np.empty(12, np.float32), np.float32(MAX_SHARP_STEP**2)
     wx, wy = np.empty(MAX_TAPS), np.empty(MAX_TAPS)
     ax, ay = np.empty(MAX_TAPS, np.int64), np.empty(MAX_TAPS, np.int64)
     for row in range(rows):
@@ -117,11 +122,11 @@ def sample_scaled(picture: Bytes, source: NDArray[np.float32]) -> NDArray[np.flo
             x, y = source[row, col, 0], source[row, col, 1]
             if np.isnan(x):
                 continue
-            if 1 <= x < width - 2 and 1 <= y < height - 2 and _is_fine(source, row, col, limit):
-                _sharp(codes, width, x, y, line, image[row, col])
+            if 1 <= x < width - 2 and 1 <= y < height - 2 and _is_oversampled(source, row, col, limit):
+                _sample_catmull_rom(codes, width, x, y, line, image[row, col])
                 continue
-            sx, sy = _stretch(_step(source, row, col, 0)), _stretch(_step(source, row, col, 1))
-            across, down = _fill(x, sx, width, wx, ax), _fill(y, sy, height, wy, ay)
+            sx, sy = _kernel_scale(_source_step(source, row, col, 0)), _kernel_scale(_source_step(source, row, col, 1))
+            across, down = _fill_taps(x, sx, width, wx, ax), _fill_taps(y, sy, height, wy, ay)
             red, green, blue = 0.0, 0.0, 0.0
             for i in range(down):
                 r, g, b = 0.0, 0.0, 0.0

@@ -19,22 +19,22 @@ from restore.errors import BadInput
 from restore.scan import Bytes, Floats, RangeScan
 
 FACTOR = 2  # finer pixels to a pixel's side; beyond, a pixel's own area leaves nothing to find
-LEAST_SHOTS = FACTOR**2  # one image for each finer pixel within a pixel
+MIN_SHOTS = FACTOR**2  # one image for each finer pixel within a pixel
 LENS_BLUR_PX = 0.35  # standard deviation of the lens's blur, in pixels of the images
-ROUNDS = 12  # later rounds bring out more noise than print
+ITERATIONS = 12  # later rounds bring out more noise than print
 # Shifts of a few pixels see the page from another place, and its hills move against its hollows: by 3 % of the shift
 # at the scanner's 0.9 m, which then is less than a tenth of a pixel.
-FARTHEST_PX = 3.0
-ALIKE = 0.7  # correlation of two images: of small print half a pixel apart 0.85, of different pages below 0.5
+MAX_SHIFT_PX = 3.0
+MIN_CORRELATION = 0.7  # correlation of two images: of small print half a pixel apart 0.85, of different pages below 0.5
 # Length of the mean of the shifts' fractions on a circle: 1 where all pixels lie on each other, 0 where they spread.
-TOO_ALIKE = 0.95
-ECC_ROUNDS, ECC_GAIN, ECC_BLUR_PX = 100, 1e-6, 5
+MAX_PHASE_CONCENTRATION = 0.95
+ECC_ITERATIONS, ECC_TOLERANCE, ECC_BLUR_PX = 100, 1e-6, 5
 
 Picture = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
-class Finer:
+class SuperResolution:
     """image (FACTOR · h, FACTOR · w, 3) uint8; maps (n, 2, 3): pixels of the first image to those of each."""
 
     image: Bytes
@@ -42,38 +42,41 @@ class Finer:
 
 
 def finer_scan(shots: Sequence[RangeScan]) -> RangeScan:
-    """The first scan with the colour of all shots in finer pixels. Raises BadInput as `finer`."""
+    """The first scan with the colour of all shots in finer pixels. Raises BadInput as `super_resolve`."""
     first = shots[0]
     images = [shot.texture for shot in shots if shot.texture is not None]
     if len(images) < len(shots) or first.texture is None:
         raise BadInput("a shot has no colour image", "leave it out")
-    found = finer(images)
-    told = {"shots": len(shots), "factor": FACTOR, "shifts_px": _shifts(found.maps, images[0]).round(3).tolist()}
-    place = first.texture_xy * FACTOR + (FACTOR - 1) / 2
-    return replace(first, texture=found.image, texture_xy=place, provenance={**first.provenance, "super": told})
+    result = super_resolve(images)
+    summary = {"shots": len(shots), "factor": FACTOR, "shifts_px": _shifts(result.maps, images[0]).round(3).tolist()}
+    positions = first.texture_xy * FACTOR + (FACTOR - 1) / 2
+    return replace(first, texture=result.image, texture_xy=positions, provenance={**first.provenance, "super": summary})
 
 
-def finer(images: Sequence[Bytes]) -> Finer:
+def super_resolve(images: Sequence[Bytes]) -> SuperResolution:
     """Join images (h, w, 3) uint8 of the same page.
 
     Raises BadInput when they are too few, of different sizes, of different pages, too far apart, or nowhere apart.
     """
-    if len(images) < LEAST_SHOTS:
-        raise BadInput(f"{len(images)} shots are too few to see more than one does", f"take {LEAST_SHOTS} or more")
+    if len(images) < MIN_SHOTS:
+        raise BadInput(f"{len(images)} shots are too few to see more than one does", f"take {MIN_SHOTS} or more")
     if len({image.shape for image in images}) > 1:
         raise BadInput("the shots are of different sizes", "take all shots with the same settings")
     maps = np.stack([registration(images[0], image, name=f"shot {i + 1}") for i, image in enumerate(images)])
-    spread = np.abs(np.exp(2j * np.pi * _shifts(maps, images[0])).mean(axis=0))
-    if spread.max() > TOO_ALIKE:
+    concentration = np.abs(np.exp(2j * np.pi * _shifts(maps, images[0])).mean(axis=0))
+    if concentration.max() > MAX_PHASE_CONCENTRATION:
         raise BadInput("the shots lie on each other", "move page or scanner by half a pixel or so between shots")
-    seen = [image.astype(np.float32) for image in images]
-    picture = np.mean([_back(image, here) for image, here in zip(seen, maps, strict=True)], axis=0)
+    observed = [image.astype(np.float32) for image in images]
+    picture = np.mean([_back_project(image, affine) for image, affine in zip(observed, maps, strict=True)], axis=0)
     # Beside ink and table, projecting back overshoots: paper there is no brighter than what was seen of it.
-    brightest = cv2.dilate(picture, np.ones((2 * FACTOR + 1, 2 * FACTOR + 1), np.uint8))
-    for _ in range(ROUNDS):
-        lacks = [_back(image - _look(picture, here), here) for image, here in zip(seen, maps, strict=True)]
-        picture = np.minimum(picture + np.mean(lacks, axis=0), brightest)
-    return Finer(np.clip(np.rint(picture), 0, 255).astype(np.uint8), maps)
+    upper_bound = cv2.dilate(picture, np.ones((2 * FACTOR + 1, 2 * FACTOR + 1), np.uint8))
+    for _ in range(ITERATIONS):
+        residuals = [
+            _back_project(image - _forward(picture, affine), affine)
+            for image, affine in zip(observed, maps, strict=True)
+        ]
+        picture = np.minimum(picture + np.mean(residuals, axis=0), upper_bound)
+    return SuperResolution(np.clip(np.rint(picture), 0, 255).astype(np.uint8), maps)
 
 
 def registration(reference: Bytes, image: Bytes, *, name: str = "a shot") -> Floats:
@@ -85,21 +88,22 @@ def registration(reference: Bytes, image: Bytes, *, name: str = "a shot") -> Flo
     grey, other = (cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY) for picture in (reference, image))
     (dx, dy), _ = cv2.phaseCorrelate(grey.astype(np.float64), other.astype(np.float64))
     start = np.array([[1, 0, dx], [0, 1, dy]], np.float32)
-    ending = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, ECC_ROUNDS, ECC_GAIN)
-    stranger = BadInput(f"{name} does not show the same page", "take all shots of one page, one after the other")
+    ending = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, ECC_ITERATIONS, ECC_TOLERANCE)
+    different_page = BadInput(f"{name} does not show the same page", "take all shots of one page, one after the other")
     try:
-        alike, found = cv2.findTransformECC(grey, other, start, cv2.MOTION_AFFINE, ending, None, ECC_BLUR_PX)
+        correlation, result = cv2.findTransformECC(grey, other, start, cv2.MOTION_AFFINE, ending, None, ECC_BLUR_PX)
     except cv2.error as error:
-        raise stranger from error
-    if alike < ALIKE:
-        raise stranger
+        raise different_page from error
+    if correlation < MIN_CORRELATION:
+        raise different_page
     corners = np.array([[x, y, 1.0] for x in (0, grey.shape[1]) for y in (0, grey.shape[0])])
-    farthest = float(np.linalg.norm(corners @ found.T - corners[:, :2], axis=1).max())
-    if farthest > FARTHEST_PX:
+    largest_shift = float(np.linalg.norm(corners @ result.T - corners[:, :2], axis=1).max())
+    if largest_shift > MAX_SHIFT_PX:
         raise BadInput(
-            f"{name} has moved by {farthest:.1f} pixels", f"move the page by less than {FARTHEST_PX:g} between shots"
+            f"{name} has moved by {largest_shift:.1f} pixels",
+            f"move the page by less than {MAX_SHIFT_PX:g} between shots",
         )
-    return np.asarray(found, np.float64)
+    return np.asarray(result, np.float64)
 
 
 def _shifts(maps: Floats, image: Bytes) -> Floats:
@@ -108,24 +112,24 @@ def _shifts(maps: Floats, image: Bytes) -> Floats:
     return np.asarray(maps @ middle - middle[:2])
 
 
-def _look(picture: Picture, here: Floats) -> Picture:
+def _forward(picture: Picture, affine: Floats) -> Picture:
     """What the camera sees of the finer picture: its blur, its pixels' area, at its place."""
-    seen = cv2.GaussianBlur(picture, (0, 0), LENS_BLUR_PX * FACTOR)
-    seen = cv2.blur(seen, (FACTOR, FACTOR))  # an even box lies half a pixel up and left: FACTOR / 2 below
+    observed = cv2.GaussianBlur(picture, (0, 0), LENS_BLUR_PX * FACTOR)
+    observed = cv2.blur(observed, (FACTOR, FACTOR))  # an even box lies half a pixel up and left: FACTOR / 2 below
     size = picture.shape[1] // FACTOR, picture.shape[0] // FACTOR
-    to_fine = _fine(FACTOR / 2) @ np.linalg.inv(_square(here))
+    to_fine = _to_fine_pixels(FACTOR / 2) @ np.linalg.inv(_homogeneous(affine))
     return np.asarray(
         cv2.warpAffine(
-            seen, to_fine[:2], size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_REPLICATE
+            observed, to_fine[:2], size, flags=cv2.INTER_LINEAR | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_REPLICATE
         ),
         np.float32,
     )
 
 
-def _back(image: Picture, here: Floats) -> Picture:
+def _back_project(image: Picture, affine: Floats) -> Picture:
     """An image, or what it lacks, laid on the finer pixels."""
     size = image.shape[1] * FACTOR, image.shape[0] * FACTOR
-    from_fine = _square(here) @ np.linalg.inv(_fine((FACTOR - 1) / 2))
+    from_fine = _homogeneous(affine) @ np.linalg.inv(_to_fine_pixels((FACTOR - 1) / 2))
     return np.asarray(
         cv2.warpAffine(
             image, from_fine[:2], size, flags=cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_REPLICATE
@@ -134,10 +138,10 @@ def _back(image: Picture, here: Floats) -> Picture:
     )
 
 
-def _fine(middle: float) -> Floats:
+def _to_fine_pixels(middle: float) -> Floats:
     """(3, 3) from pixels of an image to finer ones; `middle`: where the middle of the first pixel comes to lie."""
     return np.array([[FACTOR, 0, middle], [0, FACTOR, middle], [0, 0, 1.0]])
 
 
-def _square(affine: Floats) -> Floats:
+def _homogeneous(affine: Floats) -> Floats:
     return np.vstack([affine, [0, 0, 1.0]])

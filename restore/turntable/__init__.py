@@ -2,6 +2,6 @@
 
 from restore.turntable.axis import AxisFit, RotationAxis, fit_axis
 from restore.turntable.board import board_corners
-from restore.turntable.merge import MergedViews, View, merge_views
+from restore.turntable.merge import MergedViews, ViewReport, merge_views
 
-__all__ = ["AxisFit", "MergedViews", "RotationAxis", "View", "board_corners", "fit_axis", "merge_views"]
+__all__ = ["AxisFit", "MergedViews", "RotationAxis", "ViewReport", "board_corners", "fit_axis", "merge_views"]

@@ -17,7 +17,7 @@ from drivers.scanner import DeviceError
 from restore import RangeScan
 from restore.errors import BadInput
 from restore.formats import load_scan
-from restore.turntable import AxisFit, MergedViews, RotationAxis, View
+from restore.turntable import AxisFit, MergedViews, RotationAxis, ViewReport
 from station import turntable
 from station.cli import main
 from station.config import AxisSettings, StageSettings, StationConfig
@@ -77,7 +77,7 @@ def merged(monkeypatch) -> list[tuple[list[RangeScan], list[float], RotationAxis
 
     def merge(scans, turns, axis):
         asked.append((list(scans), list(turns), axis))
-        return MergedViews(scans[0], 0, (View(0.0, 0.0, 0.0, 0), View(90.0, 1.0, 0.0, 0, "it moved")))
+        return MergedViews(scans[0], 0, (ViewReport(0.0, 0.0, 0.0, 0), ViewReport(90.0, 1.0, 0.0, 0, "it moved")))
 
     monkeypatch.setattr(turntable, "merge_views", merge)
     return asked

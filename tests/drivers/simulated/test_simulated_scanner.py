@@ -21,7 +21,7 @@ from drivers.vivid900.calibration import encode_calibration, nominal
 from drivers.vivid900.camera import Vivid900
 from drivers.vivid900.lenses import LENSES, MODES
 from restore.scan import RangeScan
-from restore.texture.super_resolution import LEAST_SHOTS, finer_scan, registration
+from restore.texture.super_resolution import MIN_SHOTS, finer_scan, registration
 
 NOON = datetime(2024, 5, 17, 12, 0, tzinfo=UTC)
 FAST = CaptureSettings(mode="fast")
@@ -245,10 +245,10 @@ def test_it_keeps_off_during_a_capture() -> None:
 
 def test_captures_of_a_page_that_was_touched_are_joined_to_a_finer_one() -> None:
     with connect(printed(nudge_px=0.5)) as scanner:
-        shots = [scanner.capture(FAST) for _ in range(LEAST_SHOTS)]
+        shots = [scanner.capture(FAST) for _ in range(MIN_SHOTS)]
     joined = finer_scan(shots)
     assert joined.texture.shape == (960, 1280, 3)
-    assert joined.provenance["super"]["shots"] == LEAST_SHOTS
+    assert joined.provenance["super"]["shots"] == MIN_SHOTS
 
 
 def test_nobody_touches_what_lies_on_a_rotary_stage() -> None:

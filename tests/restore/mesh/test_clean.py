@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from restore.errors import NotEnoughSurface
-from restore.mesh.clean import MIN_PIECE, RAW, clean, select, weld
+from restore.mesh.clean import MIN_PIECE_SHARE, RAW_RATIO, clean, select, weld
 from restore.mesh.network import make_network, pieces
 from restore.mesh.triangulate import triangulate
 from restore.scan import SurfaceMesh
@@ -38,7 +38,7 @@ def test_a_mesh_of_few_points_that_somebody_made_comes_back_as_it_is(camera):
 
 def test_a_raw_mesh_is_reduced_to_smoothed_vertices_with_their_own_texture(camera):
     mesh = raw(camera)
-    points = len(mesh.vertices) // (2 * RAW)
+    points = len(mesh.vertices) // (2 * RAW_RATIO)
     cleaned = clean(mesh, points)
     assert len(cleaned.vertices) == pytest.approx(points, rel=POINTS)
     distance, _ = cKDTree(mesh.vertices).query(cleaned.vertices)
@@ -64,7 +64,7 @@ def test_debris_goes_and_the_pieces_of_a_torn_page_stay(camera):
     rows, cols = camera.indices
     halves = (np.abs(cols - 100 - 10 * np.sin(rows / 20)) > 2) & (cols > 20) & (rows > 20)
     scrap = (cols < 8) & (rows < 8)
-    assert scrap.sum() < MIN_PIECE * halves.sum()
+    assert scrap.sum() < MIN_PIECE_SHARE * halves.sum()
     mesh = raw(camera, inside=halves | scrap)
     assert count_pieces(mesh) == 3
     cleaned = clean(mesh, 1000)

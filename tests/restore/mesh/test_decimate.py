@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 
 from restore.errors import NotEnoughSurface
 from restore.mesh.adjacency import border_of
-from restore.mesh.decimate import PINHOLE_EDGES, decimate, patch_and_smooth
+from restore.mesh.decimate import MAX_HOLE_EDGES, decimate, patch_and_smooth
 from restore.mesh.measures import signed_areas, surface_area
 from restore.mesh.triangulate import lattice, triangulate
 from restore.range_image.sheet import depth_distance
@@ -92,7 +92,7 @@ def test_pinholes_are_closed_and_tears_are_not(camera):
     pinholes = (rows % 20 == 10) & (cols % 20 == 10)  # eight edges round each
     tear = (np.abs(rows - 80) < 2) & (np.abs(cols - 105) < 40)
     mesh = raw(camera, pinholes | tear)
-    assert PINHOLE_EDGES < 2 * (3 + 79)
+    assert MAX_HOLE_EDGES < 2 * (3 + 79)
     _, faces = patch_and_smooth(mesh.vertices, mesh.faces)
     grid = np.stack(camera.rays.grid(mesh.vertices), axis=1).round()
     border = grid[border_of(faces)]

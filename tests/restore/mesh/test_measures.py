@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from restore.mesh.measures import (
-    at_vertices,
+    average_at_vertices,
     edge_strain,
+    face_normals,
     face_strain,
     flipped_faces,
-    normals_of,
     signed_areas,
     straight_lengths,
     surface_area,
@@ -66,7 +66,7 @@ def test_normals_are_twice_as_long_as_the_areas():
     corners = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 0.0, 4.0], [0.0, 2.0, 0.0]])
     faces = np.array([[0, 1, 2], [0, 1, 3], [1, 2, 3]])
     a, b, c = (corners[faces[:, k]] for k in range(3))
-    np.testing.assert_allclose(normals_of(corners, faces), np.cross(b - a, c - a), atol=EXACT)
+    np.testing.assert_allclose(face_normals(corners, faces), np.cross(b - a, c - a), atol=EXACT)
 
 
 @pytest.mark.parametrize(
@@ -75,7 +75,7 @@ def test_normals_are_twice_as_long_as_the_areas():
         (straight_lengths, (SQUARE, np.array([[0, 1], [0, 2], [1, 2]]))),
         (signed_areas, (SQUARE, FACES)),
         (surface_area, (SQUARE, FACES)),
-        (normals_of, (np.column_stack([SQUARE, [1.0, 2.0, 0.0, 5.0]]), FACES)),
+        (face_normals, (np.column_stack([SQUARE, [1.0, 2.0, 0.0, 5.0]]), FACES)),
     ],
 )
 def test_compiled_and_plain_python_agree(kernel, work):
@@ -103,5 +103,5 @@ def test_a_face_without_area_has_finite_strain():
 
 
 def test_at_a_vertex_is_the_mean_of_its_faces():
-    values = at_vertices(np.array([[1.0, 0.0], [3.0, 2.0]]), FACES, 5)
+    values = average_at_vertices(np.array([[1.0, 0.0], [3.0, 2.0]]), FACES, 5)
     np.testing.assert_allclose(values, [[1, 0], [2, 1], [2, 1], [3, 2], [0, 0]])

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from restore.mesh.adjacency import border_of
-from restore.outline.rectangle import CORNER_SHARE, RECTANGLE, page_size, square_up
+from restore.outline.rectangle import CORNER_SHARE, MIN_RECTANGLE_FILL, page_size, squaring_rotation
 
 WIDTH, HEIGHT = 280.0, 200.0
 SQUARE_RAD = 1e-6  # 0.3 µm over the page: the rough turn is found in single precision, the sides then to rounding
@@ -40,7 +40,7 @@ def assert_undone(rotation, degrees, within):
 @given(leaning, st.floats(-500, 500), st.floats(-500, 500), st.sampled_from([(280, 200), (200, 280), (150, 150)]))
 def test_a_turned_rectangle_is_turned_back(degrees, x, y, size):
     outline = rectangle(width=size[0], height=size[1]) @ turn(degrees).T + [x, y]
-    assert_undone(square_up(outline, size[0] * size[1]), degrees, SQUARE_RAD)
+    assert_undone(squaring_rotation(outline, size[0] * size[1]), degrees, SQUARE_RAD)
 
 
 @pytest.mark.parametrize("degrees", [-31.0, -3.0, 0.5, 12.0])
@@ -48,7 +48,7 @@ def test_rough_sides_and_dog_ears_do_not_turn_the_page(degrees):
     outline = rectangle() + np.random.default_rng(0).normal(0, 0.1, (400, 2))
     ear = (outline @ [1, 1]) > 0.5 * (WIDTH + HEIGHT) - 12
     outline[ear] -= 4.0
-    assert_undone(square_up(outline @ turn(degrees).T, WIDTH * HEIGHT), degrees, NOISY_RAD)
+    assert_undone(squaring_rotation(outline @ turn(degrees).T, WIDTH * HEIGHT), degrees, NOISY_RAD)
 
 
 def circle():
@@ -64,12 +64,12 @@ def triangle():
 
 def torn():
     """A page that lacks more than the share that still makes a rectangle."""
-    return rectangle() @ turn(10).T, (RECTANGLE - 0.01) * WIDTH * HEIGHT
+    return rectangle() @ turn(10).T, (MIN_RECTANGLE_FILL - 0.01) * WIDTH * HEIGHT
 
 
 @pytest.mark.parametrize("outline", [circle, triangle, torn])
 def test_what_is_no_rectangle_stays_as_it_lies(outline):
-    np.testing.assert_array_equal(square_up(*outline()), np.eye(2))
+    np.testing.assert_array_equal(squaring_rotation(*outline()), np.eye(2))
 
 
 @settings(deadline=None)

@@ -13,7 +13,7 @@ from restore.mesh.adjacency import border_of
 from restore.mesh.measures import flipped_faces
 from restore.mesh.network import edges_of
 from restore.mesh.triangulate import lattice
-from restore.outline.sides import REACH, straighten
+from restore.outline.sides import MAX_SHIFT, straighten
 from restore.range_image.sheet import Sheet
 from restore.scan import FlatMesh
 
@@ -155,7 +155,7 @@ def test_no_border_moves_farther_than_what_the_scanner_cannot_tell(camera):
     page = cut(camera, gnawed(rectangle(camera)))
     before, after = page.nodes[border_of(page.mesh.faces)], page.straight().nodes
     far = np.abs(before[:, None] - after[None]).max(axis=2).min(axis=1)
-    assert np.sort(far)[-9] <= REACH  # two at a corner go farther, or are gone with what lay beyond
+    assert np.sort(far)[-9] <= MAX_SHIFT  # two at a corner go farther, or are gone with what lay beyond
 
 
 def test_a_page_that_is_no_rectangle_stays_as_it_is(camera):

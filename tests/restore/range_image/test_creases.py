@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from restore.range_image.creases import RADIUS, find_creases
+from restore.range_image.creases import HALF_WIDTH, find_creases
 
 FOLD_DEG = 45.0  # at 0.9 m a kink of 29 standard deviations over a window, five times what has to stand out
 SLIGHT_DEG = 15.0  # 3.4 standard deviations over 7×7 samples, 9 over the window that is longer along the fold
@@ -34,7 +34,7 @@ def test_a_fold_is_found_along_its_whole_length_and_one_sample_wide(camera, angl
     across, along = camera.about_ridge(angle_deg, 100.3)
     found = creases(camera, roof + noise(camera, 0, correlated=correlated))
     inner = np.zeros(camera.shape, bool)
-    inner[RADIUS:-RADIUS, RADIUS:-RADIUS] = True
+    inner[HALF_WIDTH:-HALF_WIDTH, HALF_WIDTH:-HALF_WIDTH] = True
     ridge = along[inner & (np.abs(across) < 1.0)]
     on_ridge = np.sort(along[found & (np.abs(across) < OFF_RIDGE)])
     assert np.diff(on_ridge, prepend=ridge.min(), append=ridge.max()).max() < STRETCH
@@ -48,7 +48,7 @@ def test_a_valley_is_found_as_well_as_a_ridge(camera):
     roof = camera.roof(FOLD_DEG, 0.0, 100.3)
     found = creases(camera, 2 * roof.max() - roof + noise(camera, 1))
     assert set(np.nonzero(found)[1]) <= {99, 100, 101}
-    assert found.sum() >= camera.rows - 2 * RADIUS
+    assert found.sum() >= camera.rows - 2 * HALF_WIDTH
 
 
 @pytest.mark.parametrize("correlated", [False, True])
@@ -70,7 +70,7 @@ def test_a_slight_fold_is_found_because_it_goes_on(camera, angle_deg):
     across, along = camera.about_ridge(angle_deg, 100.3)
     found = creases(camera, camera.roof(SLIGHT_DEG, angle_deg, 100.3) + noise(camera, 6))
     inner = np.zeros(camera.shape, bool)
-    inner[RADIUS:-RADIUS, RADIUS:-RADIUS] = True
+    inner[HALF_WIDTH:-HALF_WIDTH, HALF_WIDTH:-HALF_WIDTH] = True
     ridge = along[inner & (np.abs(across) < 1.0)]
     seen = along[found & (np.abs(across) < 2 * OFF_RIDGE)]
     assert len(np.unique(np.floor(seen))) > 0.8 * np.ptp(ridge)
@@ -86,8 +86,8 @@ def test_samples_that_scatter_more_need_a_sharper_crease(camera):
     roof = camera.roof(FOLD_DEG, 90.0, 100.0)
     deviation = np.where(np.arange(camera.cols) < 100, camera.noise, 10 * camera.noise) * np.ones(camera.shape)
     found = creases(camera, roof + noise(camera, 4) / camera.noise * deviation, deviation=deviation)
-    assert found[:, : 100 - RADIUS].any(axis=0).mean() > 0.9
-    assert found[:, 100 + RADIUS :].sum() <= STRAY
+    assert found[:, : 100 - HALF_WIDTH].any(axis=0).mean() > 0.9
+    assert found[:, 100 + HALF_WIDTH :].sum() <= STRAY
 
 
 def test_what_was_filled_in_has_no_crease(camera):

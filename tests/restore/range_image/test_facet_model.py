@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from restore.errors import NotEnoughSurface
-from restore.range_image.creases import RADIUS, REACH, RIM
-from restore.range_image.facet_model import WIDE, fit_facets
+from restore.range_image.creases import BORDER_MARGIN, HALF_LENGTH, HALF_WIDTH
+from restore.range_image.facet_model import WIDE_RADIUS, fit_facets
 from restore.range_image.quadratic_fit import POWERS, fit_quadratics
 
 SPREAD = 0.03  # relative; 30,000 samples in overlapping windows are 600 windows that do not overlap
@@ -40,7 +40,7 @@ def centre_noise(radius):
     return np.sqrt(covariance[0, 0]), np.sqrt(covariance[1, 1])
 
 
-def inner(camera, by=WIDE):
+def inner(camera, by=WIDE_RADIUS):
     mask = np.zeros(camera.shape, bool)
     mask[by:-by, by:-by] = True
     return mask
@@ -54,7 +54,7 @@ def rms(values):
 def test_noise_falls_as_least_squares_says_on_any_curl(camera, noise, everywhere, radius):
     exact = camera.plane((0.3, 0.2, 1.0)) if radius is None else camera.cylinder(radius)
     facets = fit_facets(exact + noise, everywhere, everywhere)
-    value, slope = centre_noise(WIDE)
+    value, slope = centre_noise(WIDE_RADIUS)
     here = inner(camera)
     assert facets.noise == pytest.approx(camera.noise, rel=SPREAD)
     assert rms((facets.value - exact)[here]) == pytest.approx(value * camera.noise, rel=SPREAD)
@@ -93,7 +93,7 @@ def test_outliers_do_not_move_the_surface(camera, noise, everywhere, sign):
     exact, here = camera.cylinder(100.0), inner(camera)
     clean, spoilt = (fit_facets(exact + noise + extra, everywhere, everywhere) for extra in (0.0, outliers))
     assert rms((spoilt.value - exact)[here]) < (1 + UNMOVED) * rms((clean.value - exact)[here])
-    once = fit_quadratics(exact + noise + outliers, np.ones(camera.shape), everywhere, WIDE).terms[..., 0]
+    once = fit_quadratics(exact + noise + outliers, np.ones(camera.shape), everywhere, WIDE_RADIUS).terms[..., 0]
     assert rms((once - exact)[here]) > 5 * rms((clean.value - exact)[here])  # what least squares alone would do
     assert not spoilt.crease.any()
 
@@ -104,11 +104,11 @@ def test_creases_stay_sharp(camera, noise, everywhere, fold_deg, angle_deg):
     exact = camera.roof(fold_deg, angle_deg, 100.3)
     facets = fit_facets(exact + noise, everywhere, everywhere)
     across, _ = camera.about_ridge(angle_deg, 100.3)
-    beside = inner(camera, 2 * WIDE) & (np.abs(across) < NEAR_RIDGE) & ~facets.crease
+    beside = inner(camera, 2 * WIDE_RADIUS) & (np.abs(across) < NEAR_RIDGE) & ~facets.crease
     errors = (facets.value - exact) / camera.noise
-    rounded = fit_quadratics(exact + noise, np.ones(camera.shape), everywhere, WIDE).terms[..., 0]
+    rounded = fit_quadratics(exact + noise, np.ones(camera.shape), everywhere, WIDE_RADIUS).terms[..., 0]
     assert rms(errors[beside]) < SHARP * rms(((rounded - exact) / camera.noise)[beside])
-    assert np.abs(errors[beside & inner(camera, RIM + RADIUS + REACH)]).max() < BESIDE
+    assert np.abs(errors[beside & inner(camera, BORDER_MARGIN + HALF_WIDTH + HALF_LENGTH)]).max() < BESIDE
     assert np.abs(errors[beside]).max() < 2 * BESIDE  # nearer to the border the crease is known to a sample
     left, right = camera.walls(fold_deg, angle_deg, 100.3)
     own = np.where((left < right)[..., None], camera.facets(left), camera.facets(right))[..., 1:]
@@ -125,7 +125,7 @@ def test_between_bent_walls_slopes_are_those_of_the_samples_own_places(camera, n
     facets = fit_facets(exact + noise, everywhere, everywhere)
     left, right = camera.walls(90.0, 0.0, 100.3)
     own = np.where(left < right, camera.facets(left)[..., 1], camera.facets(right)[..., 1]) + 2 * bend * across
-    beside = inner(camera, 2 * WIDE) & (np.abs(across) < NEAR_RIDGE) & ~facets.crease
+    beside = inner(camera, 2 * WIDE_RADIUS) & (np.abs(across) < NEAR_RIDGE) & ~facets.crease
     assert rms((facets.slope[..., 0] - own)[beside]) < ONE_SIDED * camera.noise
 
 
@@ -147,7 +147,7 @@ def test_dark_samples_count_for_less(camera, noise, everywhere):
     assert told.noise == pytest.approx(camera.noise, rel=SPREAD)
     assert np.isfinite(told.value[ink]).all()
     assert rms((told.value - exact)[ink]) == pytest.approx(
-        centre_noise(WIDE)[0] * np.sqrt(10.0) * camera.noise, rel=3 * SPREAD
+        centre_noise(WIDE_RADIUS)[0] * np.sqrt(10.0) * camera.noise, rel=3 * SPREAD
     )
     beside = ~ink & inner(camera)
     beside[:48] = beside[112:] = False
@@ -163,7 +163,7 @@ def test_drop_outs_are_filled_and_what_is_not_wanted_is_not(camera, noise, every
     facets = fit_facets(np.where(measured, exact + noise, np.nan), measured, wanted)
     np.testing.assert_array_equal(np.isfinite(facets.value), wanted)
     errors = (facets.value - exact)[wanted] / camera.noise
-    assert rms(errors) == pytest.approx(centre_noise(WIDE)[0] / np.sqrt(0.7), rel=0.1)  # so many samples fewer
+    assert rms(errors) == pytest.approx(centre_noise(WIDE_RADIUS)[0] / np.sqrt(0.7), rel=0.1)  # so many samples fewer
     assert np.abs(errors).max() < WORST
 
 

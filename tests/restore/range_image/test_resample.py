@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from restore.range_image.camera import find_rays
-from restore.range_image.resample import MIN_VERTICES, STEEP, resample
+from restore.range_image.resample import MIN_VERTICES, STEEP_SHARE, resample
 from restore.scan import SurfaceMesh
 
 WIDTH, HEIGHT = 280.0, 200.0
@@ -86,7 +86,7 @@ def test_a_steep_page_is_sampled_as_densely_as_its_vertices_lie_where_it_is_stee
     """The curl stands at ±0.93 radians at its ends, and 5 % of it more steeply than 0.89."""
     page = mesh(curl)
     shadow = np.sin(WIDTH / 2 / 150) / (WIDTH / 2 / 150)
-    wanted = len(page.vertices) * shadow / np.cos((1 - STEEP) * WIDTH / 2 / 150) ** 2
+    wanted = len(page.vertices) * shadow / np.cos((1 - STEEP_SHARE) * WIDTH / 2 / 150) ** 2
     assert resample(page)[0].measured.sum() == pytest.approx(wanted, rel=2 * EDGE)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from restore.errors import NotEnoughSurface
 from restore.range_image.camera import find_rays
-from restore.range_image.segment import CLOSING, MIN_SHARE, find_sheet, outline
+from restore.range_image.segment import CLOSING_DIAMETER, MIN_SHARE, fill_outline, find_sheet
 
 PAPER, INK = (232, 228, 218), (38, 36, 40)
 TABLES = {"dark": (62, 58, 55), "light": (165, 150, 132)}
@@ -102,7 +102,7 @@ def test_a_page_that_fills_the_picture_is_not_taken_for_a_table(camera, shape, i
     surface = curled(camera) if shape == "curled" else camera.plane((0.1, 0.05, 1.0))
     samples, inside = find(scene(camera, everywhere, surface, "dark", ink=words))
     assert samples.all()
-    assert (~inside).sum() <= 4 * CLOSING  # its corners are rounded off
+    assert (~inside).sum() <= 4 * CLOSING_DIAMETER  # its corners are rounded off
 
 
 def test_without_colour_the_plane_alone_tells_the_table(camera):
@@ -187,7 +187,7 @@ def test_the_outline_fills_holes_and_closes_notches_and_adds_nothing_outside(cam
     spoilt[70:90, 80:110] = False  # a black picture
     spoilt[75:78, 100:150] = False  # a line of ink that runs to the edge
     spoilt[20:22, 30:33] = True  # debris
-    filled = outline(spoilt)
+    filled = fill_outline(spoilt)
     assert not (filled & ~area).any()
-    assert (area & ~filled).sum() <= 4 * CLOSING  # corners of the sheet are rounded off
-    np.testing.assert_array_equal(outline(filled), filled)
+    assert (area & ~filled).sum() <= 4 * CLOSING_DIAMETER  # corners of the sheet are rounded off
+    np.testing.assert_array_equal(fill_outline(filled), filled)

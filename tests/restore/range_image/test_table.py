@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from restore.range_image.table import BAND, FRINGE, find_table
+from restore.range_image.table import BORDER_BAND, EDGE_BLUR, find_table
 
 FOUND = 0.98  # of the table's samples: 1 % of a normal colour cloud lies outside, and four sigmas of noise
 TAKEN = 0.005  # of the sheet's samples, along its edge where colours mix
@@ -60,7 +60,7 @@ def test_things_on_the_table_are_no_table(camera, sheet, coloured):
     surface = np.where(sheet, camera.plane(distance=905.0), surface)
     table = table_of(seen(camera, coloured, surface))
     assert not table[weight].any()
-    assert not table[130 + 2 * FRINGE :, 150 + 2 * FRINGE :].any()
+    assert not table[130 + 2 * EDGE_BLUR :, 150 + 2 * EDGE_BLUR :].any()
     assert table[~sheet & ~weight & ~card].mean() > FOUND
 
 
@@ -76,8 +76,8 @@ def curled_to_the_border(camera, sheet, coloured):
 def out_of_sight(camera, sheet, coloured):
     """Nothing within BAND of the frame was measured."""
     surface = camera.plane()
-    surface[:BAND] = surface[-BAND:] = np.nan
-    surface[:, :BAND] = surface[:, -BAND:] = np.nan
+    surface[:BORDER_BAND] = surface[-BORDER_BAND:] = np.nan
+    surface[:, :BORDER_BAND] = surface[:, -BORDER_BAND:] = np.nan
     return seen(camera, coloured, surface)
 
 

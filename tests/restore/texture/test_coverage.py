@@ -8,11 +8,11 @@ from scipy.ndimage import binary_erosion
 
 from drivers.simulated.raycast import RayCaster
 from restore.scan import FlatMesh, SurfaceMesh
-from restore.texture.coverage import Coverage, Seen, blank, cover, invent, pinhole_of
+from restore.texture.coverage import Coverage, Seen, blank_hidden, compute_coverage, inpaint_hidden, pinhole_centre
 from restore.texture.page import MM_PER_INCH, page_map, paint_page
 
 DPI = 127.0  # five pixels to the millimetre
-FOCAL_PX, EYE = 1900.0, np.array([10.0, -20.0, 900.0])
+FOCAL_PX, CAMERA_CENTRE = 1900.0, np.array([10.0, -20.0, 900.0])
 EDGE_PX = 6  # of the page: the limit of what is hidden is known to two pixels of the texture, 0.5 mm each
 CENTRE_MM = 1e-3
 ROUNDED = 2  # grey levels: the fast marching takes its weights from whole distances
@@ -20,7 +20,7 @@ ROUNDED = 2  # grey levels: the fast marching takes its weights from whole dista
 
 def pinhole(points):
     """(n, 2) texture pixels of points (n, 3) mm, seen from EYE straight down."""
-    way = points - EYE
+    way = points - CAMERA_CENTRE
     return way[:, :2] / -way[:, 2:] * [FOCAL_PX, -FOCAL_PX] + [319.5, 239.5]
 
 
@@ -43,15 +43,15 @@ def folded(gap=12.0, count=241):
 def covered(page):
     painting = paint_page(page, DPI)
     surface = SurfaceMesh(page.vertices, page.faces, page.texcoords, page.texture)
-    return cover(surface, page, painting, DPI), painting
+    return compute_coverage(surface, page, painting, DPI), painting
 
 
 def seen_by_rays(page):
     """(h, w) bool: what rays from the camera's place reach first, on the printed side."""
     over = page_map(page.flat, page.faces, page.vertices, DPI).astype(float)
-    way = over - EYE
+    way = over - CAMERA_CENTRE
     length = np.linalg.norm(way, axis=2)
-    face, reach = RayCaster(page.vertices, page.faces).first_hit(EYE, way / length[..., None])
+    face, reach = RayCaster(page.vertices, page.faces).first_hit(CAMERA_CENTRE, way / length[..., None])
     a, b, c = (page.vertices[page.faces[face, k]] for k in range(3))
     facing = np.einsum("ijk,ijk->ij", np.cross(b - a, c - a), way) < 0
     return (np.abs(reach - length) < 0.05) & facing
@@ -78,16 +78,16 @@ def test_a_bent_page_that_hides_nothing_is_seen_whole():
 
 def test_the_camera_is_found_from_the_texture_alone():
     page = folded()
-    np.testing.assert_allclose(pinhole_of(page.vertices, page.texcoords), EYE, atol=CENTRE_MM)
+    np.testing.assert_allclose(pinhole_centre(page.vertices, page.texcoords), CAMERA_CENTRE, atol=CENTRE_MM)
 
 
 def test_no_camera_is_made_up():
     page = folded()
     rng = np.random.default_rng(1)
-    assert pinhole_of(page.vertices, rng.uniform(0, 600, page.texcoords.shape)) is None  # an atlas
+    assert pinhole_centre(page.vertices, rng.uniform(0, 600, page.texcoords.shape)) is None  # an atlas
     level = np.column_stack([page.flat, np.zeros(len(page.flat))])
-    assert pinhole_of(level, pinhole(level)) is None  # a plane may have been seen from anywhere
-    assert pinhole_of(page.vertices[:5], page.texcoords[:5]) is None
+    assert pinhole_centre(level, pinhole(level)) is None  # a plane may have been seen from anywhere
+    assert pinhole_centre(page.vertices[:5], page.texcoords[:5]) is None
 
 
 def test_hidden_places_are_blank_and_a_hole_in_the_surface_is_hidden():
@@ -97,7 +97,7 @@ def test_hidden_places_are_blank_and_a_hole_in_the_surface_is_hidden():
     found, painting = covered(replace(page, faces=page.faces[~hole]))
     y, x = round(40.0 * DPI / MM_PER_INCH), round(100.0 * DPI / MM_PER_INCH)
     assert found.seen[y, x] == Seen.HIDDEN
-    image = blank(painting.image, found)
+    image = blank_hidden(painting.image, found)
     assert (image[found.seen == Seen.HIDDEN] == 255).all()
     np.testing.assert_array_equal(image[found.mask], painting.image[found.mask])
 
@@ -115,7 +115,7 @@ def holes(*sizes):
 
 def test_small_holes_are_invented_on_request_and_noted():
     image, coverage = holes(10, 40)
-    filled, told = invent(image, coverage, DPI, 3.0)  # fifteen pixels
+    filled, told = inpaint_hidden(image, coverage, DPI, 3.0)  # fifteen pixels
     assert (told.seen[40:50, 20:30] == Seen.INVENTED).all()
     assert (told.seen[40:80, 100:140] == Seen.HIDDEN).all()
     assert np.abs(filled[40:50, 20:30].astype(int) - 120).max() <= ROUNDED
@@ -130,12 +130,12 @@ def test_white_from_off_the_page_does_not_run_into_a_hole_at_its_edge():
     image, coverage = holes()
     coverage.seen[100:106, 270:280] = Seen.HIDDEN
     image[100:106, 270:280] = 255
-    filled, _ = invent(image, coverage, DPI, 5.0)
+    filled, _ = inpaint_hidden(image, coverage, DPI, 5.0)
     assert np.abs(filled[100:106, 270:280].astype(int) - 120).max() <= ROUNDED
 
 
 def test_nothing_is_invented_unasked():
     image, coverage = holes(10)
-    filled, told = invent(image, coverage, DPI, 0.0)
+    filled, told = inpaint_hidden(image, coverage, DPI, 0.0)
     np.testing.assert_array_equal(filled, image)
     np.testing.assert_array_equal(told.seen, coverage.seen)

@@ -10,7 +10,7 @@ from scipy.ndimage import binary_erosion
 
 from restore.errors import BadInput
 from restore.scan import FlatMesh
-from restore.texture.page import MM_PER_INCH, PAPER, page_map, paint_page, resolution, sample
+from restore.texture.page import MM_PER_INCH, PAPER, effective_ppi, page_map, paint_page, sample
 
 DPI = 127.0  # five pixels to the millimetre
 MM = DPI / MM_PER_INCH
@@ -136,13 +136,13 @@ def test_the_last_pixels_of_the_sheet_do_not_take_the_colour_of_the_table():
 def test_what_the_texture_resolves_is_its_median_over_the_paper():
     flat, faces = rectangle(60.0, 20.0, count=3)
     pixels = flat * [8.0, 2.0]  # four pixels to the millimetre, in the mean of both directions
-    assert resolution(flat, faces, pixels) == pytest.approx(4.0 * MM_PER_INCH)
-    assert resolution(flat, faces[:, ::-1], pixels * [-1, 1]) == pytest.approx(4.0 * MM_PER_INCH)
+    assert effective_ppi(flat, faces, pixels) == pytest.approx(4.0 * MM_PER_INCH)
+    assert effective_ppi(flat, faces[:, ::-1], pixels * [-1, 1]) == pytest.approx(4.0 * MM_PER_INCH)
     edge = flat[:, 0].min() + 40.0
     beyond = np.maximum(flat[:, 0] - edge, 0.0)
     for stretch in (-7.9, 40.0):  # the last third is a wall that the camera saw edge-on, or a tag that came near it
         other = pixels + np.column_stack([stretch * beyond, 0 * beyond])
-        assert resolution(flat, faces, other) == pytest.approx(4.0 * MM_PER_INCH)
+        assert effective_ppi(flat, faces, other) == pytest.approx(4.0 * MM_PER_INCH)
 
 
 @pytest.mark.parametrize("without", ["texture", "texcoords"])

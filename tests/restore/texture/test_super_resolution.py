@@ -9,7 +9,7 @@ import pytest
 from drivers.simulated.artwork import Text
 from restore.errors import BadInput
 from restore.scan import RangeScan
-from restore.texture.super_resolution import FACTOR, LENS_BLUR_PX, finer, finer_scan, registration
+from restore.texture.super_resolution import FACTOR, LENS_BLUR_PX, finer_scan, registration, super_resolve
 
 FINE = 8  # pixels of the known picture to one of an image
 SIZE = 96, 128  # rows, columns of the images
@@ -56,14 +56,14 @@ def test_shifts_are_found_to_a_twentieth_of_a_pixel(known, images, shift):
 def test_the_finer_picture_is_nearer_to_the_truth_than_one_image_enlarged(known, images):
     truth = cv2.resize(known, ((SIZE[1] + 4) * FACTOR, (SIZE[0] + 4) * FACTOR), interpolation=cv2.INTER_AREA)
     truth = truth[2 * FACTOR : -2 * FACTOR, 2 * FACTOR : -2 * FACTOR]
-    found = finer(images).image
+    found = super_resolve(images).image
     enlarged = cv2.resize(images[0], found.shape[1::-1], interpolation=cv2.INTER_CUBIC)
     assert found.shape == truth.shape
     assert rms(found, truth) < NEARER * rms(enlarged, truth)
 
 
 def test_the_finer_picture_lies_where_the_first_image_does(images):
-    found = finer(images).image
+    found = super_resolve(images).image
     again = cv2.resize(found, SIZE[::-1], interpolation=cv2.INTER_AREA)
     moved = registration(images[0], again)
     middle = np.array([SIZE[1] / 2, SIZE[0] / 2, 1])
@@ -73,7 +73,7 @@ def test_the_finer_picture_lies_where_the_first_image_does(images):
 def test_there_is_no_halo_round_ink(known, images):
     darker = [(image * 0.8).astype(np.uint8) for image in images]  # paper at 204: what is brighter can be seen
     paper = int(np.mean([np.percentile(image, 90) for image in darker]))
-    assert np.percentile(finer(darker).image, 99) <= paper + HALO
+    assert np.percentile(super_resolve(darker).image, 99) <= paper + HALO
 
 
 def test_an_even_picture_stays_even():
@@ -81,17 +81,17 @@ def test_an_even_picture_stays_even():
     texture = cv2.GaussianBlur(rng.normal(0, 40, (*SIZE, 3)), (0, 0), 6) * 5  # something to register by
     images = [np.clip(120 + np.roll(texture, k, axis=(0, 1)), 0, 255).astype(np.uint8) for k in (0, 0, 0, 0)]
     with pytest.raises(BadInput, match="on each other"):
-        finer(images)
+        super_resolve(images)
 
 
 def test_too_few_shots_are_refused(images):
     with pytest.raises(BadInput, match="too few"):
-        finer(images[:3])
+        super_resolve(images[:3])
 
 
 def test_shots_of_different_sizes_are_refused(images):
     with pytest.raises(BadInput, match="sizes"):
-        finer([*images[:4], images[4][:-1]])
+        super_resolve([*images[:4], images[4][:-1]])
 
 
 @pytest.mark.parametrize("other", ["another page", "black", "mirrored"])
@@ -103,13 +103,13 @@ def test_a_shot_of_another_page_is_refused(images, other):
         "mirrored": np.ascontiguousarray(images[0][:, ::-1]),
     }
     with pytest.raises(BadInput, match="shot 5 does not show the same page"):
-        finer([*images[:4], pictures[other]])
+        super_resolve([*images[:4], pictures[other]])
 
 
 def test_a_shot_that_has_moved_far_is_refused(images, known):
     far = [seen(known, 0, 0), *images[1:4], np.roll(images[0], 5, axis=1)]
     with pytest.raises(BadInput, match="moved by"):
-        finer(far)
+        super_resolve(far)
 
 
 def test_a_scan_keeps_its_points_and_finds_them_in_the_finer_picture(images):

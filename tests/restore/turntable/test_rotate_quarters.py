@@ -5,7 +5,7 @@ import pytest
 
 from restore.range_image.camera import find_rays
 from restore.scan import RangeScan
-from restore.turntable.roll import roll
+from restore.turntable.rotate import rotate_quarters
 
 ROUNDING = 1e-9
 
@@ -22,7 +22,7 @@ def scan() -> RangeScan:
 
 @pytest.mark.parametrize("quarters", [-2, -1, 1, 2, 3])
 def test_samples_keep_their_colour_and_turn_rigidly(scan: RangeScan, quarters: int) -> None:
-    rolled = roll(scan, quarters)
+    rolled = rotate_quarters(scan, quarters)
     angle = np.pi / 2 * quarters
     turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
     before = {tuple(np.round(turn @ p, 6) + 0.0): colour_at(scan, i) for i, p in samples(scan)}
@@ -32,15 +32,15 @@ def test_samples_keep_their_colour_and_turn_rigidly(scan: RangeScan, quarters: i
 
 @pytest.mark.parametrize("quarters", [1, 2, 3])
 def test_a_rolled_scan_is_one_shot_the_right_way_up(scan: RangeScan, quarters: int) -> None:
-    rolled = roll(scan, quarters)
+    rolled = rotate_quarters(scan, quarters)
     assert find_rays(rolled) is not None
     assert rolled.points[0, 0, 0] < rolled.points[0, -1, 0]
     assert rolled.points[0, 0, 1] > rolled.points[-1, 0, 1]
 
 
 def test_four_quarters_are_none(scan: RangeScan) -> None:
-    assert roll(scan, 4) is scan
-    again = roll(roll(scan, 3), 1)
+    assert rotate_quarters(scan, 4) is scan
+    again = rotate_quarters(rotate_quarters(scan, 3), 1)
     np.testing.assert_allclose(again.points, scan.points, atol=ROUNDING)
     np.testing.assert_array_equal(again.texture, scan.texture)
     np.testing.assert_array_equal(again.texture_xy, scan.texture_xy)

@@ -1,4 +1,4 @@
-"""Hold a scanner upside down, or on its side: the same shot in the frame of a scanner that was rolled."""
+"""Rotate a scan by quarters of a turn about the optical axis."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ import numpy as np
 from restore.scan import RangeScan
 
 
-def roll(scan: RangeScan, quarters: int) -> RangeScan:
-    """The scan as a scanner sees it before which the page was turned counter-clockwise by quarters of a turn.
+def rotate_quarters(scan: RangeScan, quarters: int) -> RangeScan:
+    """The scan rotated counter-clockwise by quarters of a turn: grid, picture and points alike.
 
-    Nothing is resampled: grid and picture are turned as they are, and the points by the same angle.
+    Nothing is resampled: rows and columns are exchanged or reversed, and the points rotate about the z axis.
     """
     if quarters % 4 == 0:
         return scan
