@@ -1,4 +1,4 @@
-"""Care for a mesh that cannot be put on a grid: no debris, no pinholes, less noise."""
+"""Clean a mesh that has no range grid: drop debris, close pinholes, smooth noise."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ RAW_RATIO = 5  # times the points requested: a denser mesh is a scanner's own, a
 
 
 def clean(mesh: SurfaceMesh, points: int) -> SurfaceMesh:
-    """Drop debris, close pinholes and smooth a raw mesh, and reduce it to about `points` of its own vertices.
+    """The mesh without debris, smoothed if it is raw, decimated to about `points` of its own vertices.
 
     Raises NotEnoughSurface when only debris is left.
     """
@@ -35,7 +35,7 @@ def clean(mesh: SurfaceMesh, points: int) -> SurfaceMesh:
 
 
 def weld(mesh: SurfaceMesh) -> SurfaceMesh:
-    """Join the vertices that lie at one place and on one texture pixel: many files give every triangle its own."""
+    """The mesh with coincident vertices of one texture pixel merged: many files repeat them for every triangle."""
     keys = mesh.vertices if mesh.texcoords is None else np.hstack([mesh.vertices, np.rint(mesh.texcoords)])
     _, first, index = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     if len(first) == len(keys):

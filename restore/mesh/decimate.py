@@ -1,4 +1,4 @@
-"""Reduce a dense mesh to about as many points as asked, more of them where the sheet bends."""
+"""Decimate a dense mesh to about a requested number of points, more of them where the sheet bends."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from restore.errors import NotEnoughSurface
 from restore.native import load_pymeshlab
 from restore.scan import Floats, Ints
 
-TOLERANCE = 0.03  # of the points asked for
+TOLERANCE = 0.03  # of the points requested
 QUALITY = 0.5  # of an equilateral triangle: collapses that leave thinner ones come last
-# The boundary may be simplified, but moving it costs as much as moving the surface: at 1 corners wander, at 100 the
+# The boundary may be simplified, but moving it costs as much as moving the surface: at 1 corners move, at 100 the
 # border keeps its points and the page has too few.
 BOUNDARY_WEIGHT = 10.0
 MAX_ATTEMPTS = 6
-MAX_HOLE_EDGES = 100  # the border of a drop-out in a printed figure, and less than the border of the page
-SMOOTHING_STEPS = 5  # twenty round creases
+MAX_HOLE_EDGES = 100  # more than the border of a drop-out in a printed figure, less than that of the page
+SMOOTHING_STEPS = 5  # twenty would round creases
 
 
 def decimate(vertices: Floats, faces: Ints, points: int, *, own_vertices: bool = False) -> tuple[Floats, Ints]:
     """Collapse edges of vertices (n, 3) mm and faces (m, 3) by quadric error until about `points` vertices are left.
 
     The border is free and vertices move to where the quadric is least (Garland & Heckbert 1997), on a crease to the
-    crease itself; with `own_vertices` the points left are some of those given. A mesh that has no more points than
-    asked for comes back as it is.
+    crease itself; with `own_vertices` the result is a subset of the vertices. A mesh of no more points
+    than requested is returned unchanged.
     Raises NotEnoughSurface when nothing is left, LibraryMissing when pymeshlab cannot be loaded.
     """
     if len(vertices) <= points * (1 + TOLERANCE):
@@ -41,7 +41,7 @@ def decimate(vertices: Floats, faces: Ints, points: int, *, own_vertices: bool =
             denser = reduced
         else:
             sparser, sparser_faces = count, len(reduced[1])
-        # Inside a mesh two faces go with a vertex, along ragged borders one: go by what the last attempts gave.
+        # Inside a mesh two faces go with a vertex, along ragged borders one: the rate of the last attempts is used.
         rate = (len(denser[1]) - sparser_faces) / max(len(denser[0]) - sparser, 1)
         target = sparser_faces + round((points - sparser) * rate)
     if len(reduced[1]) == 0:

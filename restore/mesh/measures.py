@@ -1,4 +1,4 @@
-"""How far the flat page had to be stretched."""
+"""Measures of a mesh and its flattening: lengths, areas, normals, strain."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MIN_STRAIN_HEIGHT_RATIO = 0.05  # of the base: across thinner faces the strain i
 
 @numba.njit(cache=True)
 def straight_lengths(vertices: Floats, edges: Ints) -> Floats:
-    """(e,) distances of the ends of edges (e, 2) among vertices (n, 3) mm, or flat ones (n, 2)."""
+    """(e,) mm: straight distances between the ends of edges (e, 2), for vertices (n, 3) or flat positions (n, 2) mm."""
     lengths = np.empty(len(edges))
     for k in range(len(edges)):
         squared = 0.0
@@ -33,7 +33,7 @@ def edge_strain(flat: Floats, edges: Ints, lengths: Floats) -> Floats:
 
 @numba.njit(cache=True)
 def rms_strain(flat: Floats, edges: Ints, lengths: Floats, cap: float) -> float:
-    """Root mean square of the strains of edges (e, 2), none of them counted as more than `cap`."""
+    """Root mean square of the strains of edges (e, 2), each limited to `cap`; flat (n, 2) and lengths (e,) in mm."""
     total = 0.0
     for k in range(len(edges)):
         x, y = flat[edges[k, 1], 0] - flat[edges[k, 0], 0], flat[edges[k, 1], 1] - flat[edges[k, 0], 1]
@@ -44,8 +44,8 @@ def rms_strain(flat: Floats, edges: Ints, lengths: Floats, cap: float) -> float:
 def face_strain(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
     """(m, 2) stretch and shear of every face from its shape on the surface to its flat one.
 
-    edges (e, 2) in ascending order and lengths (e,) mm tell the shape on the surface. With σ₁ ≥ σ₂ the principal
-    stretches, stretch is √(σ₁ σ₂) − 1, shear (σ₁ − σ₂) / 2.
+    edges (e, 2) in ascending order and lengths (e,) mm give the shape on the surface, flat (n, 2) mm that on the page.
+    With σ₁ ≥ σ₂ the principal stretches, stretch is √(σ₁ σ₂) − 1, shear (σ₁ − σ₂) / 2.
     """
     base, along, height = face_shapes(faces, edges, lengths, MIN_STRAIN_HEIGHT_RATIO)
     first, second = (flat[faces[:, k]] - flat[faces[:, 0]] for k in (1, 2))
@@ -61,9 +61,9 @@ def face_strain(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floa
 def face_shapes(
     faces: Ints, edges: Ints, lengths: Floats, min_height_ratio: float = MIN_HEIGHT_RATIO
 ) -> tuple[Floats, Floats, Floats]:
-    """Every face laid flat by itself: its corners are (0, 0), (base, 0) and (along, height); each (m,) mm.
+    """base, along and height, each (m,) mm: face by face the corners are (0, 0), (base, 0) and (along, height).
 
-    None is lower than thinnest × base: over a crease three lengths may make no triangle.
+    No height is less than min_height_ratio × base: over a crease three lengths may violate the triangle inequality.
     """
     base, near, far = (lengths_between(faces[:, a], faces[:, b], edges, lengths) for a, b in ((0, 1), (0, 2), (1, 2)))
     along = (base**2 + near**2 - far**2) / (2.0 * base)
@@ -71,7 +71,7 @@ def face_shapes(
 
 
 def average_at_vertices(values: Floats, faces: Ints, count: int) -> Floats:
-    """(count, k) mean of the values (m, k) of the faces round each of `count` vertices, 0 where there is none."""
+    """(count, k) mean of the values (m, k) of the faces at each of `count` vertices, 0 for a vertex without faces."""
     total = np.zeros((count, values.shape[1]))
     np.add.at(total, faces.ravel(), np.repeat(values, 3, axis=0))
     return total / np.maximum(np.bincount(faces.ravel(), minlength=count), 1)[:, None]
@@ -99,10 +99,7 @@ def signed_areas(flat: Floats, faces: Ints) -> Floats:
 
 @numba.njit(cache=True)
 def flipped_faces(flat: Floats, faces: Ints) -> int:
-    """How many faces lie with the wrong side up; the side of most of the area is the right one.
-
-    A face without area has no side.
-    """
+    """The number of inverted faces: those of the orientation with less area. A face without area is not inverted."""
     areas = signed_areas(flat, faces)
     return int((areas < 0.0).sum() if areas.sum() >= 0.0 else (areas > 0.0).sum())
 
@@ -123,7 +120,7 @@ def face_normals(vertices: Floats, faces: Ints) -> Floats:
 
 @numba.njit(cache=True)
 def vertex_normals(vertices: Floats, faces: Ints) -> Floats:
-    """(n, 3) unit normals: the mean over the faces (m, 3) round a vertex, weighed by area."""
+    """(n, 3) unit normals: the mean over the faces (m, 3) round a vertex, weighted by area."""
     normals, weighted = np.zeros((len(vertices), 3)), face_normals(vertices, faces)
     for f in range(len(faces)):
         for corner in range(3):
@@ -138,7 +135,7 @@ def vertex_normals(vertices: Floats, faces: Ints) -> Floats:
 
 @numba.njit(cache=True)
 def surface_area(vertices: Floats, faces: Ints) -> float:
-    """Area in mm² of faces (m, 3) over vertices (n, 3) mm, or (n, 2) in the plane, whichever side is up."""
+    """Area in mm² of faces (m, 3) over vertices (n, 3) mm, or (n, 2) in the plane, whatever their orientation."""
     total = 0.0
     for f in range(len(faces)):
         a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]

@@ -17,7 +17,7 @@ def rasterise(
 ) -> NDArray[np.float32]:
     """Interpolate values (n, k) over triangles with corners (n, 2) = (x right, y down) in pixels, faces (m, 3).
 
-    Where triangles overlap, the last one is drawn; with inverse_depth (n,), 1/mm along the line of sight, the nearest
+    Where triangles overlap, the last one is shown; with inverse_depth (n,), 1/mm along the line of sight, the nearest
     one (z-buffer), and none that has a corner behind the camera. Interpolation is affine in the picture: for values
     that are affine in space interpolate them times inverse depth, and inverse depth, and divide.
     Returns (height, width, k) float32, NaN where no triangle lies. Pixel centres are at whole numbers.

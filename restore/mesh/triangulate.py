@@ -1,4 +1,4 @@
-"""From grid positions to triangles."""
+"""Triangulate masks and scans on a grid."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from scipy.ndimage import distance_transform_edt
 
 from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 
-MAX_SNAP_DISTANCE = 0.5  # of the stride: nodes nearer to the outline move onto it, so that no thin triangles line it
-MIN_HEIGHT = 0.2  # of the stride; where thinner triangles lie is mostly noise
+MAX_SNAP_DISTANCE = 0.5  # of the stride: nodes nearer to the outline move onto it, which avoids thin triangles
+MIN_HEIGHT = 0.2  # of the stride; the shape of thinner triangles is mostly noise
 
 
 def lattice(inside: Mask, stride: int) -> tuple[Floats, Ints]:
     """Triangulate the masked part of a grid with one node every `stride` samples.
 
     The border follows the outline, half a sample beyond the outermost samples, since the sheet ends somewhere between
-    those and their neighbours: nodes just inside are drawn out to it, and where none is so near, the next ones outside
-    are drawn in.
-    Returns nodes (n, 2) as (row, col) and faces (m, 3), counter-clockwise seen by the scanner.
+    those and their neighbours: nodes just inside are moved out to it, and where there are none, the next ones outside
+    are moved in.
+    Returns nodes (n, 2) as (row, col) and faces (m, 3), counter-clockwise in the scanner's view.
     """
     padded = np.pad(inside, ((0, stride), (0, stride)))
     rows, cols = np.arange(0, padded.shape[0], stride)[:, None], np.arange(0, padded.shape[1], stride)[None, :]
     nodes = np.stack(np.broadcast_arrays(rows, cols), axis=-1).astype(float)
     kept = padded[rows, cols]
-    # To the nearest sample on the other side of the outline.
+    # Vector to the nearest sample on the other side of the outline.
     to_outline = np.where(kept[..., None], _nearest(~padded, rows, cols), _nearest(padded, rows, cols)) - nodes
     distance = np.linalg.norm(to_outline, axis=2)
     outline = nodes + to_outline * (1.0 - 0.5 / np.maximum(distance, 1.0))[..., None]
@@ -36,7 +36,7 @@ def lattice(inside: Mask, stride: int) -> tuple[Floats, Ints]:
 
 
 def _nearest(wanted: Mask, rows: Ints, cols: Ints) -> Floats:
-    """(…, 2) position of the wanted sample nearest to each grid position; far away when there is none."""
+    """(…, 2) position of the wanted sample nearest to each grid position; infinite when there is none."""
     if not wanted.any():
         return np.full((*np.broadcast_shapes(rows.shape, cols.shape), 2), np.inf)
     nearest = distance_transform_edt(~wanted, return_distances=False, return_indices=True)
@@ -47,7 +47,7 @@ def _triangles(nodes: Floats, usable: Mask, stride: int) -> tuple[Floats, Ints]:
     index = np.arange(usable.size).reshape(usable.shape)
     a, b = index[:-1, :-1], index[:-1, 1:]
     c, d = index[1:, :-1], index[1:, 1:]
-    # Alternating diagonals leave no direction stiffer than another.
+    # Alternating diagonals make the mesh equally stiff in both diagonal directions.
     even = (np.add.outer(np.arange(a.shape[0]), np.arange(a.shape[1])) % 2 == 0)[..., None]
     first = np.where(even, np.stack([a, c, d], -1), np.stack([a, c, b], -1))
     second = np.where(even, np.stack([a, d, b], -1), np.stack([b, c, d], -1))
@@ -66,13 +66,13 @@ def _heights(nodes: Floats, faces: Ints) -> Floats:
 
 
 def compact(values: NDArray[Any], faces: Ints) -> tuple[NDArray[Any], Ints]:
-    """Drop the values that no face uses."""
+    """The values (k, …) used by faces (m, 3), and the faces renumbered to them."""
     used, inverse = np.unique(faces, return_inverse=True)
     return values[used], inverse.reshape(faces.shape).astype(np.int64)
 
 
 def triangulate(scan: RangeScan) -> SurfaceMesh:
-    """Join neighbouring measured samples of a scan to a mesh, nothing filled and nothing smoothed."""
+    """The mesh of the neighbouring measured samples of a scan, without filling or smoothing."""
     measured = scan.measured
     rows, cols = np.indices(measured.shape)
     nodes, faces = _triangles(np.dstack([rows, cols]).astype(float), measured, 1)

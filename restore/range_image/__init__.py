@@ -1,1 +1,1 @@
-"""Range images: the camera that took them, the sheet among all that was measured, its surface without noise."""
+"""Range images: the camera model, the segmentation of the sheet, its denoised surface."""

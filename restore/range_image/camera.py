@@ -1,9 +1,9 @@
-"""The scanner's lines of sight, found from the scan itself.
+"""The lines of sight of a scanner, fitted to the scan itself.
 
-A laser range scanner errs along its lines of sight only, and in a plane's inverse depth 1/D is an affine function of
-the pixel. So the whole preparation works on inverse depth over pixels, and needs to know where each pixel looks. A lens
-that bends the picture spoils this by less than the noise in the small windows where it is relied on; positions and
-lengths follow the bent lines of sight.
+The errors of a laser range scanner are along its lines of sight, and the inverse depth 1/D of a plane is an affine
+function of the pixel. So the whole preparation works on inverse depth over pixels, and needs the line of sight of each
+pixel. Lens distortion violates this by less than the noise in the small windows where it is assumed; positions and
+lengths are computed with distortion.
 """
 
 from __future__ import annotations
@@ -28,8 +28,10 @@ LensTerms = tuple[float, float, float, float, float, float]
 
 
 def distortion_factor(squared_radius: Any, k1: float, k2: float) -> Any:
-    """How much farther from the axis a lens shows what it shows at this squared radius (…): 1 + k1·r² + k2·r⁴ of the
-    radius r without distortion, found by fixed-point iteration."""
+    """The radial distortion factor 1 + k1·r² + k2·r⁴ at squared distorted radii (…), r being the undistorted radius.
+
+    The undistorted radius is found by fixed-point iteration.
+    """
     factor = 1.0 + 0.0 * squared_radius
     for _ in range(DISTORTION_ITERATIONS):
         undistorted = squared_radius / (factor * factor)
@@ -39,11 +41,11 @@ def distortion_factor(squared_radius: Any, k1: float, k2: float) -> Any:
 
 @dataclass(frozen=True, eq=False)
 class Rays:
-    """A lens: in its own frame sample (row, col) looks along (x0 + dx·col, y0 + dy·row, −1) if it is a pinhole.
+    """Camera rays: without distortion, sample (row, col) has the direction (x0 + dx·col, y0 + dy·row, −1).
 
-    distortion (k1, k2) of a lens that is none: it shows the direction (x, y, −1) at (x, y)·(1 + k1·r² + k2·r⁴), with
+    distortion (k1, k2) of the lens: the direction (x, y, −1) is imaged at (x, y)·(1 + k1·r² + k2·r⁴), with
     r² = x² + y² (Brown 1966).
-    axes (3, 3) rows right, up and back of the pinhole, and origin (3,) mm its place: the scanner itself by default.
+    axes (3, 3) with rows right, up and back of the camera, and origin (3,) mm its centre: the scanner's by default.
     """
 
     x0: float
@@ -60,7 +62,7 @@ class Rays:
         return self.x0, self.dx, self.y0, self.dy, *self.distortion
 
     def points(self, rows: Floats, cols: Floats, inverse_depth: Floats) -> Floats:
-        """(…, 3) mm: the surface points that grid positions (fractions allowed) see at 1/D (…) per mm."""
+        """(…, 3) mm: surface points at grid positions (…), fractions allowed, and inverse depths (…) 1/mm."""
         depth = 1.0 / inverse_depth
         x, y = self.x0 + self.dx * cols, self.y0 + self.dy * rows
         scale = depth / distortion_factor(x**2 + y**2, *self.distortion)
@@ -76,9 +78,9 @@ class Rays:
 
 
 def find_rays(scan: RangeScan) -> Rays | None:
-    """Fit the lens that took the scan, or None when its samples do not lie on the rays of one lens.
+    """The camera rays fitted to a scan, or None when its samples do not lie on the rays of one camera.
 
-    Raises NotEnoughSurface when there are too few samples to tell.
+    Raises NotEnoughSurface when there are too few samples for a fit.
     """
     rows, cols = np.nonzero(scan.measured)
     if len(rows) < MIN_SAMPLES or np.ptp(rows) < 2 or np.ptp(cols) < 2:
@@ -105,8 +107,10 @@ def find_rays(scan: RangeScan) -> Rays | None:
 
 
 def _fit_lens(rows: Ints, cols: Ints, x: Floats, y: Floats) -> Rays:
-    """The lens that shows (x, y, −1) (n,) at rows and cols (n,). Both axes are linear in what is sought:
-    x·(1 + k1·r² + k2·r⁴) = x0 + dx·col."""
+    """The rays with distortion that image (x, y, −1) (n,) at rows and cols (n,), by linear least squares.
+
+    Both equations are linear in the parameters: x·(1 + k1·r² + k2·r⁴) = x0 + dx·col.
+    """
     squared, zeros, ones = x**2 + y**2, np.zeros(len(x)), np.ones(len(x))
     equations_x = np.stack([ones, cols, zeros, zeros, -x * squared, -x * squared**2], axis=1)
     equations_y = np.stack([zeros, zeros, ones, rows, -y * squared, -y * squared**2], axis=1)
@@ -116,6 +120,6 @@ def _fit_lens(rows: Ints, cols: Ints, x: Floats, y: Floats) -> Rays:
 
 
 def _scatter(rays: Rays, rows: Ints, cols: Ints, x: Floats, y: Floats) -> float:
-    """Samples (1σ, the worse axis) by which the rays miss grid positions (n,) that look along (x, y, −1)."""
+    """Reprojection error in samples (1σ, the worse axis) of directions (x, y, −1) (n,) at grid positions (n,)."""
     predicted_rows, predicted_cols = rays.grid(np.stack([x, y, -np.ones(len(x))], axis=1))
     return float(max(np.std(predicted_rows - rows), np.std(predicted_cols - cols)))

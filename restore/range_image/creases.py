@@ -1,4 +1,4 @@
-"""Find creases in a noisy surface: where a kink that goes on for a while stands out of the noise."""
+"""Detect creases in a noisy surface: lines along which a kink is significant against the noise."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ HALF_WIDTH = 4  # samples to either side of a crease over which its kink is meas
 HALF_LENGTH = 12  # samples along a crease, either way: 11 mm on a Vivid at 0.9 m; most creases are longer
 BORDER_MARGIN = 2  # samples: kernels cut by the border of the page respond to it all along
 DIRECTIONS = 16  # every 11.25°: at half of that the ends of a kernel are one sample off the crease
-# Hysteresis (Canny 1986): a crease starts where nothing but a kink can be, and goes on while it still stands out.
+# Hysteresis (Canny 1986): a crease needs a sample above the first threshold and follows samples above the second.
 KINK_SIGMAS = 5.5
 FOLLOW_SIGMAS = 3.0
 MIN_SEPARATION = 5  # samples: the filter responds to either side of a strong crease; nearer ridges are not distinct
@@ -24,10 +24,10 @@ MIN_MEASURED = 0.5  # share of measured samples in a kernel: at the border of a 
 
 
 def find_creases(data: Floats, deviation: Floats, inside: Mask) -> Mask:
-    """The samples (rows, cols) that lie on a crease of the surface `inside`, one sample wide.
+    """(rows, cols) True on the creases of the surface within `inside` (rows, cols), one sample wide.
 
-    data has no outliers, and NaN where nothing is known; deviation is the standard deviation of each sample, 0 where it
-    was filled in.
+    data (rows, cols) has no outliers, and NaN where it is not known; deviation (rows, cols) is the standard deviation
+    of each sample, 0 where it was filled in.
     """
     known = inside & np.isfinite(data)
     data, inner = np.where(known, data, 0.0), _eroded(known.astype(np.uint8), HALF_WIDTH)
@@ -47,15 +47,15 @@ def find_creases(data: Floats, deviation: Floats, inside: Mask) -> Mask:
 
 
 def _eroded(mask: Bytes, samples: int) -> Bytes:
-    """What of a mask lies so many samples inside it."""
+    """The mask (rows, cols) eroded by so many samples."""
     window = np.ones((2 * samples + 1, 2 * samples + 1), np.uint8)
     return np.asarray(cv2.erode(mask, window, borderValue=0), dtype=np.uint8)
 
 
 def _kink_sigmas(data: Floats, deviation: Floats, inner: Bytes, interior: Bytes, angle: float) -> NDArray[np.float32]:
-    """How many standard deviations a kink across the direction `angle` stands out (rows, cols), 0 where not inner.
+    """(rows, cols) kink across the direction `angle` in standard deviations of the noise, 0 where not inner.
 
-    Only where all of its kernel is sound is it looked for: from there a crease is taken to go on to the border.
+    It is evaluated where the whole kernel is interior; from there a crease is assumed to continue to the border.
     """
     kernel, line = _kink_kernel(angle), _line(angle + np.pi / 2, HALF_LENGTH)
     variance = np.maximum(cv2.filter2D(deviation**2, cv2.CV_64F, kernel**2), 0.0)
@@ -64,7 +64,7 @@ def _kink_sigmas(data: Floats, deviation: Floats, inner: Bytes, interior: Bytes,
     complete = (cv2.erode(interior, line, borderValue=0) > 0) & (measured > MIN_MEASURED)
     if not complete.any():
         return np.zeros(data.shape, np.float32)
-    # Noise that is correlated between samples reaches farther than its variance tells.
+    # Noise that is correlated between samples has a greater response than its variance predicts.
     sigmas /= max(1.0, robust_sigma(sigmas[complete]))
     known = np.where(complete, sigmas, 0.0).astype(np.float32)
     extended = cv2.dilate(known, _line(angle + np.pi / 2, HALF_LENGTH + 2 * BORDER_MARGIN))
@@ -72,11 +72,11 @@ def _kink_sigmas(data: Floats, deviation: Floats, inner: Bytes, interior: Bytes,
 
 
 def _kink_kernel(angle: float) -> Floats:
-    """Matched filter of |u| across a line through the centre, u running at `angle`; any quadratic gives nothing."""
+    """Matched filter of |u| across a line through the centre, u running at `angle`; its response to quadratics is 0."""
     size = HALF_WIDTH + HALF_LENGTH
     y, x = np.mgrid[-size : size + 1, -size : size + 1].astype(float)
     u, v = x * np.cos(angle) + y * np.sin(angle), y * np.cos(angle) - x * np.sin(angle)
-    # Samples on the rim of the rectangle count by as much of them as lies in it.
+    # Samples at the edge of the rectangle are weighted by the part of them inside it.
     share = np.clip(HALF_WIDTH + 0.5 - np.abs(u), 0, 1) * np.clip(HALF_LENGTH + 0.5 - np.abs(v), 0, 1)
     support = share > 0
     weight = np.sqrt(share[support])
@@ -88,7 +88,7 @@ def _kink_kernel(angle: float) -> Floats:
 
 
 def _line(angle: float, half_length: int) -> Bytes:
-    """The samples of a line through the centre at `angle`, so many to either side."""
+    """Structuring element of a line through the centre at `angle`, half_length samples to either side."""
     line = np.zeros((2 * half_length + 1, 2 * half_length + 1), np.uint8)
     for step in np.arange(-half_length, half_length + 0.25, 0.25):
         line[half_length + round(step * np.sin(angle)), half_length + round(step * np.cos(angle))] = 1

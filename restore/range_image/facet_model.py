@@ -1,4 +1,4 @@
-"""Take the noise out of a range grid without rounding its creases: the facet model.
+"""Denoise a range grid without rounding its creases: the facet model.
 
 Every sample gets the quadratic that fits inverse depth best in a window round it (Haralick & Watson, "A facet model
 for image data", 1981). Near a crease it takes the quadratic of a window that ends at the crease, from its own side
@@ -34,12 +34,12 @@ FACET_FIELDS = 6  # value, slope per column, slope per row, variance, bend, 1 wh
 
 @dataclass(frozen=True, eq=False)
 class Facets:
-    """Inverse depth and its slope at every sample.
+    """Denoised inverse depth and its slope at every sample.
 
     value   (rows, cols) 1/mm, NaN where there is no surface.
     slope   (rows, cols, 2) change of value per column and per row, on the sample's own side of a crease.
     crease  (rows, cols) True on a crease.
-    noise   standard deviation of one well lit sample, 1/mm.
+    noise   standard deviation of a sample of the best signal class, 1/mm.
     """
 
     value: Floats
@@ -58,9 +58,9 @@ def fit_facets(
 ) -> Facets:
     """Fit facets to inverse depth (rows, cols) 1/mm at every sample of `inside` that has enough measured neighbours.
 
-    signal (rows, cols), in any unit, tells samples that returned little light from good ones: they scatter more, and
-    count for less. Outliers, which mixed pixels at the edges of ink leave, count for nothing. `precision`, a share of
-    the depth, is the least noise that is reckoned with.
+    signal (rows, cols), in any unit, is the light that each sample returned: those with little have more noise and less
+    weight. Outliers, such as mixed pixels at the edges of ink, have weight 0. `precision`, a share of the depth, is the
+    least noise that is assumed.
     Raises NotEnoughSurface when the samples are too sparse for any facet.
     """
     level = float(np.median(inverse_depth[measured]))
@@ -75,12 +75,12 @@ def fit_facets(
     crease = find_creases(np.where(inside, clean, 0.0), np.where(weight > 0, deviation, 0.0), inside)
     facets, noise = _fit_windows(
         data, np.where(crease, 0.0, weight), inside, crease, floor
-    )  # a crease is on neither side
+    )  # samples on a crease belong to neither side
     return Facets(np.where(inside, facets[..., 0] + level, np.nan), facets[..., 1:3], crease, noise)
 
 
 def _signal_classes(signal: Floats | None, measured: Mask) -> Ints:
-    """(rows, cols): the class of each sample by its signal, 0 the strongest; −1 where nothing was measured."""
+    """(rows, cols) class of each sample by its signal, 0 the strongest; −1 where nothing was measured."""
     if signal is None:
         return np.where(measured, 0, -1)
     strongest = np.percentile(signal[measured], 95)
@@ -89,7 +89,7 @@ def _signal_classes(signal: Floats | None, measured: Mask) -> Ints:
 
 
 def _weights(residual: Floats, classes: Ints, floor: float) -> tuple[Floats, Floats]:
-    """Inverse variance of each sample's class relative to the best, 0 for outliers; and its sigma."""
+    """(rows, cols) inverse variance of each sample's class over the best, 0 for outliers; and its sigma, 1/mm."""
     weight, deviation = np.zeros(residual.shape), np.zeros(residual.shape)
     best = np.inf
     for k in range(classes.max() + 1):
@@ -104,7 +104,7 @@ def _weights(residual: Floats, classes: Ints, floor: float) -> tuple[Floats, Flo
 
 
 def _fit_windows(data: Floats, weight: Floats, inside: Mask, crease: Mask, floor: float) -> tuple[Floats, float]:
-    """The facet (rows, cols, FIELDS) of every sample, and the noise. Before creases are known, misfit tells of them."""
+    """The facet (rows, cols, FIELDS) of every sample, and the noise, 1/mm. Unknown creases show as misfit."""
     fit = fit_quadratics(data, weight, inside, WIDE_RADIUS)
     variance = fit.variance[inside & (weight > 0)]
     if not np.isfinite(variance).any():
@@ -126,9 +126,9 @@ def _fit_windows(data: Floats, weight: Floats, inside: Mask, crease: Mask, floor
 
 
 def _shift_windows(fit: Quadratics, distance: Floats | None, limit: float, inside: Mask, radius: int) -> Floats:
-    """Give every sample the best window that holds it: its own, or near a crease one that lies on one side.
+    """(rows, cols, FACET_FIELDS) of the best window that contains each sample: its own, or near a crease a shifted one.
 
-    With distances from the creases that is the window farthest from them, else the one of least misfit.
+    With distances from the creases it is the window farthest from them, without the one of least misfit.
     """
     if distance is None:
         merit, shifted, one_sided_merit = -fit.variance, ~(fit.variance < limit), -limit
@@ -151,7 +151,7 @@ def _choose_windows(
             if shifted[r, c]:
                 for i in range(max(0, r - radius), min(rows, r + radius + 1)):
                     for j in range(max(0, c - radius), min(cols, c + radius + 1)):
-                        # Of two windows as good the nearer: its quadratic reaches less far.
+                        # Of two equally good windows the nearer: its quadratic extrapolates less.
                         score = merit[i, j] - SHIFT_PENALTY * abs(merit[i, j]) * (abs(i - r) + abs(j - c))
                         if not np.isnan(variance[i, j]) and score > best:
                             best_r, best_c, best = i, j, score

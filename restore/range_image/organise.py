@@ -1,7 +1,7 @@
-"""Put a mesh that came from one shot of the scanner back on its range grid.
+"""Recover the range grid of a mesh that is one shot of the scanner.
 
 Every sample of a shot lies on the line of sight of one pixel, so (x/−z, y/−z) of its vertices falls on a lattice; the
-pitch of the lattice is one over the focal length in samples. A mesh that was moved, merged or decimated does not fit.
+pitch of the lattice is one over the focal length in samples. A moved, merged or decimated mesh has no such lattice.
 """
 
 from __future__ import annotations
@@ -79,7 +79,7 @@ def organise(mesh: SurfaceMesh, *, colours: Bytes | None = None) -> RangeScan | 
     """The range grid that a mesh was made from, or None when its vertices are not the samples of one shot.
 
     Texture positions come from the mesh's texture coordinates; without them from the camera: the picture is taken
-    through the same lens, whose focal length the pitch tells. A picture that no lens fits is left out. `colours`
+    through the same lens, whose focal length follows from the pitch. A picture that no lens fits is left out. `colours`
     (n, 3) uint8 RGB, one a vertex, give a picture of the size of the grid when the mesh has none.
     """
     lattice = _find_lattice(mesh.vertices)
@@ -112,7 +112,7 @@ def _find_lattice(vertices: Floats) -> Lattice | None:
 
 
 def _find_lines(tangents: Floats) -> Lines | None:
-    """The lines that one coordinate of all vertices falls on, the first one numbered 0, or None."""
+    """The lines on which one coordinate (n,) of all vertices lies, the first one numbered 0, or None."""
     low, span = float(tangents.min()), float(np.ptp(tangents))
     if span <= 0:
         return None
@@ -150,7 +150,7 @@ def _fit_lines(tangents: Floats, lines: Lines) -> Lines | None:
 
 
 def _assign_vertices(vertices: Floats, cells: Ints) -> Ints | None:
-    """(rows, cols) number of the vertex in each cell, −1 for none; None when vertices crowd in one cell."""
+    """(rows, cols) number of the vertex in each cell, −1 for none; None when too many share a cell."""
     shape = cells.max(axis=0) + 1
     flat = cells[:, 0] * shape[1] + cells[:, 1]
     occupied_cells, first, inverse = np.unique(flat, return_index=True, return_inverse=True)
@@ -163,7 +163,7 @@ def _assign_vertices(vertices: Floats, cells: Ints) -> Ints | None:
 
 
 def _is_grid(occupied: Mask) -> bool:
-    """Do most samples have a neighbour to the right and one below?"""
+    """True when most samples have a neighbour to the right and one below."""
     right, below = occupied[:, 1:] & occupied[:, :-1], occupied[1:] & occupied[:-1]
     return bool(min(right.sum(), below.sum()) > MIN_NEIGHBOURS * occupied.sum())
 
@@ -175,7 +175,7 @@ def _joins_neighbours(cells: Ints, faces: Ints) -> bool:
 
 
 def _lens(lattice: Lattice) -> tuple[str, int] | None:
-    """The lens and the image pixels per sample that the pitch tells, or None."""
+    """The lens and the image pixels per sample that match the pitch, or None."""
     samples = 2.0 / (lattice.columns.pitch + lattice.rows.pitch)
     candidates = itertools.product(LENSES_PX, PIXELS_PER_SAMPLE)
     error = {(lens, k): abs(np.log(k * samples / LENSES_PX[lens])) for lens, k in candidates}
@@ -184,9 +184,9 @@ def _lens(lattice: Lattice) -> tuple[str, int] | None:
 
 
 def _texture_positions(texcoords: Floats, lattice: Lattice) -> Floats | None:
-    """Texture coordinates on the grid: the mesh's own where it has a vertex, their affine continuation elsewhere.
+    """(rows, cols, 2) texture coordinates: the mesh's own where it has a vertex, their affine extrapolation elsewhere.
 
-    None when they do not follow the grid, or mirrored: the picture is not the camera's view.
+    None when they are not affine in the grid, or mirrored: the picture is not the camera's view.
     """
     design = np.column_stack([lattice.cells[:, ::-1], np.ones(len(lattice.cells))])
     affine, *_ = np.linalg.lstsq(design, texcoords, rcond=None)
@@ -198,7 +198,7 @@ def _texture_positions(texcoords: Floats, lattice: Lattice) -> Floats | None:
 
 
 def _picture_from_colours(colours: Bytes, lattice: Lattice) -> Bytes:
-    """(rows, cols, 3) picture with a pixel for each cell; empty cells take the nearest colour."""
+    """(rows, cols, 3) picture with one pixel for each cell; empty cells have the colour of the nearest vertex."""
     nearest = distance_transform_edt(~lattice.occupied, return_distances=False, return_indices=True)
     return colours[lattice.vertex_at[tuple(nearest)]]
 
@@ -206,7 +206,7 @@ def _picture_from_colours(colours: Bytes, lattice: Lattice) -> Bytes:
 def _camera_positions(
     picture: Bytes | None, lattice: Lattice, lens: tuple[str, int] | None
 ) -> tuple[Bytes | None, Floats]:
-    """The picture and where the camera sees every cell in it; no picture when it is not what that lens gives."""
+    """The picture and the positions (rows, cols, 2) of the cells in it; no picture when it does not fit the lens."""
     width, height = IMAGE_SIZE if picture is None else picture.shape[1::-1]
     same_view = abs(width * IMAGE_SIZE[1] / (height * IMAGE_SIZE[0]) - 1.0) < ASPECT_TOLERANCE
     if lens is None or not same_view:

@@ -16,12 +16,12 @@ MOMENTS = tuple((p, q) for p in range(5) for q in range(5 - p))
 # Which moment stands at each place of the normal matrix's lower triangle, row by row.
 PACKED = np.array([MOMENTS.index((a + c, b + d)) for i, (a, b) in enumerate(POWERS) for c, d in POWERS[: i + 1]])
 MIN_SAMPLES = 12  # twice the unknowns
-SINGULAR = 1e-5  # of the weight: with less left to tell a term, samples lie on one side only
-MAX_LEVERAGE = 1.0  # variance of the centre over that of the window's mean sample: a fit worse than it is a wild guess
+SINGULAR = 1e-5  # of the weight: a smaller pivot means that the samples lie on one side only
+MAX_LEVERAGE = 1.0  # variance of the value at the centre over that of one sample: no fit may be worse
 
 
 class Quadratics(NamedTuple):
-    """One quadratic a sample, NaN where its window holds too few samples.
+    """A quadratic for each sample, NaN where its window has too few samples.
 
     terms     (rows, cols, 6) coefficients in the order of POWERS, in samples from the centre of the window.
     variance  (rows, cols) weighted variance of the samples about the quadratic.
@@ -32,7 +32,7 @@ class Quadratics(NamedTuple):
 
 
 def fit_quadratics(data: Floats, weight: Floats, wanted: Mask, radius: int) -> Quadratics:
-    """Fit data (rows, cols) in windows of 2·radius + 1 samples round every wanted one; weight 0 leaves a sample out."""
+    """Fit data (rows, cols) with weights (rows, cols) in windows of 2·radius + 1 samples round every wanted sample."""
     offsets = np.arange(-radius, radius + 1) / radius
 
     def moment(image: Floats, p: int, q: int) -> Floats:

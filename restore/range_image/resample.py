@@ -1,4 +1,4 @@
-"""Look at a dense mesh as a scanner would, so that it gets the same care as a range grid."""
+"""Resample a dense mesh to a range grid, so that it is prepared like one."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ MAX_HIDDEN = 0.01  # of the area may be turned away or occluded; more, and one v
 
 
 def resample(mesh: SurfaceMesh) -> tuple[RangeScan, Rays] | None:
-    """Cast the mesh onto the range grid of a pinhole in front of the page.
+    """The mesh rendered to the range grid of a pinhole camera in front of the page.
 
-    Returns the scan, in the pinhole's frame, and its rays, which know the mesh's own frame; or None when the mesh is
-    too coarse or one view does not see all of it.
+    Returns the scan, in the camera's frame, and its rays, in the frame of the mesh; or None when the mesh is too coarse
+    or one view does not show all of it.
     """
     if len(mesh.vertices) < MIN_VERTICES:
         return None
@@ -61,7 +61,7 @@ def resample(mesh: SurfaceMesh) -> tuple[RangeScan, Rays] | None:
 
 
 def _foreshortening(normals: Floats, laid: Laid) -> float:
-    """The factor by which the vertices lie nearer in the view than on the surface where the page is steep.
+    """The ratio, at most 1, of the vertices' spacing in the view to that on the surface where the page is steep.
 
     normals (m, 3) of the faces, twice as long as their areas.
     """
@@ -73,7 +73,7 @@ def _foreshortening(normals: Floats, laid: Laid) -> float:
 
 
 def _hidden_share(corners: Floats, faces: Ints, covered: Mask) -> float:
-    """Share of the mesh's shadow that is turned away or lies behind something else."""
+    """Share of the projected area of faces with corners (n, 2) that is turned away or not in covered (rows, cols)."""
     areas = signed_areas(corners * [1.0, -1.0], faces)
     total = float(np.abs(areas).sum())
     return max(1.0 - float(covered.sum()) / total, float(np.maximum(-areas, 0.0).sum()) / total)

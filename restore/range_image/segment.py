@@ -1,4 +1,4 @@
-"""Find the sheet among everything that the scanner measured."""
+"""Segment the sheet in a range image."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from restore.range_image.camera import Rays
 from restore.range_image.table import find_table
 from restore.scan import Floats, Ints, Mask, RangeScan
 
-MAX_SLOPE = 6.0  # 80.5°: steeper than any wall that camera and laser both see, less steep than the step to the table
+MAX_SLOPE = 6.0  # 80.5°: steeper than any wall that both camera and laser see, less steep than the step to the table
 MAX_GAP = 2  # samples: drop-outs inside ink leave gaps of one or two
 MIN_SHARE = 0.02  # of the grid: a smaller piece is no page
 CLOSING_DIAMETER = 5  # samples: notches that ink leaves in the outline
@@ -20,7 +20,7 @@ CLOSING_DIAMETER = 5  # samples: notches that ink leaves in the outline
 def find_sheet(scan: RangeScan, rays: Rays, *, framed: bool = True) -> tuple[Mask, Mask]:
     """The samples that lie on the sheet, and the sheet's whole area with its interior holes: two masks (rows, cols).
 
-    `framed` tells that the border of the grid is the border of what the scanner saw.
+    `framed` is True when the border of the grid is the border of the scanner's picture.
     Raises NotEnoughSurface when no connected surface is large enough to be a page.
     """
     measured = scan.measured
@@ -28,10 +28,10 @@ def find_sheet(scan: RangeScan, rays: Rays, *, framed: bool = True) -> tuple[Mas
     measured = measured & ~find_table(scan, inverse_depth, measured, framed=framed)
     labels = _label_connected(1.0 / inverse_depth, measured, rays.dx * MAX_SLOPE)
     sizes = np.bincount(labels.ravel())
-    sizes[0] = 0  # what belongs to no piece
+    sizes[0] = 0  # samples without a piece
     samples = measured & (labels == int(np.argmax(sizes)))
     inside = fill_outline(samples)
-    share = min(samples.mean(), inside.mean())  # a comb of single lines covers nothing
+    share = min(samples.mean(), inside.mean())  # for a comb of single lines the second is small
     if share < MIN_SHARE:
         raise NotEnoughSurface(
             f"the largest connected surface covers {share:.1%} of the picture",
@@ -41,11 +41,11 @@ def find_sheet(scan: RangeScan, rays: Rays, *, framed: bool = True) -> tuple[Mas
 
 
 def fill_outline(samples: Mask) -> Mask:
-    """The area that the samples cover: notches closed, interior holes filled, nothing added outside."""
+    """The mask (rows, cols) of samples with notches closed and interior holes filled, nothing added outside."""
     from scipy.ndimage import binary_fill_holes
 
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (CLOSING_DIAMETER, CLOSING_DIAMETER))
-    # With room round it: closing would bridge a notch to the border of the grid.
+    # Padded: closing would otherwise bridge a notch to the border of the grid.
     closed = cv2.morphologyEx(np.pad(samples, CLOSING_DIAMETER).astype(np.uint8), cv2.MORPH_CLOSE, kernel)
     opened = cv2.morphologyEx(binary_fill_holes(closed).astype(np.uint8), cv2.MORPH_OPEN, kernel)
     filled: Mask = opened[CLOSING_DIAMETER:-CLOSING_DIAMETER, CLOSING_DIAMETER:-CLOSING_DIAMETER].astype(bool)
@@ -54,7 +54,7 @@ def fill_outline(samples: Mask) -> Mask:
 
 @numba.njit(cache=True)
 def _label_connected(depth: Floats, measured: Mask, step: float) -> Ints:
-    """Label the pieces whose neighbouring samples differ by less than `step` of their depth for each sample between."""
+    """(rows, cols) labels of connected pieces, 0 for none; neighbours differ by less than `step`·depth per sample."""
     rows, cols = depth.shape
     labels = np.zeros((rows, cols), np.int64)
     stack = np.empty((rows * cols, 2), np.int64)

@@ -1,4 +1,4 @@
-"""The prepared sheet: a surface that can be asked for points and lengths anywhere on the grid."""
+"""The prepared sheet: a surface with points and lengths at any position on the grid."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ _distortion_factor = numba.njit(cache=True)(distortion_factor)
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """Facets on the grid of rays, continued a little past the outline so that border samples have neighbours.
+    """Facets on the grid of rays, extrapolated past the outline so that border samples have neighbours.
 
     inside   (rows, cols) True on the sheet, interior holes included.
-    measured (rows, cols) True where the surface was seen and not filled in.
+    measured (rows, cols) True where the surface was measured and not filled in.
     planes   (rows, cols, 3) inverse depth and its change per column and per row.
     noise    standard deviation of one measured sample, 1/mm.
     pixels   (rows, cols, 2) texture position of every grid position.
-    scan     what the surface was made from: its texture and provenance go on to the page.
+    scan     the source of the surface, with its texture and provenance.
     """
 
     rays: Rays
@@ -54,16 +54,16 @@ class Sheet:
         )
 
     def lengths(self, nodes: Floats, edges: Ints) -> Floats:
-        """(e,) mm: how far two nodes are apart along the surface, for edges (e, 2) between grid positions (n, 2).
+        """(e,) mm: lengths along the surface of edges (e, 2) between grid positions (n, 2).
 
         The path is straight in the picture; on each sample it runs in that sample's facet, and where two facets meet
-        at an angle it runs over the line where they meet, not over the chord.
+        at an angle it runs over their line of intersection, not along the chord.
         """
         return _path_lengths(self.planes, nodes, edges, self.rays.lens, CREASE_SIGMAS * self.noise)
 
 
 def make_sheet(rays: Rays, facets: Facets, samples: Mask, inside: Mask, pixels: Floats, scan: RangeScan) -> Sheet:
-    """Continue the facets of the sheet over the rest of the grid, each sample from the nearest facet."""
+    """A sheet from its facets, extrapolated over the rest of the grid from the nearest facet."""
     known = inside & np.isfinite(facets.value)
     rows, cols = distance_transform_edt(~known, return_distances=False, return_indices=True)
     own_rows, own_cols = np.indices(known.shape)
@@ -73,9 +73,9 @@ def make_sheet(rays: Rays, facets: Facets, samples: Mask, inside: Mask, pixels: 
 
 
 def depth_distance(sheet: Sheet, nodes: Floats, faces: Ints) -> dict[str, float]:
-    """Depth between the reduced mesh, grid positions nodes (n, 2), and the sheet: mean, sd, max in mm (§3.2)."""
+    """Mean, sd and max in mm of the depth between the sheet and a mesh of faces (m, 3) at grid positions (n, 2)."""
     corners = np.ascontiguousarray(nodes[:, ::-1])
-    # A plane's inverse depth is affine over the grid, so the triangles may be filled linearly.
+    # A plane's inverse depth is affine over the grid, so linear interpolation over the triangles is exact.
     sparse = rasterise(corners, faces, sheet.inverse_depth(nodes)[:, None], *sheet.inside.shape)[..., 0]
     both = sheet.inside & np.isfinite(sparse)
     distance = np.abs(1.0 / sparse[both] - 1.0 / sheet.planes[both][:, 0])

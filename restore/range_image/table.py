@@ -1,4 +1,4 @@
-"""Tell the table that a sheet lies on from the sheet."""
+"""Segment the table that a sheet lies on."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ MIN_SHEET = 0.05  # of the picture, in one piece; the rest of a page that fills 
 
 
 def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed: bool = True) -> Mask:
-    """Samples (rows, cols) that lie on the table: in its plane and of its colour. None when no table is seen.
+    """(rows, cols) True on the table: in its plane and of its colour. False everywhere when no table is detected.
 
-    inverse_depth (rows, cols) 1/mm: there a plane is an affine function of where a sample looks. A table fills the
-    picture to its frame; where the picture's frame means nothing, as for a mesh that was turned since (`framed` False),
-    it goes to the outer border of what was measured, and most of the rest has to stand off its plane.
+    inverse_depth (rows, cols) 1/mm: for a plane it is an affine function of the direction of a sample. A table extends
+    to the frame of the picture; when that is not the scanner's (`framed` False), as for a mesh that was rotated, it
+    extends to the outer border of the measured samples, and most of the others must be off its plane.
     """
     no_table = np.zeros_like(measured)
     outer = np.ones_like(measured) if framed else binary_fill_holes(measured)
@@ -57,7 +57,7 @@ def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed
 
 
 def _blurred_edge(table: Mask, on_plane: Mask, colour: Floats, centre: Floats, paper: Floats) -> Mask:
-    """Samples in the plane of the table and beside it whose colour, mixed at the sheet's edge, is more the table's."""
+    """(rows, cols) True beside the table and in its plane where the colour, mixed at the edge, is nearer to its."""
     adjacent = cv2.dilate(table.astype(np.uint8), np.ones((2 * EDGE_BLUR + 1, 2 * EDGE_BLUR + 1), np.uint8)).astype(
         bool
     )
@@ -66,15 +66,15 @@ def _blurred_edge(table: Mask, on_plane: Mask, colour: Floats, centre: Floats, p
 
 
 def _surrounds(on_plane: Mask, band: Mask) -> bool:
-    """Whether the plane shows on all four sides of the picture; one side of a fold that fills it shows on three."""
+    """True when the plane is present on all four sides of the picture; one side of a fold that fills it is on three."""
     sides = (np.s_[:BORDER_BAND], np.s_[-BORDER_BAND:], np.s_[:, :BORDER_BAND], np.s_[:, -BORDER_BAND:])
     return all((on_plane & band)[side].sum() > MIN_SHARE * band[side].sum() for side in sides)
 
 
 def _fit_plane(inverse_depth: Floats, directions: Floats, band: Mask) -> tuple[Floats, float]:
-    """Distance of every sample from the plane that most of the band lies on (RANSAC), and what noise explains of it.
+    """(rows, cols) 1/mm: residuals from the plane of most of the band (RANSAC), and the tolerance that noise explains.
 
-    sight (rows, cols, 2) where each sample looks, in samples: a lens bends the grid, so row and column will not do.
+    directions (rows, cols, 2) of the samples, in samples: with lens distortion row and column are not affine in them.
     """
     values, design = inverse_depth[band], np.column_stack([np.ones(band.sum()), directions[band]])
     noise = _noise_sigma(inverse_depth, band)
@@ -98,7 +98,7 @@ def _fit_plane(inverse_depth: Floats, directions: Floats, band: Mask) -> tuple[F
 
 
 def _noise_sigma(inverse_depth: Floats, band: Mask) -> float:
-    """Standard deviation of one sample, from second differences down the columns, where noise is not correlated."""
+    """Standard deviation of one sample, 1/mm, from second differences down the columns, where noise is uncorrelated."""
     second = np.where(band, inverse_depth, np.nan)
     second = second[2:] - 2 * second[1:-1] + second[:-2]
     floor = MIN_NOISE_MM * float(np.nanmedian(inverse_depth)) ** 2
@@ -119,6 +119,7 @@ def _lab_colours(scan: RangeScan) -> Floats | None:
 
 
 def _colour_distribution(colours: Floats) -> tuple[Floats, Floats]:
+    """The median (3,) and robust standard deviations (3,) of L*a*b* colours (n, 3)."""
     centre = np.median(colours, axis=0)
     sigma = robust_sigmas(colours - centre)
     return centre, np.maximum(sigma, MIN_COLOUR_SIGMA)
@@ -136,7 +137,7 @@ def _paper_colour(rest: Floats) -> Floats:
 
 
 def _largest_piece(rest: Mask) -> int:
-    """Samples of the largest connected piece, threads of one or two samples cut."""
+    """The number of samples of the largest connected piece, without links one or two samples wide."""
     solid = cv2.morphologyEx(rest.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
     _, _, stats, _ = cv2.connectedComponentsWithStats(solid)
     return int(stats[1:, cv2.CC_STAT_AREA].max(initial=0))

@@ -1,1 +1,1 @@
-"""The colour image on the flat page: painting, what of the page was seen, finer colour from several shots."""
+"""The colour image on the flat page: painting, coverage, super-resolution from several shots."""

@@ -1,9 +1,9 @@
-"""What was seen of the page, and what was not: pixel by pixel.
+"""Coverage of the page: which pixels the camera saw, and on which of them the shape was measured.
 
-The colour of a page pixel is true where nothing stood between it and the camera. The surface there may still be a
-guess: dark ink swallows the laser, and the shape is filled in from round it. Where the paper itself stood in the way
-(behind a fold, on a wall seen from its edge, on a side turned away), the colour belongs to another place, and where
-the surface has a hole there is none.
+The colour of a page pixel is true where nothing occludes it from the camera. The surface there may still be
+interpolated: dark ink absorbs the laser, and the shape is filled in from its neighbourhood. Where the page occludes
+itself (behind a fold, on a wall seen edge-on, on a side turned away) the texture has the colour of another place, and
+where the surface has a hole there is none.
 """
 
 from __future__ import annotations
@@ -36,18 +36,18 @@ PAPER = 255
 
 
 class Seen(IntEnum):
-    """What a page pixel shows."""
+    """The kind of a page pixel."""
 
-    OUTSIDE = 0  # nothing: it is off the page
-    MEASURED = 1  # the page, its shape measured
-    FILLED = 2  # the page, its shape filled in from round it
-    HIDDEN = 3  # nothing: the page was not seen there
-    INVENTED = 4  # what the page round it suggests
+    OUTSIDE = 0  # off the page
+    MEASURED = 1  # seen by the camera, its shape measured
+    FILLED = 2  # seen by the camera, its shape filled in
+    HIDDEN = 3  # on the page and not seen by the camera
+    INVENTED = 4  # hidden, and inpainted from its neighbourhood
 
 
 @dataclass(frozen=True, eq=False)
 class Coverage:
-    """seen (h, w) uint8, values of `Seen`."""
+    """The kinds of the pixels of a page: seen (h, w) uint8, values of `Seen`."""
 
     seen: Bytes
 
@@ -57,14 +57,14 @@ class Coverage:
         return np.asarray((self.seen == Seen.MEASURED) | (self.seen == Seen.FILLED))
 
     def shares(self) -> dict[str, float]:
-        """Of the page's area, that of each kind."""
+        """The share of the page's area of each kind, 0 to 1."""
         count = np.bincount(self.seen.ravel(), minlength=len(Seen))
         page = max(int(count[Seen.MEASURED :].sum()), 1)
         return {kind.name.lower(): float(count[kind] / page) for kind in Seen if kind is not Seen.OUTSIDE}
 
 
 def compute_coverage(surface: Sheet | SurfaceMesh, fine: FlatMesh, painting: Painting, dpi: float) -> Coverage:
-    """Tell what was seen of a painted page."""
+    """The coverage of a painted page at a resolution of dpi."""
     on_mesh = painting.mask
     seen = np.where(on_mesh, Seen.MEASURED, Seen.OUTSIDE).astype(np.uint8)
     seen[_enclosed_holes(on_mesh)] = Seen.HIDDEN
@@ -79,29 +79,29 @@ def compute_coverage(surface: Sheet | SurfaceMesh, fine: FlatMesh, painting: Pai
     camera_centre = _camera_centre(surface, fine)
     if camera_centre is not None and fine.texcoords is not None and fine.texture is not None:
         hidden = on_mesh & _occluded(fine, camera_centre, on_mesh.shape, dpi)
-        # What a photograph shows, the scanner's camera need not have seen.
+        # Pixels painted from a photograph need not be visible to the scanner's camera.
         seen[hidden if painting.page_source is None else hidden & (painting.page_source == 0)] = Seen.HIDDEN
     return Coverage(seen)
 
 
 def _enclosed_holes(covered: Mask) -> Mask:
-    """(h, w) True where the mask (h, w) leaves out what it goes all round."""
+    """(h, w) True in the holes of a mask (h, w): outside it and not connected to the border."""
     outside = np.pad(covered, 1).astype(np.uint8)
     cv2.floodFill(outside, None, (0, 0), 1)
     return outside[1:-1, 1:-1] == 0
 
 
 def blank_hidden(image: Bytes, coverage: Coverage) -> Bytes:
-    """The page (h, w, 3) without what belongs elsewhere: white where it was not seen, as off the page."""
+    """The page (h, w, 3) with hidden pixels white, as off the page."""
     blanked = image.copy()
     blanked[coverage.seen == Seen.HIDDEN] = PAPER
     return blanked
 
 
 def inpaint_hidden(image: Bytes, coverage: Coverage, dpi: float, widest_mm: float) -> tuple[Bytes, Coverage]:
-    """Fill hidden places up to `widest_mm` across from what is round them, and note them as invented.
+    """The page (h, w, 3), hidden regions up to `widest_mm` wide inpainted, and the coverage that marks them INVENTED.
 
-    Strokes of ink are not continued, or letters would be smeared to others: paper is, and what is broad.
+    Strokes of ink are removed before, or letters would be extended to other letters; paper and broad areas are not.
     A. Telea, "An image inpainting technique based on the fast marching method", J. Graphics Tools 9(1), 2004.
     """
     hidden = coverage.seen == Seen.HIDDEN
@@ -114,7 +114,7 @@ def inpaint_hidden(image: Bytes, coverage: Coverage, dpi: float, widest_mm: floa
     narrow = half_widths * 2 <= widest_mm / MM_PER_INCH * dpi + 1
     narrow[0] = False
     selected = narrow[pieces]
-    # Off the page lies nothing to continue: white from there must not run into the hole.
+    # Pixels off the page are unknown too: their white must not be propagated into the hole.
     unknown = (~coverage.mask).astype(np.uint8)
     filled = _inpaint(_close_strokes(image, unknown, dpi), unknown, selected)
     seen = np.where(selected, np.uint8(Seen.INVENTED), coverage.seen)
@@ -122,7 +122,7 @@ def inpaint_hidden(image: Bytes, coverage: Coverage, dpi: float, widest_mm: floa
 
 
 def _close_strokes(image: Bytes, unknown: NDArray[np.uint8], dpi: float) -> Bytes:
-    """The page (h, w, 3) closed over what is thinner than a stroke of print; what is unknown has no say."""
+    """The page (h, w, 3) morphologically closed over strokes of print, unknown pixels left out."""
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(STROKE_MM / MM_PER_INCH * dpi / 2) + 1,) * 2)
     unknown_pixels = (unknown > 0)[..., None]
     brightest = cv2.dilate(np.where(unknown_pixels, np.uint8(0), image), kernel)
@@ -130,9 +130,9 @@ def _close_strokes(image: Bytes, unknown: NDArray[np.uint8], dpi: float) -> Byte
 
 
 def _inpaint(image: Bytes, unknown: NDArray[np.uint8], selected: Mask) -> Bytes:
-    """Inpaint what is chosen, box by box, so that a page costs no more than its holes."""
+    """The page (h, w, 3) inpainted in the selected regions, one bounding box at a time to save time."""
     out = image.copy()
-    margin = 8  # pixels of surroundings: more than the method looks at
+    margin = 8  # pixels of surroundings, more than the radius of the method
     boxes, count = label(cv2.dilate(selected.astype(np.uint8), np.ones((3, 3), np.uint8)))
     for number in range(1, count + 1):
         rows, cols = np.nonzero(boxes == number)
@@ -145,34 +145,34 @@ def _inpaint(image: Bytes, unknown: NDArray[np.uint8], selected: Mask) -> Bytes:
 
 
 def _rasterise_on_page(fine: FlatMesh, values: Floats, shape: tuple[int, ...], dpi: float) -> NDArray[np.float32]:
-    """Values (n, k) of vertices at the pixels of a page of some shape (h, w), NaN outside."""
+    """(h, w, k) float32: values (n, k) of the vertices at the pixels of a page of a shape (h, w), NaN outside."""
     return _crop_or_pad(page_map(fine.flat, fine.faces, values, dpi), shape)
 
 
 def _crop_or_pad(field: NDArray[np.float32], shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """A field over the page at the very size of its picture, which may have been rounded otherwise."""
+    """A field (h, w, k) cropped or padded with NaN to a shape (h, w), which may have been rounded otherwise."""
     more = [(0, max(0, wanted - size)) for wanted, size in zip(shape, field.shape, strict=False)]
     full = np.pad(field, [*more, (0, 0)], constant_values=np.nan)
     return np.ascontiguousarray(full[: shape[0], : shape[1]])
 
 
 def _camera_centre(surface: Sheet | SurfaceMesh, fine: FlatMesh) -> Floats | None:
-    """Where the camera stood (3,) mm, or None when the picture is not one pinhole's."""
+    """The centre (3,) mm of the camera, or None when the texture is not the picture of one pinhole camera."""
     if isinstance(surface, Sheet) and _is_scanner_camera(surface.rays):
         return surface.rays.origin
     return None if fine.texcoords is None else pinhole_centre(fine.vertices, fine.texcoords)
 
 
 def _is_scanner_camera(rays: Rays) -> bool:
-    """Whether the rays are the scanner's own, and not those of a view made up for a mesh."""
+    """True when the rays are the scanner's own, and not those of a virtual camera for a mesh."""
     return not rays.origin.any()
 
 
 def pinhole_centre(points: Floats, pixels: Floats) -> Floats | None:
-    """The centre (3,) of the pinhole that sees points (n, 3) at pixels (n, 2), or None when none does.
+    """The centre (3,) mm of the pinhole camera that images points (n, 3) mm at pixels (n, 2), or None without one.
 
     Direct linear transformation with normalised coordinates (Hartley & Zisserman, "Multiple View Geometry", 2nd ed.,
-    alg. 7.1). Points in a plane do not tell where it stands.
+    alg. 7.1). It is not determined by coplanar points.
     """
     if len(points) < MIN_POINTS:
         return None
@@ -198,7 +198,7 @@ def pinhole_centre(points: Floats, pixels: Floats) -> Floats | None:
 
 
 def _normalised(points: Floats) -> tuple[Floats, Floats]:
-    """Points (n, k) about the origin and of unit spread, and the matrix (k + 1, k + 1) that makes them so."""
+    """Points (n, k) centred and scaled to unit mean square, and the matrix (k + 1, k + 1) that normalises them."""
     centre = points.mean(axis=0)
     scale = 1 / max(float(np.sqrt(((points - centre) ** 2).sum(axis=1).mean())), TINY)
     size = points.shape[1]
@@ -209,7 +209,7 @@ def _normalised(points: Floats) -> tuple[Floats, Floats]:
 
 
 def _occluded(fine: FlatMesh, camera_centre: Floats, shape: tuple[int, ...], dpi: float) -> Mask:
-    """(h, w) True where the page was turned away from the eye (3,), seen from its edge, or hidden by itself."""
+    """(h, w) True where the page is turned away from the camera, seen edge-on, or occluded by itself (z-buffer)."""
     assert fine.texcoords is not None and fine.texture is not None
     distance = np.linalg.norm(fine.vertices - camera_centre, axis=1)
     turned_away = _turned_away(fine, camera_centre)
@@ -235,7 +235,7 @@ def _occluded(fine: FlatMesh, camera_centre: Floats, shape: tuple[int, ...], dpi
 
 
 def _turned_away(fine: FlatMesh, camera_centre: Floats) -> NDArray[np.bool_]:
-    """(m,) True for faces that the eye (3,) sees from behind or from the edge."""
+    """(m,) True for faces that the camera at a centre (3,) mm sees from behind or edge-on."""
     a, b, c = (fine.vertices[fine.faces[:, k]] for k in range(3))
     normals, to_camera = face_normals(fine.vertices, fine.faces), camera_centre - (a + b + c) / 3
     scale = np.linalg.norm(normals, axis=1) * np.linalg.norm(to_camera, axis=1)

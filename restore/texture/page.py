@@ -106,8 +106,8 @@ def effective_ppi(flat: Floats, faces: Ints, pixels: Floats) -> float:
 def extend_edge_colours(texture: Bytes, texcoords: Floats, faces: Ints, *, mixed_pixels: int = 1) -> Bytes:
     """The texture (h, w, 3) with the colour of the sheet extended past its edge, where pixels are mixed with the table.
 
-    texcoords (n, 2) texture pixels and faces (m, 3) delimit the sheet in the texture; `mixed_pixels` is the width of the mixed
-    band at its edge, more than one after super-resolution.
+    texcoords (n, 2) texture pixels and faces (m, 3) delimit the sheet in the texture; `mixed_pixels` is the width of
+    the mixed band at its edge, more than one after super-resolution.
     """
     covered = rasterise(texcoords, faces, np.zeros((len(texcoords), 1)), *texture.shape[:2])[..., 0]
     pure = binary_erosion(np.isfinite(covered), iterations=mixed_pixels, border_value=1)

@@ -1,9 +1,10 @@
-"""Several colour images of the same page, a fraction of a pixel apart, into one of finer pixels.
+"""Super-resolution: several colour images of a page, shifted by fractions of a pixel, to one of finer pixels.
 
-A pixel is the mean of the picture over its own area, and of the lens's blur. Images whose pixels lie between each
-other's have seen between them what one could not tell apart. The finer picture is the one that, seen so, comes out as
-the images did; it is found by projecting back what they lack (M. Irani, S. Peleg, "Improving resolution by image
-registration", CVGIP: Graphical Models and Image Processing 53(3), 1991), which is gradient descent on their squares.
+A pixel is the mean over its own area of the picture blurred by the lens. Images with different subpixel shifts sample
+it at different positions, and together resolve more than one does. The finer picture is the one from which the forward
+model (blur, shift, pixel area) predicts the images; it is found by back-projection of the residuals (M. Irani,
+S. Peleg, "Improving resolution by image registration", CVGIP: Graphical Models and Image Processing 53(3), 1991), a
+gradient descent on their squares.
 """
 
 from __future__ import annotations
@@ -18,15 +19,15 @@ from numpy.typing import NDArray
 from restore.errors import BadInput
 from restore.scan import Bytes, Floats, RangeScan
 
-FACTOR = 2  # finer pixels to a pixel's side; beyond, a pixel's own area leaves nothing to find
-MIN_SHOTS = FACTOR**2  # one image for each finer pixel within a pixel
+FACTOR = 2  # finer pixels to a pixel's side; the mean over a pixel's area removes finer detail
+MIN_SHOTS = FACTOR**2  # one image for each finer pixel of a pixel
 LENS_BLUR_PX = 0.35  # standard deviation of the lens's blur, in pixels of the images
-ITERATIONS = 12  # later rounds bring out more noise than print
-# Shifts of a few pixels see the page from another place, and its hills move against its hollows: by 3 % of the shift
-# at the scanner's 0.9 m, which then is less than a tenth of a pixel.
+ITERATIONS = 12  # further iterations amplify noise more than print
+# Larger shifts have parallax between the page's hills and hollows: 3 % of the shift at the scanner's 0.9 m, which up
+# to here is less than a tenth of a pixel.
 MAX_SHIFT_PX = 3.0
-MIN_CORRELATION = 0.7  # correlation of two images: of small print half a pixel apart 0.85, of different pages below 0.5
-# Length of the mean of the shifts' fractions on a circle: 1 where all pixels lie on each other, 0 where they spread.
+MIN_CORRELATION = 0.7  # of two images of one page: of small print half a pixel apart 0.85, of different pages below 0.5
+# Mean resultant length of the subpixel phases of the shifts: 1 when all coincide, 0 when they are evenly spread.
 MAX_PHASE_CONCENTRATION = 0.95
 ECC_ITERATIONS, ECC_TOLERANCE, ECC_BLUR_PX = 100, 1e-6, 5
 
@@ -35,14 +36,14 @@ Picture = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class SuperResolution:
-    """image (FACTOR · h, FACTOR · w, 3) uint8; maps (n, 2, 3): pixels of the first image to those of each."""
+    """image (FACTOR · h, FACTOR · w, 3) uint8; maps (n, 2, 3) affine from the first image's pixels to each's."""
 
     image: Bytes
     maps: Floats
 
 
 def finer_scan(shots: Sequence[RangeScan]) -> RangeScan:
-    """The first scan with the colour of all shots in finer pixels. Raises BadInput as `super_resolve`."""
+    """The first scan with the super-resolved texture of all shots. Raises BadInput as `super_resolve`."""
     first = shots[0]
     images = [shot.texture for shot in shots if shot.texture is not None]
     if len(images) < len(shots) or first.texture is None:
@@ -54,9 +55,9 @@ def finer_scan(shots: Sequence[RangeScan]) -> RangeScan:
 
 
 def super_resolve(images: Sequence[Bytes]) -> SuperResolution:
-    """Join images (h, w, 3) uint8 of the same page.
+    """The super-resolved picture of images (h, w, 3) uint8 of the same page, and their registration.
 
-    Raises BadInput when they are too few, of different sizes, of different pages, too far apart, or nowhere apart.
+    Raises BadInput when they are too few, of different sizes, of different pages, or their shifts too large or equal.
     """
     if len(images) < MIN_SHOTS:
         raise BadInput(f"{len(images)} shots are too few to see more than one does", f"take {MIN_SHOTS} or more")
@@ -68,7 +69,7 @@ def super_resolve(images: Sequence[Bytes]) -> SuperResolution:
         raise BadInput("the shots lie on each other", "move page or scanner by half a pixel or so between shots")
     observed = [image.astype(np.float32) for image in images]
     picture = np.mean([_back_project(image, affine) for image, affine in zip(observed, maps, strict=True)], axis=0)
-    # Beside ink and table, projecting back overshoots: paper there is no brighter than what was seen of it.
+    # Beside ink and table back-projection overshoots: no pixel may be brighter than the images nearby.
     upper_bound = cv2.dilate(picture, np.ones((2 * FACTOR + 1, 2 * FACTOR + 1), np.uint8))
     for _ in range(ITERATIONS):
         residuals = [
@@ -83,7 +84,7 @@ def registration(reference: Bytes, image: Bytes, *, name: str = "a shot") -> Flo
     """(2, 3) affine map from pixels of the reference to those of the image, by the correlation that ECC maximises.
 
     G. Evangelidis, E. Psarakis, "Parametric image alignment using enhanced correlation coefficient maximization", IEEE
-    TPAMI 30(10), 2008. Raises BadInput when the image does not show the same page, or shows it too far away.
+    TPAMI 30(10), 2008. Raises BadInput when the image does not show the same page, or the shift is too large.
     """
     grey, other = (cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY) for picture in (reference, image))
     (dx, dy), _ = cv2.phaseCorrelate(grey.astype(np.float64), other.astype(np.float64))
@@ -107,15 +108,15 @@ def registration(reference: Bytes, image: Bytes, *, name: str = "a shot") -> Flo
 
 
 def _shifts(maps: Floats, image: Bytes) -> Floats:
-    """(n, 2) pixels: how far the middle of the image has moved."""
+    """(n, 2) pixels: shifts of the centre of the image."""
     middle = np.array([(image.shape[1] - 1) / 2, (image.shape[0] - 1) / 2, 1.0])
     return np.asarray(maps @ middle - middle[:2])
 
 
 def _forward(picture: Picture, affine: Floats) -> Picture:
-    """What the camera sees of the finer picture: its blur, its pixels' area, at its place."""
+    """The forward model: the image (h, w, 3) that the camera at an affine map (2, 3) takes of the finer picture."""
     observed = cv2.GaussianBlur(picture, (0, 0), LENS_BLUR_PX * FACTOR)
-    observed = cv2.blur(observed, (FACTOR, FACTOR))  # an even box lies half a pixel up and left: FACTOR / 2 below
+    observed = cv2.blur(observed, (FACTOR, FACTOR))  # an even box is centred half a pixel up and left: hence FACTOR / 2
     size = picture.shape[1] // FACTOR, picture.shape[0] // FACTOR
     to_fine = _to_fine_pixels(FACTOR / 2) @ np.linalg.inv(_homogeneous(affine))
     return np.asarray(
@@ -127,7 +128,7 @@ def _forward(picture: Picture, affine: Floats) -> Picture:
 
 
 def _back_project(image: Picture, affine: Floats) -> Picture:
-    """An image, or what it lacks, laid on the finer pixels."""
+    """Back-projection: an image or a residual (h, w, 3) at an affine map (2, 3) resampled to the finer pixels."""
     size = image.shape[1] * FACTOR, image.shape[0] * FACTOR
     from_fine = _homogeneous(affine) @ np.linalg.inv(_to_fine_pixels((FACTOR - 1) / 2))
     return np.asarray(
@@ -139,9 +140,10 @@ def _back_project(image: Picture, affine: Floats) -> Picture:
 
 
 def _to_fine_pixels(middle: float) -> Floats:
-    """(3, 3) from pixels of an image to finer ones; `middle`: where the middle of the first pixel comes to lie."""
+    """(3, 3) from pixels of an image to finer ones, the centre of the first pixel mapped to (middle, middle)."""
     return np.array([[FACTOR, 0, middle], [0, FACTOR, middle], [0, 0, 1.0]])
 
 
 def _homogeneous(affine: Floats) -> Floats:
+    """(3, 3) matrix of an affine map (2, 3)."""
     return np.vstack([affine, [0, 0, 1.0]])

@@ -7,7 +7,7 @@ import pytest
 
 from restore.errors import BadInput, NotEnoughSurface
 from restore.mesh.adjacency import sides_of
-from restore.mesh.measures import normals_of
+from restore.mesh.measures import face_normals
 from restore.mesh.validate import ValidMesh, validated
 from restore.scan import SurfaceMesh
 
@@ -24,7 +24,7 @@ def test_it_carries_the_sides_and_the_normals_of_its_faces():
     mesh = validated(SurfaceMesh(QUAD, TWO))
     for mine, computed in zip(mesh.sides, sides_of(TWO), strict=True):
         np.testing.assert_array_equal(mine, computed)
-    np.testing.assert_array_equal(mesh.normals, normals_of(QUAD, TWO))
+    np.testing.assert_array_equal(mesh.normals, face_normals(QUAD, TWO))
 
 
 def test_a_face_that_runs_against_its_neighbour_is_turned_round():
@@ -35,7 +35,7 @@ def test_a_face_that_runs_against_its_neighbour_is_turned_round():
 def test_replacing_the_vertices_makes_the_normals_anew():
     mesh = replace(validated(SurfaceMesh(QUAD, TWO)), vertices=QUAD[:, [0, 2, 1]])
     assert isinstance(mesh, ValidMesh)
-    np.testing.assert_array_equal(mesh.normals, normals_of(QUAD[:, [0, 2, 1]], TWO))
+    np.testing.assert_array_equal(mesh.normals, face_normals(QUAD[:, [0, 2, 1]], TWO))
 
 
 def test_replacing_the_faces_checks_them():
