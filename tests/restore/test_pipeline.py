@@ -1,4 +1,4 @@
-"""The whole way on the simulated scanner: pages whose flat truth is known to the micrometre."""
+"""The whole pipeline on the simulated scanner, with pages whose flat truth is known to the micrometre."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def test_a_page_coarser_than_its_source(dpi):
     np.testing.assert_allclose(picture, truth.page_mm, atol=EDGES_MM + MM_PER_INCH / dpi / 2)
 
 
-def test_a_lens_that_bends_the_picture_bends_no_page():
+def test_lens_distortion_does_not_distort_the_page():
     case, middle = CASES["curl"], nominal(LENSES["MIDDLE"])
     barrel = replace(middle, distortion=(-0.08, 0.1))  # 1.3 pixels in the corners, as of a plain C-mount lens
     scan, truth = shoot(case.sheet, seed=11, pose=Pose(tilt_deg=3.0), body=barrel)
@@ -97,7 +97,7 @@ def test_the_measure_can_fail():
     ],
     ids=["turned", "tilted and moved", "all"],
 )
-def test_the_page_does_not_depend_on_how_the_sheet_lies(name, pose):
+def test_the_page_does_not_depend_on_the_pose_of_the_sheet(name, pose):
     measured = error(page(name, **pose), shot(name, **pose)[1])
     assert measured.rms_mm <= CASES[name].limit_mm
     assert abs(measured.rms_mm - error(page(name), shot(name)[1]).rms_mm) < POSE_SPREAD_MM
@@ -164,7 +164,7 @@ def test_fast_mode():
     assert measured.rms_mm <= 2 * CASES["multi-fold"].limit_mm  # a quarter of the samples: twice the error at most
 
 
-def test_a_mesh_turned_in_space_is_as_true():
+def test_a_mesh_rotated_in_space_is_restored_as_accurately():
     scan, truth = shoot(MultiFold(), seed=4, table="none")
     mesh = triangulate(scan)
     turn = np.array([[0.8, 0.0, 0.6], [0.0, 1.0, 0.0], [-0.6, 0.0, 0.8]])
@@ -172,7 +172,7 @@ def test_a_mesh_turned_in_space_is_as_true():
     assert error(restore(moved), truth).rms_mm <= CASES["multi-fold"].limit_mm
 
 
-def test_the_report_tells_every_stage():
+def test_every_stage_is_reported():
     report = page("curl").report
     for key in ("points", "method", "dpi", "shading", "steps", "area_ratio", "effective_ppi", "decimation", "source"):
         assert key in report
@@ -200,7 +200,7 @@ def test_progress_and_steps_can_be_followed():
     assert [step for step, _, _ in steps] == list(range(1, len(steps) + 1))
 
 
-def test_light_can_be_divided_out():
+def test_shading_is_removed_on_request():
     scan, _ = shoot(CASES["curl"].sheet, White(), seed=3)
     kept, removed = (restore(scan, Settings(shading=choice)) for choice in ("keep", "remove"))
     spread = [np.ptp(np.percentile(p.image[p.mask].mean(axis=1), [2, 98])) for p in (kept, removed)]
@@ -211,13 +211,13 @@ def test_light_can_be_divided_out():
     assert removed.report["light"]["unevenness"] < 0.25 * removed.report["light"]["unevenness_before"]
 
 
-def test_a_relief_without_colour_keeps_its_light():
+def test_a_relief_without_colour_keeps_its_shading():
     scan = replace(shot("curl")[0], texture=None)
     image = restore(scan, Settings(shading="remove")).image
     assert np.ptp(image[image < 255]) > 50
 
 
-def test_nothing_but_a_table_is_no_page():
+def test_a_bare_table_raises_not_enough_surface():
     points = np.full((480, 640, 3), np.nan)
     scan = RangeScan(points, None, np.zeros((480, 640, 2)))
     with pytest.raises(NotEnoughSurface):
@@ -229,7 +229,7 @@ def test_flatten_a_scan_that_came_as_a_mesh():
     assert flatten(mesh).flat == pytest.approx(mesh.flat, abs=5.0)  # chords of 9 mm over a bend of 100 mm, unsquared
 
 
-def test_what_the_laser_missed_but_the_camera_saw_is_told_as_filled():
+def test_samples_missed_by_the_laser_but_seen_by_the_camera_are_reported_as_filled():
     scan, _ = shoot(CASES["curl"].sheet, White(), seed=3, mode="fast")
     points = scan.points.copy()
     points[100:112, 150:170] = np.nan
@@ -241,7 +241,7 @@ def test_what_the_laser_missed_but_the_camera_saw_is_told_as_filled():
     assert restored.report["coverage"]["hidden"] < 0.002
 
 
-def test_a_scan_in_metres_is_told_by_its_size():
+def test_a_scan_in_metres_is_detected_by_its_size():
     scan = shot("flat")[0]
     with pytest.raises(BadInput, match="measures 0") as caught:
         restore(replace(scan, points=scan.points / 1000.0))

@@ -1,4 +1,4 @@
-"""The report says what was done: known values from a page whose strain, size and holes are known."""
+"""The report of a page whose strain, size and holes are known."""
 
 import json
 from dataclasses import replace
@@ -40,7 +40,7 @@ def described(fine, *, surface=None, settings=None, distance=None):
     )
 
 
-def test_it_holds_what_the_options_were_and_how_well_it_went(page):
+def test_the_report_holds_the_options_and_the_measures(page):
     settings = Settings(points=500, dpi=200, shading="remove")
     report = described(page, settings=settings, distance={"mean_mm": 0.1, "sd_mm": 0.2, "max_mm": 0.3})
     assert json.loads(json.dumps(report)) == report
@@ -57,7 +57,7 @@ def test_it_holds_what_the_options_were_and_how_well_it_went(page):
     assert report["warnings"] == []
 
 
-def test_strain_is_measured_against_the_lengths_on_the_surface(page):
+def test_strain_is_relative_to_the_lengths_on_the_surface(page):
     strain = described(page)["strain"]
     edges = edges_of(page.faces)
     along = np.abs(np.diff(page.vertices[edges], axis=1)[:, 0, 0]) / page.lengths
@@ -74,18 +74,18 @@ def test_a_flipped_face_is_counted(page):
     assert described(replace(page, flat=flat))["flipped_faces"] >= 1
 
 
-def test_a_sheet_that_had_to_be_stretched_is_warned_of(page):
+def test_a_stretched_sheet_is_reported_as_a_warning(page):
     (warning,) = described(replace(page, flat=page.flat * (1 + 2 * NOT_DEVELOPABLE)))["warnings"]
     assert "cannot be laid flat without stretching" in warning
 
 
 @pytest.mark.parametrize("without", ["texture", "texcoords"])
-def test_a_page_without_colour_says_that_it_shows_its_relief(page, without):
+def test_a_page_without_colour_is_reported_to_show_its_relief(page, without):
     (warning,) = described(replace(page, **{without: None}))["warnings"]
     assert "relief" in warning
 
 
-def test_of_a_sheet_on_its_grid_it_tells_how_much_was_filled_in(camera, page):
+def test_the_filled_share_of_a_sheet_on_its_grid_is_reported(camera, page):
     inside = np.zeros(camera.shape, bool)
     inside[20:120, 30:130] = True
     sheet = camera.sheet(camera.facets(camera.plane()), inside)

@@ -1,4 +1,4 @@
-"""The options have limits, and no others are taken."""
+"""The options have limits, and unknown ones are rejected."""
 
 import pytest
 from pydantic import ValidationError
@@ -7,7 +7,7 @@ from restore.flattening.methods import METHODS
 from restore.settings import Settings
 
 
-def test_what_is_not_asked_for_is_a_thousand_points_at_150_dpi_with_the_light_as_it_was():
+def test_defaults_are_a_thousand_points_at_150_dpi_with_shading_kept():
     expected = {"points": 1000, "dpi": 150.0, "method": "sticks", "shading": "keep"}
     assert Settings().model_dump(include=set(expected)) == expected
 
@@ -17,7 +17,7 @@ def test_what_is_not_asked_for_is_a_thousand_points_at_150_dpi_with_the_light_as
     [{"points": 0}, {"points": 50}, {"points": 400_000}, {"dpi": 30}, {"dpi": 1200}, {"shading": "remove"}]
     + [{"method": method} for method in METHODS],
 )
-def test_all_within_the_limits_is_taken(options):
+def test_values_within_the_limits_are_accepted(options):
     assert Settings(**options).model_dump(include=set(options)) == options
 
 
@@ -38,13 +38,13 @@ def test_all_within_the_limits_is_taken(options):
         {"colour": "grey"},
     ],
 )
-def test_all_beyond_them_is_refused_by_name(options):
+def test_values_beyond_the_limits_are_rejected_by_name(options):
     with pytest.raises(ValidationError) as caught:
         Settings(**options)
     (error,) = caught.value.errors()
     assert error["loc"] == tuple(options)
 
 
-def test_they_do_not_change_under_way():
+def test_settings_are_immutable():
     with pytest.raises(ValidationError, match="frozen"):
         Settings().points = 500

@@ -1,4 +1,4 @@
-"""Tables by counting hold what sorting would."""
+"""Adjacency tables by counting agree with those by sorting."""
 
 import numpy as np
 from hypothesis import given
@@ -12,14 +12,14 @@ FACES = st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9), st.integers(0, 
 PAIRS = st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9)), max_size=60)
 
 
-def test_rows_of_the_table_hold_what_was_grouped():
+def test_rows_of_the_adjacency_table_hold_the_grouped_items():
     table = adjacency(np.array([2, 0, 2, 2]), np.array([7, 8, 9, 4]), 4)
     rows = [set(table.items[a:b]) for a, b in zip(table.start[:-1], table.start[1:], strict=True)]
     assert rows == [{8}, set(), {7, 9, 4}, set()]
 
 
 @given(PAIRS)
-def test_pairs_ascend_and_equal_ones_stay_as_they_are(pairs):
+def test_pairs_are_sorted_stably(pairs):
     first, second = np.array(pairs, np.int64).reshape(-1, 2).T
     order = order_of_pairs(first, second, 10)
     np.testing.assert_array_equal(order, np.lexsort((second, first)))
@@ -34,7 +34,7 @@ def test_compiled_and_plain_python_agree(pairs):
 
 
 @given(FACES)
-def test_sides_are_gathered_to_the_edges_that_they_are(faces):
+def test_sides_are_grouped_by_edge(faces):
     faces = np.array(faces, np.int64)
     sides = sides_of(faces)
     ends = np.sort(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2), axis=1)
@@ -48,7 +48,7 @@ def test_sides_are_gathered_to_the_edges_that_they_are(faces):
 
 
 @given(PAIRS)
-def test_parts_are_numbered_as_they_come(pairs):
+def test_components_are_numbered_by_their_first_node(pairs):
     pairs = np.array(pairs, np.int64).reshape(-1, 2)
     _, label = connected_components(coo_matrix((np.ones(len(pairs)), pairs.T), shape=(10, 10)), directed=False)
     np.testing.assert_array_equal(components(pairs, 10), label)
@@ -61,7 +61,7 @@ def test_the_border_is_where_edges_have_one_face():
 
 
 @given(FACES)
-def test_sides_and_parts_are_the_same_in_plain_python(faces):
+def test_compiled_and_plain_python_agree_on_sides_and_components(faces):
     faces = np.array(faces, np.int64)
     compiled = sides_of(faces)
     for one, other in zip(compiled, sides_of.py_func(faces), strict=True):

@@ -1,4 +1,4 @@
-"""A raw mesh loses debris and noise, and keeps its vertices, its texture and its pieces."""
+"""Cleaning removes debris and noise of a raw mesh and keeps its vertices, texture and pieces."""
 
 from dataclasses import replace
 
@@ -29,14 +29,14 @@ def count_pieces(mesh):
     return len(list(pieces(make_network(mesh.vertices, mesh.faces))))
 
 
-def test_a_mesh_of_few_points_that_somebody_made_comes_back_as_it_is(camera):
+def test_a_coarse_mesh_is_returned_unchanged(camera):
     mesh = raw(camera)
     same = clean(mesh, len(mesh.vertices))
     for name in ("vertices", "faces", "texcoords", "texture"):
         np.testing.assert_array_equal(getattr(same, name), getattr(mesh, name))
 
 
-def test_a_raw_mesh_is_reduced_to_smoothed_vertices_with_their_own_texture(camera):
+def test_a_raw_mesh_is_smoothed_and_decimated_with_its_texture_coordinates(camera):
     mesh = raw(camera)
     points = len(mesh.vertices) // (2 * RAW_RATIO)
     cleaned = clean(mesh, points)
@@ -52,7 +52,7 @@ def test_a_raw_mesh_is_reduced_to_smoothed_vertices_with_their_own_texture(camer
     assert np.std(radius) < 0.8 * np.std(np.hypot(mesh.vertices[:, 0], mesh.vertices[:, 2] + 1021.5))
 
 
-def test_a_mesh_only_a_little_too_dense_is_reduced_but_not_smoothed(camera):
+def test_a_slightly_dense_mesh_is_decimated_but_not_smoothed(camera):
     mesh = raw(camera)
     cleaned = clean(mesh, len(mesh.vertices) // 2)
     distance, index = cKDTree(mesh.vertices).query(cleaned.vertices)
@@ -60,7 +60,7 @@ def test_a_mesh_only_a_little_too_dense_is_reduced_but_not_smoothed(camera):
     np.testing.assert_array_equal(cleaned.texcoords, mesh.texcoords[index])
 
 
-def test_debris_goes_and_the_pieces_of_a_torn_page_stay(camera):
+def test_debris_is_dropped_and_the_pieces_of_a_torn_page_are_kept(camera):
     rows, cols = camera.indices
     halves = (np.abs(cols - 100 - 10 * np.sin(rows / 20)) > 2) & (cols > 20) & (rows > 20)
     scrap = (cols < 8) & (rows < 8)
@@ -78,7 +78,7 @@ def test_faces_that_name_a_vertex_twice_are_dropped(camera):
     np.testing.assert_array_equal(np.sort(clean(flawed, 40_000).faces, axis=0), np.sort(mesh.faces, axis=0))
 
 
-def test_without_texture_it_does_the_same(camera):
+def test_a_mesh_without_texture_is_cleaned_alike(camera):
     mesh = raw(replace(camera, rows=80, cols=100))
     bare = replace(mesh, texcoords=None, texture=None)
     cleaned = clean(bare, 500)
@@ -86,7 +86,7 @@ def test_without_texture_it_does_the_same(camera):
     np.testing.assert_array_equal(cleaned.vertices, clean(mesh, 500).vertices)
 
 
-def test_a_mesh_of_nothing_but_flaws_is_not_enough_surface():
+def test_a_mesh_without_valid_faces_raises_not_enough_surface():
     with pytest.raises(NotEnoughSurface, match="no triangles"):
         clean(SurfaceMesh(np.zeros((3, 3)), np.array([[0, 1, 1], [2, 2, 0]])), 100)
 
@@ -109,7 +109,7 @@ def soup(mesh):
     )
 
 
-def test_welding_makes_one_sheet_of_a_triangle_soup(camera):
+def test_welding_merges_a_triangle_soup_to_one_sheet(camera):
     mesh = raw(replace(camera, rows=20, cols=30))
     assert count_pieces(soup(mesh)) == len(mesh.faces)
     welded = weld(soup(mesh))
@@ -118,7 +118,7 @@ def test_welding_makes_one_sheet_of_a_triangle_soup(camera):
     np.testing.assert_array_equal(welded.texcoords[welded.faces], mesh.texcoords[mesh.faces])
 
 
-def test_welding_leaves_a_seam_of_the_texture_and_a_whole_mesh_alone(camera):
+def test_welding_keeps_texture_seams_and_welded_meshes_unchanged(camera):
     mesh = raw(replace(camera, rows=20, cols=30))
     assert weld(mesh) is mesh
     torn = soup(mesh)
@@ -126,6 +126,6 @@ def test_welding_leaves_a_seam_of_the_texture_and_a_whole_mesh_alone(camera):
     assert count_pieces(weld(torn)) == 2
 
 
-def test_a_soup_of_single_triangles_is_no_crash(camera):
+def test_a_soup_of_disjoint_triangles_is_cleaned_without_a_crash(camera):
     cleaned = clean(soup(raw(replace(camera, rows=10, cols=10))), 10_000)
     assert len(cleaned.faces) == 2 * 9 * 9

@@ -1,4 +1,4 @@
-"""Reduction keeps the shape, the border and the number of points asked for."""
+"""Decimation preserves the shape and the border, and leaves the requested number of points."""
 
 import numpy as np
 import pytest
@@ -33,7 +33,7 @@ def nodes_of(sheet, vertices):
 
 @pytest.mark.parametrize("own_vertices", [False, True])
 @pytest.mark.parametrize("points", [60, 200, 1000, 4000])
-def test_as_many_points_are_left_as_asked_for(curl, points, own_vertices):
+def test_the_requested_number_of_points_is_left(curl, points, own_vertices):
     _, vertices, faces = curl
     left, joined = decimate(vertices, faces, points, own_vertices=own_vertices)
     assert len(left) == pytest.approx(points, rel=POINTS)
@@ -42,7 +42,7 @@ def test_as_many_points_are_left_as_asked_for(curl, points, own_vertices):
 
 
 @pytest.mark.parametrize("points", [100, 1000])
-def test_the_shape_and_the_border_stay(curl, points):
+def test_the_shape_and_the_border_are_preserved(curl, points):
     sheet, vertices, faces = curl
     left, joined = decimate(vertices, faces, points)
     nodes = nodes_of(sheet, left)
@@ -57,7 +57,7 @@ def test_the_shape_and_the_border_stay(curl, points):
     assert depth_distance(sheet, nodes, joined)["mean_mm"] < SAG * side**2 / (8 * 100.0)
 
 
-def test_more_points_go_where_the_sheet_bends(camera):
+def test_curved_parts_of_the_sheet_keep_more_points(camera):
     bent = np.hstack([camera.plane()[:, :100], camera.cylinder(60.0)[:, 100:]])
     nodes, faces = lattice(np.ones(camera.shape, bool), 2)
     sheet = camera.sheet(camera.facets(bent))
@@ -66,14 +66,14 @@ def test_more_points_go_where_the_sheet_bends(camera):
     assert (columns > 100).sum() > 3 * (columns < 98).sum()
 
 
-def test_a_mesh_with_no_more_points_than_asked_for_comes_back_as_it_is(curl):
+def test_a_mesh_of_no_more_points_than_requested_is_returned_unchanged(curl):
     _, vertices, faces = curl
     same = decimate(vertices, faces, len(vertices))
     assert same[0] is vertices
     assert same[1] is faces
 
 
-def test_when_nothing_is_left_it_is_not_enough_surface():
+def test_decimation_to_nothing_raises_not_enough_surface():
     """A strip of faces without any area: all of it collapses."""
     line = np.stack([np.arange(40.0), np.zeros(40), np.full(40, -900.0)], axis=1)
     faces = np.stack([np.arange(38), np.arange(1, 39), np.arange(2, 40)], axis=1)
@@ -87,7 +87,7 @@ def raw(camera, holes, seed=0):
     return triangulate(camera.shot(depth))
 
 
-def test_pinholes_are_closed_and_tears_are_not(camera):
+def test_small_holes_are_closed_and_tears_are_not(camera):
     rows, cols = camera.indices
     pinholes = (rows % 20 == 10) & (cols % 20 == 10)  # eight edges round each
     tear = (np.abs(rows - 80) < 2) & (np.abs(cols - 105) < 40)
@@ -101,7 +101,7 @@ def test_pinholes_are_closed_and_tears_are_not(camera):
     assert (np.abs(border[inner] - [80, 105]) <= [2, 40]).all()
 
 
-def test_smoothing_takes_noise_out_without_shrinking_and_keeps_every_vertex_in_its_place(camera):
+def test_smoothing_reduces_noise_without_shrinking_and_keeps_vertices_near_their_positions(camera):
     mesh = raw(camera, np.zeros(camera.shape, bool))
     smooth, _ = patch_and_smooth(mesh.vertices, mesh.faces)
     assert smooth.shape == mesh.vertices.shape  # clean() takes texture coordinates over by number

@@ -1,4 +1,4 @@
-"""How far a page was stretched, on triangles that can be reckoned by hand."""
+"""Lengths, areas, normals and strain of triangles against values by hand."""
 
 import numpy as np
 import pytest
@@ -35,7 +35,7 @@ def test_areas_are_negative_where_a_face_is_flipped():
 
 
 @pytest.mark.parametrize("mirror", [1.0, -1.0])
-def test_the_side_of_most_of_the_area_is_the_right_one(mirror):
+def test_faces_against_most_of_the_area_are_inverted(mirror):
     strip = np.stack(np.meshgrid(np.arange(6.0), [0.0, 1.0]), axis=-1).reshape(-1, 2)
     k = np.arange(5)
     faces = np.vstack([np.column_stack([k, k + 1, k + 6]), np.column_stack([k + 1, k + 7, k + 6])])
@@ -55,7 +55,7 @@ def test_the_area_of_a_warped_surface():
     assert surface_area(roof, faces[:, ::-1]) == pytest.approx(20.0)
 
 
-def test_the_area_of_triangles_and_of_their_shadows():
+def test_the_area_of_triangles_in_space_and_projected():
     corners = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [0.0, 0.0, 4.0], [0.0, 2.0, 0.0]])
     faces = np.array([[0, 1, 2], [0, 1, 3]])
     assert surface_area(corners, faces) == pytest.approx(6.0 + 3.0)
@@ -102,6 +102,6 @@ def test_a_face_without_area_has_finite_strain():
     assert np.isfinite(face_strain(SQUARE, FACES, EDGES, lengths)).all()
 
 
-def test_at_a_vertex_is_the_mean_of_its_faces():
+def test_the_value_at_a_vertex_is_the_mean_of_its_faces():
     values = average_at_vertices(np.array([[1.0, 0.0], [3.0, 2.0]]), FACES, 5)
     np.testing.assert_allclose(values, [[1, 0], [2, 1], [2, 1], [3, 2], [0, 0]])

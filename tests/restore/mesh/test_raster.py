@@ -54,7 +54,7 @@ def test_a_triangle_covers_what_lies_on_the_same_side_of_all_its_edges_whatever_
     np.testing.assert_allclose(picture[within], affine(centres())[within], atol=SINGLE)
 
 
-def test_triangles_without_area_and_those_beyond_the_picture_paint_nothing():
+def test_triangles_without_area_or_beyond_the_picture_cover_no_pixel():
     corners = np.array([[1, 1], [20, 20], [30, 30], [-50, -50], [-40, -50], [-40, -40]], float)
     picture = rasterise(corners, np.array([[0, 1, 2], [3, 4, 5], [0, 0, 1]]), affine(corners), HEIGHT, WIDTH)
     assert np.isnan(picture).all()
@@ -66,7 +66,7 @@ def test_a_triangle_larger_than_the_picture_fills_it():
     np.testing.assert_allclose(picture, affine(centres()), atol=SINGLE)
 
 
-def test_compiled_and_plain_python_paint_the_same():
+def test_compiled_and_plain_python_rasterise_alike():
     corners = np.random.default_rng(4).uniform(0, 12, (9, 2))
     faces = Delaunay(corners).simplices.astype(np.int64)
     compiled, plain = (run(corners, faces, affine(corners), 12, 12) for run in (rasterise, rasterise.py_func))
@@ -96,7 +96,7 @@ def test_a_triangle_with_a_corner_behind_the_camera_is_not_shown():
     np.testing.assert_allclose(picture[np.isfinite(picture)], 5.0, atol=SINGLE)
 
 
-def test_values_divided_by_depth_are_true_in_space_not_in_the_picture():
+def test_values_divided_by_depth_are_interpolated_affinely_in_space():
     """Half way across the picture of a strip that runs away from the eye is nearer than half way along it."""
     corners = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 8.0], [0.0, 8.0]])
     inverse = 1.0 / np.array([1.0, 3.0, 3.0, 1.0])
@@ -115,5 +115,5 @@ def test_the_z_buffer_compiled_and_in_plain_python_agree():
     np.testing.assert_allclose(compiled, plain, atol=SINGLE)
 
 
-def test_the_tolerance_at_edges_is_less_than_shows():
+def test_the_tolerance_at_edges_is_below_one_colour_level():
     assert EDGE_TOLERANCE < 1 / 255

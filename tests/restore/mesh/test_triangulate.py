@@ -1,4 +1,4 @@
-"""A lattice covers its mask, evenly and once; a raw mesh joins neighbouring samples and nothing else."""
+"""A lattice covers its mask evenly and once; a raw mesh joins neighbouring samples only."""
 
 import numpy as np
 import pytest
@@ -56,7 +56,7 @@ def test_a_lattice_covers_its_mask_to_the_outline_and_not_further(mask, stride):
 
 
 @pytest.mark.parametrize("stride", [2, 4])
-def test_its_triangles_run_counter_clockwise_and_do_not_overlap(mask, stride):
+def test_triangles_of_a_lattice_are_counter_clockwise_and_do_not_overlap(mask, stride):
     nodes, faces = lattice(mask, stride)
     areas = signed_areas(nodes, faces)
     assert areas.min() > 0
@@ -64,7 +64,7 @@ def test_its_triangles_run_counter_clockwise_and_do_not_overlap(mask, stride):
     assert areas.sum() == pytest.approx(shadow.sum() / FINE**2, rel=ONCE)
 
 
-def test_it_has_no_needles_and_no_loose_nodes(mask):
+def test_a_lattice_has_no_thin_triangles_and_no_unused_nodes(mask):
     nodes, faces = lattice(mask, 4)
     corners = nodes[faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
@@ -72,7 +72,7 @@ def test_it_has_no_needles_and_no_loose_nodes(mask):
     np.testing.assert_array_equal(np.unique(faces), np.arange(len(nodes)))
 
 
-def test_inside_there_is_a_node_every_stride_and_no_direction_is_stiffer(mask):
+def test_interior_nodes_are_one_stride_apart_with_alternating_diagonals(mask):
     nodes, faces = lattice(mask, 4)
     rows, cols = np.nonzero(binary_erosion(mask, iterations=5))
     expected = {(r, c) for r, c in zip(rows.tolist(), cols.tolist(), strict=True) if r % 4 == 0 and c % 4 == 0}
@@ -107,7 +107,7 @@ def test_a_raw_mesh_joins_neighbouring_samples_and_bridges_no_gap(camera):
     assert 2 * whole.sum() <= len(mesh.faces) <= 2 * whole.sum() + three.sum()
 
 
-def test_compact_drops_what_no_face_uses():
+def test_compact_drops_unused_values():
     values, faces = compact(np.array([10.0, 11.0, 12.0, 13.0, 14.0]), np.array([[4, 1, 3], [1, 4, 4]]))
     np.testing.assert_array_equal(values, [11.0, 13.0, 14.0])
     np.testing.assert_array_equal(values[faces], [[14.0, 11.0, 13.0], [11.0, 14.0, 14.0]])

@@ -1,4 +1,4 @@
-"""A rectangular page is put square to the picture and measured; anything else stays as it lies."""
+"""A rectangular page is aligned with the axes and measured; any other is left unchanged."""
 
 import numpy as np
 import pytest
@@ -38,13 +38,13 @@ def assert_undone(rotation, degrees, within):
 
 @settings(deadline=None)
 @given(leaning, st.floats(-500, 500), st.floats(-500, 500), st.sampled_from([(280, 200), (200, 280), (150, 150)]))
-def test_a_turned_rectangle_is_turned_back(degrees, x, y, size):
+def test_a_rotated_rectangle_is_aligned_with_the_axes(degrees, x, y, size):
     outline = rectangle(width=size[0], height=size[1]) @ turn(degrees).T + [x, y]
     assert_undone(squaring_rotation(outline, size[0] * size[1]), degrees, SQUARE_RAD)
 
 
 @pytest.mark.parametrize("degrees", [-31.0, -3.0, 0.5, 12.0])
-def test_rough_sides_and_dog_ears_do_not_turn_the_page(degrees):
+def test_rough_sides_and_dog_ears_do_not_change_the_rotation(degrees):
     outline = rectangle() + np.random.default_rng(0).normal(0, 0.1, (400, 2))
     ear = (outline @ [1, 1]) > 0.5 * (WIDTH + HEIGHT) - 12
     outline[ear] -= 4.0
@@ -68,13 +68,13 @@ def torn():
 
 
 @pytest.mark.parametrize("outline", [circle, triangle, torn])
-def test_what_is_no_rectangle_stays_as_it_lies(outline):
+def test_a_page_that_is_not_rectangular_is_not_rotated(outline):
     np.testing.assert_array_equal(squaring_rotation(*outline()), np.eye(2))
 
 
 @settings(deadline=None)
 @given(st.floats(20, 1000), st.floats(20, 1000), st.floats(-500, 500))
-def test_the_size_of_a_page_is_between_its_sides(width, height, shift):
+def test_the_size_of_a_page_is_the_distance_of_its_sides(width, height, shift):
     found = page_size(rectangle(width=width, height=height) + shift)
     np.testing.assert_allclose(found, [width, height], atol=SIZE_MM)
 
@@ -88,12 +88,12 @@ def test_a_tag_a_dent_and_rough_sides_do_not_change_the_size():
     np.testing.assert_allclose(page_size(outline), [WIDTH, HEIGHT], atol=NOISY_SIZE_MM)
 
 
-def test_what_has_no_sides_has_its_extent():
+def test_the_size_of_an_outline_without_sides_is_its_extent():
     corners = np.array([[0.0, 30.0], [40.0, 0.0], [80.0, 30.0], [40.0, 60.0]])
     assert page_size(corners) == (80.0, 60.0)
 
 
-def test_the_border_is_what_only_one_face_has():
+def test_the_border_is_the_ends_of_edges_with_one_face():
     grid = np.arange(12).reshape(3, 4)
     a, b, c, d = (part.ravel() for part in (grid[:-1, :-1], grid[:-1, 1:], grid[1:, :-1], grid[1:, 1:]))
     faces = np.vstack([np.column_stack([a, c, d]), np.column_stack([a, d, b])])

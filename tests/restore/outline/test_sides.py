@@ -71,7 +71,7 @@ sides = st.tuples(st.floats(12, 16), st.floats(10, 14), st.floats(180, 186), st.
 # Turned by half a degree, a side crosses from one row of samples to the next, and its outline has all of their errors.
 @settings(deadline=None, max_examples=15)
 @given(sides, st.floats(0.5, 3.0), st.sampled_from([-1, 1]))
-def test_the_page_ends_where_its_sides_are_though_its_outline_is_ragged(camera, box, turn_deg, way):
+def test_the_border_of_a_ragged_page_is_on_its_true_sides(camera, box, turn_deg, way):
     cos, sin = np.cos(np.radians(turn_deg)), way * np.sin(np.radians(turn_deg))
     rows, cols = camera.indices
     x, y = cols - 99.5, rows - 79.5
@@ -85,7 +85,7 @@ def test_the_page_ends_where_its_sides_are_though_its_outline_is_ragged(camera, 
     assert flipped_faces(straight.mesh.flat, straight.mesh.faces) == 0
 
 
-def test_all_of_the_outline_lies_on_the_sides_and_reaches_the_corners(camera):
+def test_the_whole_outline_is_on_the_sides_and_reaches_the_corners(camera):
     page = cut(camera, gnawed(rectangle(camera)))
     straight = page.straight()
     np.testing.assert_allclose(straight.box, [LEFT, TOP, RIGHT, BOTTOM], atol=SIDE_SAMPLES + 0.5)  # no row is cut
@@ -98,7 +98,7 @@ def test_all_of_the_outline_lies_on_the_sides_and_reaches_the_corners(camera):
         assert np.linalg.norm(outline - corner, axis=1).min() < EXACT_MM
 
 
-def test_the_mesh_stays_one_with_its_grid_and_its_surface(camera):
+def test_vertices_match_their_grid_positions_and_lengths_the_surface(camera):
     page = cut(camera, gnawed(rectangle(camera))).straight()
     mesh, sheet = page.mesh, page.sheet
     np.testing.assert_allclose(mesh.vertices, sheet.points(page.nodes), atol=EXACT_MM)
@@ -127,7 +127,7 @@ def bow(camera):
 
 
 @pytest.mark.parametrize("outline", [tongue, dent, bow])
-def test_a_side_that_is_not_straight_stays_and_nothing_of_it_is_cut_off(camera, outline):
+def test_a_side_that_is_not_straight_is_left_unchanged(camera, outline):
     page = cut(camera, outline(camera))
     straight = page.straight()
     assert straight.box[0] == page.box[0]
@@ -139,7 +139,7 @@ def test_a_side_that_is_not_straight_stays_and_nothing_of_it_is_cut_off(camera, 
     np.testing.assert_allclose(straight.box[2], RIGHT, atol=SIDE_SAMPLES + 0.5)
 
 
-def test_a_side_that_was_cut_askew_stays_askew(camera):
+def test_an_oblique_side_stays_oblique(camera):
     rows, cols = camera.indices
     slope = 4 / (BOTTOM - TOP)
     page = cut(camera, gnawed(rectangle(camera, left=0) & (cols > LEFT + slope * (rows - TOP))))
@@ -151,14 +151,14 @@ def test_a_side_that_was_cut_askew_stays_askew(camera):
     assert np.sort(off)[-2] < SIDE_SAMPLES  # one is the bottom of a notch that lost samples left
 
 
-def test_no_border_moves_farther_than_what_the_scanner_cannot_tell(camera):
+def test_the_border_moves_by_no_more_than_the_scanners_error(camera):
     page = cut(camera, gnawed(rectangle(camera)))
     before, after = page.nodes[border_of(page.mesh.faces)], page.straight().nodes
     far = np.abs(before[:, None] - after[None]).max(axis=2).min(axis=1)
     assert np.sort(far)[-9] <= MAX_SHIFT  # two at a corner go farther, or are gone with what lay beyond
 
 
-def test_a_page_that_is_no_rectangle_stays_as_it_is(camera):
+def test_a_page_that_is_not_rectangular_is_left_unchanged(camera):
     rows, cols = camera.indices
     page = cut(camera, np.hypot(cols - 99.5, rows - 79.5) < 60)
     assert page.straight().mesh is page.mesh

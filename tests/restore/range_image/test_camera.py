@@ -1,4 +1,4 @@
-"""The pinhole behind a scan is found, and grid and space are told apart by it both ways."""
+"""The camera rays fitted to a scan, and the maps between grid and space that they define."""
 
 from dataclasses import replace
 
@@ -24,7 +24,7 @@ def ends(rays, camera):
     return rays.points(*last, np.ones(2))[:, :2]
 
 
-def test_the_pinhole_is_recovered_from_a_curved_surface_with_gaps(camera):
+def test_a_pinhole_is_fitted_to_a_curved_surface_with_gaps(camera):
     inverse_depth = camera.cylinder(80.0)
     inverse_depth[40:60, 50:90] = np.nan
     found = find_rays(camera.shot(inverse_depth))
@@ -45,7 +45,7 @@ def test_a_scan_written_with_two_decimals_is_still_one_pinhole(camera):
     turns,
     st.tuples(shifts, shifts, shifts),
 )
-def test_grid_positions_come_back_from_their_points_wherever_the_pinhole_stands(samples, turn, origin):
+def test_projection_inverts_back_projection_for_any_camera_pose(samples, turn, origin):
     rows, cols, depth = np.array(samples).T
     rays = Rays(-0.16, 1 / 1942.8, 0.12, -1 / 1942.8, Rotation.from_quat(turn).as_matrix(), np.array(origin))
     points = rays.points(rows, cols, 1 / depth)
@@ -56,7 +56,7 @@ def test_grid_positions_come_back_from_their_points_wherever_the_pinhole_stands(
     np.testing.assert_allclose(-own[:, 2], depth, rtol=EXACT)
 
 
-def test_by_default_a_pinhole_is_the_scanner_itself(camera):
+def test_the_default_camera_frame_is_the_scanners(camera):
     middle = camera.rays.points(np.array((camera.rows - 1) / 2), np.array((camera.cols - 1) / 2), np.array(0.001))
     np.testing.assert_allclose(middle, [0, 0, -1000.0], atol=1e-9)
 
@@ -81,12 +81,12 @@ def moved(scan):
         ),
     ],
 )
-def test_samples_on_no_pinholes_rays_give_none(camera, change):
+def test_samples_not_on_the_rays_of_one_camera_give_none(camera, change):
     assert find_rays(change(camera.shot(camera.cylinder(80.0)))) is None
 
 
 @pytest.mark.parametrize("rows, cols", [(1, 200), (160, 1), (7, 7), (0, 0)])
-def test_too_few_samples_are_not_enough_surface(camera, rows, cols):
+def test_too_few_samples_raise_not_enough_surface(camera, rows, cols):
     inverse_depth = np.full(camera.shape, np.nan)
     inverse_depth[:rows, :cols] = camera.plane()[:rows, :cols]
     assert rows * cols < MIN_SAMPLES or min(rows, cols) < 3
@@ -105,7 +105,7 @@ def seen_through(rays, camera, inverse_depth):
 
 @settings(deadline=None)
 @given(bends)
-def test_a_lens_that_bends_the_picture_comes_back_from_its_points(camera, bend):
+def test_lens_distortion_is_recovered_from_points(camera, bend):
     rays = replace(camera.rays, x0=-0.16, y0=0.12, dx=0.32 / camera.cols, dy=-0.24 / camera.rows, distortion=bend)
     points = rays.points(*camera.indices, camera.plane())
     for found, wanted in zip(rays.grid(points), camera.indices, strict=True):
@@ -113,7 +113,7 @@ def test_a_lens_that_bends_the_picture_comes_back_from_its_points(camera, bend):
 
 
 @pytest.mark.parametrize("decimals", [12, 2])
-def test_the_distortion_of_a_wide_lens_is_found(camera, decimals):
+def test_the_distortion_of_a_wide_lens_is_estimated(camera, decimals):
     wide = replace(camera.rays, x0=-0.3, y0=0.22, dx=0.6 / camera.cols, dy=-0.44 / camera.rows, distortion=(-0.1, 0.05))
     scan = seen_through(wide, camera, camera.cylinder(80.0))
     found = find_rays(replace(scan, points=scan.points.round(decimals)))
@@ -122,7 +122,7 @@ def test_the_distortion_of_a_wide_lens_is_found(camera, decimals):
         np.testing.assert_allclose(place, wanted, atol=TWO_DECIMALS if decimals == 2 else ROUND_TRIP)
 
 
-def test_rounding_is_not_taken_for_distortion(camera):
+def test_rounding_is_not_fitted_as_distortion(camera):
     scan = camera.shot(camera.cylinder(80.0))
     found = find_rays(replace(scan, points=scan.points.round(2)))
     assert found is not None

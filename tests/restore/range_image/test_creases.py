@@ -1,4 +1,4 @@
-"""Creases are found where two planes meet, under the scanner's noise, and nowhere else."""
+"""Creases are detected where two planes meet, under the scanner's noise, and nowhere else."""
 
 import cv2
 import numpy as np
@@ -29,7 +29,7 @@ def creases(camera, inverse_depth, inside=None, deviation=None):
 
 @pytest.mark.parametrize("correlated", [False, True])
 @pytest.mark.parametrize("angle_deg", [0.0, 10.0, 22.5, 30.0, 45.0, 60.0, 75.0, 90.0, 130.0])
-def test_a_fold_is_found_along_its_whole_length_and_one_sample_wide(camera, angle_deg, correlated):
+def test_a_fold_is_detected_along_its_whole_length_and_one_sample_wide(camera, angle_deg, correlated):
     roof = camera.roof(FOLD_DEG, angle_deg, 100.3)
     across, along = camera.about_ridge(angle_deg, 100.3)
     found = creases(camera, roof + noise(camera, 0, correlated=correlated))
@@ -44,7 +44,7 @@ def test_a_fold_is_found_along_its_whole_length_and_one_sample_wide(camera, angl
     assert len(on_ridge) <= stairs * steps + 2
 
 
-def test_a_valley_is_found_as_well_as_a_ridge(camera):
+def test_a_valley_is_detected_like_a_ridge(camera):
     roof = camera.roof(FOLD_DEG, 0.0, 100.3)
     found = creases(camera, 2 * roof.max() - roof + noise(camera, 1))
     assert set(np.nonzero(found)[1]) <= {99, 100, 101}
@@ -66,7 +66,7 @@ def test_noise_has_no_crease(camera, correlated):
 
 
 @pytest.mark.parametrize("angle_deg", [0.0, 20.0, 45.0, 75.0])
-def test_a_slight_fold_is_found_because_it_goes_on(camera, angle_deg):
+def test_a_slight_fold_is_detected_by_its_length(camera, angle_deg):
     across, along = camera.about_ridge(angle_deg, 100.3)
     found = creases(camera, camera.roof(SLIGHT_DEG, angle_deg, 100.3) + noise(camera, 6))
     inner = np.zeros(camera.shape, bool)
@@ -77,11 +77,11 @@ def test_a_slight_fold_is_found_because_it_goes_on(camera, angle_deg):
     assert (found & (np.abs(across) >= 2 * OFF_RIDGE)).sum() <= STRAY
 
 
-def test_a_fold_that_noise_hides_is_not_guessed(camera):
+def test_a_fold_below_the_noise_is_not_detected(camera):
     assert creases(camera, camera.roof(FAINT_DEG, 20.0, 100.3) + noise(camera, 3)).sum() <= STRAY
 
 
-def test_samples_that_scatter_more_need_a_sharper_crease(camera):
+def test_noisier_samples_need_a_sharper_crease(camera):
     """A fold across a dark half of the page: what is a crease on paper is noise in ink."""
     roof = camera.roof(FOLD_DEG, 90.0, 100.0)
     deviation = np.where(np.arange(camera.cols) < 100, camera.noise, 10 * camera.noise) * np.ones(camera.shape)
@@ -90,12 +90,12 @@ def test_samples_that_scatter_more_need_a_sharper_crease(camera):
     assert found[:, 100 + HALF_WIDTH :].sum() <= STRAY
 
 
-def test_what_was_filled_in_has_no_crease(camera):
+def test_filled_holes_have_no_crease(camera):
     filled = creases(camera, camera.roof(FOLD_DEG, 0.0, 100.3), deviation=np.zeros(camera.shape))
     assert not filled.any()
 
 
-def test_a_gap_is_no_crease_and_hides_none_elsewhere(camera):
+def test_a_gap_is_not_a_crease_and_does_not_hide_one(camera):
     roof = camera.roof(FOLD_DEG, 0.0, 100.3) + noise(camera, 7)
     rows, cols = camera.indices
     gap = np.hypot(rows - 60, cols - 40) < 20
@@ -104,7 +104,7 @@ def test_a_gap_is_no_crease_and_hides_none_elsewhere(camera):
     np.testing.assert_array_equal(holed[:, 99:102], whole[:, 99:102])
 
 
-def test_the_outline_is_no_crease_however_the_page_lies(camera):
+def test_the_outline_is_not_a_crease_at_any_angle(camera):
     rows, cols = camera.indices
     turned = np.abs(rows - 80) + np.abs(cols - 100) < 70  # its sides run at 45°, its corners are sharp
     slanted = camera.plane((0.4, 0.3, 1.0)) + noise(camera, 5)

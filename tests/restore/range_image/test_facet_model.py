@@ -1,4 +1,4 @@
-"""Facets take the noise out as far as least squares can, and leave creases as sharp as they were."""
+"""Facets reduce noise as far as least squares can, and keep creases sharp."""
 
 import numpy as np
 import pytest
@@ -51,7 +51,7 @@ def rms(values):
 
 
 @pytest.mark.parametrize("radius", [60.0, 100.0, 170.0, None])
-def test_noise_falls_as_least_squares_says_on_any_curl(camera, noise, everywhere, radius):
+def test_noise_is_reduced_as_least_squares_predicts_on_any_curl(camera, noise, everywhere, radius):
     exact = camera.plane((0.3, 0.2, 1.0)) if radius is None else camera.cylinder(radius)
     facets = fit_facets(exact + noise, everywhere, everywhere)
     value, slope = centre_noise(WIDE_RADIUS)
@@ -64,7 +64,7 @@ def test_noise_falls_as_least_squares_says_on_any_curl(camera, noise, everywhere
     assert not facets.crease.any()
 
 
-def test_an_exact_surface_comes_back_exactly(camera, everywhere):
+def test_an_exact_quadratic_surface_is_reproduced_exactly(camera, everywhere):
     exact = camera.plane((0.3, 0.2, 1.0))
     facets = fit_facets(exact, everywhere, everywhere)
     np.testing.assert_allclose(facets.value, exact, atol=ROUNDING * camera.noise)
@@ -100,7 +100,7 @@ def test_outliers_do_not_move_the_surface(camera, noise, everywhere, sign):
 
 @pytest.mark.parametrize("angle_deg", [0.0, 30.0, 45.0])
 @pytest.mark.parametrize("fold_deg", [45.0, 60.0, 90.0, 120.0])
-def test_creases_stay_sharp(camera, noise, everywhere, fold_deg, angle_deg):
+def test_slopes_beside_creases_are_one_sided(camera, noise, everywhere, fold_deg, angle_deg):
     exact = camera.roof(fold_deg, angle_deg, 100.3)
     facets = fit_facets(exact + noise, everywhere, everywhere)
     across, _ = camera.about_ridge(angle_deg, 100.3)
@@ -117,7 +117,7 @@ def test_creases_stay_sharp(camera, noise, everywhere, fold_deg, angle_deg):
     assert np.quantile(off, 0.99) < 0.1 * jump  # in one step: each sample has the slope of its own side
 
 
-def test_between_bent_walls_slopes_are_those_of_the_samples_own_places(camera, noise, everywhere):
+def test_between_curved_walls_slopes_are_evaluated_at_the_sample(camera, noise, everywhere):
     """The window of a sample beside the crease lies to one side of it, and its quadratic has another slope there."""
     across, _ = camera.about_ridge(0.0, 100.3)
     bend = 0.4 * camera.noise  # a sample; over a window's reach as much as ten times the slope's noise
@@ -129,14 +129,14 @@ def test_between_bent_walls_slopes_are_those_of_the_samples_own_places(camera, n
     assert rms((facets.slope[..., 0] - own)[beside]) < ONE_SIDED * camera.noise
 
 
-def test_a_fold_too_faint_to_be_seen_is_hardly_rounded(camera, noise, everywhere):
+def test_an_undetected_fold_is_rounded_only_slightly(camera, noise, everywhere):
     for column in (100.0, 100.25, 100.5):
         exact = camera.roof(FAINT_FOLD_DEG, 20.0, column)
         errors = (fit_facets(exact + noise, everywhere, everywhere).value - exact) / camera.noise
         assert np.abs(errors[inner(camera)]).max() < FAINT_FOLD_ERROR
 
 
-def test_dark_samples_count_for_less(camera, noise, everywhere):
+def test_dark_samples_have_less_weight(camera, noise, everywhere):
     """A black picture on the page, ten times darker: its samples scatter √10 times as much."""
     ink = np.zeros(camera.shape, bool)
     ink[50:110, 60:140] = True
@@ -155,7 +155,7 @@ def test_dark_samples_count_for_less(camera, noise, everywhere):
     assert rms((told.value - exact)[beside]) < 0.8 * rms((untold.value - exact)[beside])
 
 
-def test_drop_outs_are_filled_and_what_is_not_wanted_is_not(camera, noise, everywhere):
+def test_drop_outs_are_filled_inside_the_mask_only(camera, noise, everywhere):
     random = np.random.default_rng(2)
     measured = random.random(camera.shape) > 0.3
     wanted = inner(camera, 10)
@@ -175,7 +175,7 @@ def test_a_hole_wider_than_a_window_stays_open(camera, noise, everywhere):
     assert np.isfinite(facets.value[measured & inner(camera)]).all()
 
 
-def test_samples_too_sparse_for_any_facet_are_not_enough_surface(camera, noise, everywhere):
+def test_samples_too_sparse_for_any_facet_raise_not_enough_surface(camera, noise, everywhere):
     measured = np.zeros(camera.shape, bool)
     measured[::3, ::3] = True
     with pytest.raises(NotEnoughSurface, match="too far apart"):

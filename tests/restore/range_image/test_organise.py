@@ -1,4 +1,4 @@
-"""Meshes of one shot go back on their range grid; any other mesh is left alone."""
+"""Meshes of one shot are restored to their range grid; other meshes are rejected."""
 
 from dataclasses import replace
 
@@ -49,7 +49,7 @@ def assert_same(back, scan, tolerance_px):
     np.testing.assert_allclose(back.texture_xy, scan.texture_xy, atol=tolerance_px, rtol=0)
 
 
-def test_the_samples_come_back_in_their_cells():
+def test_samples_are_restored_to_their_cells():
     scan = shot()
     back = organise(joined(scan))
     assert_same(back, scan, EXACT_PX)
@@ -59,14 +59,14 @@ def test_the_samples_come_back_in_their_cells():
 
 @pytest.mark.parametrize("lens", LENSES_PX)
 @pytest.mark.parametrize("thinned", [1, 2, 3, 4])
-def test_the_pitch_tells_the_lens_and_with_it_the_place_in_the_picture(lens, thinned):
+def test_the_lens_and_the_texture_positions_follow_from_the_pitch(lens, thinned):
     scan = shot(lens=lens, thinned=thinned)
     back = organise(bare(joined(scan)))
     assert back.provenance["lens"] == lens
     assert_same(back, scan, EXACT_PX)
 
 
-def test_a_larger_picture_of_the_same_view_is_taken_in_scale():
+def test_texture_positions_scale_with_a_larger_picture():
     scan = shot()
     back = organise(bare(joined(scan), texture=np.zeros((960, 1280, 3), np.uint8)))
     np.testing.assert_allclose(back.texture_xy, 2 * scan.texture_xy + 0.5, atol=EXACT_PX)
@@ -95,7 +95,7 @@ def test_a_picture_is_left_out_when_no_lens_fits():
     origin=st.tuples(st.integers(0, 580), st.integers(0, 420)),
     seed=st.integers(0, 99),
 )
-def test_any_cut_of_a_shot_comes_back(rows, cols, lens, missing, origin, seed):
+def test_any_part_of_a_shot_is_organised(rows, cols, lens, missing, origin, seed):
     scan = shot(rows, cols, lens=lens, missing=missing, origin=origin, seed=seed)
     seen = np.argwhere(scan.measured)
     top, left = seen.min(axis=0)
@@ -109,7 +109,7 @@ def test_any_cut_of_a_shot_comes_back(rows, cols, lens, missing, origin, seed):
 
 
 @pytest.mark.parametrize("lens", LENSES_PX)
-def test_two_decimals_do_not_matter(lens):
+def test_vertices_rounded_to_two_decimals_are_organised(lens):
     scan = shot(lens=lens, distance=600.0)
     rounded = RangeScan(np.round(scan.points, DECIMALS), scan.texture, scan.texture_xy)
     assert_same(organise(bare(joined(rounded))), rounded, ROUNDED_PX)
@@ -133,7 +133,7 @@ def test_vertices_written_once_for_each_triangle_are_one_sample():
     assert_same(organise(soup), scan, EXACT_PX)
 
 
-def test_texture_coordinates_are_continued_over_the_holes():
+def test_texture_coordinates_are_extrapolated_over_holes():
     scan = shot()
     mesh = joined(scan)
     wavy = mesh.texcoords + 0.3 * np.sin(mesh.texcoords[:, ::-1] / 9)
@@ -173,14 +173,14 @@ OTHER = {
 
 
 @pytest.mark.parametrize("change", OTHER)
-def test_a_mesh_that_was_changed_does_not_fit(change):
+def test_a_changed_mesh_is_not_organised(change):
     mesh = joined(shot(80, 100))
     assert organise(bare(mesh)) is not None
     assert organise(bare(mesh, vertices=OTHER[change](mesh.vertices))) is None
 
 
 @pytest.mark.parametrize("kept", [0.02, 0.1, 0.3, 0.5])
-def test_a_decimated_mesh_does_not_fit(kept):
+def test_a_decimated_mesh_is_not_organised(kept):
     """A decimation keeps some samples at their places, on the lattice still, and joins distant ones."""
     from scipy.spatial import Delaunay
 
@@ -193,14 +193,14 @@ def test_a_decimated_mesh_does_not_fit(kept):
     )
 
 
-def test_two_shots_together_do_not_fit():
+def test_two_merged_shots_are_not_organised():
     mesh = joined(shot())
     count = len(mesh.vertices)
     both = np.concatenate([mesh.vertices, mesh.vertices + [0.1, 0.13, -0.4]])
     assert organise(SurfaceMesh(both, np.concatenate([mesh.faces, mesh.faces + count]))) is None
 
 
-def test_faces_between_distant_samples_do_not_fit():
+def test_a_mesh_with_faces_between_distant_samples_is_not_organised():
     mesh = joined(shot())
     rng = np.random.default_rng(5)
     assert organise(replace(mesh, faces=rng.integers(0, len(mesh.vertices), mesh.faces.shape))) is None
@@ -209,20 +209,20 @@ def test_faces_between_distant_samples_do_not_fit():
 @pytest.mark.parametrize(
     "change", [lambda xy: xy * [-1, 1] + [639, 0], lambda xy: xy + 9 * np.sin(xy / 3), lambda xy: xy * 0]
 )
-def test_a_picture_that_is_not_the_cameras_view_does_not_fit(change):
+def test_a_texture_that_is_not_the_cameras_view_is_not_organised(change):
     mesh = joined(shot())
     assert organise(replace(mesh, texcoords=change(mesh.texcoords))) is None
 
 
 @pytest.mark.parametrize("count", [0, 1, 3, 20])
-def test_next_to_nothing_does_not_fit(count):
+def test_a_few_vertices_are_not_organised(count):
     points = np.random.default_rng(6).normal(0, 1, (count, 3)) - [0, 0, 700]
     assert organise(SurfaceMesh(points, np.empty((0, 3), np.int64))) is None
 
 
 @settings(deadline=None, max_examples=50)
 @given(seed=st.integers(0, 10**6), count=st.integers(16, 400), spread=st.sampled_from([1e-9, 1.0, 300.0]))
-def test_any_cloud_of_points_is_no_grid(seed, count, spread):
+def test_a_random_point_cloud_is_not_organised(seed, count, spread):
     rng = np.random.default_rng(seed)
     points = rng.normal(0, spread, (count, 3)) - [0, 0, 700]
     faces = rng.integers(0, count, (2 * count, 3))

@@ -1,4 +1,4 @@
-"""The quadratic round every sample of a grid, against least squares done the plain way."""
+"""The quadratic fit round every sample of a grid, against dense least squares."""
 
 import numpy as np
 import pytest
@@ -73,7 +73,7 @@ def test_the_variance_is_that_of_pure_noise(radius):
 
 
 @pytest.mark.parametrize("radius", [2, 3])
-def test_only_the_ratio_of_the_weights_counts(radius):
+def test_the_fit_depends_only_on_ratios_of_weights(radius):
     random = np.random.default_rng(3)
     data, everywhere = random.normal(0, 1, (ROWS, COLS)), np.ones((ROWS, COLS), bool)
     weight = random.uniform(0.5, 1.0, (ROWS, COLS))
@@ -82,7 +82,7 @@ def test_only_the_ratio_of_the_weights_counts(radius):
     np.testing.assert_allclose(tenth.variance, 0.1 * full.variance, atol=ROUNDING)
 
 
-def test_the_variance_of_an_exact_quadratic_is_nothing_however_far_it_lies_from_zero():
+def test_the_variance_of_an_exact_quadratic_is_zero_at_any_offset():
     rows, cols = np.indices((ROWS, COLS)).astype(float)
     data = quadratic((1e3, 3.0, -2.0, 0.3, 0.2, -0.1), rows, cols)
     variance = fit_quadratics(data, np.ones(data.shape), np.ones(data.shape, bool), 3).variance
@@ -110,7 +110,7 @@ def test_samples_that_do_not_determine_a_quadratic_give_nan(rows, cols):
     assert np.isnan(fit.terms).all()
 
 
-def test_a_window_whose_samples_lie_far_from_its_centre_gives_nan_rather_than_a_wild_guess():
+def test_a_window_with_samples_far_from_its_centre_gives_nan():
     weight = np.zeros((ROWS, COLS))
     weight[:, :11] = 1.0
     fit = fit_quadratics(np.zeros((ROWS, COLS)), weight, np.ones((ROWS, COLS), bool), 3)

@@ -1,4 +1,4 @@
-"""A dense mesh, however it lies in space, is put on a range grid with its surface and its texture; others are not."""
+"""A dense mesh in any pose is resampled to a range grid with its surface and its texture; others are not."""
 
 from dataclasses import replace
 
@@ -52,7 +52,7 @@ def samples(scan, rays):
 
 
 @pytest.mark.parametrize("degrees", TURNS)
-def test_samples_lie_on_the_surface_with_their_own_texture_however_the_mesh_is_turned(degrees):
+def test_samples_and_texture_positions_are_exact_for_any_rotation_of_the_mesh(degrees):
     page = mesh(curl)
     scan, rays = resample(turned(page, degrees))
     points, pixels = samples(scan, rays)
@@ -66,7 +66,7 @@ def test_samples_lie_on_the_surface_with_their_own_texture_however_the_mesh_is_t
     assert covered[1] > SEEN * HEIGHT
 
 
-def test_the_scan_is_one_pinholes_shot():
+def test_the_resampled_scan_has_the_rays_of_one_pinhole():
     page = mesh(curl)
     scan, rays = resample(page)
     found = find_rays(scan)
@@ -82,7 +82,7 @@ def test_a_level_page_gets_as_many_samples_as_it_has_vertices():
     assert resample(page)[0].measured.sum() == pytest.approx(len(page.vertices), rel=EDGE)
 
 
-def test_a_steep_page_is_sampled_as_densely_as_its_vertices_lie_where_it_is_steepest():
+def test_the_steepest_part_of_a_page_is_sampled_as_densely_as_its_vertices():
     """The curl stands at ±0.93 radians at its ends, and 5 % of it more steeply than 0.89."""
     page = mesh(curl)
     shadow = np.sin(WIDTH / 2 / 150) / (WIDTH / 2 / 150)
@@ -99,7 +99,7 @@ def test_the_picture_shows_the_print_upright_and_not_mirrored():
     assert (np.diff(column[np.isfinite(column)]) > 0).all()
 
 
-def test_faces_that_run_the_other_way_or_both_ways_make_no_difference():
+def test_the_winding_of_the_faces_does_not_matter():
     page = mesh(curl)
     straight, _ = resample(page)
     some = np.random.default_rng(0).random(len(page.faces)) < 0.4
@@ -108,13 +108,13 @@ def test_faces_that_run_the_other_way_or_both_ways_make_no_difference():
         np.testing.assert_allclose(other.points, straight.points, atol=SURFACE_MM)
 
 
-def test_a_mesh_without_texture_has_a_surface_all_the_same():
+def test_a_mesh_without_texture_is_resampled():
     scan, _ = resample(replace(mesh(curl), texcoords=None, texture=None))
     assert scan.texture is None
     assert scan.measured.mean() > 0.9
 
 
-def test_all_the_pieces_of_a_torn_page_are_seen():
+def test_all_pieces_of_a_torn_page_are_resampled():
     page = mesh(curl)
     middle = page.vertices[page.faces].mean(axis=1)
     torn = replace(page, faces=page.faces[np.abs(middle[:, 0] - 0.1 * middle[:, 1]) > 2.0])
@@ -140,9 +140,9 @@ def overhang(u, v):
         pytest.param(mesh(curl, columns=round((MIN_VERTICES * WIDTH / HEIGHT) ** 0.5) - 2), id="too coarse"),
     ],
 )
-def test_a_mesh_that_no_single_view_tells_is_left_alone(page):
+def test_a_mesh_with_occluded_parts_is_not_resampled(page):
     assert resample(turned(page, (20, 10, 30))) is None
 
 
-def test_a_curl_short_of_an_overhang_is_taken():
+def test_a_curl_just_below_an_overhang_is_resampled():
     assert resample(mesh(lambda u, v: (105 * np.sin(u / 105), 105 * (1 - np.cos(u / 105))))) is not None

@@ -1,4 +1,4 @@
-"""The sheet is found among table, debris and ink: whole, and nothing but the sheet."""
+"""The sheet is segmented whole, without table and debris."""
 
 from dataclasses import replace
 
@@ -77,7 +77,7 @@ def outline_grown(area, by):
 @pytest.mark.parametrize("turn_deg", [0.0, 25.0])
 @pytest.mark.parametrize("shape", ["flat", "curled"])
 @pytest.mark.parametrize("table", TABLES)
-def test_a_sheet_is_told_from_the_table_it_lies_on(camera, table, shape, turn_deg):
+def test_a_sheet_is_segmented_from_the_table(camera, table, shape, turn_deg):
     area = sheet_area(camera, turn_deg=turn_deg)
     surface = curled(camera) if shape == "curled" else camera.plane((0.1, 0.05, 1.0), TABLE_MM)  # in the same plane
     samples, inside = find(scene(camera, area, surface, table, ink=printed(area, camera)))
@@ -86,7 +86,7 @@ def test_a_sheet_is_told_from_the_table_it_lies_on(camera, table, shape, turn_de
 
 
 @pytest.mark.parametrize("shape", ["flat", "curled"])
-def test_a_sheet_without_a_table_is_all_that_was_measured(camera, shape):
+def test_without_a_table_all_measured_samples_are_sheet(camera, shape):
     area = sheet_area(camera, turn_deg=25.0)
     surface = np.where(area, curled(camera) if shape == "curled" else camera.plane(), np.nan)
     samples, inside = find(camera.shot(surface, on_paper(camera)))
@@ -96,7 +96,7 @@ def test_a_sheet_without_a_table_is_all_that_was_measured(camera, shape):
 
 @pytest.mark.parametrize("ink", [False, True], ids=["blank", "printed"])
 @pytest.mark.parametrize("shape", ["flat", "curled"])
-def test_a_page_that_fills_the_picture_is_not_taken_for_a_table(camera, shape, ink):
+def test_a_page_that_fills_the_picture_is_not_segmented_as_table(camera, shape, ink):
     everywhere = np.ones(camera.shape, bool)
     words = printed(everywhere, camera) if ink else np.zeros(camera.shape, bool)
     surface = curled(camera) if shape == "curled" else camera.plane((0.1, 0.05, 1.0))
@@ -105,7 +105,7 @@ def test_a_page_that_fills_the_picture_is_not_taken_for_a_table(camera, shape, i
     assert (~inside).sum() <= 4 * CLOSING_DIAMETER  # its corners are rounded off
 
 
-def test_without_colour_the_plane_alone_tells_the_table(camera):
+def test_without_colour_the_table_is_segmented_by_its_plane(camera):
     area = sheet_area(camera)
     raised = camera.plane((0.1, 0.05, 1.0), TABLE_MM - 10.0)
     scan = replace(scene(camera, area, raised, "dark"), texture=None)
@@ -123,7 +123,7 @@ def test_a_spread_of_two_pages_stays_whole(camera):
 
 
 @pytest.mark.parametrize("table", [None, "dark"])
-def test_what_ink_hides_from_the_laser_is_filled(camera, table):
+def test_drop_outs_inside_ink_are_filled(camera, table):
     area = sheet_area(camera)
     words = printed(area, camera)
     scan = scene(camera, area if table else np.ones(camera.shape, bool), curled(camera), table, ink=words)
@@ -135,7 +135,7 @@ def test_what_ink_hides_from_the_laser_is_filled(camera, table):
     assert_is(inside, area)
 
 
-def test_a_second_sheet_behind_a_step_is_left_out(camera):
+def test_a_second_sheet_behind_a_depth_step_is_left_out(camera):
     _, cols = camera.indices
     depth = np.where(cols < 120, camera.cylinder(150.0), camera.cylinder(150.0, distance=TABLE_MM + 25.0))
     samples, inside = find(camera.shot(depth, on_paper(camera)))
@@ -143,7 +143,7 @@ def test_a_second_sheet_behind_a_step_is_left_out(camera):
     assert not inside[:, 120:].any()
 
 
-def test_walls_as_steep_as_camera_and_laser_see_do_not_part_a_sheet(camera):
+def test_the_steepest_measurable_walls_do_not_divide_a_sheet(camera):
     samples, _ = find(camera.shot(camera.roof(150.0, 0.0, 100.3), on_paper(camera)))
     assert samples.all()
 
@@ -168,13 +168,13 @@ def torn(camera):
 
 
 @pytest.mark.parametrize("area", [small, comb, torn])
-def test_nothing_large_enough_to_be_a_page_is_not_enough_surface(camera, area):
+def test_without_a_piece_as_large_as_a_page_not_enough_surface_is_raised(camera, area):
     surface = np.where(area(camera), camera.plane(), np.nan)
     with pytest.raises(NotEnoughSurface, match=r"largest connected surface covers [01]\.\d%"):
         find(camera.shot(surface))
 
 
-def test_a_bare_table_is_the_only_surface_there_is(camera):
+def test_a_bare_table_is_segmented_as_the_sheet(camera):
     """Nothing lies on it that could tell it from a page that fills the picture."""
     bare = np.zeros(camera.shape, bool)
     samples, _ = find(scene(camera, bare, camera.plane(), "dark"))

@@ -146,7 +146,7 @@ def prepared(camera):
     return make_sheet(camera.rays, facets, seen, inside, pixels, camera.shot(value)), exact, seen, inside
 
 
-def test_the_sheet_goes_on_over_holes_and_past_the_outline_in_the_nearest_facet(prepared, camera):
+def test_the_nearest_facet_is_extrapolated_over_holes_and_past_the_outline(prepared, camera):
     made, exact, seen, inside = prepared
     np.testing.assert_allclose(made.planes, exact, atol=ROUNDING * camera.noise)
     np.testing.assert_array_equal(made.inside, inside)
@@ -160,7 +160,7 @@ def test_texture_positions_are_interpolated(prepared):
     np.testing.assert_allclose(made.texcoords(np.array([[80.25, 100.5], [81.0, 99.0]])), [[202.0, 240.75], [199, 243]])
 
 
-def test_lengths_follow_the_lines_of_sight_of_a_lens_that_bends_the_picture(camera):
+def test_lengths_are_computed_with_lens_distortion(camera):
     wide = replace(camera.rays, x0=-0.3, y0=0.22, dx=0.6 / camera.cols, dy=-0.44 / camera.rows, distortion=(-0.1, 0.05))
     level = camera.plane()
     bent = replace(camera.sheet(camera.facets(level)), rays=wide)
@@ -174,7 +174,7 @@ def test_lengths_follow_the_lines_of_sight_of_a_lens_that_bends_the_picture(came
     assert abs(pinhole.lengths(places, edge)[0] - wanted) > 1.0
 
 
-def test_the_depth_distance_of_a_mesh_on_a_plane_is_nothing(camera):
+def test_the_depth_distance_of_a_mesh_on_a_plane_is_zero(camera):
     sheet = camera.sheet(camera.facets(camera.plane((0.3, 0.1, 1.0))))
     nodes, faces = lattice(sheet.inside, 16)
     distance = depth_distance(sheet, nodes, faces)

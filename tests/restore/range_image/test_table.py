@@ -1,4 +1,4 @@
-"""The table is told from the sheet by plane, colour and where it lies, and never invented."""
+"""The table is separated from the sheet by plane, colour and position, and never detected where there is none."""
 
 from dataclasses import replace
 
@@ -35,14 +35,14 @@ def coloured(sheet):
     return np.where(sheet[..., None], PAPER, TABLE).astype(float)
 
 
-def test_plane_and_colour_of_the_border_are_the_table(camera, sheet, coloured):
+def test_the_table_has_the_plane_and_the_colour_of_the_border(camera, sheet, coloured):
     tilted = camera.plane((0.2, -0.1, 1.0))
     table = table_of(seen(camera, coloured, np.where(sheet, camera.cylinder(90.0, distance=880.0), tilted)))
     assert table[~sheet].mean() > FOUND
     assert table[sheet].mean() < TAKEN
 
 
-def test_ink_of_the_tables_colour_off_its_plane_is_no_table(camera, sheet, coloured):
+def test_ink_of_the_tables_colour_off_its_plane_is_not_table(camera, sheet, coloured):
     black_picture = np.zeros_like(sheet)
     black_picture[60:100, 70:110] = True
     coloured[black_picture] = TABLE
@@ -50,7 +50,7 @@ def test_ink_of_the_tables_colour_off_its_plane_is_no_table(camera, sheet, colou
     assert not table[black_picture].any()
 
 
-def test_things_on_the_table_are_no_table(camera, sheet, coloured):
+def test_objects_on_the_table_are_not_table(camera, sheet, coloured):
     """A weight on the border of the picture, out of the plane, and a coloured card that lies in it."""
     weight, card = np.zeros_like(sheet), np.zeros_like(sheet)
     weight[:20, :30] = True
@@ -95,11 +95,11 @@ def ruled(camera, sheet, coloured):
 
 
 @pytest.mark.parametrize("scan", [curled_to_the_border, out_of_sight, one_colour, ruled])
-def test_where_no_table_is_seen_there_is_none(camera, sheet, coloured, scan):
+def test_without_a_table_in_view_none_is_detected(camera, sheet, coloured, scan):
     assert not table_of(scan(camera, sheet, coloured)).any()
 
 
-def test_in_a_mesh_the_table_goes_to_the_border_of_what_was_measured(camera, sheet, coloured):
+def test_in_a_mesh_the_table_extends_to_the_border_of_the_measured_samples(camera, sheet, coloured):
     """Turned since it was scanned, so that the frame of the picture means nothing."""
     measured, _ = camera.about_ridge(20.0, 99.5)
     outer = (np.abs(measured) < 75) & (np.abs(camera.about_ridge(20.0, 99.5)[1]) < 70)
@@ -110,16 +110,16 @@ def test_in_a_mesh_the_table_goes_to_the_border_of_what_was_measured(camera, she
     assert table[sheet].mean() < TAKEN
 
 
-def test_in_a_mesh_a_picture_on_a_flat_page_is_no_sheet_on_a_table(camera, sheet, coloured):
+def test_in_a_mesh_a_figure_on_a_flat_page_is_not_a_sheet_on_a_table(camera, sheet, coloured):
     assert not table_of(seen(camera, coloured, camera.plane()), framed=False).any()
 
 
-def test_without_colour_one_side_of_a_fold_that_fills_the_picture_is_no_table(camera):
+def test_without_colour_one_side_of_a_fold_is_not_a_table(camera):
     scan = seen(camera, np.zeros((*camera.shape, 3)), camera.roof(40.0, 0.0, camera.cols * 0.6))
     assert not table_of(replace(scan, texture=None)).any()
 
 
-def test_without_colour_a_plane_all_round_is_the_table(camera, sheet):
+def test_without_colour_a_plane_on_all_four_sides_is_the_table(camera, sheet):
     depths = np.where(sheet, camera.cylinder(90.0, distance=880.0), camera.plane())
     table = table_of(replace(seen(camera, np.zeros((*camera.shape, 3)), depths), texture=None))
     assert table[~sheet].mean() > FOUND

@@ -1,4 +1,4 @@
-"""Where the page was not seen it says so: the same as rays cast from the camera's place."""
+"""The coverage of a page against visibility by ray casting from the camera's centre."""
 
 from dataclasses import replace
 
@@ -57,7 +57,7 @@ def seen_by_rays(page):
     return (np.abs(reach - length) < 0.05) & facing
 
 
-def test_what_lies_under_a_pleat_is_hidden_as_rays_tell():
+def test_surfaces_under_a_pleat_are_hidden_as_by_ray_casting():
     page = folded()
     found, _ = covered(page)
     rays = seen_by_rays(page)
@@ -68,7 +68,7 @@ def test_what_lies_under_a_pleat_is_hidden_as_rays_tell():
     assert found.shares()["hidden"] == pytest.approx(1 - rays.mean(), abs=0.02)
 
 
-def test_a_bent_page_that_hides_nothing_is_seen_whole():
+def test_a_curved_page_without_occlusion_is_wholly_visible():
     page = folded()
     steps = np.interp(page.flat[:, 0], [0, 60, 120], [0, 30.0, 0])
     vertices = np.column_stack([page.flat[:, 0] * 0.87, page.flat[:, 1], steps])
@@ -76,12 +76,12 @@ def test_a_bent_page_that_hides_nothing_is_seen_whole():
     assert found.shares() == {"measured": 1.0, "filled": 0.0, "hidden": 0.0, "invented": 0.0}
 
 
-def test_the_camera_is_found_from_the_texture_alone():
+def test_the_camera_centre_is_fitted_to_texture_coordinates():
     page = folded()
     np.testing.assert_allclose(pinhole_centre(page.vertices, page.texcoords), CAMERA_CENTRE, atol=CENTRE_MM)
 
 
-def test_no_camera_is_made_up():
+def test_texture_coordinates_of_no_pinhole_give_no_camera_centre():
     page = folded()
     rng = np.random.default_rng(1)
     assert pinhole_centre(page.vertices, rng.uniform(0, 600, page.texcoords.shape)) is None  # an atlas
@@ -90,7 +90,7 @@ def test_no_camera_is_made_up():
     assert pinhole_centre(page.vertices[:5], page.texcoords[:5]) is None
 
 
-def test_hidden_places_are_blank_and_a_hole_in_the_surface_is_hidden():
+def test_hidden_pixels_are_white_and_a_hole_in_the_surface_is_hidden():
     page = folded()
     middle = page.flat[page.faces].mean(axis=1)
     hole = np.linalg.norm(middle - [100.0, 40.0], axis=1) < 6.0
@@ -113,7 +113,7 @@ def holes(*sizes):
     return image, Coverage(seen)
 
 
-def test_small_holes_are_invented_on_request_and_noted():
+def test_small_holes_are_inpainted_on_request_and_marked():
     image, coverage = holes(10, 40)
     filled, told = inpaint_hidden(image, coverage, DPI, 3.0)  # fifteen pixels
     assert (told.seen[40:50, 20:30] == Seen.INVENTED).all()
@@ -126,7 +126,7 @@ def test_small_holes_are_invented_on_request_and_noted():
     assert (told.seen[changed] == Seen.INVENTED).all()
 
 
-def test_white_from_off_the_page_does_not_run_into_a_hole_at_its_edge():
+def test_white_off_the_page_is_not_propagated_into_a_hole_at_its_edge():
     image, coverage = holes()
     coverage.seen[100:106, 270:280] = Seen.HIDDEN
     image[100:106, 270:280] = 255
@@ -134,7 +134,7 @@ def test_white_from_off_the_page_does_not_run_into_a_hole_at_its_edge():
     assert np.abs(filled[100:106, 270:280].astype(int) - 120).max() <= ROUNDED
 
 
-def test_nothing_is_invented_unasked():
+def test_nothing_is_inpainted_by_default():
     image, coverage = holes(10)
     filled, told = inpaint_hidden(image, coverage, DPI, 0.0)
     np.testing.assert_array_equal(filled, image)

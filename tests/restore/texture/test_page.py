@@ -1,4 +1,4 @@
-"""The page is painted true to scale: every page pixel shows the texture where it belongs."""
+"""The page is painted true to scale: every page pixel has the colour of its texture position."""
 
 from dataclasses import replace
 
@@ -43,7 +43,7 @@ def page_of(image, dpi=DPI, **changes):
 
 
 @pytest.mark.parametrize("shape", [(40, 60), (61, 33)])
-def test_the_identity_map_gives_the_texture_back_bit_for_bit(shape):
+def test_the_identity_map_returns_the_texture_bit_for_bit(shape):
     image = texture(*shape)
     painting = paint_page(page_of(image), DPI)
     np.testing.assert_array_equal(painting.image, image)
@@ -55,7 +55,7 @@ def test_the_identity_map_gives_the_texture_back_bit_for_bit(shape):
 
 @settings(max_examples=25, deadline=None)
 @given(st.floats(-180, 180), st.floats(0.3, 3.0), st.floats(0.3, 3.0), st.floats(-200, 200), st.floats(-200, 200))
-def test_an_affine_map_is_found_to_a_hundredth_of_a_pixel(angle, across, along, x, y):
+def test_an_affine_map_is_reproduced_to_a_hundredth_of_a_pixel(angle, across, along, x, y):
     flat, faces = rectangle(30.0, 20.0)
     turn = np.deg2rad(angle)
     linear = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]]) * [across, along]
@@ -95,7 +95,7 @@ def test_a_page_coarser_than_its_texture_is_the_mean_of_its_pixels():
         assert painting.resolution_ppi == pytest.approx(DPI)
 
 
-def test_between_its_pixels_a_texture_is_interpolated_as_the_parabola_it_is():
+def test_a_parabolic_texture_is_interpolated_exactly():
     """Bilinear interpolation would stay a grey level below it."""
     x = np.arange(40.0)
     image = np.tile((4 * (x % 10 - 5) ** 2)[None, :, None], (10, 1, 3)).astype(np.uint8)
@@ -104,7 +104,7 @@ def test_between_its_pixels_a_texture_is_interpolated_as_the_parabola_it_is():
     np.testing.assert_allclose(found[..., 0], [np.round(4 * (at - 15) ** 2)] * 2, atol=0.5)
 
 
-def test_beyond_its_border_the_texture_goes_on_and_off_the_page_it_is_paper():
+def test_the_border_of_the_texture_is_replicated_and_off_the_page_it_is_white():
     image = texture(6, 6)
     found = sample(image, np.array([[[-5, 2], [np.nan, np.nan], [9, 9]]], np.float32))
     np.testing.assert_array_equal(found[0, [0, 2]], [image[2, 0], image[5, 5]])
@@ -123,7 +123,7 @@ def test_off_the_page_the_picture_is_white_and_unmasked():
     assert np.isnan(painting.source[~painting.mask]).all()
 
 
-def test_the_last_pixels_of_the_sheet_do_not_take_the_colour_of_the_table():
+def test_the_edge_pixels_of_the_sheet_are_not_mixed_with_the_table():
     """Half of such a pixel is table; the sheet's own colour is carried on to its edge and past it."""
     sheet = np.full((60, 90, 3), 30, np.uint8)
     sheet[10:50, 20:70] = 220
@@ -133,7 +133,7 @@ def test_the_last_pixels_of_the_sheet_do_not_take_the_colour_of_the_table():
     np.testing.assert_array_equal(painting.image, 220)
 
 
-def test_what_the_texture_resolves_is_its_median_over_the_paper():
+def test_the_effective_ppi_is_the_median_over_the_paper():
     flat, faces = rectangle(60.0, 20.0, count=3)
     pixels = flat * [8.0, 2.0]  # four pixels to the millimetre, in the mean of both directions
     assert effective_ppi(flat, faces, pixels) == pytest.approx(4.0 * MM_PER_INCH)

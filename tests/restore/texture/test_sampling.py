@@ -1,4 +1,4 @@
-"""Pictures are read without inventing or skipping anything."""
+"""Pictures are sampled without aliasing and without artefacts."""
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ def grid(height, width, step=1.0, start=0.0):
     return np.dstack(np.meshgrid(np.arange(width) * step + start, np.arange(height) * step + start)).astype(np.float32)
 
 
-def test_the_identity_gives_the_picture_back(rng):
+def test_the_identity_map_returns_the_picture(rng):
     picture = rng.integers(0, 256, (20, 30, 3), np.uint8)
     np.testing.assert_allclose(sample_scaled(picture, grid(20, 30)), picture, atol=ROUNDED)
 
@@ -26,7 +26,7 @@ def test_catmull_rom_keeps_parabolas():
 
 
 @pytest.mark.parametrize("step", [1.3, 2.0, 3.7])
-def test_stripes_finer_than_the_page_become_grey(step):
+def test_stripes_finer_than_the_page_are_averaged_to_grey(step):
     """Read without a wider kernel they would come out as broad stripes that are not there."""
     picture = np.tile(((np.arange(400) % 2) * 255)[None, :, None], (60, 1, 3)).astype(np.uint8)
     found = sample_scaled(picture, grid(10, 60, step, 20.0))[..., 0]
@@ -34,13 +34,13 @@ def test_stripes_finer_than_the_page_become_grey(step):
     assert np.abs(found - 127.5).max() < bound
 
 
-def test_a_turned_page_is_read_as_well(rng):
+def test_a_rotated_page_is_sampled_accurately(rng):
     picture = rng.integers(0, 256, (40, 30, 3), np.uint8)
     turned = np.ascontiguousarray(grid(40, 30).transpose(1, 0, 2))
     np.testing.assert_allclose(sample_scaled(picture, turned), picture.transpose(1, 0, 2), atol=ROUNDED)
 
 
-def test_off_the_page_there_is_nothing_and_past_the_border_the_last_pixel(rng):
+def test_nan_positions_give_zero_and_the_border_pixel_is_replicated(rng):
     picture = rng.integers(0, 256, (8, 8, 3), np.uint8)
     source = grid(8, 8)
     source[2:4] = np.nan

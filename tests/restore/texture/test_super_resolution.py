@@ -1,4 +1,4 @@
-"""Several images into one: against a picture whose every finer pixel is known."""
+"""Super-resolution against a picture of which every finer pixel is known."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ def rms(a: np.ndarray, b: np.ndarray) -> float:
 
 
 @pytest.mark.parametrize("shift", SHIFTS)
-def test_shifts_are_found_to_a_twentieth_of_a_pixel(known, images, shift):
+def test_shifts_are_registered_to_a_twentieth_of_a_pixel(known, images, shift):
     found = registration(images[0], seen(known, *shift, seed=9))
     middle = np.array([SIZE[1] / 2, SIZE[0] / 2, 1])
     np.testing.assert_allclose(found @ middle - middle[:2], -np.array(shift) / FINE, atol=PLACE_PX)
 
 
-def test_the_finer_picture_is_nearer_to_the_truth_than_one_image_enlarged(known, images):
+def test_super_resolution_is_nearer_to_the_truth_than_one_enlarged_image(known, images):
     truth = cv2.resize(known, ((SIZE[1] + 4) * FACTOR, (SIZE[0] + 4) * FACTOR), interpolation=cv2.INTER_AREA)
     truth = truth[2 * FACTOR : -2 * FACTOR, 2 * FACTOR : -2 * FACTOR]
     found = super_resolve(images).image
@@ -62,7 +62,7 @@ def test_the_finer_picture_is_nearer_to_the_truth_than_one_image_enlarged(known,
     assert rms(found, truth) < NEARER * rms(enlarged, truth)
 
 
-def test_the_finer_picture_lies_where_the_first_image_does(images):
+def test_the_super_resolved_picture_is_aligned_with_the_first_image(images):
     found = super_resolve(images).image
     again = cv2.resize(found, SIZE[::-1], interpolation=cv2.INTER_AREA)
     moved = registration(images[0], again)
@@ -70,13 +70,13 @@ def test_the_finer_picture_lies_where_the_first_image_does(images):
     np.testing.assert_allclose(moved @ middle, middle[:2], atol=PLACE_PX)
 
 
-def test_there_is_no_halo_round_ink(known, images):
+def test_ink_has_no_halo(known, images):
     darker = [(image * 0.8).astype(np.uint8) for image in images]  # paper at 204: what is brighter can be seen
     paper = int(np.mean([np.percentile(image, 90) for image in darker]))
     assert np.percentile(super_resolve(darker).image, 99) <= paper + HALO
 
 
-def test_an_even_picture_stays_even():
+def test_a_uniform_picture_stays_uniform():
     rng = np.random.default_rng(1)
     texture = cv2.GaussianBlur(rng.normal(0, 40, (*SIZE, 3)), (0, 0), 6) * 5  # something to register by
     images = [np.clip(120 + np.roll(texture, k, axis=(0, 1)), 0, 255).astype(np.uint8) for k in (0, 0, 0, 0)]
@@ -84,18 +84,18 @@ def test_an_even_picture_stays_even():
         super_resolve(images)
 
 
-def test_too_few_shots_are_refused(images):
+def test_too_few_shots_are_rejected(images):
     with pytest.raises(BadInput, match="too few"):
         super_resolve(images[:3])
 
 
-def test_shots_of_different_sizes_are_refused(images):
+def test_shots_of_different_sizes_are_rejected(images):
     with pytest.raises(BadInput, match="sizes"):
         super_resolve([*images[:4], images[4][:-1]])
 
 
 @pytest.mark.parametrize("other", ["another page", "black", "mirrored"])
-def test_a_shot_of_another_page_is_refused(images, other):
+def test_a_shot_of_another_page_is_rejected(images, other):
     rng = np.random.default_rng(2)
     pictures = {
         "another page": rng.integers(0, 255, (*SIZE, 3)).astype(np.uint8),
@@ -106,13 +106,13 @@ def test_a_shot_of_another_page_is_refused(images, other):
         super_resolve([*images[:4], pictures[other]])
 
 
-def test_a_shot_that_has_moved_far_is_refused(images, known):
+def test_a_shot_with_a_large_shift_is_rejected(images, known):
     far = [seen(known, 0, 0), *images[1:4], np.roll(images[0], 5, axis=1)]
     with pytest.raises(BadInput, match="moved by"):
         super_resolve(far)
 
 
-def test_a_scan_keeps_its_points_and_finds_them_in_the_finer_picture(images):
+def test_texture_positions_of_a_scan_are_scaled_to_the_super_resolved_picture(images):
     rows, cols = SIZE
     points = np.zeros((rows, cols, 3))
     grid = np.stack(np.meshgrid(np.arange(cols), np.arange(rows)), axis=-1).astype(float)

@@ -1,4 +1,4 @@
-"""Merged views against the truth about what the reference view missed."""
+"""Merged views against the true surface in the holes of the reference view."""
 
 from dataclasses import replace
 
@@ -32,14 +32,14 @@ def missed(book):
     return on_page & ~book.scans[0].measured
 
 
-def test_what_the_reference_saw_stays_as_it_is(book, merged) -> None:
+def test_measured_samples_of_the_reference_are_unchanged(book, merged) -> None:
     seen = book.scans[0].measured
     np.testing.assert_array_equal(merged.scan.points[seen], book.scans[0].points[seen])
     assert merged.scan.texture is book.scans[0].texture
     assert merged.reference == 0
 
 
-def test_the_shadow_is_filled_where_it_lies(book, merged) -> None:
+def test_the_laser_shadow_is_filled_accurately(book, merged) -> None:
     hole = missed(book)
     assert hole.sum() > 500  # there is a shadow to fill
     filled = hole & merged.scan.measured
@@ -51,7 +51,7 @@ def test_the_shadow_is_filled_where_it_lies(book, merged) -> None:
     assert np.sqrt(np.nanmean(np.minimum(off, SPACING_MM) ** 2)) < ERROR_MM
 
 
-def test_the_report_tells_of_every_view(book, merged) -> None:
+def test_every_view_is_reported(book, merged) -> None:
     reference, other = merged.views
     assert (reference.turn_deg, reference.filled, merged.warnings) == (0.0, 0, [])
     assert other.filled >= (missed(book) & merged.scan.measured).sum()
@@ -60,13 +60,13 @@ def test_the_report_tells_of_every_view(book, merged) -> None:
     assert merged.scan.provenance["views"][1]["residual_mm"] == other.residual_mm
 
 
-def test_the_page_that_fell_in_two_is_whole_again(book, merged) -> None:
+def test_a_page_divided_by_a_shadow_is_connected_after_merging(book, merged) -> None:
     _, height = restore(book.scans[0]).report["page_mm"]
     assert height < 170 - 5 * SIZE_MM
     assert restore(merged.scan).report["page_mm"] == pytest.approx((140, 170), abs=SIZE_MM)
 
 
-def test_a_view_that_shows_the_page_whole_becomes_the_reference_and_is_rolled_upright(book, merged) -> None:
+def test_the_view_with_the_most_of_the_page_is_the_reference_and_rotated_upright(book, merged) -> None:
     chosen = merge_views(book.scans, book.turns, book.axis)
     assert chosen.reference == 1
     assert chosen.scan.measured.sum() > book.scans[1].measured.sum()
@@ -75,7 +75,7 @@ def test_a_view_that_shows_the_page_whole_becomes_the_reference_and_is_rolled_up
     assert upright > upside_down + CLEARLY
 
 
-def test_registration_is_finer_than_a_sample(book) -> None:
+def test_registration_is_accurate_to_less_than_a_sample(book) -> None:
     careless = replace(book.axis, point=book.axis.point + OFF_AXIS)
     found = register(book.scans[1], book.scans[0], careless.turn(-180.0), SPACING_MM)
     true = book.axis.turn(-180.0)
@@ -98,7 +98,7 @@ def test_a_page_that_moved_is_left_out(book) -> None:
     np.testing.assert_array_equal(merged.scan.points, book.scans[0].points)
 
 
-def test_a_wrong_axis_is_told_of_and_the_view_nearest_to_the_front_is_the_reference(book) -> None:
+def test_a_wrong_axis_is_reported_and_the_view_nearest_to_0_deg_is_the_reference(book) -> None:
     far = RotationAxis(book.axis.point + [0.0, 30.0, 0.0], book.axis.direction)
     merged = merge_views(book.scans[::-1], [180.0, 360.0], far)
     assert len(merged.warnings) == 1
@@ -106,7 +106,7 @@ def test_a_wrong_axis_is_told_of_and_the_view_nearest_to_the_front_is_the_refere
     np.testing.assert_array_equal(merged.scan.points, book.scans[0].points)
 
 
-def test_one_view_is_its_own_merger(book) -> None:
+def test_a_single_view_is_returned_unchanged(book) -> None:
     merged = merge_views(book.scans[:1], [0.0], book.axis)
     np.testing.assert_array_equal(merged.scan.points, book.scans[0].points)
 

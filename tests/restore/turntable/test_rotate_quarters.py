@@ -1,4 +1,4 @@
-"""A rolled scan is the same shot."""
+"""A scan rotated by quarter turns is the same shot in a rotated frame."""
 
 import numpy as np
 import pytest
@@ -21,7 +21,7 @@ def scan() -> RangeScan:
 
 
 @pytest.mark.parametrize("quarters", [-2, -1, 1, 2, 3])
-def test_samples_keep_their_colour_and_turn_rigidly(scan: RangeScan, quarters: int) -> None:
+def test_samples_keep_their_colour_and_rotate_rigidly(scan: RangeScan, quarters: int) -> None:
     rolled = rotate_quarters(scan, quarters)
     angle = np.pi / 2 * quarters
     turn = np.array([[np.cos(angle), -np.sin(angle), 0], [np.sin(angle), np.cos(angle), 0], [0, 0, 1]])
@@ -31,14 +31,14 @@ def test_samples_keep_their_colour_and_turn_rigidly(scan: RangeScan, quarters: i
 
 
 @pytest.mark.parametrize("quarters", [1, 2, 3])
-def test_a_rolled_scan_is_one_shot_the_right_way_up(scan: RangeScan, quarters: int) -> None:
+def test_a_rotated_scan_has_the_rays_of_one_camera(scan: RangeScan, quarters: int) -> None:
     rolled = rotate_quarters(scan, quarters)
     assert find_rays(rolled) is not None
     assert rolled.points[0, 0, 0] < rolled.points[0, -1, 0]
     assert rolled.points[0, 0, 1] > rolled.points[-1, 0, 1]
 
 
-def test_four_quarters_are_none(scan: RangeScan) -> None:
+def test_four_quarter_turns_are_the_identity(scan: RangeScan) -> None:
     assert rotate_quarters(scan, 4) is scan
     again = rotate_quarters(rotate_quarters(scan, 3), 1)
     np.testing.assert_allclose(again.points, scan.points, atol=ROUNDING)

@@ -1,4 +1,4 @@
-"""The axis of a turntable from the corners that it turned."""
+"""The axis of a turntable from the corners of markers at several angles."""
 
 import numpy as np
 import pytest
@@ -47,7 +47,7 @@ def unit(*vector: float) -> np.ndarray:
     st.tuples(st.floats(-50, 50), st.floats(-50, 50), st.floats(-950, -850)),
     st.lists(st.integers(-18, 18).map(lambda k: 10.0 * k), min_size=1, max_size=4),
 )
-def test_any_axis_is_found(direction, point, turns) -> None:
+def test_any_axis_is_recovered_exactly(direction, point, turns) -> None:
     assume(np.linalg.norm(direction) > 0.1)
     assume(any(turn % 180 for turn in turns))
     axis = RotationAxis(np.array(point), unit(*direction))
@@ -58,7 +58,7 @@ def test_any_axis_is_found(direction, point, turns) -> None:
     assert fit.rms_mm < EXACT
 
 
-def test_noise_of_the_corners_averages_out_and_is_told() -> None:
+def test_noise_of_the_corners_is_averaged_and_reported() -> None:
     axis = RotationAxis(np.array([5.0, -3.0, -910.0]), unit(0.02, 1.0, 0.1))
     turns = [-20.0, 0.0, 20.0]
     fit = fit_axis(views(axis, turns, noise=NOISE_MM), turns)
@@ -68,27 +68,27 @@ def test_noise_of_the_corners_averages_out_and_is_told() -> None:
     assert fit.rms_mm == pytest.approx(NOISE_MM * np.sqrt(6), rel=0.3)
 
 
-def test_a_stage_that_turns_by_other_angles_is_told_of() -> None:
+def test_wrong_angles_of_the_stage_are_reported() -> None:
     axis = RotationAxis(np.array([0.0, 0.0, -900.0]), unit(0, 0.1, 1))
     with pytest.raises(BadInput, match=r"turned the board by 99\.00° when it was told 90\.00°"):
         fit_axis(views(axis, [0.0, 90.0], slip=0.1), [0.0, 90.0])
 
 
 @pytest.mark.parametrize("turns", [[0.0], [0.0, 2.0], [10.0, 370.0], [0.0, 180.0]])
-def test_views_that_tell_no_axis_are_refused(turns) -> None:
+def test_views_that_do_not_determine_an_axis_are_rejected(turns) -> None:
     axis = RotationAxis(np.array([0.0, 0.0, -900.0]), unit(0, 0, 1))
     with pytest.raises(BadInput, match="which way"):
         fit_axis(views(axis, turns), turns)
 
 
-def test_one_shared_marker_is_not_enough() -> None:
+def test_one_shared_marker_is_rejected() -> None:
     axis = RotationAxis(np.array([0.0, 0.0, -900.0]), unit(0, 0, 1))
     first, second = views(axis, [0.0, 90.0])
     with pytest.raises(BadInput, match="share 1 markers"):
         fit_axis([first, {0: second[0]}], [0.0, 90.0])
 
 
-def test_the_axis_of_a_simulated_turntable_is_found(board) -> None:
+def test_the_axis_of_a_simulated_turntable_is_recovered(board) -> None:
     corners = [board_corners(scan) for scan in board.scans]
     off = np.concatenate(
         [found[m] - board.truths[0].surface(board.truths[0].markers[m]) for found in corners[:1] for m in found]
@@ -100,6 +100,6 @@ def test_the_axis_of_a_simulated_turntable_is_found(board) -> None:
     assert mm < AXIS_MM
 
 
-def test_a_page_without_markers_is_no_board(book) -> None:
+def test_a_page_without_markers_is_rejected(book) -> None:
     with pytest.raises(BadInput, match="no marker"):
         board_corners(book.scans[0])
