@@ -13,7 +13,7 @@ from restore.mesh.triangulate import triangulate
 from restore.scan import SurfaceMesh
 
 POINTS = 0.05  # relative
-SMOOTHED = 4.0  # standard deviations: no vertex of 8,000 was further off
+MAX_SHIFT_SIGMAS = 4.0  # standard deviations: no vertex of 8,000 was further off
 
 
 def raw(camera, *, noisy=True, inside=None, seed=0):
@@ -43,7 +43,7 @@ def test_a_raw_mesh_is_smoothed_and_decimated_with_its_texture_coordinates(camer
     assert len(cleaned.vertices) == pytest.approx(points, rel=POINTS)
     distance, _ = cKDTree(mesh.vertices).query(cleaned.vertices)
     sigma = camera.noise * 921.5**2
-    assert 0 < distance.max() < SMOOTHED * sigma
+    assert 0 < distance.max() < MAX_SHIFT_SIGMAS * sigma
     rows, cols = camera.rays.grid(cleaned.vertices)
     near = np.abs(cleaned.texcoords - np.column_stack([cols, rows])).max(axis=1)
     assert near.max() < 1.0  # smoothing slides a vertex by less than a sample, and its texture stays with it

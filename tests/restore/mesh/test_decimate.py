@@ -12,9 +12,9 @@ from restore.mesh.triangulate import lattice, triangulate
 from restore.range_image.sheet import depth_distance
 
 POINTS = 0.05  # relative: what a collapse takes with it differs along the border
-BORDER = 0.6  # samples: the lattice cuts its corners by half of one already
+MAX_BORDER_SHIFT = 0.6  # samples: the lattice cuts its corners by half of one already
 AREA = 1e-3  # relative; 100 points on a 100 mm curl cut 0.05 % short
-SAG = 1.5  # of the sag of equilateral triangles on the curl, for triangles of all shapes
+MAX_SAG_RATIO = 1.5  # of the sag of equilateral triangles on the curl, for triangles of all shapes
 
 
 @pytest.fixture(scope="session")
@@ -49,12 +49,12 @@ def test_the_shape_and_the_border_are_preserved(curl, points):
     assert signed_areas(nodes[:, ::-1], joined).max() < 0  # rows run downwards: none is flipped over
     border = nodes[border_of(joined)]
     sides = np.abs(border[:, [0, 0, 1, 1]] - [9.5, 149.5, 14.5, 184.5])
-    assert sides.min(axis=1).max() < BORDER
+    assert sides.min(axis=1).max() < MAX_BORDER_SHIFT
     for corner in ([9.5, 14.5], [9.5, 184.5], [149.5, 14.5], [149.5, 184.5]):
-        assert np.linalg.norm(border - corner, axis=1).min() < BORDER
+        assert np.linalg.norm(border - corner, axis=1).min() < MAX_BORDER_SHIFT
     assert surface_area(left, joined) == pytest.approx(surface_area(vertices, faces), rel=AREA)
     side = np.sqrt(surface_area(vertices, faces) / points * 4 / 3**0.5 / 2)
-    assert depth_distance(sheet, nodes, joined)["mean_mm"] < SAG * side**2 / (8 * 100.0)
+    assert depth_distance(sheet, nodes, joined)["mean_mm"] < MAX_SAG_RATIO * side**2 / (8 * 100.0)
 
 
 def test_curved_parts_of_the_sheet_keep_more_points(camera):

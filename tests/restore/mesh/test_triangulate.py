@@ -9,10 +9,10 @@ from restore.mesh.triangulate import MIN_HEIGHT, compact, lattice, triangulate
 
 FINE = 4  # pixels a sample, to see between them
 # Samples at the outline: it passes half a sample beyond the outermost of them, and cuts between the lattice's nodes.
-UNCOVERED = 1.0
-BEYOND = 1.0
+MAX_UNCOVERED = 1.0
+MAX_OUTSIDE = 1.0
 AREA = 0.01  # of the mask's: a border that stands out here and back there
-ONCE = 0.002  # of the area: pixels on the border of the fine picture
+MAX_OVERLAP = 0.002  # of the area: pixels on the border of the fine picture
 
 
 def shapes(camera):
@@ -49,9 +49,9 @@ def test_a_lattice_covers_its_mask_to_the_outline_and_not_further(mask, stride):
     nodes, faces = lattice(mask, stride)
     shadow = painted(nodes, faces, mask.shape)
     samples = shadow[FINE:-FINE:FINE, FINE:-FINE:FINE]
-    assert distance_transform_edt(mask)[mask & ~samples].max(initial=0.0) <= UNCOVERED
+    assert distance_transform_edt(mask)[mask & ~samples].max(initial=0.0) <= MAX_UNCOVERED
     away = distance_transform_edt(~np.pad(mask, 1).repeat(FINE, 0).repeat(FINE, 1)) / FINE
-    assert away[: shadow.shape[0], : shadow.shape[1]][shadow].max() <= BEYOND + 1 / FINE
+    assert away[: shadow.shape[0], : shadow.shape[1]][shadow].max() <= MAX_OUTSIDE + 1 / FINE
     assert signed_areas(nodes, faces).sum() == pytest.approx(mask.sum(), rel=AREA)
 
 
@@ -61,7 +61,7 @@ def test_triangles_of_a_lattice_are_counter_clockwise_and_do_not_overlap(mask, s
     areas = signed_areas(nodes, faces)
     assert areas.min() > 0
     shadow = painted(nodes + [1e-3, 2e-3], faces, mask.shape)  # off the pixel centres, which an edge would count twice
-    assert areas.sum() == pytest.approx(shadow.sum() / FINE**2, rel=ONCE)
+    assert areas.sum() == pytest.approx(shadow.sum() / FINE**2, rel=MAX_OVERLAP)
 
 
 def test_a_lattice_has_no_thin_triangles_and_no_unused_nodes(mask):

@@ -9,9 +9,9 @@ from restore.range_image.creases import HALF_WIDTH, find_creases
 FOLD_DEG = 45.0  # at 0.9 m a kink of 29 standard deviations over a window, five times what has to stand out
 SLIGHT_DEG = 15.0  # 3.4 standard deviations over 7×7 samples, 9 over the window that is longer along the fold
 FAINT_DEG = 4.0  # 2.5 standard deviations over that
-OFF_RIDGE = 1.5  # samples: the ridge falls between two samples, and noise may prefer the next
-STRETCH = 4  # samples along the ridge without a single crease are a gap
-STRAY = 10  # of 32,000 samples that noise passes for a crease, correlated along the stripe as it is
+MAX_OFFSET = 1.5  # samples: the ridge falls between two samples, and noise may prefer the next
+MAX_GAP = 4  # samples along the ridge without a single crease are a gap
+MAX_FALSE_SAMPLES = 10  # of 32,000 samples that noise passes for a crease, correlated along the stripe as it is
 CORRELATION = np.array([[0.3, 1.0, 0.0]]) / np.hypot(0.3, 1.0)  # 0.28 with the next sample of the row
 
 
@@ -36,9 +36,11 @@ def test_a_fold_is_detected_along_its_whole_length_and_one_sample_wide(camera, a
     inner = np.zeros(camera.shape, bool)
     inner[HALF_WIDTH:-HALF_WIDTH, HALF_WIDTH:-HALF_WIDTH] = True
     ridge = along[inner & (np.abs(across) < 1.0)]
-    on_ridge = np.sort(along[found & (np.abs(across) < OFF_RIDGE)])
-    assert np.diff(on_ridge, prepend=ridge.min(), append=ridge.max()).max() < STRETCH
-    assert (found & (np.abs(across) >= OFF_RIDGE)).sum() <= STRAY + 0.03 * len(on_ridge)  # it answers beside itself
+    on_ridge = np.sort(along[found & (np.abs(across) < MAX_OFFSET)])
+    assert np.diff(on_ridge, prepend=ridge.min(), append=ridge.max()).max() < MAX_GAP
+    assert (found & (np.abs(across) >= MAX_OFFSET)).sum() <= MAX_FALSE_SAMPLES + 0.03 * len(
+        on_ridge
+    )  # it answers beside itself
     steps = np.ceil(np.ptp(ridge) * max(abs(np.cos(np.deg2rad(angle_deg))), abs(np.sin(np.deg2rad(angle_deg)))))
     stairs = 2.0 if angle_deg in (45.0, 130.0) else 1.2  # a diagonal line of samples that touch by their sides
     assert len(on_ridge) <= stairs * steps + 2
@@ -56,13 +58,13 @@ def test_a_valley_is_detected_like_a_ridge(camera):
 @pytest.mark.parametrize("radius", [60.0, 100.0, 170.0])
 def test_a_curl_has_no_crease(camera, radius, hollow, correlated):
     curl = camera.cylinder(radius, hollow=hollow)
-    assert creases(camera, curl + noise(camera, 2, correlated=correlated)).sum() <= STRAY
+    assert creases(camera, curl + noise(camera, 2, correlated=correlated)).sum() <= MAX_FALSE_SAMPLES
 
 
 @pytest.mark.parametrize("correlated", [False, True])
 def test_noise_has_no_crease(camera, correlated):
     counts = [creases(camera, camera.plane() + noise(camera, seed, correlated=correlated)).sum() for seed in range(5)]
-    assert max(counts) <= STRAY
+    assert max(counts) <= MAX_FALSE_SAMPLES
 
 
 @pytest.mark.parametrize("angle_deg", [0.0, 20.0, 45.0, 75.0])
@@ -72,13 +74,13 @@ def test_a_slight_fold_is_detected_by_its_length(camera, angle_deg):
     inner = np.zeros(camera.shape, bool)
     inner[HALF_WIDTH:-HALF_WIDTH, HALF_WIDTH:-HALF_WIDTH] = True
     ridge = along[inner & (np.abs(across) < 1.0)]
-    seen = along[found & (np.abs(across) < 2 * OFF_RIDGE)]
+    seen = along[found & (np.abs(across) < 2 * MAX_OFFSET)]
     assert len(np.unique(np.floor(seen))) > 0.8 * np.ptp(ridge)
-    assert (found & (np.abs(across) >= 2 * OFF_RIDGE)).sum() <= STRAY
+    assert (found & (np.abs(across) >= 2 * MAX_OFFSET)).sum() <= MAX_FALSE_SAMPLES
 
 
 def test_a_fold_below_the_noise_is_not_detected(camera):
-    assert creases(camera, camera.roof(FAINT_DEG, 20.0, 100.3) + noise(camera, 3)).sum() <= STRAY
+    assert creases(camera, camera.roof(FAINT_DEG, 20.0, 100.3) + noise(camera, 3)).sum() <= MAX_FALSE_SAMPLES
 
 
 def test_noisier_samples_need_a_sharper_crease(camera):
@@ -87,7 +89,7 @@ def test_noisier_samples_need_a_sharper_crease(camera):
     deviation = np.where(np.arange(camera.cols) < 100, camera.noise, 10 * camera.noise) * np.ones(camera.shape)
     found = creases(camera, roof + noise(camera, 4) / camera.noise * deviation, deviation=deviation)
     assert found[:, : 100 - HALF_WIDTH].any(axis=0).mean() > 0.9
-    assert found[:, 100 + HALF_WIDTH :].sum() <= STRAY
+    assert found[:, 100 + HALF_WIDTH :].sum() <= MAX_FALSE_SAMPLES
 
 
 def test_filled_holes_have_no_crease(camera):
@@ -108,4 +110,4 @@ def test_the_outline_is_not_a_crease_at_any_angle(camera):
     rows, cols = camera.indices
     turned = np.abs(rows - 80) + np.abs(cols - 100) < 70  # its sides run at 45°, its corners are sharp
     slanted = camera.plane((0.4, 0.3, 1.0)) + noise(camera, 5)
-    assert creases(camera, slanted, inside=turned).sum() <= STRAY
+    assert creases(camera, slanted, inside=turned).sum() <= MAX_FALSE_SAMPLES

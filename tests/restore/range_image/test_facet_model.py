@@ -8,18 +8,18 @@ from restore.range_image.creases import BORDER_MARGIN, HALF_LENGTH, HALF_WIDTH
 from restore.range_image.facet_model import WIDE_RADIUS, fit_facets
 from restore.range_image.quadratic_fit import POWERS, fit_quadratics
 
-SPREAD = 0.03  # relative; 30,000 samples in overlapping windows are 600 windows that do not overlap
+SAMPLING_ERROR = 0.03  # relative; 30,000 samples in overlapping windows are 600 windows that do not overlap
 OUTLIERS = 0.02  # of the samples, on edges of ink
 OUTLIER_LINES = 3.0
-UNMOVED = 0.05  # relative rise of the error with one sample in fifty left out
+MAX_ERROR_RISE = 0.05  # relative rise of the error with one sample in fifty left out
 ROUNDING = 1e-6  # standard deviations
 NEAR_RIDGE = 4  # samples: within a window's reach of the ridge
-BESIDE = 3.0  # standard deviations: noise alone, in windows with the sample at their border
-ONE_SIDED = 0.6  # standard deviations for each sample: the slope at the border of a window, not at its centre
-SHARP = 0.65  # of the error that windows across the ridge leave; at 45° half of that is noise
-WORST = 5.0  # standard deviations of the best of 50,000 samples that are each right to half of one
+MAX_ERROR_BESIDE = 3.0  # standard deviations: noise alone, in windows with the sample at their border
+MAX_ONE_SIDED_ERROR = 0.6  # standard deviations for each sample: the slope at the border of a window, not at its centre
+MAX_ERROR_RATIO = 0.65  # of the error that windows across the ridge leave; at 45° half of that is noise
+MAX_ERROR = 5.0  # standard deviations of the best of 50,000 samples that are each right to half of one
 FAINT_FOLD_DEG = 20.0  # half of its samples stand out as a crease, the others are smoothed over
-FAINT_FOLD_ERROR = 4.0  # standard deviations, 0.14 mm at 0.9 m
+MAX_FAINT_FOLD_ERROR = 4.0  # standard deviations, 0.14 mm at 0.9 m
 
 
 @pytest.fixture
@@ -56,11 +56,11 @@ def test_noise_is_reduced_as_least_squares_predicts_on_any_curl(camera, noise, e
     facets = fit_facets(exact + noise, everywhere, everywhere)
     value, slope = centre_noise(WIDE_RADIUS)
     here = inner(camera)
-    assert facets.noise == pytest.approx(camera.noise, rel=SPREAD)
-    assert rms((facets.value - exact)[here]) == pytest.approx(value * camera.noise, rel=SPREAD)
+    assert facets.noise == pytest.approx(camera.noise, rel=SAMPLING_ERROR)
+    assert rms((facets.value - exact)[here]) == pytest.approx(value * camera.noise, rel=SAMPLING_ERROR)
     down, right = np.gradient(exact)
     errors = facets.slope - np.dstack([right, down])
-    assert rms(errors[here]) == pytest.approx(slope * camera.noise, rel=SPREAD)
+    assert rms(errors[here]) == pytest.approx(slope * camera.noise, rel=SAMPLING_ERROR)
     assert not facets.crease.any()
 
 
@@ -92,7 +92,7 @@ def test_outliers_do_not_move_the_surface(camera, noise, everywhere, sign):
     outliers = np.where(random.random(camera.shape) < OUTLIERS, lines * camera.line, 0.0)
     exact, here = camera.cylinder(100.0), inner(camera)
     clean, spoilt = (fit_facets(exact + noise + extra, everywhere, everywhere) for extra in (0.0, outliers))
-    assert rms((spoilt.value - exact)[here]) < (1 + UNMOVED) * rms((clean.value - exact)[here])
+    assert rms((spoilt.value - exact)[here]) < (1 + MAX_ERROR_RISE) * rms((clean.value - exact)[here])
     once = fit_quadratics(exact + noise + outliers, np.ones(camera.shape), everywhere, WIDE_RADIUS).terms[..., 0]
     assert rms((once - exact)[here]) > 5 * rms((clean.value - exact)[here])  # what least squares alone would do
     assert not spoilt.crease.any()
@@ -107,9 +107,9 @@ def test_slopes_beside_creases_are_one_sided(camera, noise, everywhere, fold_deg
     beside = inner(camera, 2 * WIDE_RADIUS) & (np.abs(across) < NEAR_RIDGE) & ~facets.crease
     errors = (facets.value - exact) / camera.noise
     rounded = fit_quadratics(exact + noise, np.ones(camera.shape), everywhere, WIDE_RADIUS).terms[..., 0]
-    assert rms(errors[beside]) < SHARP * rms(((rounded - exact) / camera.noise)[beside])
-    assert np.abs(errors[beside & inner(camera, BORDER_MARGIN + HALF_WIDTH + HALF_LENGTH)]).max() < BESIDE
-    assert np.abs(errors[beside]).max() < 2 * BESIDE  # nearer to the border the crease is known to a sample
+    assert rms(errors[beside]) < MAX_ERROR_RATIO * rms(((rounded - exact) / camera.noise)[beside])
+    assert np.abs(errors[beside & inner(camera, BORDER_MARGIN + HALF_WIDTH + HALF_LENGTH)]).max() < MAX_ERROR_BESIDE
+    assert np.abs(errors[beside]).max() < 2 * MAX_ERROR_BESIDE  # nearer to the border the crease is known to a sample
     left, right = camera.walls(fold_deg, angle_deg, 100.3)
     own = np.where((left < right)[..., None], camera.facets(left), camera.facets(right))[..., 1:]
     jump = np.linalg.norm(own[0, 0] - own[-1, -1])
@@ -126,14 +126,14 @@ def test_between_curved_walls_slopes_are_evaluated_at_the_sample(camera, noise, 
     left, right = camera.walls(90.0, 0.0, 100.3)
     own = np.where(left < right, camera.facets(left)[..., 1], camera.facets(right)[..., 1]) + 2 * bend * across
     beside = inner(camera, 2 * WIDE_RADIUS) & (np.abs(across) < NEAR_RIDGE) & ~facets.crease
-    assert rms((facets.slope[..., 0] - own)[beside]) < ONE_SIDED * camera.noise
+    assert rms((facets.slope[..., 0] - own)[beside]) < MAX_ONE_SIDED_ERROR * camera.noise
 
 
 def test_an_undetected_fold_is_rounded_only_slightly(camera, noise, everywhere):
     for column in (100.0, 100.25, 100.5):
         exact = camera.roof(FAINT_FOLD_DEG, 20.0, column)
         errors = (fit_facets(exact + noise, everywhere, everywhere).value - exact) / camera.noise
-        assert np.abs(errors[inner(camera)]).max() < FAINT_FOLD_ERROR
+        assert np.abs(errors[inner(camera)]).max() < MAX_FAINT_FOLD_ERROR
 
 
 def test_dark_samples_have_less_weight(camera, noise, everywhere):
@@ -144,10 +144,10 @@ def test_dark_samples_have_less_weight(camera, noise, everywhere):
     exact = camera.cylinder(100.0)
     data = exact + np.where(ink, np.sqrt(10.0), 1.0) * noise
     told, untold = (fit_facets(data, everywhere, everywhere, light) for light in (signal, None))
-    assert told.noise == pytest.approx(camera.noise, rel=SPREAD)
+    assert told.noise == pytest.approx(camera.noise, rel=SAMPLING_ERROR)
     assert np.isfinite(told.value[ink]).all()
     assert rms((told.value - exact)[ink]) == pytest.approx(
-        centre_noise(WIDE_RADIUS)[0] * np.sqrt(10.0) * camera.noise, rel=3 * SPREAD
+        centre_noise(WIDE_RADIUS)[0] * np.sqrt(10.0) * camera.noise, rel=3 * SAMPLING_ERROR
     )
     beside = ~ink & inner(camera)
     beside[:48] = beside[112:] = False
@@ -164,7 +164,7 @@ def test_drop_outs_are_filled_inside_the_mask_only(camera, noise, everywhere):
     np.testing.assert_array_equal(np.isfinite(facets.value), wanted)
     errors = (facets.value - exact)[wanted] / camera.noise
     assert rms(errors) == pytest.approx(centre_noise(WIDE_RADIUS)[0] / np.sqrt(0.7), rel=0.1)  # so many samples fewer
-    assert np.abs(errors).max() < WORST
+    assert np.abs(errors).max() < MAX_ERROR
 
 
 def test_a_hole_wider_than_a_window_stays_open(camera, noise, everywhere):

@@ -10,7 +10,7 @@ from restore.range_image.quadratic_fit import MIN_SAMPLES, POWERS, fit_quadratic
 ROWS, COLS = 24, 30
 EXACT = 1e-8  # of the data: rounding, times the condition of a window with nearly half of its samples gone
 ROUNDING = 1e-9  # of a standard deviation
-SPREAD = 4.0  # standard errors; a fixed seed, so this fails for a wrong estimate only
+MAX_STANDARD_ERRORS = 4.0  # standard errors; a fixed seed, so this fails for a wrong estimate only
 
 coefficients = st.lists(st.floats(-1.0, 1.0), min_size=6, max_size=6)
 radii = st.sampled_from([2, 3])
@@ -69,7 +69,7 @@ def test_the_variance_is_that_of_pure_noise(radius):
     inner = variance[radius:-radius, radius:-radius]
     assert np.isfinite(inner).all()
     freedoms = inner.size / (2 * radius + 1) ** 2 * ((2 * radius + 1) ** 2 - 6)  # of windows that do not overlap
-    assert inner.mean() == pytest.approx(0.09, rel=SPREAD * np.sqrt(2 / freedoms))
+    assert inner.mean() == pytest.approx(0.09, rel=MAX_STANDARD_ERRORS * np.sqrt(2 / freedoms))
 
 
 @pytest.mark.parametrize("radius", [2, 3])

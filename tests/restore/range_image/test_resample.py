@@ -16,10 +16,10 @@ PIXELS_PER_MM = 5.0
 # Of triangles with chords over a curl of 150 mm, 0.93 mm wide, and of their inverse depth in single precision.
 SURFACE_MM = 2e-3
 TEXTURE_PX = 0.02  # the same chord, sideways, and single precision
-SEEN = 0.99  # of the mesh's area; pixels on its border count or not
-EDGE = 0.02  # of the samples lie within one of the border, and the view is not quite from infinity
+MIN_COVERED = 0.99  # of the mesh's area; pixels on its border count or not
+BORDER_SHARE = 0.02  # of the samples lie within one of the border, and the view is not quite from infinity
 
-TURNS = [(0, 0, 0), (40, -25, 10), (0, 90, 0), (75, 0, 130), (180, 0, 0), (10, 160, -70)]
+ROTATIONS = [(0, 0, 0), (40, -25, 10), (0, 90, 0), (75, 0, 130), (180, 0, 0), (10, 160, -70)]
 
 
 def mesh(height=None, *, columns=COLUMNS):
@@ -51,7 +51,7 @@ def samples(scan, rays):
     return points, scan.texture_xy[rows, cols]
 
 
-@pytest.mark.parametrize("degrees", TURNS)
+@pytest.mark.parametrize("degrees", ROTATIONS)
 def test_samples_and_texture_positions_are_exact_for_any_rotation_of_the_mesh(degrees):
     page = mesh(curl)
     scan, rays = resample(turned(page, degrees))
@@ -62,8 +62,8 @@ def test_samples_and_texture_positions_are_exact_for_any_rotation_of_the_mesh(de
     expected = np.column_stack([u + WIDTH / 2, HEIGHT / 2 - own[:, 1]]) * PIXELS_PER_MM
     np.testing.assert_allclose(pixels, expected, atol=TEXTURE_PX)
     covered = np.ptp(pixels, axis=0) / PIXELS_PER_MM
-    assert covered[0] > SEEN * WIDTH
-    assert covered[1] > SEEN * HEIGHT
+    assert covered[0] > MIN_COVERED * WIDTH
+    assert covered[1] > MIN_COVERED * HEIGHT
 
 
 def test_the_resampled_scan_has_the_rays_of_one_pinhole():
@@ -79,7 +79,7 @@ def test_the_resampled_scan_has_the_rays_of_one_pinhole():
 
 def test_a_level_page_gets_as_many_samples_as_it_has_vertices():
     page = mesh()
-    assert resample(page)[0].measured.sum() == pytest.approx(len(page.vertices), rel=EDGE)
+    assert resample(page)[0].measured.sum() == pytest.approx(len(page.vertices), rel=BORDER_SHARE)
 
 
 def test_the_steepest_part_of_a_page_is_sampled_as_densely_as_its_vertices():
@@ -87,7 +87,7 @@ def test_the_steepest_part_of_a_page_is_sampled_as_densely_as_its_vertices():
     page = mesh(curl)
     shadow = np.sin(WIDTH / 2 / 150) / (WIDTH / 2 / 150)
     wanted = len(page.vertices) * shadow / np.cos((1 - STEEP_SHARE) * WIDTH / 2 / 150) ** 2
-    assert resample(page)[0].measured.sum() == pytest.approx(wanted, rel=2 * EDGE)
+    assert resample(page)[0].measured.sum() == pytest.approx(wanted, rel=2 * BORDER_SHARE)
 
 
 def test_the_picture_shows_the_print_upright_and_not_mirrored():

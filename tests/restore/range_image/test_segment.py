@@ -12,9 +12,9 @@ from restore.range_image.segment import CLOSING_DIAMETER, MIN_SHARE, fill_outlin
 PAPER, INK = (232, 228, 218), (38, 36, 40)
 TABLES = {"dark": (62, 58, 55), "light": (165, 150, 132)}
 TABLE_MM = 921.5
-SAMPLES_FOUND = 0.98  # of the sheet's: noise and the colour cloud's tail of 1 % take the others
-AREA_FOUND = 0.995  # of the sheet, once its holes are filled and its notches closed
-STRAYED = 2  # samples past the true outline: colour is read between two texture pixels
+MIN_RECALL = 0.98  # of the sheet's: noise and the colour cloud's tail of 1 % take the others
+MIN_AREA_RECALL = 0.995  # of the sheet, once its holes are filled and its notches closed
+MAX_OVERSHOOT = 2  # samples past the true outline: colour is read between two texture pixels
 
 
 def colour_noise(picture, seed=0):
@@ -59,8 +59,8 @@ def find(scan):
 
 
 def assert_is(inside, area):
-    assert (inside & area).sum() >= AREA_FOUND * area.sum()
-    beyond = inside & ~outline_grown(area, STRAYED)
+    assert (inside & area).sum() >= MIN_AREA_RECALL * area.sum()
+    beyond = inside & ~outline_grown(area, MAX_OVERSHOOT)
     assert not beyond.any()
 
 
@@ -82,7 +82,7 @@ def test_a_sheet_is_segmented_from_the_table(camera, table, shape, turn_deg):
     surface = curled(camera) if shape == "curled" else camera.plane((0.1, 0.05, 1.0), TABLE_MM)  # in the same plane
     samples, inside = find(scene(camera, area, surface, table, ink=printed(area, camera)))
     assert_is(inside, area)
-    assert not (samples & ~outline_grown(area, STRAYED)).any()
+    assert not (samples & ~outline_grown(area, MAX_OVERSHOOT)).any()
 
 
 @pytest.mark.parametrize("shape", ["flat", "curled"])
@@ -119,7 +119,7 @@ def test_a_spread_of_two_pages_stays_whole(camera):
     gutter = np.minimum(gutter, camera.plane((0.0, 0.0, 1.0), TABLE_MM - 20.0))
     samples, inside = find(scene(camera, area, gutter, "dark", ink=printed(area, camera)))
     assert_is(inside, area)
-    assert samples[area].mean() > SAMPLES_FOUND - printed(area, camera)[area].mean()
+    assert samples[area].mean() > MIN_RECALL - printed(area, camera)[area].mean()
 
 
 @pytest.mark.parametrize("table", [None, "dark"])

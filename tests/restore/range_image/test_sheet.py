@@ -14,12 +14,14 @@ from restore.range_image.sheet import _path_lengths, depth_distance, make_sheet
 EXACT = 1e-9  # mm: rounding at a metre's distance
 # The path over a cylinder runs on tangents of half a sample either side, by δ²/3 longer than the arc for facets that
 # turn by 2δ; between 0.47 mm samples of a 60 mm curl, seen under 46° at most, that is 1.1e-5.
-TANGENTS = 1.2e-5
-CHORD = 0.05  # mm: what a chord over a 90° crease loses, at the least that the nodes here can lie from the ridge
+TANGENT_ERROR = 1.2e-5
+MIN_CHORD_LOSS_MM = (
+    0.05  # mm: what a chord over a 90° crease loses, at the least that the nodes here can lie from the ridge
+)
 # A path may leave a sample's cell before it crosses the ridge, and run on in the wrong wall for a bit of a sample.
-ACROSS_CELLS = 0.02  # mm
-MIDWAY = 2e-3  # mm: a path just midway between two samples may run in the noisy facet of either
-ARC = 1e-5  # mm: chords from sample to sample against twenty times as many along a path bent by the lens
+SLANTING_ERROR_MM = 0.02  # mm
+MIDWAY_ERROR_MM = 2e-3  # mm: a path just midway between two samples may run in the noisy facet of either
+ARC_ERROR_MM = 1e-5  # mm: chords from sample to sample against twenty times as many along a path bent by the lens
 ROUNDING = 1e-6  # standard deviations
 SINGLE_MM = 4e-4  # inverse depth in single precision, at 0.9 m
 
@@ -76,7 +78,7 @@ def test_across_a_ridge_between_samples_the_length_is_exact(camera, fold_deg, co
     exact, chords = np.transpose([over_the_ridge(camera, walls, ends[a], ends[b]) for a, b in edges])
     np.testing.assert_allclose(found, exact, atol=EXACT)
     if fold_deg >= 90:
-        assert (exact[:2] - chords[:2] > CHORD).all()
+        assert (exact[:2] - chords[:2] > MIN_CHORD_LOSS_MM).all()
 
 
 @settings(deadline=None)
@@ -91,7 +93,7 @@ def test_slanting_paths_over_slanting_ridges_are_nearly_exact(camera, start, end
         points = folded.points(ends)
         assert found == pytest.approx(np.linalg.norm(points[0] - points[1]), abs=EXACT)
     else:
-        assert found == pytest.approx(over_the_ridge(camera, walls, *ends)[0], abs=ACROSS_CELLS)
+        assert found == pytest.approx(over_the_ridge(camera, walls, *ends)[0], abs=SLANTING_ERROR_MM)
 
 
 @pytest.mark.parametrize("hollow", [False, True], ids=["convex", "hollow"])
@@ -106,7 +108,7 @@ def test_round_a_cylinder_the_length_is_nearly_the_arc(camera, radius, hollow):
     points = camera.rays.points(places[:, 0], places[:, 1], depth[0, places[:, 1].astype(int)])
     axis = -(921.5 - radius if hollow else 921.5 + radius)
     angle = np.arctan2(points[:, 0], (points[:, 2] - axis) * (-1 if hollow else 1))
-    np.testing.assert_allclose(found, radius * np.abs(np.diff(angle)), rtol=TANGENTS)
+    np.testing.assert_allclose(found, radius * np.abs(np.diff(angle)), rtol=TANGENT_ERROR)
 
 
 @given(st.lists(whole_nodes, min_size=3, max_size=3), st.integers(0, 2**32 - 1))
@@ -118,7 +120,7 @@ def test_a_length_does_not_depend_on_the_direction_even_where_facets_are_noisy(c
     rough = camera.sheet(planes)
     edges = np.array([[0, 1], [1, 2], [2, 0]])
     there, back = (rough.lengths(np.array(places, float), way) for way in (edges, edges[:, ::-1].copy()))
-    np.testing.assert_allclose(there, back, atol=MIDWAY)
+    np.testing.assert_allclose(there, back, atol=MIDWAY_ERROR_MM)
 
 
 def test_compiled_and_plain_python_measure_the_same(camera):
@@ -170,7 +172,7 @@ def test_lengths_are_computed_with_lens_distortion(camera):
     wanted = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
     pinhole = replace(bent, rays=replace(wide, distortion=(0.0, 0.0)))
     edge = np.array([[0, 1]])
-    assert bent.lengths(places, edge)[0] == pytest.approx(wanted, abs=ARC)
+    assert bent.lengths(places, edge)[0] == pytest.approx(wanted, abs=ARC_ERROR_MM)
     assert abs(pinhole.lengths(places, edge)[0] - wanted) > 1.0
 
 

@@ -7,8 +7,8 @@ import pytest
 
 from restore.range_image.table import BORDER_BAND, EDGE_BLUR, find_table
 
-FOUND = 0.98  # of the table's samples: 1 % of a normal colour cloud lies outside, and four sigmas of noise
-TAKEN = 0.005  # of the sheet's samples, along its edge where colours mix
+MIN_RECALL = 0.98  # of the table's samples: 1 % of a normal colour cloud lies outside, and four sigmas of noise
+MAX_FALSE_SHARE = 0.005  # of the sheet's samples, along its edge where colours mix
 PAPER, TABLE = (232, 228, 218), (62, 58, 55)
 
 
@@ -38,8 +38,8 @@ def coloured(sheet):
 def test_the_table_has_the_plane_and_the_colour_of_the_border(camera, sheet, coloured):
     tilted = camera.plane((0.2, -0.1, 1.0))
     table = table_of(seen(camera, coloured, np.where(sheet, camera.cylinder(90.0, distance=880.0), tilted)))
-    assert table[~sheet].mean() > FOUND
-    assert table[sheet].mean() < TAKEN
+    assert table[~sheet].mean() > MIN_RECALL
+    assert table[sheet].mean() < MAX_FALSE_SHARE
 
 
 def test_ink_of_the_tables_colour_off_its_plane_is_not_table(camera, sheet, coloured):
@@ -61,7 +61,7 @@ def test_objects_on_the_table_are_not_table(camera, sheet, coloured):
     table = table_of(seen(camera, coloured, surface))
     assert not table[weight].any()
     assert not table[130 + 2 * EDGE_BLUR :, 150 + 2 * EDGE_BLUR :].any()
-    assert table[~sheet & ~weight & ~card].mean() > FOUND
+    assert table[~sheet & ~weight & ~card].mean() > MIN_RECALL
 
 
 def test_the_same_scan_has_the_same_table(camera, sheet, coloured):
@@ -106,8 +106,8 @@ def test_in_a_mesh_the_table_extends_to_the_border_of_the_measured_samples(camer
     raised = np.where(sheet, camera.plane(distance=900.0), camera.plane())
     scan = seen(camera, coloured, np.where(outer, raised, np.nan))
     table = table_of(scan, framed=False)
-    assert table[outer & ~sheet].mean() > FOUND
-    assert table[sheet].mean() < TAKEN
+    assert table[outer & ~sheet].mean() > MIN_RECALL
+    assert table[sheet].mean() < MAX_FALSE_SHARE
 
 
 def test_in_a_mesh_a_figure_on_a_flat_page_is_not_a_sheet_on_a_table(camera, sheet, coloured):
@@ -122,5 +122,5 @@ def test_without_colour_one_side_of_a_fold_is_not_a_table(camera):
 def test_without_colour_a_plane_on_all_four_sides_is_the_table(camera, sheet):
     depths = np.where(sheet, camera.cylinder(90.0, distance=880.0), camera.plane())
     table = table_of(replace(seen(camera, np.zeros((*camera.shape, 3)), depths), texture=None))
-    assert table[~sheet].mean() > FOUND
-    assert table[sheet].mean() < TAKEN
+    assert table[~sheet].mean() > MIN_RECALL
+    assert table[sheet].mean() < MAX_FALSE_SHARE

@@ -14,7 +14,7 @@ from restore.texture.page import MM_PER_INCH, PAPER, effective_ppi, page_map, pa
 
 DPI = 127.0  # five pixels to the millimetre
 MM = DPI / MM_PER_INCH
-PLACE_PX = 0.01  # of the texture: single precision keeps a thousandth
+POSITION_PX = 0.01  # of the texture: single precision keeps a thousandth
 ROUNDED = 1.0  # grey levels
 
 
@@ -49,7 +49,7 @@ def test_the_identity_map_returns_the_texture_bit_for_bit(shape):
     np.testing.assert_array_equal(painting.image, image)
     assert painting.mask.all()
     rows, cols = np.indices(shape)
-    np.testing.assert_allclose(painting.source, np.dstack([cols, rows]), atol=PLACE_PX)
+    np.testing.assert_allclose(painting.source, np.dstack([cols, rows]), atol=POSITION_PX)
     assert painting.resolution_ppi == pytest.approx(DPI)
 
 
@@ -65,7 +65,7 @@ def test_an_affine_map_is_reproduced_to_a_hundredth_of_a_pixel(angle, across, al
     cols, rows = np.meshgrid(np.arange(width), np.arange(height))
     upper_left = np.array([flat[:, 0].min(), flat[:, 1].max()])
     place = upper_left + np.dstack([cols + 0.5, -(rows + 0.5)]) / MM
-    np.testing.assert_allclose(source, place @ linear.T + [x, y], atol=PLACE_PX)
+    np.testing.assert_allclose(source, place @ linear.T + [x, y], atol=POSITION_PX)
 
 
 @pytest.mark.parametrize("width_mm, height_mm, pixels", [(30.0, 20.0, (150, 100)), (30.09, 19.91, (150, 100))])
@@ -91,7 +91,7 @@ def test_a_page_coarser_than_its_texture_is_the_mean_of_its_pixels():
         assert np.abs(painting.image - blocks).max() <= ROUNDED
         assert painting.mask.shape == painting.source.shape[:2] == painting.image.shape[:2]
         of_its_block = factor * np.array([7, 5]) + factor // 2
-        np.testing.assert_allclose(painting.source[5, 7], of_its_block, atol=PLACE_PX)
+        np.testing.assert_allclose(painting.source[5, 7], of_its_block, atol=POSITION_PX)
         assert painting.resolution_ppi == pytest.approx(DPI)
 
 

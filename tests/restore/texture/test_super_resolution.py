@@ -14,9 +14,9 @@ from restore.texture.super_resolution import FACTOR, LENS_BLUR_PX, finer_scan, r
 FINE = 8  # pixels of the known picture to one of an image
 SIZE = 96, 128  # rows, columns of the images
 SHIFTS = [(0, 0), (4, 0), (0, 4), (4, 4), (-3, 5), (6, -2)]  # eighths of a pixel, right and down
-NEARER = 0.67  # the rest is the lens's blur and the pixel's area, which nothing brings back whole
-HALO = 3  # codes: the noise of the mean of six images
-PLACE_PX = 0.05  # of a registration: its parabola is fitted to noise and aliasing
+MAX_ERROR_RATIO = 0.67  # the rest is the lens's blur and the pixel's area, which nothing brings back whole
+MAX_OVERSHOOT = 3  # codes: the noise of the mean of six images
+REGISTRATION_PX = 0.05  # of a registration: its parabola is fitted to noise and aliasing
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,7 @@ def rms(a: np.ndarray, b: np.ndarray) -> float:
 def test_shifts_are_registered_to_a_twentieth_of_a_pixel(known, images, shift):
     found = registration(images[0], seen(known, *shift, seed=9))
     middle = np.array([SIZE[1] / 2, SIZE[0] / 2, 1])
-    np.testing.assert_allclose(found @ middle - middle[:2], -np.array(shift) / FINE, atol=PLACE_PX)
+    np.testing.assert_allclose(found @ middle - middle[:2], -np.array(shift) / FINE, atol=REGISTRATION_PX)
 
 
 def test_super_resolution_is_nearer_to_the_truth_than_one_enlarged_image(known, images):
@@ -59,7 +59,7 @@ def test_super_resolution_is_nearer_to_the_truth_than_one_enlarged_image(known, 
     found = super_resolve(images).image
     enlarged = cv2.resize(images[0], found.shape[1::-1], interpolation=cv2.INTER_CUBIC)
     assert found.shape == truth.shape
-    assert rms(found, truth) < NEARER * rms(enlarged, truth)
+    assert rms(found, truth) < MAX_ERROR_RATIO * rms(enlarged, truth)
 
 
 def test_the_super_resolved_picture_is_aligned_with_the_first_image(images):
@@ -67,13 +67,13 @@ def test_the_super_resolved_picture_is_aligned_with_the_first_image(images):
     again = cv2.resize(found, SIZE[::-1], interpolation=cv2.INTER_AREA)
     moved = registration(images[0], again)
     middle = np.array([SIZE[1] / 2, SIZE[0] / 2, 1])
-    np.testing.assert_allclose(moved @ middle, middle[:2], atol=PLACE_PX)
+    np.testing.assert_allclose(moved @ middle, middle[:2], atol=REGISTRATION_PX)
 
 
 def test_ink_has_no_halo(known, images):
     darker = [(image * 0.8).astype(np.uint8) for image in images]  # paper at 204: what is brighter can be seen
     paper = int(np.mean([np.percentile(image, 90) for image in darker]))
-    assert np.percentile(super_resolve(darker).image, 99) <= paper + HALO
+    assert np.percentile(super_resolve(darker).image, 99) <= paper + MAX_OVERSHOOT
 
 
 def test_a_uniform_picture_stays_uniform():

@@ -13,17 +13,17 @@ from restore.turntable import RotationAxis, merge_views
 from restore.turntable.register import register
 
 SPACING_MM = 0.95  # of the samples of a FAST scan at 900 mm
-FILLED = 0.9  # of the shadow; the rest is ink that no view sees
+MIN_FILLED = 0.9  # of the shadow; the rest is ink that no view sees
 ERROR_MM = 0.1  # rms along the normal: twice the noise; the crease, a sample wide, counts more than all the rest
 REGISTERED_MM = SPACING_MM / 4  # sub-sample
-CLEARLY = 0.1  # of a correlation: an open book's outline is much the same either way up
+MIN_CORRELATION_GAIN = 0.1  # of a correlation: an open book's outline is much the same either way up
 SIZE_MM = 3.0  # a FAST sample on the steep wall beside the gutter covers so much paper
-OFF_AXIS = np.array([0.4, -0.3, 0.3])  # mm: an axis that was calibrated carelessly
+AXIS_ERROR_MM = np.array([0.4, -0.3, 0.3])  # mm: an axis that was calibrated carelessly
 
 
 @pytest.fixture(scope="session")
 def merged(book):
-    careless = replace(book.axis, point=book.axis.point + OFF_AXIS)
+    careless = replace(book.axis, point=book.axis.point + AXIS_ERROR_MM)
     return merge_views(book.scans, book.turns, careless, reference=0)
 
 
@@ -43,7 +43,7 @@ def test_the_laser_shadow_is_filled_accurately(book, merged) -> None:
     hole = missed(book)
     assert hole.sum() > 500  # there is a shadow to fill
     filled = hole & merged.scan.measured
-    assert filled.sum() > FILLED * hole.sum()
+    assert filled.sum() > MIN_FILLED * hole.sum()
     truth = book.truths[0].points
     normal = np.cross(np.gradient(truth, axis=0), np.gradient(truth, axis=1))
     normal /= np.linalg.norm(normal, axis=2, keepdims=True)
@@ -56,7 +56,7 @@ def test_every_view_is_reported(book, merged) -> None:
     assert (reference.turn_deg, reference.filled, merged.warnings) == (0.0, 0, [])
     assert other.filled >= (missed(book) & merged.scan.measured).sum()
     assert other.residual_mm < 0.1
-    assert other.moved_mm == pytest.approx(2 * np.linalg.norm(OFF_AXIS[:2]), abs=REGISTERED_MM + 0.3)
+    assert other.moved_mm == pytest.approx(2 * np.linalg.norm(AXIS_ERROR_MM[:2]), abs=REGISTERED_MM + 0.3)
     assert merged.scan.provenance["views"][1]["residual_mm"] == other.residual_mm
 
 
@@ -72,11 +72,11 @@ def test_the_view_with_the_most_of_the_page_is_the_reference_and_rotated_upright
     assert chosen.scan.measured.sum() > book.scans[1].measured.sum()
     first, rolled = (cv2.resize(scan.texture, (64, 48)).astype(float) for scan in (merged.scan, chosen.scan))
     upright, upside_down = (np.corrcoef(first.ravel(), r.ravel())[0, 1] for r in (rolled, rolled[::-1, ::-1]))
-    assert upright > upside_down + CLEARLY
+    assert upright > upside_down + MIN_CORRELATION_GAIN
 
 
 def test_registration_is_accurate_to_less_than_a_sample(book) -> None:
-    careless = replace(book.axis, point=book.axis.point + OFF_AXIS)
+    careless = replace(book.axis, point=book.axis.point + AXIS_ERROR_MM)
     found = register(book.scans[1], book.scans[0], careless.turn(-180.0), SPACING_MM)
     true = book.axis.turn(-180.0)
     points = book.scans[1].points[book.scans[1].measured]
@@ -88,7 +88,7 @@ def test_views_without_colour_are_registered_by_their_surface(book) -> None:
     grey = [replace(scan, texture=None) for scan in book.scans]
     merged = merge_views(grey, book.turns, book.axis, reference=0)
     assert merged.warnings == []
-    assert (missed(book) & merged.scan.measured).sum() > FILLED * missed(book).sum()
+    assert (missed(book) & merged.scan.measured).sum() > MIN_FILLED * missed(book).sum()
 
 
 def test_a_page_that_moved_is_left_out(book) -> None:
