@@ -93,11 +93,8 @@ def merge_views(
     layers = []
     for index in used:
         if index != reference:
-            layers.append(
-                reference_view.subtract_offset(
-                    reference_view.render_inverse_depth(range_views[index], to_reference @ motions[index])
-                )
-            )
+            layer = reference_view.render_inverse_depth(range_views[index], to_reference @ motions[index])
+            layers.append(reference_view.subtract_offset(layer))
             views[index] = replace(views[index], filled=reference_view.count_fillable(layers[-1]))
     view_reports = [{key: value for key, value in vars(view).items() if value != ""} for view in views]
     provenance = {**reference_view.scan.provenance, "reference": reference, "views": view_reports}
@@ -105,11 +102,11 @@ def merge_views(
     return MergedViews(rotate_quarters(scan, _quarter_turns(motions[reference])), reference, tuple(views))
 
 
-def _register(view: RangeView, base: RangeView, start: Floats, turn: float) -> tuple[ViewReport, Floats]:
+def _register(view: RangeView, base: RangeView, initial: Floats, turn: float) -> tuple[ViewReport, Floats]:
     """Register a view with the base: its report, and the rigid motion (4, 4) from its frame to that of the base."""
-    motion = register(view.scan, base.scan, start, base.spacing)
-    middle = np.append(view.scan.points[view.scan.measured].mean(axis=0), 1.0)
-    moved = float(np.linalg.norm(((motion - start) @ middle)[:3]))
+    motion = register(view.scan, base.scan, initial, base.spacing)
+    centroid = np.append(view.scan.points[view.scan.measured].mean(axis=0), 1.0)
+    moved = float(np.linalg.norm(((motion - initial) @ centroid)[:3]))
     distances = base.surface_distance(base.render_inverse_depth(view, motion))
     residual = float(np.percentile(np.abs(distances), ONE_SIGMA_PERCENTILE)) if distances.size else None
     share = distances.size / min(int(range_view.scan.measured.sum()) for range_view in (view, base))
