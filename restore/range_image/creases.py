@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import label
 
+from restore.bands import in_threads
 from restore.numerics import TINY
 from restore.range_image.quadratic_fit import POWERS
 from restore.robust import robust_sigma
@@ -34,8 +37,7 @@ def find_creases(data: Floats, deviation: Floats, inside: Mask) -> Mask:
     interior = _eroded(inner, BORDER_MARGIN)
     strongest, direction = np.zeros(inside.shape, np.float32), np.zeros(inside.shape, np.uint8)
     angles = np.arange(DIRECTIONS) * np.pi / DIRECTIONS
-    for k, angle in enumerate(angles):
-        kink = _kink_sigmas(data, deviation, inner, interior, angle)
+    for k, kink in enumerate(in_threads(partial(_kink_sigmas, data, deviation, inner, interior), angles)):
         direction[kink > strongest] = k
         np.maximum(strongest, kink, out=strongest)
     ridge = np.zeros_like(inside)

@@ -8,6 +8,7 @@ import cv2
 import numba
 import numpy as np
 
+from restore.bands import in_bands, in_threads
 from restore.scan import Floats, Ints, Mask
 
 # Powers of (col, row) of the six terms.
@@ -35,17 +36,21 @@ def fit_quadratics(data: Floats, weight: Floats, wanted: Mask, radius: int) -> Q
     """Fit data (rows, cols) with weights (rows, cols) in windows of 2·radius + 1 samples round every wanted sample."""
     offsets = np.arange(-radius, radius + 1) / radius
 
-    def moment(image: Floats, p: int, q: int) -> Floats:
-        filtered: Floats = cv2.sepFilter2D(image, cv2.CV_64F, offsets**p, offsets**q, borderType=cv2.BORDER_CONSTANT)
-        return filtered
-
-    weights = np.stack([moment(weight, p, q) for p, q in MOMENTS])
     weighted = data * weight
-    right = np.stack([moment(weighted, p, q) for p, q in POWERS])
-    square = moment(data * weighted, 0, 0)
-    count = moment((weight > 0).astype(float), 0, 0)
+    images = [weight] * len(MOMENTS) + [weighted] * len(POWERS) + [data * weighted, (weight > 0).astype(float)]
+    moments = np.empty((len(images), *data.shape))
+
+    def filter_moment(k: int) -> None:
+        p, q = (*MOMENTS, *POWERS, (0, 0), (0, 0))[k]
+        kernels = offsets**p, offsets**q
+        cv2.sepFilter2D(images[k], cv2.CV_64F, *kernels, dst=moments[k], borderType=cv2.BORDER_CONSTANT)
+
+    in_threads(filter_moment, range(len(images)))
+    determined = wanted & (moments[-1] >= MIN_SAMPLES)
     scale = np.array([float(radius) ** (p + q) for p, q in POWERS])
-    return Quadratics(*_solve(weights, PACKED, right, square, count, wanted & (count >= MIN_SAMPLES), scale))
+    terms, variance = np.full((*data.shape, len(POWERS)), np.nan), np.full(data.shape, np.nan)
+    in_bands(lambda rows: _solve(moments, PACKED, determined, scale, rows.start, rows.stop, terms, variance), len(data))
+    return Quadratics(terms, variance)
 
 
 @numba.njit(cache=True)
@@ -67,16 +72,20 @@ def _factor(packed: Floats, factor: Floats) -> bool:
     return True
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _solve(
-    moments: Floats, packed: Ints, right: Floats, square: Floats, count: Floats, wanted: Mask, scale: Floats
-) -> tuple[Floats, Floats]:
-    _, rows, cols = right.shape
-    terms = np.full((rows, cols, 6), np.nan)
-    variance = np.full((rows, cols), np.nan)
+    moments: Floats, packed: Ints, wanted: Mask, scale: Floats, first: int, end: int, terms: Floats, variance: Floats
+) -> None:
+    """Write the terms and the variance of every wanted sample in the rows from first to end.
+
+    moments (23, rows, cols): of the weights in the order of MOMENTS, of the weighted data in the order of POWERS, the
+    weighted sum of squares, the number of samples.
+    """
+    _, _, cols = moments.shape
+    right, square, count = moments[15:21], moments[21], moments[22]
     normal, factor = np.empty(21), np.zeros((6, 6))
     solution, unit = np.empty(6), np.empty(6)
-    for r in range(rows):
+    for r in range(first, end):
         for c in range(cols):
             if not wanted[r, c]:
                 continue
@@ -103,4 +112,3 @@ def _solve(
                 solution[i] = entry / factor[i, i]
             variance[r, c] = max(square[r, c] - explained, 0.0) / (count[r, c] - 6.0)
             terms[r, c] = solution / scale
-    return terms, variance
