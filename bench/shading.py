@@ -26,7 +26,7 @@ from drivers.simulated.colour import NOISE_CODES, photograph
 from drivers.simulated.facemaps import FaceMaps
 from drivers.simulated.light import Lamp, Light
 from drivers.simulated.raycast import RayCaster
-from drivers.simulated.scene import lay
+from drivers.simulated.scene import place_sheet
 from drivers.simulated.sheets import Binding, Sheet
 from drivers.simulated.shot import printed, shoot_scene
 from drivers.vivid900.calibration import nominal
@@ -89,7 +89,7 @@ def case(sheet: Sheet, artwork: Artwork, light: Light) -> Case:
     """Shoot a page in some light, and lay it flat."""
     surface, unrolled = laid(sheet, artwork)
     lens = LENSES["MIDDLE"]
-    scene = lay(sheet, printed(artwork, PAGE_MM), depth_mm=DISTANCE_MM + lens.pupil_mm, light=light)
+    scene = place_sheet(sheet, printed(artwork, PAGE_MM), depth_mm=DISTANCE_MM + lens.pupil_mm, light=light)
     caster, maps, body = RayCaster(scene.vertices, scene.faces), FaceMaps.of(scene), nominal(lens)
 
     def picture(shaded: bool, noise: float) -> Bytes:
@@ -103,7 +103,7 @@ def case(sheet: Sheet, artwork: Artwork, light: Light) -> Case:
 def laid(sheet: Sheet, artwork: Artwork) -> tuple[Surface | SurfaceMesh, Unrolled]:
     """The surface of a page as the scanner measured it, and unrolled: the same in any light."""
     lens = LENSES["MIDDLE"]
-    scene = lay(sheet, printed(artwork, PAGE_MM), depth_mm=DISTANCE_MM + lens.pupil_mm)
+    scene = place_sheet(sheet, printed(artwork, PAGE_MM), depth_mm=DISTANCE_MM + lens.pupil_mm)
     scan, _ = shoot_scene(scene, nominal(lens), MODES["fine"], DISTANCE_MM, np.random.default_rng(SEED))
     surface = prepare(scan)
     return surface, unroll(surface, Settings(), lambda _: nullcontext())

@@ -13,7 +13,7 @@ import numpy as np
 
 from drivers.simulated import Flat, Markers, Pose, Spread, Text, Truth
 from drivers.simulated.artwork import Artwork
-from drivers.simulated.scene import Axle, Scene, lay
+from drivers.simulated.scene import Axle, Scene, place_sheet
 from drivers.simulated.sheets import Sheet
 from drivers.simulated.shot import printed, shoot_scene
 from drivers.vivid900.calibration import nominal
@@ -120,7 +120,7 @@ def _axis() -> None:
 
 
 def _scene(sheet: Sheet, pose: Pose, artwork: Artwork) -> Scene:
-    return lay(sheet, printed(artwork, PAGE_MM), depth_mm=DISTANCE_MM + LENS.pupil_mm, pose=pose)
+    return place_sheet(sheet, printed(artwork, PAGE_MM), depth_mm=DISTANCE_MM + LENS.pupil_mm, pose=pose)
 
 
 def _views(scene: Scene, turns: Sequence[float]) -> tuple[list[RangeScan], list[Truth]]:

@@ -1,4 +1,4 @@
-"""Range scanners. `open_scanner(config)` is the door, `open_turntable` the one with a rotary stage before it."""
+"""Range scanners: `open_scanner(config)` opens one, `open_turntable` one with a rotary stage in front of it."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def open_scanner(config: Mapping[str, Any]) -> Scanner:
 def open_turntable(
     config: Mapping[str, Any], *, model: str, port: str, relative: bool = False
 ) -> Iterator[tuple[Scanner, RotaryStage]]:
-    """A scanner and the rotary stage before it; leaving lets both go, the laser off and the stage stopped.
+    """A scanner and its rotary stage as a context manager; on exit the laser is off, the stage stopped, both closed.
 
     config           the table `[scanner]`, as for `open_scanner`.
     model, relative  of the stage's controller, as for `open_stage`.

@@ -1,9 +1,9 @@
-"""What every scanner can do, and what can go wrong with one.
+"""The interface of every scanner, its settings, and its errors.
 
-ScannerError            anything below; carries the exit code and what to do now (exit code 4)
-├── SettingsError       the caller asked for something the scanner cannot do
+ScannerError            base class; carries the exit code (4) and a hint: what to do now
+├── SettingsError       the caller's settings are outside what the scanner can do
 ├── DeviceError         the scanner reports a fault of its own
-└── TransportError      the way to the scanner failed
+└── TransportError      the connection to the scanner failed
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ Progress = Callable[[str, float], None]
 MIN_DISTANCE_MM, MAX_DISTANCE_MM = 500.0, 2500.0  # hardware manual p. 56, and the error "out of distance range"
 MAX_LASER_POWER = 255
 MAX_GAIN = 7
-MAX_AVERAGE = 64  # four minutes of shots; noise is an eighth by then, and what does not average out is left
+MAX_AVERAGE = 64  # four minutes of shots; noise is an eighth by then, and only systematic error remains
 
 
 class ScannerError(Exception):
-    """A capture that cannot go on. `hint` says what to do now."""
+    """Base class of all scanner faults. `hint` says what to do now."""
 
     exit_code = 4
 
@@ -43,19 +43,19 @@ class DeviceError(ScannerError):
 
 
 class TransportError(ScannerError):
-    """Raised when the scanner cannot be reached or the way to it breaks."""
+    """Raised when the scanner cannot be reached or the connection to it breaks."""
 
 
 @dataclass(frozen=True)
 class CaptureSettings:
-    """One shot.
+    """Settings of one capture.
 
     mode         "fine": 640×480 samples in 2.5 s; "fast": 320×240 samples in 0.3 s.
-    distance_mm  distance from the front of the lens to the page, 500 to 2500; None focuses by itself.
+    distance_mm  distance from the front of the lens to the page, 500 to 2500; None uses autofocus.
     laser_power  1 to 255; None lets the scanner choose.
     gain         CCD gain, 0 to 7; None lets the scanner choose.
     average      shots to take of the same and average, 1 to 64: noise falls as 1/√average.
-    multi_depth  focus nearer and farther as well where the page is deeper than one shot measures.
+    multi_depth  take further shots focused nearer and farther where the page exceeds the depth window.
     """
 
     mode: Literal["fine", "fast"] = "fine"
@@ -87,7 +87,7 @@ class Scanner(Protocol):
         ...
 
     def close(self) -> None:
-        """Switch the laser off and let the device go. Safe to call twice."""
+        """Switch the laser off and close the device. Safe to call twice."""
         ...
 
     def __enter__(self) -> Self: ...

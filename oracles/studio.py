@@ -9,8 +9,8 @@ import numpy as np
 
 from drivers.simulated import Binding, Crumpled, Curl, Figure, Miura, Pose, Spread, Text, Wave
 from drivers.simulated.artwork import Artwork
-from drivers.simulated.camera import Camera, Exposure, aim, take
-from drivers.simulated.scene import Scene, lay
+from drivers.simulated.camera import Camera, Exposure, look_at, photograph_scene
+from drivers.simulated.scene import Scene, place_sheet
 from drivers.simulated.sheets import Sheet
 from drivers.simulated.shot import Truth, printed, shoot_scene
 from drivers.vivid900.calibration import nominal
@@ -54,7 +54,7 @@ class View:
 
     def camera(self, size: tuple[int, int], *, tangential: float = 0.001, offset: float = 0.004) -> Camera:
         """The camera for a size (w, h), its lens a little askew."""
-        return aim(
+        return look_at(
             PAGE, PAGE + self.place, size=size, focal_px=self.focal * size[0], roll_deg=self.roll_deg,
             offset=(offset * size[0], -0.75 * offset * size[0]), radial=(self.k1, self.k2, 0.0),
             tangential=(tangential, -0.7 * tangential),
@@ -73,7 +73,7 @@ VIEWS = {
 def scan_page(sheet: Sheet, artwork: Artwork) -> tuple[Scene, RangeScan, Truth]:
     """The scene with a page before the scanner, its scan and the truth about it; made once."""
     depth = DISTANCE_MM + LENS.pupil_mm
-    scene = lay(sheet, printed(artwork, A4), depth_mm=depth, pose=Pose(tilt_deg=3.0))
+    scene = place_sheet(sheet, printed(artwork, A4), depth_mm=depth, pose=Pose(tilt_deg=3.0))
     scan, truth = shoot_scene(scene, nominal(LENS), MODES["fine"], DISTANCE_MM, np.random.default_rng(SEED))
     return scene, scan, truth
 
@@ -86,7 +86,7 @@ def restored_mesh(sheet: Sheet, artwork: Artwork) -> FlatMesh:
 
 def take_photograph(scene: Scene, camera: Camera, *, seed: int = SEED, exposure: Exposure | None = None) -> Bytes:
     """(h, w, 3) photograph of the scene through a camera, by the light of a window if no exposure is given."""
-    return take(scene, camera, exposure or Exposure(), np.random.default_rng(seed))
+    return photograph_scene(scene, camera, exposure or Exposure(), np.random.default_rng(seed))
 
 
 def reprojection_errors(page: FlatMesh, truth: Truth, camera: Camera, found: Registration) -> Floats:

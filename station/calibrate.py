@@ -17,7 +17,7 @@ from station.telling import faults_told, say
 
 if TYPE_CHECKING:
     from drivers.vivid900.board import Board
-    from drivers.vivid900.calibrate import Calibrated
+    from drivers.vivid900.calibrate import CalibrationResult
     from restore import RangeScan
 
 BOARD_DPI = 300.0  # of an office printer
@@ -73,24 +73,24 @@ def calibrate(
     with faults_told(debug=debug):
         from drivers.vivid900.calibrate import calibrate as adjust
         from drivers.vivid900.calibration import encode_calibration
-        from drivers.vivid900.plates import body_of_scans, plate_shot
+        from drivers.vivid900.plates import nominal_of_scans, plate_shot
         from station.export.atomic import refuse_existing, write_all
 
         refuse_existing([output], force=force)
         printed = _board(columns, rows, marker, pitch)
         stored = list(_load(scans))
         shots = [plate_shot(scan, printed, front_mm=front_mm) for scan, front_mm in stored]
-        found = adjust(shots, body_of_scans([scan for scan, _ in stored]))
+        found = adjust(shots, nominal_of_scans([scan for scan, _ in stored]))
         told = list(_summary(found, len(shots)))
         write_all([(output, encode_calibration(found.calibration, comments=told).encode())], force=force)
         say(json.dumps(asdict(found)) if as_json else "\n".join([*told, str(output)]))
 
 
 def _board(columns: int, rows: int, marker_mm: float, pitch_mm: float) -> Board:
-    from drivers.vivid900.board import MOST_MARKERS, Board
+    from drivers.vivid900.board import MAX_MARKERS, Board
 
-    if columns * rows > MOST_MARKERS:
-        raise UsageError(f"a board has {MOST_MARKERS} markers at most", "lower --columns or --rows")
+    if columns * rows > MAX_MARKERS:
+        raise UsageError(f"a board has {MAX_MARKERS} markers at most", "lower --columns or --rows")
     if pitch_mm <= marker_mm:
         raise UsageError("the markers would overlap", "--pitch has to be greater than --marker")
     return Board(columns, rows, marker_mm, pitch_mm)
@@ -112,7 +112,7 @@ def _load(scans: Sequence[str]) -> Iterator[tuple[RangeScan, float | None]]:
         yield scan, front_mm
 
 
-def _summary(found: Calibrated, shots: int) -> Iterator[str]:
+def _summary(found: CalibrationResult, shots: int) -> Iterator[str]:
     body = found.calibration
     yield f"{body.lens} {body.lens_serial} on body {body.body}".replace("  ", " ").removesuffix(" on body ")
     yield f"{shots} shots; rms of the markers {found.markers_px:.3f} px, of the samples {found.lines:.3f} lines"

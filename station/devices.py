@@ -13,7 +13,7 @@ from station.options import Debug, Json
 from station.telling import faults_told, say
 
 if TYPE_CHECKING:
-    from drivers.vivid900.discovery import Host, Likeness, ScsiDevice, SerialPort, UsbBridge
+    from drivers.vivid900.discovery import Host, NameFilter, ScsiDevice, SerialPort, UsbBridge
 
 
 @dataclass(frozen=True)
@@ -43,14 +43,14 @@ Probe = Annotated[
 ]
 
 
-def search(host: Host, likeness: Likeness, *, probe: bool = False) -> Found:
+def search(host: Host, name_filter: NameFilter, *, probe: bool = False) -> Found:
     """Look everywhere. probe: ask behind USB bridges, too."""
     from drivers.scanner import TransportError
     from drivers.vivid900.discovery import find_bridges, find_scsi, find_serial_ports, probe_bridges
 
-    scsi, serial = find_scsi(host, likeness), find_serial_ports(host)
+    scsi, serial = find_scsi(host, name_filter), find_serial_ports(host)
     try:
-        behind = list(probe_bridges(host, likeness)) if probe else []
+        behind = list(probe_bridges(host, name_filter)) if probe else []
         return Found(scsi + behind, find_bridges(host), serial, probed=probe)
     except TransportError as error:
         return Found(scsi, [], serial, no_usb=str(error))
@@ -73,7 +73,7 @@ def devices(
         host = discovery.Host()
         if rescan:
             discovery.rescan(host)
-        found = search(host, discovery.Likeness(vendor, product), probe=probe)
+        found = search(host, discovery.NameFilter(vendor, product), probe=probe)
         say(json.dumps(as_data(found)) if as_json else "\n".join(listing(found)))
 
 

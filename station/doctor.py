@@ -18,7 +18,7 @@ from station.options import Debug, Json
 from station.telling import faults_told, say
 
 if TYPE_CHECKING:
-    from drivers.vivid900.discovery import Host, Likeness
+    from drivers.vivid900.discovery import Host, NameFilter
     from restore import SystemLibrary
 
 PROBLEM_CODE = 4  # a device cannot be used
@@ -55,7 +55,7 @@ Languages = Callable[[], Sequence[str] | None]
 
 def examine(
     host: Host,
-    likeness: Likeness,
+    name_filter: NameFilter,
     languages: Languages,
     missing: Sequence[SystemLibrary] = (),
     *,
@@ -66,12 +66,12 @@ def examine(
     missing  libraries that the system lacks.
     probe    ask behind USB bridges, too.
     """
-    found = search(host, likeness, probe=probe)
+    found = search(host, name_filter, probe=probe)
     return [
         *_libraries(missing),
         _libusb(found),
         _scsi_driver(host),
-        *_scanners(found, likeness),
+        *_scanners(found, name_filter),
         *_bridges(found),
         *_serial_ports(found),
         _words(languages()),
@@ -104,13 +104,13 @@ def _scsi_driver(host: Host) -> Check:
     return Check("sg", "problem", "the kernel's generic SCSI driver (sg) is not loaded", hint)
 
 
-def _scanners(found: Found, likeness: Likeness) -> Iterator[Check]:
+def _scanners(found: Found, name_filter: NameFilter) -> Iterator[Check]:
     for scanner in found.scanners:
         told = f"{scanner.identity} at {scanner.where}"
         if not scanner.problem:
             yield Check("scanner", "ok", f"{told} answers")
         else:
-            hint = _add_rule(scsi_rule(likeness)) if "udev" in scanner.hint else scanner.hint
+            hint = _add_rule(scsi_rule(name_filter)) if "udev" in scanner.hint else scanner.hint
             yield Check("scanner", "problem", f"{told}: {scanner.problem}", hint)
     if not found.scanners:
         yield Check("scanner", "problem", "no scanner was found", PROBE if _may_hide_one(found) else LATE)
@@ -156,9 +156,9 @@ def _words(languages: Sequence[str] | None) -> Check:
     return Check("tesseract", "ok", f"tesseract reads {', '.join(languages)} (more: {install}-<language>)")
 
 
-def scsi_rule(likeness: Likeness) -> str:
+def scsi_rule(name_filter: NameFilter) -> str:
     """The udev rule that lets whoever sits at the computer use the scanner's node."""
-    names = f'ATTRS{{vendor}}=="*{likeness.vendor}*", ATTRS{{model}}=="*{likeness.product}*"'
+    names = f'ATTRS{{vendor}}=="*{name_filter.vendor}*", ATTRS{{model}}=="*{name_filter.product}*"'
     return f'SUBSYSTEM=="scsi_generic", {names}, TAG+="uaccess"'
 
 
@@ -217,9 +217,9 @@ def doctor(
             for package in missing_packages(tesseract_languages, missing_libraries()):
                 say(package)
             raise typer.Exit
-        from drivers.vivid900.discovery import Host, Likeness
+        from drivers.vivid900.discovery import Host, NameFilter
 
-        checks = examine(Host(), Likeness(vendor, product), tesseract_languages, missing_libraries(), probe=probe)
+        checks = examine(Host(), NameFilter(vendor, product), tesseract_languages, missing_libraries(), probe=probe)
         say(json.dumps([asdict(check) for check in checks]) if as_json else "\n".join(report(checks)))
     if any(check.state == "problem" for check in checks):
         raise typer.Exit(PROBLEM_CODE)

@@ -1,7 +1,7 @@
-"""A simulated Vivid 900: warped pages whose flat truth is known, seen through the scanner's optics.
+"""A simulated Vivid 900: warped pages with known ground truth, imaged by the scanner's optics.
 
-`connect(config)` opens it as a scanner: the real driver over a device that answers bytes, which is `rig(config)`.
-`shoot(sheet, …)` is one shot without any of that, together with the truth about it.
+`connect(config)` opens it as a scanner: the real driver over `rig(config)`, a device that answers command bytes.
+`shoot(sheet, …)` takes one shot without driver and device, and returns it with its ground truth.
 """
 
 from __future__ import annotations

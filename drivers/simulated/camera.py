@@ -1,4 +1,4 @@
-"""Any other camera: a photograph of the same scene from anywhere, by another light, through a lens that distorts.
+"""Photographs of the same scene by a hand-held camera: any pose, other light, a lens with distortion.
 
 Camera coordinates are x right, y down and z forward; pixels (x right, y down), the centre of the upper left one (0, 0).
 """
@@ -68,7 +68,7 @@ class Camera:
 
 @dataclass(frozen=True, eq=False)
 class Exposure:
-    """The light that a photograph is taken by, and what the sensor makes of it.
+    """Light and sensor response of a photograph.
 
     lamp      (3,) direction from the page to the lamp.
     ambient   share of the light that comes from all sides.
@@ -88,7 +88,7 @@ class Exposure:
     noise: float = 2.0
 
 
-def aim(
+def look_at(
     target: Floats,
     position: Floats,
     *,
@@ -114,7 +114,7 @@ def aim(
     return Camera(axes, np.asarray(position, float), size, focal_px, centre, radial, tangential)
 
 
-def take(scene: Scene, camera: Camera, exposure: Exposure, rng: np.random.Generator) -> Bytes:
+def photograph_scene(scene: Scene, camera: Camera, exposure: Exposure, rng: np.random.Generator) -> Bytes:
     """(h, w, 3) uint8 RGB (sRGB): the scene through the camera."""
     import cv2
 

@@ -1,10 +1,10 @@
-"""Time that passes only when someone waits for it."""
+"""A virtual clock: time passes only in `sleep`."""
 
 from __future__ import annotations
 
 
 class VirtualClock:
-    """A clock in seconds. Calling it tells the time; `sleep` is how it passes."""
+    """A clock in seconds: calling it returns the time, `sleep` advances it."""
 
     def __init__(self, start: float = 0.0) -> None:
         self._now = start
@@ -13,5 +13,5 @@ class VirtualClock:
         return self._now
 
     def sleep(self, seconds: float) -> None:
-        """Let time pass."""
+        """Advance the time."""
         self._now += max(seconds, 0.0)

@@ -14,22 +14,22 @@ from numpy.typing import NDArray
 
 from drivers.simulated.albedo import colour_codes, linear, srgb
 from drivers.simulated.facemaps import FaceMaps
-from drivers.simulated.illumination import irradiance, seen_of_lamp, seen_of_room
+from drivers.simulated.illumination import irradiance, lamp_visibility, sky_view_factor
 from drivers.simulated.optics import LENS_CENTRE
 from drivers.simulated.raycast import RayCaster
 from drivers.simulated.scene import Scene
 from drivers.vivid900.calibration import Calibration
-from drivers.vivid900.lenses import TEXTURE_COLS, TEXTURE_ROWS
 from drivers.vivid900.triangulation import tangents
 from restore.scan import Bytes, Floats, Ints, Mask
+from restore.vivid import TEXTURE_COLS, TEXTURE_ROWS
 
 # Rays across and down a pixel; the print is averaged over the share of each ray as well.
 SUBSAMPLES = 3
 BLUR_PX = 0.35  # standard deviation of the lens's blur: with the pixel's own area, edges rise within about one pixel
 NOISE_CODES = 1.5  # standard deviation of the sensor's noise in 8-bit codes
-ROOM_STEP = 4  # pixels: how much of the room is seen changes slowly, and costs 64 rays to tell
+ROOM_STEP = 4  # pixels: the sky view factor varies slowly, and costs 64 rays a sample
 _INK, _LIGHT = slice(0, 3), slice(3, 6)  # channels of what a ray sees
-VOID = 29.0  # code of what lies beyond the table: an unlit room
+VOID = 29.0  # code beyond the table: an unlit room
 EXPOSURE = 0.90  # white paper facing the scanner comes out at code 226, below clipping where it faces the lamp
 
 
@@ -89,8 +89,8 @@ def _light(
     depth_mm = -float(scene.surface.shift[2])
     fields = irradiance(scene.light, maps, face, points.astype(float), depth_mm)
     if scene.light.shadows:
-        room = partial(seen_of_room, caster)
-        lamps = (partial(seen_of_lamp, lamp, caster) for lamp in scene.light.lamps)
+        room = partial(sky_view_factor, caster)
+        lamps = (partial(lamp_visibility, lamp, caster) for lamp in scene.light.lamps)
         shares = [_at_pixels(room, maps, seen, face, points, ROOM_STEP)]
         shares += [_at_pixels(lamp, maps, seen, face, points, 1) for lamp in lamps]
         fields = [field * share[seen][:, None] for field, share in zip(fields, shares, strict=True)]

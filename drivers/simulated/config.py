@@ -46,10 +46,10 @@ class ScannerConfig(BaseModel):
     """The table `[scanner]`. `distance_mm` is where the page lies, and where the scanner focuses by itself.
 
     profile      name or file of the command profile that device and driver speak.
-    calibration  file that the driver takes for the body's; the manual's figures when there is none.
-    body         calibration file of what the simulated body really is; the driver is not told.
-    nudge_px     how far, in pixels of the colour image, a hand moves the page at most between captures; on a rotary
-                 stage it does not.
+    calibration  calibration file that the driver uses; the manual's figures when there is none.
+    body         calibration file of the simulated body's true geometry, which the driver does not know.
+    nudge_px     largest displacement of the page between captures, in pixels of the colour image; none on a rotary
+                 stage.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)

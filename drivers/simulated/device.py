@@ -1,4 +1,4 @@
-"""A simulated Vivid 900 that answers command bytes: everything above it is the real driver.
+"""A simulated Vivid 900 that answers command bytes; everything above it is the real driver.
 
 Timing and behaviour follow the VIVID 910 hardware manual (9222-1888-19); the pages are given. The bytes are those of
 a command profile, by default Planish's own.
@@ -11,10 +11,10 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from drivers.scanner import MAX_DISTANCE_MM, MIN_DISTANCE_MM, ScannerError, TransportError
-from drivers.simulated.exposing import suiting_paper
-from drivers.simulated.log import Log
-from drivers.simulated.record import Record, record
+from drivers.simulated.event_log import Log
+from drivers.simulated.exposure import exposure_for_paper
 from drivers.simulated.sensor import Sensor
+from drivers.simulated.shot_data import ShotData, read_out
 from drivers.vivid900 import commands, scsi
 from drivers.vivid900.body import RANGE_MODES
 from drivers.vivid900.commands import Parameters, State, Status
@@ -38,7 +38,7 @@ BAD_PARAMETER, NO_DATA = Sense(Key.ILLEGAL_REQUEST, 0x26), Sense(Key.ILLEGAL_REQ
 
 @dataclass(frozen=True, eq=False)
 class Lens:
-    """A mounted lens: its name, its serial number, and what the CCD sees through it."""
+    """A mounted lens: name, serial number, and the sensor behind it."""
 
     name: Literal["TELE", "MIDDLE", "WIDE"]
     serial: int
@@ -60,10 +60,10 @@ class SimulatedDevice:
     """The device's side of the bus, on at first and past its self test.
 
     clock    its time; busy times end when the clock says so.
-    log      what happened, and when the laser burned.
-    barrier  whether the laser barrier stands before the laser.
-    fails    message that the next operation leaves on the panel, empty for none.
-    parked   what happens when the laser has been switched off: somebody may reach in.
+    log      events, and the times when the laser was on.
+    barrier  whether the laser barrier covers the laser window.
+    fails    panel message of the next operation, empty for none.
+    parked   called when the laser power was set to 0: the page may be moved then.
     """
 
     def __init__(
@@ -80,11 +80,11 @@ class SimulatedDevice:
         self.parameters, self.panel, self.shot, self.focused = Parameters(), "", 0, 0
         self._clock, self._on, self._ready_at = clock, True, clock()
         self._attentions, self._sense = [POWER_ON], Sense(Key.NO_SENSE)
-        self._busy_until, self._ending, self._record = clock(), _nothing, Record()
+        self._busy_until, self._ending, self._record = clock(), _nothing, ShotData()
 
     @property
     def state(self) -> State | Literal["off"]:
-        """What it is doing."""
+        """State of the device."""
         now = self._clock()
         if not self._on:
             return "off"
@@ -103,18 +103,18 @@ class SimulatedDevice:
         return not self.log.laser_is_on and self.parameters.laser_power == 0
 
     def power_off(self) -> None:
-        """Switch it off: it forgets everything."""
+        """Switch it off: all data is lost."""
         self._on = False
         self._forget("power off")
 
     def power_on(self) -> None:
-        """Switch it on: it tests itself, and tells that it was switched on."""
+        """Switch it on: it runs its self test, and reports the power-on."""
         self._on, self._ready_at, self.shot, self.focused = True, self._clock() + SELF_TEST_S, 0, 0
         self._forget("power on")
         self._attentions = [POWER_ON]
 
     def reset(self) -> None:
-        """A reset of the bus: it forgets everything without a self test."""
+        """A reset of the bus: all data is lost, without a self test."""
         self._forget("reset")
         self._attentions = [POWER_ON]
 
@@ -126,7 +126,7 @@ class SimulatedDevice:
             self._attentions.append(LENS_CHANGED)
 
     def execute(self, cdb: bytes, data_out: bytes, data_in_length: int) -> Reply:
-        """See Target. Raises TransportError when it is off: nobody answers."""
+        """See Target. Raises TransportError when it is off."""
         if not self._on:
             raise TransportError("no device answers", "switch the scanner on")
         known = commands.parse_command(self.profile, cdb)
@@ -153,8 +153,8 @@ class SimulatedDevice:
             revision = firmware.revisions[0].replace("*", "9").replace("?", "9")
             return Identity(scsi.PROCESSOR_TYPE, firmware.vendor, firmware.product, revision).build()
         if opcode == scsi.REQUEST_SENSE:
-            told, self._sense = self._sense, Sense(Key.NO_SENSE)
-            return told.build()
+            sense, self._sense = self._sense, Sense(Key.NO_SENSE)
+            return sense.build()
         if self._attentions:
             raise _Refused(self._attentions.pop(0))
         self._require_free()
@@ -164,7 +164,7 @@ class SimulatedDevice:
 
     def _status(self, _data: bytes, **_values: int) -> bytes:
         state = self.state
-        assert state != "off"  # nobody would answer
+        assert state != "off"  # execute() raises before
         numbers = {
             "shot": self.shot,
             "focused": self.focused,
@@ -179,13 +179,13 @@ class SimulatedDevice:
 
     def _write_parameters(self, data: bytes, **_values: int) -> bytes:
         self._require_free()
-        burned = self.parameters.laser_power > 0
+        was_on = self.parameters.laser_power > 0
         try:
             self.parameters = commands.parse_parameters(self.profile, data)
         except ScannerError as error:
             raise _Refused(BAD_PARAMETER) from error
         self.log.add("parameters", f"laser power {self.parameters.laser_power}")
-        if burned and self.parameters.laser_power == 0:
+        if was_on and self.parameters.laser_power == 0:
             self._parked()
         return b""
 
@@ -202,12 +202,12 @@ class SimulatedDevice:
         def focus() -> None:
             self._take_distance()
             if not self.panel:
-                power, gain = suiting_paper(self.parameters.distance_mm)
+                power, gain = exposure_for_paper(self.parameters.distance_mm)
                 self.parameters = replace(self.parameters, laser_power=power, gain=gain)
 
         self._begin("autofocus", ACTIVE_AF_S, focus)
         self.focused += 1
-        self.log.burn(self._clock(), ACTIVE_AF_S, AF_POWER)
+        self.log.laser_on(self._clock(), ACTIVE_AF_S, AF_POWER)
         return b""
 
     def _release(self, _data: bytes) -> bytes:
@@ -221,12 +221,12 @@ class SimulatedDevice:
 
         def expose() -> None:
             if not self.panel:
-                self._record = record(self.lens.sensor, self.profile, parameters, shot, swept)
+                self._record = read_out(self.lens.sensor, self.profile, parameters, shot, swept)
 
         self._begin("release", seconds, expose)
-        self.shot, self._record = shot, Record(swept=swept)
+        self.shot, self._record = shot, ShotData(swept=swept)
         if parameters.mode.has_range:
-            self.log.burn(self._clock() + motor, RANGE_MODES[parameters.mode].seconds, parameters.laser_power)
+            self.log.laser_on(self._clock() + motor, RANGE_MODES[parameters.mode].seconds, parameters.laser_power)
         return b""
 
     def _read_pitch(self, _data: bytes, *, offset: int, length: int) -> bytes:
@@ -275,8 +275,8 @@ class SimulatedDevice:
 
     def _forget(self, why: str) -> None:
         self.log.add(why)
-        self.log.cut_off()
-        self.parameters, self.panel, self._record = Parameters(), "", Record()
+        self.log.laser_off()
+        self.parameters, self.panel, self._record = Parameters(), "", ShotData()
         self._busy_until, self._ending = self._clock(), _nothing
 
 

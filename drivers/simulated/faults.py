@@ -1,4 +1,4 @@
-"""Faults put between a driver and a device by the number of the command: what buses and devices do on bad days."""
+"""Fault injection between driver and device, by the number of the command: faults of buses and devices."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ DAMAGED_EVERY = 97  # bytes from one damaged byte to the next: every chunk and e
 
 @dataclass(frozen=True)
 class Call:
-    """A command on its way."""
+    """A command in transfer."""
 
     cdb: bytes
     data_out: bytes
@@ -29,7 +29,7 @@ Fault = Callable[["FaultyDevice", Call], Reply]
 
 
 class FaultyDevice:
-    """A device whose commands go wrong by a script.
+    """A device behind a connection that injects scripted faults.
 
     script  number of the command, 0 for the first since the script was set → fault. A command counts when a driver
             sends it; REQUEST SENSE after a fault counts as well.
@@ -43,14 +43,14 @@ class FaultyDevice:
         self.remembered: dict[bytes, Reply] = {}
 
     def set_script(self, script: Mapping[int, Fault]) -> None:
-        """Begin to count anew; what was unplugged is plugged in again."""
+        """Restart the count with a new script; a disconnected device is connected again."""
         self.script, self.count, self.connected, self.sense = dict(script), 0, True, None
 
     def execute(self, cdb: bytes, data_out: bytes, data_in_length: int) -> Reply:
-        """See Target. Raises TransportError where the script breaks the way."""
+        """See Target. Raises TransportError where the script breaks the connection."""
         if not self.connected:
             raise TransportError("no device answers", "check the cable")
-        fault, call = self.script.get(self.count, passed_on), Call(cdb, data_out, data_in_length)
+        fault, call = self.script.get(self.count, no_fault), Call(cdb, data_out, data_in_length)
         self.count += 1
         reply = fault(self, call)
         if fault is not stale:
@@ -58,128 +58,128 @@ class FaultyDevice:
         self.last = reply
         return reply
 
-    def passed_on(self, call: Call) -> Reply:
-        """What the device itself answers, or the sense data of a scripted fault."""
+    def no_fault(self, call: Call) -> Reply:
+        """The device's own answer, or the sense data of a scripted fault."""
         if call.cdb[:1] == bytes([REQUEST_SENSE]) and self.sense is not None:
-            told, self.sense = self.sense, None
-            return Reply(GOOD, told.build()[: call.data_in_length])
+            scripted, self.sense = self.sense, None
+            return Reply(GOOD, scripted.build()[: call.data_in_length])
         return self.device.execute(call.cdb, call.data_out, call.data_in_length)
 
 
-def passed_on(way: FaultyDevice, call: Call) -> Reply:
+def no_fault(faulty: FaultyDevice, call: Call) -> Reply:
     """No fault."""
-    return way.passed_on(call)
+    return faulty.no_fault(call)
 
 
 def sense(key: Key, code: int = 0, qualifier: int = 0) -> Fault:
-    """The device does not do the command, and says why."""
+    """The device refuses the command with sense data."""
 
-    def fault(way: FaultyDevice, _call: Call) -> Reply:
-        way.sense = Sense(key, code, qualifier)
+    def fault(faulty: FaultyDevice, _call: Call) -> Reply:
+        faulty.sense = Sense(key, code, qualifier)
         return Reply(CHECK_CONDITION)
 
     return fault
 
 
-def recovered(way: FaultyDevice, call: Call) -> Reply:
-    """The device does the command, and says that it had to try more than once."""
-    reply = way.passed_on(call)
+def recovered(faulty: FaultyDevice, call: Call) -> Reply:
+    """The device executes the command and reports a recovered error."""
+    reply = faulty.no_fault(call)
     if reply.status != GOOD:
         return reply
-    way.sense = Sense(Key.RECOVERED_ERROR, 0x17, 0x01)
+    faulty.sense = Sense(Key.RECOVERED_ERROR, 0x17, 0x01)
     return Reply(CHECK_CONDITION, reply.data)
 
 
 def status(value: int) -> Fault:
-    """The device does not do the command, and answers with a status alone."""
-    return lambda _way, _call: Reply(value)
+    """The device does not execute the command and returns only a status."""
+    return lambda _faulty, _call: Reply(value)
 
 
-def without_sense(_way: FaultyDevice, _call: Call) -> Reply:
-    """CHECK CONDITION whose sense data makes no sense."""
+def without_sense(_faulty: FaultyDevice, _call: Call) -> Reply:
+    """CHECK CONDITION with invalid sense data."""
     return Reply(CHECK_CONDITION, b"", b"\x00\x12\x34")
 
 
-def short(way: FaultyDevice, call: Call) -> Reply:
-    """Half of the data comes."""
-    reply = way.passed_on(call)
+def short(faulty: FaultyDevice, call: Call) -> Reply:
+    """Half of the data is transferred."""
+    reply = faulty.no_fault(call)
     return Reply(reply.status, reply.data[: len(reply.data) // 2], reply.sense)
 
 
-def empty(way: FaultyDevice, call: Call) -> Reply:
-    """None of the data comes."""
-    return Reply(way.passed_on(call).status)
+def empty(faulty: FaultyDevice, call: Call) -> Reply:
+    """None of the data is transferred."""
+    return Reply(faulty.no_fault(call).status)
 
 
-def long(way: FaultyDevice, call: Call) -> Reply:
-    """More data comes than was asked for."""
-    reply = way.passed_on(call)
+def long(faulty: FaultyDevice, call: Call) -> Reply:
+    """More data is transferred than requested."""
+    reply = faulty.no_fault(call)
     return Reply(reply.status, reply.data + bytes(range(64)), reply.sense)
 
 
-def corrupt(way: FaultyDevice, call: Call) -> Reply:
-    """Bytes are changed on their way, in either direction."""
-    reply = way.passed_on(Call(call.cdb, _damaged(call.data_out), call.data_in_length))
+def corrupt(faulty: FaultyDevice, call: Call) -> Reply:
+    """Bytes are corrupted, in either direction."""
+    reply = faulty.no_fault(Call(call.cdb, _damaged(call.data_out), call.data_in_length))
     return Reply(reply.status, _damaged(reply.data), reply.sense)
 
 
-def stale(way: FaultyDevice, call: Call) -> Reply:
-    """The data of the last time that the same was asked comes, of an earlier shot maybe."""
-    reply = way.passed_on(call)
-    return way.remembered.get(call.cdb, reply)
+def stale(faulty: FaultyDevice, call: Call) -> Reply:
+    """The answer to the last identical command is repeated, maybe of an earlier shot."""
+    reply = faulty.no_fault(call)
+    return faulty.remembered.get(call.cdb, reply)
 
 
-def duplicate(way: FaultyDevice, call: Call) -> Reply:
-    """The answer to the command before comes once more in place of this one's."""
-    earlier = way.last
-    way.passed_on(call)
+def duplicate(faulty: FaultyDevice, call: Call) -> Reply:
+    """The answer to the previous command is repeated in place of this one's."""
+    earlier = faulty.last
+    faulty.no_fault(call)
     return earlier
 
 
-def lost(_way: FaultyDevice, call: Call) -> Reply:
-    """The device never sees the command, and the way says that all went well."""
+def lost(_faulty: FaultyDevice, call: Call) -> Reply:
+    """The device never receives the command, and the connection reports success."""
     return Reply(GOOD, bytes(call.data_in_length))
 
 
-def timed_out(way: FaultyDevice, call: Call) -> Reply:
-    """The device does the command, but its answer never comes."""
-    way.passed_on(call)
+def timed_out(faulty: FaultyDevice, call: Call) -> Reply:
+    """The device executes the command, but its answer is lost."""
+    faulty.no_fault(call)
     raise TransportError("the scanner did not answer in time", "check the cable")
 
 
-def unheard(_way: FaultyDevice, _call: Call) -> Reply:
-    """The command never gets there, and no answer comes."""
+def never_sent(_faulty: FaultyDevice, _call: Call) -> Reply:
+    """The command is lost, and there is no answer."""
     raise TransportError("the scanner did not answer in time", "check the cable")
 
 
-def stalled(way: FaultyDevice, call: Call) -> Reply:
-    """The pipe halts in the middle of the data, and the way gives up."""
-    way.passed_on(call)
+def stalled(faulty: FaultyDevice, call: Call) -> Reply:
+    """The pipe halts in the middle of the data, and the transfer is aborted."""
+    faulty.no_fault(call)
     raise TransportError("the bridge refuses", "try again")
 
 
-def phase_error(_way: FaultyDevice, _call: Call) -> Reply:
-    """The bridge lost its place and was reset; the device knows nothing of it."""
+def phase_error(_faulty: FaultyDevice, _call: Call) -> Reply:
+    """Phase error of the bridge, which was reset; the device is unaffected."""
     raise TransportError("the bridge lost its place (phase error)", "try again")
 
 
-def disconnected(way: FaultyDevice, _call: Call) -> Reply:
-    """The cable is pulled, and stays so until the next script."""
-    way.connected = False
+def disconnected(faulty: FaultyDevice, _call: Call) -> Reply:
+    """The cable is disconnected until the next script."""
+    faulty.connected = False
     raise TransportError("no device answers", "check the cable")
 
 
-def reset(way: FaultyDevice, call: Call) -> Reply:
+def reset(faulty: FaultyDevice, call: Call) -> Reply:
     """The bus is reset before the command."""
-    way.device.reset()
-    return way.passed_on(call)
+    faulty.device.reset()
+    return faulty.no_fault(call)
 
 
-def power_cycled(way: FaultyDevice, call: Call) -> Reply:
+def power_cycled(faulty: FaultyDevice, call: Call) -> Reply:
     """The scanner is switched off and on before the command."""
-    way.device.power_off()
-    way.device.power_on()
-    return way.passed_on(call)
+    faulty.device.power_off()
+    faulty.device.power_on()
+    return faulty.no_fault(call)
 
 
 def _damaged(data: bytes) -> bytes:
@@ -210,7 +210,7 @@ FAULTS: dict[str, Fault] = {
     "duplicate": duplicate,
     "lost": lost,
     "timed out": timed_out,
-    "unheard": unheard,
+    "never_sent": never_sent,
     "stalled": stalled,
     "phase error": phase_error,
     "disconnected": disconnected,

@@ -32,13 +32,13 @@ def irradiance(light: Light, maps: FaceMaps, face: Ints, points: Floats, depth_m
     return fields
 
 
-def seen_of_lamp(lamp: Lamp, caster: RayCaster, normals: Floats, points: Floats) -> Floats:
+def lamp_visibility(lamp: Lamp, caster: RayCaster, normals: Floats, points: Floats) -> Floats:
     """(n,) how much of a lamp points (n, 3) mm with normals (n, 3) see, 0 to 1."""
     start = points + LIFT_MM * normals
     return np.asarray(np.mean([_clear(caster, start, place - start) for place in lamp.points()], axis=0))
 
 
-def seen_of_room(caster: RayCaster, normals: Floats, points: Floats) -> Floats:
+def sky_view_factor(caster: RayCaster, normals: Floats, points: Floats) -> Floats:
     """(n,) how much of the light from all sides points (n, 3) mm with normals (n, 3) see, 0 to 1."""
     start = points + LIFT_MM * normals
     return np.asarray(np.mean([_clear(caster, start, FAR_MM * _sky(normals, k)) for k in range(SKY_RAYS)], axis=0))

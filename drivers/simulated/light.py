@@ -1,4 +1,4 @@
-"""What lights a simulated scene: lamps near or far, and light from all sides."""
+"""Illumination of a simulated scene: lamps near or far, and ambient light."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from restore.scan import Floats
 
 Colour = tuple[float, float, float]
 NEUTRAL = (1.0, 1.0, 1.0)
-FAR_MM = 1e9  # as good as infinitely far
+FAR_MM = 1e9  # effectively infinite
 LAMP_POINTS = 12  # a lamp of some size is as many points: its half-shadow has steps of 8 %
 GOLDEN = np.pi * (3 - 5**0.5)  # turns a spiral so that its points cover a disc evenly (Vogel 1979)
 
@@ -50,8 +50,9 @@ class Light:
 
     ambient  share of the light that comes from all sides; with those of the lamps it makes 1 on white paper that is
              exposed to code 226.
-    lean     how much more of it falls on surfaces that face right, and up, than on level ones.
-    shadows  whether the scene shades itself: lamps throw shadows, and hollows see less of the room.
+    lean     gradient of the ambient light: how much more falls on surfaces that face right, and up, than on level
+             ones.
+    shadows  whether the scene casts shadows and occludes ambient light.
     """
 
     lamps: tuple[Lamp, ...] = (DESK_LAMP,)

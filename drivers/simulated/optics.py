@@ -1,9 +1,9 @@
-"""What the range sensor of a simulated Vivid sees: rays, shadows, the depth window, noise, drop-outs and outliers.
+"""Optics of the simulated range sensor: rays, shadows, the depth window, noise, drop-outs and outliers.
 
-The laser stripe is measured in lines of the CCD. Everything that disturbs a sample shifts the moment at which the
-stripe seems to cross it, and so moves the point along its own line of sight and nowhere else.
+The stripe position is measured in CCD lines. Every disturbance shifts the apparent pitch of a sample, and so moves the
+point along its line of sight.
 
-`body` is the calibration that the simulated body really has; nothing but its measurements tells it to the driver.
+`body` is the true calibration of the simulated body; the driver learns of it only through measurements.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ residuals of a range scan of the sister model Vivid 700 show (0.31, 0.03 and 0.0
 "Noise in 3D laser range scanner data", SMI 2008."""
 
 # Signals are in units of white paper at the reference distance, square to the laser: automatic exposure keeps it there.
-FULL_SIGNAL = 0.5  # down to here the published precision holds; below, photon noise grows as 1/√signal
-LEAST_SIGNAL = 0.038  # threshold of detection: with this speckle, a third of the samples on carbon black miss it
-MOST_SIGNAL = 4.0  # the CCD saturates: two stops above paper
+NOISE_FLOOR_SIGNAL = 0.5  # down to here the published precision holds; below, photon noise grows as 1/√signal
+DETECTION_SIGNAL = 0.038  # threshold of detection: with this speckle, a third of the samples on carbon black miss it
+SATURATION_SIGNAL = 4.0  # the CCD saturates: two stops above paper
 SPECKLE_LOOKS = 4.0  # speckle grains that one sample averages; its brightness is gamma distributed with this shape
 STRAY_DROPOUTS = 0.001  # share of samples lost on good paper too
 OUTLIERS = 0.015  # one or two samples in a hundred at edges of depth or ink are mixed from both sides …
@@ -46,8 +46,8 @@ GLOSS_SIGNAL = 30.0  # … and is then brighter than paper by this
 
 
 @dataclass(frozen=True, eq=False)
-class Sighting:
-    """What lies on the lines of sight of one shot, before any noise.
+class RayHits:
+    """Intersections of the lines of sight of one shot with the scene, before any noise.
 
     points  (rows, cols, 3) mm, NaN where a line of sight meets nothing.
     flat    (rows, cols, 2) mm from the lower left corner of the page, NaN off the page.
@@ -60,13 +60,12 @@ class Sighting:
     signal: Floats
 
 
-def look(
+def trace_rays(
     scene: Scene, caster: RayCaster, maps: FaceMaps, body: Calibration, mode: Mode, reference_mm: float
-) -> Sighting:
-    """Follow the lines of sight of a mode to the scene, and from there down to the laser.
+) -> RayHits:
+    """Intersections of a mode's lines of sight with the scene, and the laser light that returns from each.
 
-    A point counts only when both see the same side of it: shadows lie above whatever stands up. `reference_mm` is the
-    depth in focus.
+    A point is lit only when camera and laser see the same side of it. `reference_mm` is the depth in focus.
     """
     sight, laser = lines_of_sight(body, mode).tangents, np.array([0.0, -body.baseline_mm, 0.0])
     rays = np.concatenate([sight, np.full((*sight.shape[:2], 1), -1.0)], axis=-1)
@@ -79,16 +78,18 @@ def look(
     red = red_reflectance(scene, footprint)(face, uv)[:, 0] / LINEAR[PAPER[0]]
     signal = red * (reference_mm / points[:, 2]) ** 2 * _lit(caster, maps, face, points, laser)
     if scene.printed.gloss > 0:
-        signal *= 1 + GLOSS_SIGNAL * scene.printed.gloss * (scene.on_page[face] & _mirrors(maps, face, points, laser))
-    return Sighting(
-        _spread(seen, points),
-        _spread(seen, np.where(scene.on_page[face][:, None], uv, np.nan)),
-        np.nan_to_num(_spread(seen, signal[:, None])[..., 0]),
+        signal *= 1 + GLOSS_SIGNAL * scene.printed.gloss * (
+            scene.on_page[face] & _is_specular(maps, face, points, laser)
+        )
+    return RayHits(
+        _scatter(seen, points),
+        _scatter(seen, np.where(scene.on_page[face][:, None], uv, np.nan)),
+        np.nan_to_num(_scatter(seen, signal[:, None])[..., 0]),
     )
 
 
-def expose(
-    sighting: Sighting,
+def measure_pitch(
+    hits: RayHits,
     body: Calibration,
     mode: Mode,
     distance_mm: float,
@@ -97,24 +98,24 @@ def expose(
 ) -> Floats:
     """(rows, cols) pitch as measured in a shot focused at `distance_mm`, NaN where nothing was measured.
 
-    exposure  laser power and gain against what automatic exposure would choose.
+    exposure  laser power and gain relative to automatic exposure.
     """
-    signal = sighting.signal * exposure
+    signal = hits.signal * exposure
     shape = signal.shape
-    faintness = np.sqrt(np.maximum(FULL_SIGNAL / np.maximum(signal, LEAST_SIGNAL), 1))
+    faintness = np.sqrt(np.maximum(NOISE_FLOOR_SIGNAL / np.maximum(signal, DETECTION_SIGNAL), 1))
     lines = line_noise(shape, rng) * LENSES[body.lens].line_noise * faintness
-    struck = edges(sighting, body) & (rng.random(shape) < OUTLIERS)
-    lines += np.where(struck, rng.uniform(-OUTLIER_LINES, OUTLIER_LINES, shape), 0)
+    is_outlier = edges(hits, body) & (rng.random(shape) < OUTLIERS)
+    lines += np.where(is_outlier, rng.uniform(-OUTLIER_LINES, OUTLIER_LINES, shape), 0)
     speckled = signal * rng.gamma(SPECKLE_LOOKS, 1 / SPECKLE_LOOKS, shape)
-    lost = (speckled < LEAST_SIGNAL) | (signal > MOST_SIGNAL) | (rng.random(shape) < STRAY_DROPOUTS)
+    lost = (speckled < DETECTION_SIGNAL) | (signal > SATURATION_SIGNAL) | (rng.random(shape) < STRAY_DROPOUTS)
     # The stripe comes from above: a plane higher by a line was there sooner.
-    return np.where(lost, np.nan, ideal(sighting, body, mode, distance_mm) - lines / mode.step)
+    return np.where(lost, np.nan, exact_pitch(hits, body, mode, distance_mm) - lines / mode.step)
 
 
-def ideal(sighting: Sighting, body: Calibration, mode: Mode, distance_mm: float) -> Floats:
+def exact_pitch(hits: RayHits, body: Calibration, mode: Mode, distance_mm: float) -> Floats:
     """(rows, cols) exact pitch, NaN outside the depth window and out of the laser's reach."""
-    pitch = pitch_of(sighting.points, body, mode, distance_mm)
-    return np.where(in_window(pitch, body, mode) & (sighting.signal > 0), pitch, np.nan)
+    pitch = pitch_of(hits.points, body, mode, distance_mm)
+    return np.where(in_window(pitch, body, mode) & (hits.signal > 0), pitch, np.nan)
 
 
 def line_noise(shape: tuple[int, int], rng: np.random.Generator) -> Floats:
@@ -123,10 +124,10 @@ def line_noise(shape: tuple[int, int], rng: np.random.Generator) -> Floats:
     return np.asarray(white[:, 1:] * ROW_KERNEL[0] + white[:, :-1] * ROW_KERNEL[1])
 
 
-def edges(sighting: Sighting, body: Calibration) -> Mask:
+def edges(hits: RayHits, body: Calibration) -> Mask:
     """(rows, cols) bool, True where a sample and one of its four neighbours lie on different surfaces or inks."""
-    lines = np.nan_to_num(body.focal_px * body.baseline_mm / -sighting.points[..., 2])
-    signal = np.log(np.maximum(sighting.signal, LEAST_SIGNAL))
+    lines = np.nan_to_num(body.focal_px * body.baseline_mm / -hits.points[..., 2])
+    signal = np.log(np.maximum(hits.signal, DETECTION_SIGNAL))
     edge = np.zeros(signal.shape, bool)
     for axis in (0, 1):
         step, contrast = (np.abs(np.diff(field, axis=axis)) for field in (lines, signal))
@@ -146,16 +147,16 @@ def _lit(caster: RayCaster, maps: FaceMaps, face: Ints, points: Floats, laser: F
     return np.where(clear, np.abs(incidence), 0.0)
 
 
-def _mirrors(maps: FaceMaps, face: Ints, points: Floats, laser: Floats) -> Mask:
-    """(n,) bool, True where a mirror in place of the face would send the laser into the lens."""
+def _is_specular(maps: FaceMaps, face: Ints, points: Floats, laser: Floats) -> Mask:
+    """(n,) bool, True where specular reflection sends the laser into the lens."""
     to_lens, to_laser = -points, laser - points
     half = sum(way / np.linalg.norm(way, axis=1, keepdims=True) for way in (to_lens, to_laser))
     cosine = maps.along_normal(face, half) / np.linalg.norm(half, axis=1)
     return np.asarray(np.abs(cosine) > np.cos(np.radians(GLOSS_DEG)))
 
 
-def _spread(seen: Mask, values: Floats) -> Floats:
-    """(rows, cols, k) values at the samples that saw something, NaN elsewhere."""
+def _scatter(seen: Mask, values: Floats) -> Floats:
+    """(rows, cols, k) values at the samples that hit something, NaN elsewhere."""
     full = np.full((*seen.shape, values.shape[1]), np.nan)
     full[seen] = values
     return full

@@ -1,6 +1,6 @@
-"""A flat plate before the simulated scanner, without ray casting or noise: for tests that shoot thousands of times.
+"""A sensor that sees a flat plate, without ray casting or noise: for tests with thousands of shots.
 
-Every shot tells which it is, by its colour and by where the plate stands, so that a mixed-up shot can be told.
+Colour and distance of the plate encode the number of the shot, so that data of another shot is detected.
 """
 
 from __future__ import annotations
@@ -10,15 +10,16 @@ from functools import lru_cache
 
 import numpy as np
 
-from drivers.simulated.exposing import exposure_of
-from drivers.simulated.sensor import add_up
+from drivers.simulated.exposure import relative_exposure
+from drivers.simulated.sensor import quantise
 from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import LENSES, TEXTURE_COLS, TEXTURE_ROWS, Mode
+from drivers.vivid900.lenses import LENSES, Mode
 from drivers.vivid900.pitch import Sums
 from drivers.vivid900.triangulation import in_window, pitch_at
 from restore.scan import Bytes
+from restore.vivid import TEXTURE_COLS, TEXTURE_ROWS
 
-STEP_MM, PLACES = 0.5, 5  # the plate moves back by a step from shot to shot, and returns after so many
+STEP_MM, PLACES = 0.5, 5  # the plate moves back by a step from shot to shot, and returns after PLACES shots
 DARKEST, SHADES = 100, 100
 
 
@@ -26,7 +27,7 @@ DARKEST, SHADES = 100, 100
 class PlateSensor:
     """A white plate square to the axis of a lens with the manual's figures.
 
-    distance_mm  where it stands in its first place, from the front of the lens.
+    distance_mm  its first distance from the front of the lens.
     """
 
     distance_mm: float = 900.0
@@ -34,7 +35,7 @@ class PlateSensor:
     lens: str = "MIDDLE"
 
     def place_mm(self, shot: int) -> float:
-        """Where it stands in a shot, from the front of the lens."""
+        """Its distance in a shot from the front of the lens, mm."""
         return self.distance_mm + STEP_MM * (shot % PLACES)
 
     def sweep(self, mode: Mode, distance_mm: float, power: int, gain: int, shot: int) -> Sums:
@@ -42,7 +43,7 @@ class PlateSensor:
         return _sums(self.lens, mode, self.place_mm(shot), distance_mm, power, gain)
 
     def colour(self, shot: int) -> Bytes:
-        """See Sensor: an even grey of the shot's own."""
+        """See Sensor: a uniform grey that encodes the shot."""
         return np.full((TEXTURE_ROWS, TEXTURE_COLS, 3), DARKEST + shot % SHADES, np.uint8)
 
 
@@ -51,5 +52,5 @@ def _sums(lens: str, mode: Mode, plate_mm: float, distance_mm: float, power: int
     body = nominal(LENSES[lens])
     disparity = np.full((mode.rows, mode.cols), body.baseline_mm / (plate_mm + body.pupil_mm))
     pitch = pitch_at(disparity, body, mode, distance_mm)
-    signal = np.full(pitch.shape, exposure_of(distance_mm, power, gain))
-    return add_up(np.where(in_window(pitch, body, mode) & (signal > 0), pitch, np.nan), signal)
+    signal = np.full(pitch.shape, relative_exposure(distance_mm, power, gain))
+    return quantise(np.where(in_window(pitch, body, mode) & (signal > 0), pitch, np.nan), signal)

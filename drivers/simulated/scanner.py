@@ -1,4 +1,4 @@
-"""The real driver over a simulated device, as the station opens it."""
+"""Opens the real driver over a simulated device, as the station does."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from drivers.simulated import config as settings_table
 from drivers.simulated.clock import VirtualClock
 from drivers.simulated.config import ScannerConfig
 from drivers.simulated.device import Lens, SimulatedDevice
-from drivers.simulated.scene import lay
-from drivers.simulated.sensor import Hand, MovedSensor, Place, SceneSensor
+from drivers.simulated.scene import place_sheet
+from drivers.simulated.sensor import Displacement, MovedSensor, PageNudge, SceneSensor
 from drivers.simulated.shot import printed
 from drivers.simulated.stage import PtyStage, machine
 from drivers.vivid900.calibration import Calibration, nominal, read_calibration
@@ -30,7 +30,7 @@ from drivers.vivid900.stage import RotaryStage, controller_named, open_port
 from drivers.vivid900.transports.in_process import InProcess
 
 LENS_SERIALS = {"TELE": 9000125, "MIDDLE": 9000114, "WIDE": 9000108}
-BLANK = {"white"}  # artwork without anything to focus on by contrast
+BLANK = {"white"}  # artwork without contrast for passive autofocus
 
 
 def _utc() -> datetime:
@@ -39,7 +39,7 @@ def _utc() -> datetime:
 
 @dataclass(frozen=True, eq=False)
 class Rig:
-    """A simulated device, the clock that it lives by, and the scene sensor behind its lens."""
+    """A simulated device, its clock, and the scene sensor behind its lens."""
 
     device: SimulatedDevice
     clock: VirtualClock
@@ -55,23 +55,23 @@ def rig(
 ) -> Rig:
     """The device that the `[scanner]` table of a station configuration describes, with no driver above it.
 
-    clock  the device's time; a virtual one unless told otherwise.
-    angle  tells how far a rotary stage has turned the scene, in degrees.
+    clock  the device's time; a virtual one by default.
+    angle  gives the position of the rotary stage, degrees.
     Raises SettingsError when a setting is not known or not possible.
     """
     wanted = settings_table.read(config)
     virtual, body = VirtualClock(), _body(wanted)
     pixel_mm = (wanted.distance_mm + body.pupil_mm) / body.focal_px
-    hand = Hand(wanted.nudge_px * pixel_mm, seed=wanted.seed)
-    sensor = _sensor(wanted, body, lambda: Place(angle(), hand.moved_mm))
+    page_nudge = PageNudge(wanted.nudge_px * pixel_mm, seed=wanted.seed)
+    sensor = _sensor(wanted, body, lambda: Displacement(angle(), page_nudge.moved_mm))
     lens = Lens(wanted.lens, LENS_SERIALS[wanted.lens], sensor)
-    device = SimulatedDevice(lens, load_profile(wanted.profile), clock or virtual, parked=hand.touch)
+    device = SimulatedDevice(lens, load_profile(wanted.profile), clock or virtual, parked=page_nudge.nudge)
     return Rig(device, virtual, sensor)
 
 
-def _sensor(wanted: ScannerConfig, body: Calibration, place: Callable[[], Place]) -> MovedSensor:
+def _sensor(wanted: ScannerConfig, body: Calibration, place: Callable[[], Displacement]) -> MovedSensor:
     sheet, artwork = wanted.scene.build()
-    scene = lay(
+    scene = place_sheet(
         sheet,
         printed(artwork, wanted.scene.page_mm),
         depth_mm=wanted.distance_mm + body.pupil_mm,
@@ -82,7 +82,7 @@ def _sensor(wanted: ScannerConfig, body: Calibration, place: Callable[[], Place]
     )
     contrast = artwork.name not in BLANK
 
-    def at(place: Place) -> SceneSensor:
+    def at(place: Displacement) -> SceneSensor:
         seen = scene.turned(place.turned_deg, wanted.scene.axle) if place.turned_deg else scene
         seen = seen.moved(np.array([*place.moved_mm, 0.0])) if any(place.moved_mm) else seen
         return SceneSensor(seen, body, wanted.distance_mm, seed=wanted.seed, contrast=contrast)
@@ -91,7 +91,7 @@ def _sensor(wanted: ScannerConfig, body: Calibration, place: Callable[[], Place]
 
 
 def _body(wanted: ScannerConfig) -> Calibration:
-    """What the simulated body really is."""
+    """The true geometry of the simulated body."""
     if wanted.body is None:
         return nominal(LENSES[wanted.lens])
     body = read_calibration(Path(wanted.body))
@@ -106,14 +106,14 @@ def connect(config: Mapping[str, Any], now: Callable[[], datetime] = _utc) -> Vi
     now  clock for the time noted with each scan.
     Raises SettingsError when a setting is not known or not possible.
     """
-    return _driven(rig(config), config, now)
+    return _open_camera(rig(config), config, now)
 
 
 @contextmanager
 def connect_turntable(
     config: Mapping[str, Any], model: str, *, relative: bool = False, now: Callable[[], datetime] = _utc
 ) -> Iterator[tuple[Vivid900, RotaryStage]]:
-    """That scanner, and a simulated rotary stage before it that really turns what it sees.
+    """That scanner, and a simulated rotary stage that turns the scene in front of it.
 
     model, relative  as in `open_stage`; the simulated controller is of that model and counts in that way.
     Raises SettingsError for an unknown model as well.
@@ -121,15 +121,15 @@ def connect_turntable(
     controller = controller_named(model, relative=relative)
     clock, config = VirtualClock(), {**config, "nudge_px": 0.0}
     with PtyStage(machine(model, relative=relative), clock=clock) as fake:
-        standing = replace(rig(config, clock=clock, angle=lambda: fake.angle_deg), clock=clock)
+        setup = replace(rig(config, clock=clock, angle=lambda: fake.angle_deg), clock=clock)
         port = open_port(fake.port, controller)
         stage = RotaryStage(port, controller, relative=relative, clock=clock, sleep=fake.sleep)
-        with stage, _driven(standing, config, now) as scanner:
+        with stage, _open_camera(setup, config, now) as scanner:
             yield scanner, stage
 
 
-def _driven(standing: Rig, config: Mapping[str, Any], now: Callable[[], datetime]) -> Vivid900:
-    link = Link(InProcess(standing.device), None, standing.clock, standing.clock.sleep)
+def _open_camera(setup: Rig, config: Mapping[str, Any], now: Callable[[], datetime]) -> Vivid900:
+    link = Link(InProcess(setup.device), None, setup.clock, setup.clock.sleep)
     calibration = config.get("calibration")
     known = calibrations(None if calibration is None else Path(calibration))
-    return Vivid900(link, standing.device.profile, known, now=now)
+    return Vivid900(link, setup.device.profile, known, now=now)

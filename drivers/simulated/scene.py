@@ -1,4 +1,4 @@
-"""What stands before the scanner: a printed, warped page in its place, on a table."""
+"""The simulated scene: a printed, warped page at its pose, on a table."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from drivers.simulated.sheets.sheet import parameters
 from restore.scan import Floats, Ints, Mask
 
 Table = Literal["none", "dark", "light"]
-TABLE_HALF_MM = 3000.0  # farther out than any lens sees
-STEEPEST_DEG = 85.0  # a steeper wall is as good as an overhang: nothing can be read from it
+TABLE_HALF_MM = 3000.0  # beyond the field of view of any lens
+STEEPEST_DEG = 85.0  # a steeper wall counts as an overhang: nothing on it is legible
 
 
 @parameters
 class Pose:
-    """How the page, and the table with it, lies under the scanner.
+    """Pose of the page, and of the table with it, under the scanner.
 
     tilt_deg  its upper edge away from the scanner.
     turn_deg  counter-clockwise in its own plane, seen from the scanner.
@@ -100,7 +100,7 @@ class Scene:
         return replace(self, vertices=self.vertices + shift_mm, surface=surface)
 
 
-def lay(
+def place_sheet(
     sheet: Sheet,
     printed: Print,
     *,
@@ -110,10 +110,10 @@ def lay(
     gap_mm: float = 3.0,
     light: Light | None = None,
 ) -> Scene:
-    """Lay a printed sheet before the scanner, its middle on the axis at a depth from the lens centre, the table
+    """Scene of a printed sheet with its middle on the optical axis at a depth from the lens centre, and the table
     `gap_mm` below its lowest point.
 
-    Raises SettingsError when the sheet folds over itself, so that no scanner could see all of it.
+    Raises SettingsError when the sheet has overhangs, which no scanner can see.
     """
     pose = pose or Pose()
     page_mm = printed.page_mm

@@ -1,4 +1,4 @@
-"""A simulated device on a socket, so that driver and device are two processes."""
+"""Serves a simulated device on a socket, so that driver and device are two processes."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from drivers.vivid900.transports import Reply, Target
 from drivers.vivid900.transports.framing import PREFIX, build_reply, frame_length, parse_request
 from drivers.vivid900.transports.tcp import receive
 
-LOCALHOST = "127.0.0.1"  # nobody else's business
+LOCALHOST = "127.0.0.1"  # not reachable from other machines
 
 
 def listen(port: int = 0) -> socket.socket:
-    """A socket that waits for a driver; port 0 takes any that is free. Raises OSError when the port is taken."""
+    """A listening socket for drivers; port 0 takes any free one. Raises OSError when the port is taken."""
     return socket.create_server((LOCALHOST, port))
 
 
@@ -28,7 +28,7 @@ def serve(target: Target, listener: socket.socket) -> None:
             end, _ = listener.accept()
         except OSError:  # closed
             return
-        with end, suppress(OSError, TransportError):  # the driver went; the next one is as welcome
+        with end, suppress(OSError, TransportError):  # the driver disconnected; wait for the next
             _converse(target, end)
 
 

@@ -1,4 +1,4 @@
-"""One shot of the simulated scanner, with the truth about it."""
+"""One shot of the simulated scanner, with its ground truth."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from drivers.simulated.artwork import Artwork, Markers, Print, Word
 from drivers.simulated.colour import photograph
 from drivers.simulated.facemaps import FaceMaps
 from drivers.simulated.light import Light
-from drivers.simulated.optics import Sighting, expose, ideal, look
+from drivers.simulated.optics import RayHits, exact_pitch, measure_pitch, trace_rays
 from drivers.simulated.raycast import RayCaster
-from drivers.simulated.scene import Pose, Scene, Surface, Table, lay
+from drivers.simulated.scene import Pose, Scene, Surface, Table, place_sheet
 from drivers.simulated.sheets import PageSize, Sheet
 from drivers.vivid900.calibration import Calibration, nominal
 from drivers.vivid900.lenses import LENSES, MODES, Mode, texture_grid
@@ -25,7 +25,7 @@ from restore.scan import Bytes, Floats, RangeScan
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """What a perfect restoration of the shot would find.
+    """Ground truth of a shot: the result of a perfect restoration.
 
     page_mm  width and height of the flat page.
     printed  what is printed on it: markers, words, patches in mm from its lower left corner.
@@ -67,12 +67,12 @@ def shoot(
     body: Calibration | None = None,
     calibration: Calibration | None = None,
 ) -> tuple[RangeScan, Truth]:
-    """Print a page (markers unless told otherwise), warp it, lay it down, focus on its middle and shoot.
+    """One shot, with ground truth, of a printed page (markers by default), warped, posed and in focus.
 
-    body, calibration  as for `shoot_scene`; a body with the manual's figures unless told otherwise.
+    body, calibration  as for `shoot_scene`; by default a body with the manual's figures.
     """
     optics = LENSES[lens]
-    scene = lay(
+    scene = place_sheet(
         sheet,
         printed(artwork or Markers(), page_mm),
         depth_mm=distance_mm + optics.pupil_mm,
@@ -100,16 +100,16 @@ def printed(artwork: Artwork, page_mm: PageSize) -> Print:
 
 @dataclass(frozen=True, eq=False)
 class Exposure:
-    """What a body takes in one shot, before anything is made of it.
+    """Raw data of one shot.
 
     pitch     (rows, cols) frame at which the stripe crossed each sample, NaN where nothing was measured.
     texture   (480, 640, 3) uint8 RGB.
-    sighting  what lay on the lines of sight.
+    sighting  intersections of the lines of sight with the scene.
     """
 
     pitch: Floats
     texture: Bytes
-    sighting: Sighting
+    hits: RayHits
 
 
 def expose_scene(
@@ -124,11 +124,13 @@ def expose_scene(
 ) -> Exposure:
     """One exposure of a scene, as `shoot_scene` takes it."""
     caster, maps = RayCaster(scene.vertices, scene.faces), FaceMaps.of(scene)
-    sighting = look(scene, caster, maps, body, mode, distance_mm + body.pupil_mm)
+    hits = trace_rays(scene, caster, maps, body, mode, distance_mm + body.pupil_mm)
     pitch = (
-        expose(sighting, body, mode, distance_mm, rng, exposure) if noise else ideal(sighting, body, mode, distance_mm)
+        measure_pitch(hits, body, mode, distance_mm, rng, exposure)
+        if noise
+        else exact_pitch(hits, body, mode, distance_mm)
     )
-    return Exposure(pitch, photograph(scene, caster, maps, body, rng, noise=noise), sighting)
+    return Exposure(pitch, photograph(scene, caster, maps, body, rng, noise=noise), hits)
 
 
 def shoot_scene(
@@ -143,14 +145,14 @@ def shoot_scene(
     calibration: Calibration | None = None,
     provenance: Mapping[str, Any] | None = None,
 ) -> tuple[RangeScan, Truth]:
-    """One shot of a scene as it lies, focused at a distance from the front of the lens.
+    """One shot, with ground truth, of a scene, focused at a distance from the front of the lens.
 
-    body         what the body and its lens really are.
+    body         true geometry of the body and its lens.
     exposure     laser power and gain against what automatic exposure would choose.
     noise        False for exact points wherever laser and lens see the surface within the window, and a colour image
                  without blur or noise.
-    calibration  what the driver takes the body for; the truth unless told otherwise.
-    provenance   anything to be noted besides the optics.
+    calibration  the calibration that the driver uses; by default the truth.
+    provenance   further entries besides the optics.
     """
     taken = expose_scene(scene, body, mode, distance_mm, rng, exposure=exposure, noise=noise)
     calibration = calibration or body
@@ -167,5 +169,5 @@ def shoot_scene(
             **(provenance or {}),
         },
     )
-    sighting = taken.sighting
-    return scan, Truth(scene.printed.page_mm, scene.printed, sighting.flat, sighting.points, scene.surface)
+    hits = taken.hits
+    return scan, Truth(scene.printed.page_mm, scene.printed, hits.flat, hits.points, scene.surface)

@@ -1,4 +1,4 @@
-"""Blocks of numbers at fixed places, as a profile describes them."""
+"""Blocks of fixed-width fields, as a profile describes them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MAX_LENGTH = 4096  # longer than any header or parameter block can sensibly be
 
 
 class Span(BaseModel):
-    """An unsigned number in a block: its first byte, how many bytes, and the one value it may have if there is one."""
+    """An unsigned integer in a block: offset of its first byte, width in bytes, and its value when that is fixed."""
 
     model_config = _Model
     at: Annotated[int, Field(ge=0)]
@@ -32,7 +32,8 @@ class Span(BaseModel):
 class Block(BaseModel):
     """A block, or the header of one.
 
-    fields  name → place. crc32: place of the CRC-32 of the whole block with zeros in that place, when it has one.
+    fields  name → span. crc32: offset of the CRC-32 of block and payload, computed with zeros at that offset; None
+            when the block has no checksum.
     """
 
     model_config = _Model
@@ -52,7 +53,7 @@ class Block(BaseModel):
         return self
 
     def build(self, values: Mapping[str, int], payload: bytes = b"") -> bytes:
-        """The block with its payload behind it. Raises SettingsError for a value that is missing or too large."""
+        """The block followed by its payload. Raises SettingsError for a value that is missing or too large."""
         block = bytearray(self.length)
         for name, span in self.fields.items():
             value = values.get(name, span.value)
@@ -64,9 +65,9 @@ class Block(BaseModel):
         return bytes(block) + payload
 
     def parse(self, data: bytes, *, payload: int = 0) -> dict[str, int]:
-        """The values of the fields of a block with `payload` bytes behind it.
+        """The values of the fields of a block followed by `payload` bytes.
 
-        Raises BadReply when the length, a fixed value or the checksum is another.
+        Raises BadReply when the length, a fixed value or the checksum is wrong.
         """
         if len(data) != self.length + payload:
             raise BadReply(f"a block of {len(data)} bytes came, {self.length + payload} were to come")
@@ -83,6 +84,6 @@ class Block(BaseModel):
 
 
 def _sum_without(data: bytes, at: int) -> int:
-    """CRC-32 of the data with zeros in the place of the checksum itself."""
+    """CRC-32 of the data with zeros in place of the checksum itself."""
     view = memoryview(data)
     return crc32(view[at + 4 :], crc32(bytes(4), crc32(view[:at])))

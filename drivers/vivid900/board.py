@@ -1,4 +1,4 @@
-"""The marker board by which a body is calibrated: fiducial markers (ArUco DICT_4X4_250) in known places on a plane."""
+"""The calibration board: fiducial markers (ArUco DICT_4X4_250) at known positions on a plane."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ PAPER = 255
 # it is 0.06.
 CORNER_WINDOW = 0.8
 CORNER_ACCURACY = 0.005, 60  # pixels, and iterations to come as near; OpenCV stops at 0.1
-MOST_MARKERS = 250  # of the dictionary
+MAX_MARKERS = 250  # of the dictionary
 
 
 @dataclass(frozen=True)
 class Board:
-    """Markers numbered row by row from the upper left. As it stands, a board fills the view of MIDDLE at 0.9 m.
+    """Markers numbered row by row from the upper left. The default board fills the view of MIDDLE at 0.9 m.
 
     marker_mm  side of a marker.
     pitch_mm   from one marker to the next.
@@ -32,7 +32,7 @@ class Board:
     pitch_mm: float = 21.505
 
     def centre(self, marker: int) -> Floats:
-        """(2,) mm, x right and y up from the middle of the first marker."""
+        """(2,) mm centre of a marker, x right and y up from the centre of the first."""
         row, col = divmod(marker, self.columns)
         return np.array([col, -row]) * self.pitch_mm
 
@@ -49,12 +49,12 @@ class Board:
 
 
 @dataclass(frozen=True, eq=False)
-class Sighted:
-    """What is seen of a board.
+class DetectedBoard:
+    """The detected markers of a board.
 
-    pixels    (n, 2) texture pixels of the markers' middles, where their diagonals cross: what blur and the finder do to
-              the corners of a marker moves them all in or all out, by 0.15 pixels, and leaves the middle.
-    on_board  (n, 2) mm where these lie on the board.
+    pixels    (n, 2) texture pixels of the markers' centres, where their diagonals cross: blur and detector shift the
+              corners of a marker all inwards or all outwards, by 0.15 pixels, which cancels at the centre.
+    on_board  (n, 2) mm positions of these on the board.
     corners   (n, 4, 2) texture pixels of the corners.
     """
 
@@ -74,8 +74,8 @@ class Sighted:
         return inside
 
 
-def sight_board(texture: Bytes, board: Board) -> Sighted | None:
-    """Find the board's markers in a colour image (h, w, 3) uint8; None when fewer than two are seen."""
+def detect_board(texture: Bytes, board: Board) -> DetectedBoard | None:
+    """Detect the board's markers in a colour image (h, w, 3) uint8; None when fewer than two are found."""
     parameters = cv2.aruco.DetectorParameters()
     parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
     parameters.relativeCornerRefinmentWinSize = CORNER_WINDOW
@@ -88,7 +88,7 @@ def sight_board(texture: Bytes, board: Board) -> Sighted | None:
     if len(found) < 2:
         return None
     quads = np.stack(list(found.values())).astype(np.float64)
-    return Sighted(_middles(quads), np.stack([board.centre(marker) for marker in found]), quads)
+    return DetectedBoard(_middles(quads), np.stack([board.centre(marker) for marker in found]), quads)
 
 
 def _middles(corners: Floats) -> Floats:

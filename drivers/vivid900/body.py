@@ -1,4 +1,4 @@
-"""The operations of a Vivid 900, each to its end: wait until ready, set parameters, focus, shoot."""
+"""The operations of a Vivid 900: wait until ready, set parameters, focus, shoot, switch the laser off."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from drivers.scanner import Progress, ScannerError
 from drivers.vivid900 import commands
 from drivers.vivid900.colour import ColourImage, colour_length, parse_colour
 from drivers.vivid900.commands import Focus, Parameters, ShotMode, Status
-from drivers.vivid900.errors import AGAIN, BadReply, Interrupted, NotReady, StillBusy
+from drivers.vivid900.errors import SCAN_AGAIN, BadReply, Interrupted, NotReady, StillBusy
 from drivers.vivid900.lenses import FAST, FINE, Mode
 from drivers.vivid900.link import Link, pauses
 from drivers.vivid900.panel import panel_error
 from drivers.vivid900.pitch import Pitch, parse_pitch, pitch_length
 from drivers.vivid900.profile import Profile
 
-# Seconds that an operation takes, and seconds after which it never will end.
+# Expected duration of an operation, and its time-out, seconds.
 WARM_UP_S = (10.0, 30.0)  # the self test (manual p. 13)
 SHOT_S = (3.5, 15.0)  # a FINE shot takes 2.5 s, its colours 0.5 s (p. 59), the motor's turn before it a second or two
 FOCUS_S = (1.5, 10.0)
@@ -28,7 +28,7 @@ RANGE_MODES: dict[ShotMode, Mode] = {ShotMode.FINE_COLOUR: FINE, ShotMode.FAST_C
 
 @dataclass(frozen=True, eq=False)
 class Shot:
-    """What one release left: the range image and the colour image, as far as its mode has them."""
+    """Data of one release: range image and colour image, None where its mode has none."""
 
     pitch: Pitch | None
     colour: ColourImage | None
@@ -36,35 +36,35 @@ class Shot:
 
 @dataclass(frozen=True)
 class Body:
-    """The scanner behind a link whose profile fits it. `progress` is told of every step and may raise to cancel."""
+    """The scanner behind a link whose profile fits it. `progress` is called at every step and may raise to cancel."""
 
     link: Link
     profile: Profile
     progress: Progress
 
     def status(self) -> Status:
-        """What the scanner is doing."""
+        """Read the status block."""
         return commands.parse_status(self.profile, self.link.run(commands.status(self.profile)))
 
     def wait_ready(self) -> Status:
-        """Wait for the end of the self test. Raises BarrierClosed at once, NotReady when it never comes ready."""
+        """Wait for the end of the self test. Raises BarrierClosed at once, NotReady at the time-out."""
         status = self._wait("warm-up", lambda status: status.state not in ("warming-up", "busy"), WARM_UP_S)
         if status.state == "barrier-closed":
             raise panel_error(BARRIER)
         return status
 
     def read_parameters(self) -> Parameters:
-        """The parameters as they are."""
+        """Read the parameter block."""
         return commands.parse_parameters(self.profile, self.link.run(commands.read_parameters(self.profile)))
 
     def set_parameters(self, parameters: Parameters) -> None:
-        """Set all parameters and read them back. Raises BadReply when the scanner has others then."""
+        """Write all parameters and read them back. Raises BadReply when they differ."""
         self.link.run(commands.write_parameters(self.profile, parameters))
         if self.read_parameters() != parameters:
             raise BadReply("the scanner did not take its parameters")
 
     def autofocus(self, kind: Focus) -> Parameters:
-        """Focus and return the parameters with what was found.
+        """Focus and return the parameters with the distance (and laser power) that autofocus set.
 
         Raises PanelError, BarrierClosed, Interrupted when the scanner has not focused.
         """
@@ -74,17 +74,17 @@ class Body:
         status = self._wait("focus", lambda status: status.state != "busy", FOCUS_S)
         self._raise_panel(status)
         if "focused" in self.profile.blocks.status.fields and status.focused != before + 1:
-            raise Interrupted("the scanner has not focused", AGAIN)
+            raise Interrupted("the scanner has not focused", SCAN_AGAIN)
         self.progress("focus", 1.0)
         found = self.read_parameters()
-        if self.read_parameters() != found:  # nothing else would tell that one answer was an old one
+        if self.read_parameters() != found:  # a repeated old answer cannot be detected otherwise
             raise BadReply("the scanner tells two distances for one autofocus")
         return found
 
     def shoot(self, parameters: Parameters) -> Shot:
-        """Write the parameters, release, wait, and fetch what the shot left.
+        """Write the parameters, release, wait, and read the images of the shot.
 
-        Raises Interrupted when the scanner then has the data of another shot or of none.
+        Raises Interrupted when the scanner has the data of another shot or of none.
         """
         self.set_parameters(parameters)
         before = self.status().shot
@@ -92,19 +92,19 @@ class Body:
         status = self._wait("scan", lambda status: status.state != "busy", SHOT_S)
         self._raise_panel(status)
         if status.state != "data" or status.shot != before + 1:
-            raise Interrupted("the scanner has lost the shot", AGAIN)
+            raise Interrupted("the scanner has lost the shot", SCAN_AGAIN)
         mode = parameters.mode
         pitch = self._pitch(RANGE_MODES[mode]) if mode.has_range else None
         with_colour = not mode.has_range or parameters.auto_read == 0
         shot = Shot(pitch, self._colour(mode) if with_colour else None)
         if any(part is not None and part.shot != status.shot for part in (shot.pitch, shot.colour)):
-            raise Interrupted("the scanner sent an image of another shot", AGAIN)
+            raise Interrupted("the scanner sent an image of another shot", SCAN_AGAIN)
         return shot
 
     def laser_off(self) -> None:
-        """Set the laser's power to 0, whatever the scanner is doing; it waits out a shot that is under way.
+        """Set the laser power to 0 in any state of the scanner; waits for the end of a shot in progress.
 
-        A scanner that does not come ready does not shoot either. Raises the last of several faults in a row.
+        A scanner that is not ready does not shoot. Raises the last error when all attempts fail.
         """
         for last, pause in zip(reversed(range(PARK_ATTEMPTS)), pauses(), strict=False):
             try:
@@ -126,7 +126,7 @@ class Body:
         return parse_colour(self.profile, mode, self.link.read(read, colour_length(self.profile, mode)))
 
     def _wait(self, step: str, done: Callable[[Status], bool], seconds: tuple[float, float]) -> Status:
-        """Ask until it is done. Raises StillBusy after the longer time, NotReady while it still warms up."""
+        """Poll the status until `done`. Raises StillBusy at the time-out, NotReady when it is still warming up."""
         start, (expected, limit) = self.link.clock(), seconds
         for pause in pauses():
             status = self.status()

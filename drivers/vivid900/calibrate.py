@@ -1,8 +1,8 @@
-"""Find the geometry of a body and its lens from shots of flat things: bare plates, and boards with markers.
+"""Calibrates the geometry of a body and its lens from shots of planes: bare plates, and boards with markers.
 
 A bundle adjustment (Triggs, McLauchlan, Hartley and Fitzgibbon 1999) over the body and the pose of the plate in every
-shot. The markers tell focal length, centre, distortion and scale, as in Zhang (2000); the range samples of the same
-plane then tell baseline and stripe planes, and bare plates that the surface has to come out flat.
+shot. The markers determine focal length, principal point, distortion and scale, as in Zhang (2000); the range samples
+of the same plane determine baseline and stripe planes, and bare plates constrain the surface to be flat.
 """
 
 from __future__ import annotations
@@ -13,24 +13,33 @@ from dataclasses import dataclass
 import numpy as np
 
 from drivers.scanner import SettingsError
-from drivers.vivid900.bundle import PRIOR, STEP, Bundle, PlateShot, adjust, body_of, cost, unknowns_of
+from drivers.vivid900.bundle_adjustment import (
+    DERIVATIVE_STEP,
+    PRIOR,
+    Bundle,
+    PlateShot,
+    adjust,
+    calibration_of_unknowns,
+    cost,
+    unknowns_of_calibration,
+)
 from drivers.vivid900.calibration import Calibration
-from drivers.vivid900.lenses import TEXTURE_COLS, TEXTURE_ROWS
-from drivers.vivid900.triangulation import points_along, sight_through
+from drivers.vivid900.triangulation import lines_of_sight_through, points_along
 from restore.scan import Floats
+from restore.vivid import TEXTURE_COLS, TEXTURE_ROWS
 
-MIN_SAMPLES = 100  # a plate that is hardly seen tells nothing
-PROBES = 5  # points across the field at which the error to be expected is worked out
+MIN_SAMPLES = 100  # fewer samples do not constrain the calibration
+PROBES = 5  # points across the field at which the expected error is evaluated
 
 
 @dataclass(frozen=True)
-class Calibrated:
-    """A calibration, and how far to trust it.
+class CalibrationResult:
+    """A calibration and its uncertainty.
 
     sigma       1σ of each unknown, under the names of PRIOR.
-    markers_px  rms distance of the markers from where the calibration expects them, NaN without markers.
-    lines       rms deviation of the samples from their plates, in lines of the CCD.
-    expected_mm the largest 1σ, over the field and the distances of the shots, that the shots leave a point.
+    markers_px  rms reprojection error of the markers, pixels, NaN without markers.
+    lines       rms residual of the samples from their planes, CCD lines.
+    expected_mm largest 1σ of a point, mm, over the field and the distances of the shots.
     """
 
     calibration: Calibration
@@ -40,10 +49,10 @@ class Calibrated:
     expected_mm: float
 
 
-def calibrate(shots: Sequence[PlateShot], start: Calibration) -> Calibrated:
-    """Adjust a calibration, to begin with the manual's, to shots of plates.
+def calibrate(shots: Sequence[PlateShot], start: Calibration) -> CalibrationResult:
+    """Fit a calibration to shots of plates, starting from another (the manual's figures).
 
-    Raises SettingsError when there are no shots, or one shows too little of its plate.
+    Raises SettingsError when there are no shots, or one has too few samples of its plate.
     """
     if not shots:
         raise SettingsError("there are no shots to calibrate from", "shoot the board at several distances and tilts")
@@ -57,8 +66,8 @@ def calibrate(shots: Sequence[PlateShot], start: Calibration) -> Calibrated:
     spread = max(cost(rest) / max(len(rest) - len(unknowns), 1), 1.0)
     covariance = np.asarray(np.linalg.inv(normal)[:count, :count] * spread)
     body = bundle.body(unknowns)
-    lines, markers = bundle.misses(unknowns)
-    return Calibrated(
+    lines, markers = bundle.line_and_reprojection_errors(unknowns)
+    return CalibrationResult(
         body,
         dict(zip(PRIOR, map(float, np.sqrt(np.diag(covariance))), strict=True)),
         float(np.sqrt(2 * (markers**2).mean())) if len(markers) else float("nan"),
@@ -74,11 +83,11 @@ def _expected_mm(body: Calibration, covariance: Floats, shot: PlateShot) -> floa
     pitch = pixels[:, 1] / shot.mode.step + (shot.mode.frames - 1) / 2
 
     def points(unknowns: Floats) -> Floats:
-        probed = body_of(unknowns, body)
-        return points_along(sight_through(probed, pixels), pitch, probed, shot.mode, shot.distance_mm)
+        probed = calibration_of_unknowns(unknowns, body)
+        return points_along(lines_of_sight_through(probed, pixels), pitch, probed, shot.mode, shot.distance_mm)
 
-    here = unknowns_of(body)
-    steps = STEP * np.diag(list(PRIOR.values()))
+    here = unknowns_of_calibration(body)
+    steps = DERIVATIVE_STEP * np.diag(list(PRIOR.values()))
     change = np.stack([(points(here + step) - points(here)) / step.sum() for step in steps], axis=-1)  # (n, 3, 13)
     variance = np.einsum("nik,kl,nil->n", change, covariance, change)
     return float(np.sqrt(variance.max()))

@@ -1,4 +1,4 @@
-"""What is known of one body with one lens, and the file that keeps it.
+"""The calibration of one body with one lens, and its file.
 
 A lens is adjusted to one body (VIVID 910 hardware manual p. 27), so a calibration holds for the two together.
 """
@@ -15,13 +15,14 @@ import numpy as np
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
 from drivers.scanner import SettingsError
-from drivers.vivid900.lenses import BASELINE_MM, TEXTURE_COLS, TEXTURE_ROWS, Lens
+from drivers.vivid900.lenses import BASELINE_MM, Lens
+from restore.vivid import TEXTURE_COLS, TEXTURE_ROWS
 
 FORMAT = 1
 MAX_FILE_BYTES = 65_536  # a calibration is one screen of text
-DAMAGED = "calibrate again with `planish calibrate`, or leave the file out for the manual's figures"
-STEEPEST_SWEEP = (
-    1.0  # tangent of the steepest stripe plane of any lens, WIDE at its nearest distance, with room to spare
+REPLACE_CALIBRATION = "calibrate again with `planish calibrate`, or leave the file out for the manual's figures"
+MAX_SWEEP_TANGENT = (
+    1.0  # tangent of the steepest stripe plane of any lens (WIDE at its nearest distance), with a margin
 )
 
 Finite = Annotated[float, Field(allow_inf_nan=False)]
@@ -30,13 +31,13 @@ Serial = Annotated[str, Field(max_length=64)]
 
 @dataclass(frozen=True)
 class Calibration:
-    """The geometry of one body and one lens. There are no defaults: a file that was cut short shall not pass.
+    """The geometry of one body and one lens. There are no defaults: a truncated file is refused.
 
     body, lens_serial  serial numbers, empty where they are not known.
     baseline_mm        from the lens centre down to the axis of the galvano mirror.
     focal_px           focal length in texture pixels; the pixels are square.
     centre_px          texture pixel (x, y) on the optical axis.
-    pupil_mm           how far the lens centre lies behind the front of the lens.
+    pupil_mm           distance of the lens centre behind the front of the lens.
     distortion         (k1, k2): a direction of tangents t is seen at t·(1 + k1·|t|² + k2·|t|⁴), the radial terms of
                        Brown (1966).
     plane              (p0, p1, p2, p3): a mirror sent to the tangent s stands at s + p0 + p1·s + p2·s² + p3·s³.
@@ -63,7 +64,7 @@ class Calibration:
 
 
 def nominal(lens: Lens, *, body: str = "", lens_serial: str = "") -> Calibration:
-    """What the manual says of every body: a straight sweep seen through a lens without distortion."""
+    """The manual's figures for every body: a linear sweep and a lens without distortion."""
     return _ADAPTER.validate_python(
         {
             "body": body,
@@ -82,7 +83,7 @@ def nominal(lens: Lens, *, body: str = "", lens_serial: str = "") -> Calibration
 
 
 def read_calibration(path: Path) -> Calibration:
-    """Read a calibration file. Raises SettingsError when it cannot be read, is damaged, or describes no scanner."""
+    """Read a calibration file. Raises SettingsError when it cannot be read, is damaged, or has impossible values."""
     try:
         with path.open("rb") as file:
             text = file.read(MAX_FILE_BYTES + 1)
@@ -92,9 +93,9 @@ def read_calibration(path: Path) -> Calibration:
     except OSError as error:
         raise SettingsError(f"cannot read the calibration {path}: {error.strerror}", "check the path") from error
     except (ValueError, RecursionError) as error:  # also TOMLDecodeError, UnicodeDecodeError
-        raise SettingsError(f"{path} is not a calibration: {error}", DAMAGED) from error
+        raise SettingsError(f"{path} is not a calibration: {error}", REPLACE_CALIBRATION) from error
     if table.pop("format", None) != FORMAT:
-        raise SettingsError(f"{path} is not a calibration: it lacks the line `format = {FORMAT}`", DAMAGED)
+        raise SettingsError(f"{path} is not a calibration: it lacks the line `format = {FORMAT}`", REPLACE_CALIBRATION)
     return calibration_of(table, str(path))
 
 
@@ -108,7 +109,7 @@ def calibration_of(table: Mapping[str, Any], where: str) -> Calibration:
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         key = ": ".join([where, *map(str, first["loc"])])
-        raise SettingsError(f"{key}: {first['msg']}, not {first['input']!r}", DAMAGED) from error
+        raise SettingsError(f"{key}: {first['msg']}, not {first['input']!r}", REPLACE_CALIBRATION) from error
     _check_one_to_one(calibration, where)
     return calibration
 
@@ -130,11 +131,11 @@ def _check_one_to_one(calibration: Calibration, where: str) -> None:
     radius = np.linspace(0, corner, 65)
     k1, k2 = calibration.distortion
     if (1 + 3 * k1 * radius**2 + 5 * k2 * radius**4 <= 0).any():
-        raise SettingsError(f"{where}: distortion: {calibration.distortion} folds the image over", DAMAGED)
-    s = np.linspace(-STEEPEST_SWEEP, STEEPEST_SWEEP, 65)
+        raise SettingsError(f"{where}: distortion: {calibration.distortion} folds the image over", REPLACE_CALIBRATION)
+    s = np.linspace(-MAX_SWEEP_TANGENT, MAX_SWEEP_TANGENT, 65)
     _, p1, p2, p3 = calibration.plane
     if (1 + p1 + 2 * p2 * s + 3 * p3 * s**2 <= 0).any():
-        raise SettingsError(f"{where}: plane: {calibration.plane} makes the stripe turn back", DAMAGED)
+        raise SettingsError(f"{where}: plane: {calibration.plane} makes the stripe turn back", REPLACE_CALIBRATION)
 
 
 def _toml(value: str | float | list[float]) -> str:

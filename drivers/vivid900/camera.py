@@ -1,6 +1,6 @@
 """A Vivid 900 as a Scanner: the call order of the vendor's kit over any transport.
 
-parameters → autofocus → write → release → pitch → colour, and after every way out the laser off.
+parameters → autofocus → write → release → pitch → colour; afterwards, and after every error, the laser is switched off.
 """
 
 from __future__ import annotations
@@ -15,22 +15,22 @@ import numpy as np
 
 from drivers.scanner import CaptureSettings, Progress, ScannerError, TransportError
 from drivers.vivid900 import merge
-from drivers.vivid900.aim import aim
 from drivers.vivid900.body import RANGE_MODES, Body, Shot
 from drivers.vivid900.calibration import Calibration
-from drivers.vivid900.closing import Closing
 from drivers.vivid900.colour import Samples
 from drivers.vivid900.commands import Parameters, ShotMode, State, Status
+from drivers.vivid900.device_context import DeviceContext
 from drivers.vivid900.errors import BadReply, Interrupted
 from drivers.vivid900.lenses import LENSES, MODES, texture_grid
 from drivers.vivid900.link import Link
+from drivers.vivid900.parking import parked_on_exit
 from drivers.vivid900.profile import Profile
-from drivers.vivid900.rest import at_rest
 from drivers.vivid900.scsi import Identity
+from drivers.vivid900.shot_parameters import choose_parameters
 from drivers.vivid900.triangulation import points_of
 from restore.scan import Bytes, Floats, RangeScan
 
-ATTEMPTS = 3  # a capture that a reset or a damaged block broke is begun anew twice
+ATTEMPTS = 3  # a capture that failed by a reset or a damaged block is repeated twice
 Result = TypeVar("Result")
 CalibrationOf = Callable[[Status], Calibration]
 
@@ -40,16 +40,16 @@ def _utc() -> datetime:
 
 
 def _silent(step: str, done: float) -> None:
-    """No one is listening."""
+    """Progress callback that does nothing."""
 
 
-class Vivid900(Closing):
-    """A Vivid 900. Raising from `progress` cancels a capture wherever it stands.
+class Vivid900(DeviceContext):
+    """A Vivid 900. Raising from `progress` cancels a capture at any point.
 
-    identity  what the scanner says of itself.
+    identity  its INQUIRY data.
     """
 
-    unrest = "and the scanner could not be brought to rest"
+    close_failure = "and the scanner could not be brought to rest"
 
     def __init__(
         self,
@@ -60,10 +60,10 @@ class Vivid900(Closing):
         park: Sequence[Callable[[], object]] = (),
         now: Callable[[], datetime] = _utc,
     ) -> None:
-        """Take a scanner that answers and switch its laser off; its transport is closed when that fails.
+        """Identify the scanner and switch its laser off; its transport is closed when that fails.
 
-        calibration_of  the calibration for the mounted lens.
-        park            what else is to be brought to rest after a capture, whatever came of it.
+        calibration_of  gives the calibration for the mounted lens.
+        park            further actions that make the set-up safe after every capture, failed or not.
         Raises ProfileMismatch before any command of the profile is sent to a scanner that it is not for.
         """
         self._link, self._profile, self._calibration_of = link, profile, calibration_of
@@ -80,7 +80,7 @@ class Vivid900(Closing):
 
     @property
     def state(self) -> State | Literal["off"]:
-        """What the scanner is doing; "off" when it does not answer."""
+        """State of the scanner; "off" when it does not answer."""
         try:
             self._link.clear_attentions()
             return self._body().status().state
@@ -88,9 +88,10 @@ class Vivid900(Closing):
             return "off"
 
     def capture(self, settings: CaptureSettings, progress: Progress = _silent) -> RangeScan:
-        """Focus, shoot as often as the settings ask for, and return the range grid with its colour image.
+        """Focus, take the shots that the settings ask for, and return the range grid with its colour image.
 
-        Raises SettingsError, DeviceError or TransportError; the laser is off then, too.
+        Returns points (rows, cols, 3) mm with texture (480, 640, 3) uint8 RGB. Raises SettingsError, DeviceError or
+        TransportError; the laser is off then as well.
         """
         return self._attempt(lambda body: self._capture(body, settings), progress)
 
@@ -99,21 +100,21 @@ class Vivid900(Closing):
         return self.capture(replace(settings, mode="fast", average=1, multi_depth=False), progress)
 
     def photograph(self, mode: ShotMode = ShotMode.COLOUR_8, progress: Progress = _silent) -> Samples:
-        """A colour image alone, without laser. Raises as `capture` does.
+        """A colour image without a range image and without laser. Raises as `capture` does.
 
         Returns (480, 640, 3) uint8 RGB, uint16 up to 1023 in ten bits, or (480, 640, 1) of a single channel.
         """
         if mode.has_range:
-            raise ValueError(f"{mode.name} is no mode of colour alone")
+            raise ValueError(f"{mode.name} is not a colour-only mode")
         return self._attempt(lambda body: _photograph(body, mode), progress)
 
     def close(self) -> None:
-        """Switch the laser off and let the scanner go. Safe to call twice."""
+        """Switch the laser off and close the connection. Safe to call twice."""
         if not self._open:
             return
         self._open = False
         try:
-            with self._rest():
+            with self._parked():
                 pass
         finally:
             self._link.transport.close()
@@ -121,11 +122,11 @@ class Vivid900(Closing):
     def _body(self, progress: Progress = _silent) -> Body:
         return Body(self._link, self._profile, progress)
 
-    def _rest(self) -> AbstractContextManager[None]:
-        return at_rest([self._body().laser_off, *self._park])
+    def _parked(self) -> AbstractContextManager[None]:
+        return parked_on_exit([self._body().laser_off, *self._park])
 
     def _attempt(self, work: Callable[[Body], Result], progress: Progress) -> Result:
-        """Do the work, anew after a reset or a damaged block, and bring everything to rest each time."""
+        """Do the work, repeat it after a reset or a damaged block, and park after each attempt."""
         if not self._open:
             raise TransportError("the scanner is closed", "open it again")
         for _ in range(ATTEMPTS - 1):
@@ -134,14 +135,14 @@ class Vivid900(Closing):
         return self._once(work, progress)
 
     def _once(self, work: Callable[[Body], Result], progress: Progress) -> Result:
-        with self._rest():
+        with self._parked():
             self._link.clear_attentions()
             return work(self._body(progress))
 
     def _capture(self, body: Body, settings: CaptureSettings) -> RangeScan:
         status = body.wait_ready()
         calibration = self._calibration_of(status)
-        parameters = aim(body, settings, calibration)
+        parameters = choose_parameters(body, settings, calibration)
         mode, lens, textures = MODES[settings.mode], LENSES[calibration.lens], list[Bytes]()
 
         def shoot(distance_mm: int) -> Floats:
@@ -184,7 +185,7 @@ class Vivid900(Closing):
 
 
 def _average(shots: Sequence[Shot], mode: ShotMode) -> tuple[Floats, Bytes]:
-    """Mean pitch (rows, cols) and mean colour (480, 640, 3) uint8 of shots of the same."""
+    """Mean pitch (rows, cols) and mean colour (480, 640, 3) uint8 of shots of the same scene."""
     pitches = [shot.pitch.frames for shot in shots if shot.pitch is not None]
     colours = [shot.colour.pixels for shot in shots if shot.colour is not None]
     mean = np.mean(colours, axis=0) if len(colours) > 1 else colours[0]
@@ -194,5 +195,5 @@ def _average(shots: Sequence[Shot], mode: ShotMode) -> tuple[Floats, Bytes]:
 def _photograph(body: Body, mode: ShotMode) -> Samples:
     body.wait_ready()
     shot = body.shoot(replace(body.read_parameters(), mode=mode, laser_power=0))
-    assert shot.colour is not None  # a mode of colour alone has nothing else
+    assert shot.colour is not None  # a colour-only mode always has one
     return shot.colour.pixels

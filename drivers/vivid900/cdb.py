@@ -21,8 +21,8 @@ _BYTE, _FIELD = re.compile(r"[0-9A-Fa-f]{2}"), re.compile(r"([a-z_]+)/([1-9])")
 class Layout:
     """The bytes of one command.
 
-    fixed   what every such command has, 0 where a field lies.
-    fields  name → (place of its first byte, number of bytes).
+    fixed   the constant bytes, 0 where there is a field.
+    fields  name → (offset of its first byte, number of bytes).
     """
 
     fixed: bytes
@@ -50,7 +50,7 @@ class Layout:
         return Layout(fixed, fields)
 
     def build(self, **values: int) -> bytes:
-        """The CDB; values for fields that it does not have are left out. Raises SettingsError for one too large."""
+        """The CDB; values without a field are ignored. Raises SettingsError for a value that is too large."""
         cdb = bytearray(self.fixed)
         for name, (start, size) in self.fields.items():
             if not 0 <= values[name] < 1 << 8 * size:
@@ -59,7 +59,7 @@ class Layout:
         return bytes(cdb)
 
     def parse(self, cdb: bytes) -> dict[str, int] | None:
-        """The values of the fields, None when the bytes are another command."""
+        """The values of the fields, None when the bytes are not this command."""
         if len(cdb) != len(self.fixed):
             return None
         values = {name: int.from_bytes(cdb[at : at + size], "big") for name, (at, size) in self.fields.items()}

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from drivers.vivid900.commands import ShotMode
 from drivers.vivid900.errors import BadReply
-from drivers.vivid900.lenses import TEXTURE_COLS, TEXTURE_ROWS
 from drivers.vivid900.profile import ColourEncoding, Profile
+from restore.vivid import TEXTURE_COLS, TEXTURE_ROWS
 
 _ONE_CHANNEL = (ShotMode.MONITOR, ShotMode.RED, ShotMode.GREEN, ShotMode.BLUE)
 MAX_TEN_BIT = 1023
@@ -55,7 +55,7 @@ def build_colour(profile: Profile, mode: ShotMode, image: ColourImage) -> bytes:
 
 
 def parse_colour(profile: Profile, mode: ShotMode, data: bytes) -> ColourImage:
-    """Read the colour image of a mode. Raises BadReply when the length, the header or the checksum is another."""
+    """Read the colour image of a mode. Raises BadReply when the length, the header or the checksum is wrong."""
     encoding, channels = profile.colour, channels_of(mode)
     values = profile.blocks.colour.parse(data, payload=_payload(profile, mode))
     if (values["rows"], values["cols"]) != (TEXTURE_ROWS, TEXTURE_COLS):

@@ -37,7 +37,7 @@ class ShotMode(IntEnum):
 
     @property
     def has_range(self) -> bool:
-        """Whether the laser sweeps."""
+        """Whether the shot has a range image: the laser sweeps."""
         return self <= ShotMode.FAST_COLOUR
 
 
@@ -49,7 +49,7 @@ class Parameters:
     laser_power  0 to 255, 0 is off; gain: 0 to 7.
     threshold    least brightness of a sample, 0 to 1023, 65535 lets the scanner choose.
     auto_read    0: the range image is followed by colour; 1: range image only.
-    colour       level of the colour exposure, 0 to 9, 10 lets the scanner choose.
+    colour       colour exposure level, 0 to 9, 10 lets the scanner choose.
     """
 
     distance_mm: int = 1000
@@ -81,9 +81,9 @@ RANGES: Mapping[str, tuple[int, int]] = {
 
 @dataclass(frozen=True)
 class Status:
-    """What the scanner is doing.
+    """State of the scanner.
 
-    panel        message that the last operation left on the panel, empty when it went well.
+    panel        message that the last operation left on the front panel, empty when it succeeded.
     lens         name of the mounted lens; lens_serial, body_serial: calibrations are made for such a pair.
     shot         counts releases since power-on; focused counts autofocuses, where the profile has such a field.
     """
@@ -176,16 +176,16 @@ def parse_parameters(profile: Profile, data: bytes) -> Parameters:
         raise BadReply(f"the scanner's parameters make no sense: {error}") from error
 
 
-def build_status(profile: Profile, told: Status) -> bytes:
+def build_status(profile: Profile, status: Status) -> bytes:
     """The status block. Raises SettingsError for a message or lens that the profile does not have."""
     panels = {"": 0, **profile.panels}
-    if told.panel not in panels or told.lens not in profile.lenses or told.state not in profile.states:
-        raise SettingsError(f"the profile has no bytes for {told}")
+    if status.panel not in panels or status.lens not in profile.lenses or status.state not in profile.states:
+        raise SettingsError(f"the profile has no bytes for {status}")
     values = {
-        "state": profile.states[told.state],
-        "panel": panels[told.panel],
-        "lens": profile.lenses[told.lens],
-        **{name: getattr(told, name) for name in ("shot", "focused", "lens_serial", "body_serial")},
+        "state": profile.states[status.state],
+        "panel": panels[status.panel],
+        "lens": profile.lenses[status.lens],
+        **{name: getattr(status, name) for name in ("shot", "focused", "lens_serial", "body_serial")},
     }
     return profile.blocks.status.build(values)
 

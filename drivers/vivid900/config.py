@@ -14,7 +14,7 @@ _Model = ConfigDict(frozen=True, extra="forbid")
 
 
 class Sg(BaseModel):
-    """A SCSI card, or whatever else Linux gives a node /dev/sg*."""
+    """A SCSI card, or any other device with a node /dev/sg*."""
 
     model_config = _Model
     kind: Literal["sg"]
@@ -48,7 +48,7 @@ class Replay(BaseModel):
     file: Path
 
 
-Way = Annotated[Sg | Usb | Socket | Replay, Field(discriminator="kind")]
+TransportSettings = Annotated[Sg | Usb | Socket | Replay, Field(discriminator="kind")]
 
 
 class ScannerConfig(BaseModel):
@@ -61,7 +61,7 @@ class ScannerConfig(BaseModel):
 
     model_config = _Model
     driver: Literal["vivid900"] = "vivid900"
-    transport: Way
+    transport: TransportSettings
     profile: str
     calibration: Path | None = None
     record: Path | None = None

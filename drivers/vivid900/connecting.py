@@ -1,4 +1,4 @@
-"""From the `[scanner]` table of a station configuration to a Vivid 900."""
+"""Opens the Vivid 900 that the `[scanner]` table of a station configuration describes."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ def connect(config: Mapping[str, Any]) -> Vivid900:
     return Vivid900(Link(transport), profile, known)
 
 
-def open_transport(way: Sg | Usb | Socket | Replay) -> Transport:
-    """Open the way to a scanner; nothing is sent. Raises TransportError."""
-    return _WAYS[way.kind](way)
+def open_transport(settings: Sg | Usb | Socket | Replay) -> Transport:
+    """Open the transport to a scanner; nothing is sent. Raises TransportError."""
+    return _OPENERS[settings.kind](settings)
 
 
 def calibrations(path: Path | None) -> CalibrationOf:
-    """The calibration of a file for the lens and body that it was made for; the manual's figures without a file.
+    """Function that gives the calibration of the mounted lens: the file's, or the manual's figures without a file.
 
-    Raises SettingsError when the file cannot be read; what is returned raises it for another lens or body.
+    Raises SettingsError when the file cannot be read; the function raises it for another lens or body.
     """
     if path is None:
         return _nominal
@@ -61,36 +61,36 @@ def _nominal(status: Status) -> Calibration:
     return nominal(LENSES[status.lens], body=str(status.body_serial), lens_serial=str(status.lens_serial))
 
 
-# Each way's own library is imported only when it is taken.
-def _sg(way: Sg) -> Transport:
+# The library of a transport is imported only when the transport is used.
+def _sg(settings: Sg) -> Transport:
     from drivers.vivid900.transports.sg import SgDevice
 
-    return SgDevice(way.device)
+    return SgDevice(settings.device)
 
 
-def _usb(way: Usb) -> Transport:
+def _usb(settings: Usb) -> Transport:
     from drivers.vivid900.transports.usb import UsbBulkOnly, find_device
 
-    return UsbBulkOnly(find_device(way.vendor, way.product), target=way.target)
+    return UsbBulkOnly(find_device(settings.vendor, settings.product), target=settings.target)
 
 
-def _socket(way: Socket) -> Transport:
+def _socket(settings: Socket) -> Transport:
     from drivers.vivid900.transports.tcp import TcpDevice
 
-    return TcpDevice(way.host, way.port)
+    return TcpDevice(settings.host, settings.port)
 
 
-def _replay(way: Replay) -> Transport:
+def _replay(settings: Replay) -> Transport:
     from drivers.vivid900.transports.replay import load_replay
 
-    return load_replay(way.file)
+    return load_replay(settings.file)
 
 
-_WAYS: dict[str, Callable[[Any], Transport]] = {"sg": _sg, "usb": _usb, "socket": _socket, "replay": _replay}
+_OPENERS: dict[str, Callable[[Any], Transport]] = {"sg": _sg, "usb": _usb, "socket": _socket, "replay": _replay}
 
 
-class _RecordedInFile:
-    """A transport whose conversation goes to a file that is closed with it."""
+class _FileRecorder:
+    """A recorder that owns its file and closes it with the transport."""
 
     def __init__(self, recorder: Transport, file: IO[str]) -> None:
         self.max_transfer, self._recorder, self._file = recorder.max_transfer, recorder, file
@@ -113,7 +113,7 @@ def _recorded(transport: Transport, path: Path) -> Transport:
 
     try:
         file = path.open("x", encoding="utf-8")
-        return _RecordedInFile(Recorder(transport, file), file)
+        return _FileRecorder(Recorder(transport, file), file)
     except OSError as error:
         transport.close()
         raise SettingsError(

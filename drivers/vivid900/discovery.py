@@ -1,7 +1,7 @@
-"""What is plugged in: scanners behind /dev/sg*, USB–SCSI bridges and serial ports, found without doing any harm.
+"""Finds scanners behind /dev/sg*, USB–SCSI bridges and serial ports, without side effects.
 
-Nothing but INQUIRY is sent, and that only to what may be a scanner: what a SCSI device is called the kernel knows
-already. Discovery knows no profile, so no laser can come on.
+Only INQUIRY is sent, and only to candidate scanners: the names of SCSI devices are known to the kernel. Discovery has
+no profile, so no laser can come on.
 """
 
 from __future__ import annotations
@@ -24,26 +24,26 @@ RESCAN = "- - -"  # every channel, ID and unit of a card (the kernel's Documenta
 
 
 @dataclass(frozen=True)
-class Likeness:
-    """Which devices are taken for scanners: those whose names have these words in them, in capitals or not.
+class NameFilter:
+    """Filter of INQUIRY names: a scanner's names contain these words, in any case.
 
-    What a Vivid answers to INQUIRY is not known for certain.
+    The exact INQUIRY names of a Vivid are not known.
     """
 
     vendor: str = "MINOLTA"
     product: str = "VIVID"
 
     def fits(self, identity: Identity) -> bool:
-        """Whether a device is taken for a scanner."""
+        """Whether a device counts as a scanner."""
         return self.vendor.upper() in identity.vendor.upper() and self.product.upper() in identity.product.upper()
 
 
 @dataclass(frozen=True)
 class ScsiDevice:
-    """A SCSI device: where it is, what it says of itself, and what keeps us from using it.
+    """A SCSI device: its node or bridge, its INQUIRY data, and why it cannot be used, if so.
 
     where       its node, or its bridge and SCSI ID.
-    is_scanner  whether it is taken for one; others were not asked anything.
+    is_scanner  whether its names pass the filter; other devices were sent no command.
     problem     why it cannot be used, empty when it answers; hint: what to do now.
     """
 
@@ -118,19 +118,19 @@ class Host:
         return self.sys / "class/scsi_generic"
 
 
-def find_scsi(host: Host, likeness: Likeness) -> list[ScsiDevice]:
-    """Every SCSI device that the kernel knows; those like a scanner are asked whether they are there."""
+def find_scsi(host: Host, name_filter: NameFilter) -> list[ScsiDevice]:
+    """Every SCSI device that the kernel lists; those whose names pass the filter are sent INQUIRY."""
     found = []
     for entry in sorted(host.scsi_generic.glob("sg*"), key=lambda entry: (len(entry.name), entry.name)):
-        node, told = host.dev / entry.name, _as_the_kernel_says(entry / "device")
-        if likeness.fits(told):
-            found.append(_ask(str(node), told, partial(host.open_sg, node)))
+        node, identity = host.dev / entry.name, _kernel_identity(entry / "device")
+        if name_filter.fits(identity):
+            found.append(_inquire(str(node), identity, partial(host.open_sg, node)))
         else:
-            found.append(ScsiDevice(str(node), told, is_scanner=False))
+            found.append(ScsiDevice(str(node), identity, is_scanner=False))
     return found
 
 
-def _as_the_kernel_says(device: Path) -> Identity:
+def _kernel_identity(device: Path) -> Identity:
     vendor, product, revision, kind = (_text(device / name) for name in ("vendor", "model", "rev", "type"))
     return Identity(int(kind) & 0x1F if kind.isdigit() else 0x1F, vendor, product, revision)
 
@@ -138,11 +138,11 @@ def _as_the_kernel_says(device: Path) -> Identity:
 def _text(file: Path) -> str:
     try:
         return file.read_text("ascii", "replace").strip()
-    except OSError:  # it may be unplugged just now
+    except OSError:  # unplugged meanwhile
         return ""
 
 
-def _ask(where: str, told: Identity, connect: Callable[[], Transport]) -> ScsiDevice:
+def _inquire(where: str, listed: Identity, connect: Callable[[], Transport]) -> ScsiDevice:
     try:
         transport = connect()
         try:
@@ -150,7 +150,7 @@ def _ask(where: str, told: Identity, connect: Callable[[], Transport]) -> ScsiDe
         finally:
             transport.close()
     except ScannerError as error:
-        return ScsiDevice(where, told, is_scanner=True, problem=str(error), hint=error.hint)
+        return ScsiDevice(where, listed, is_scanner=True, problem=str(error), hint=error.hint)
 
 
 def find_bridges(host: Host) -> list[UsbBridge]:
@@ -167,11 +167,11 @@ def _numbers(device: Any) -> tuple[int, int]:
     return device.idVendor, device.idProduct
 
 
-def probe_bridges(host: Host, likeness: Likeness) -> Iterator[ScsiDevice]:
-    """Ask every SCSI ID behind every bridge who is there: for bridges that the kernel gives no nodes.
+def probe_bridges(host: Host, name_filter: NameFilter) -> Iterator[ScsiDevice]:
+    """Send INQUIRY to every SCSI ID behind every bridge: for bridges without nodes of the kernel.
 
-    The kernel's driver loses the bridge meanwhile: disks behind it must not be mounted. Raises TransportError without
-    libusb.
+    The kernel's driver is detached meanwhile: disks behind the bridge must not be mounted. Raises TransportError
+    without libusb.
     """
     from drivers.vivid900.transports.usb import UsbBulkOnly
 
@@ -190,7 +190,7 @@ def probe_bridges(host: Host, likeness: Likeness) -> Iterator[ScsiDevice]:
                 continue
             finally:
                 transport.close()
-            yield ScsiDevice(f"{bridge.name}, SCSI ID {target}", identity, likeness.fits(identity))
+            yield ScsiDevice(f"{bridge.name}, SCSI ID {target}", identity, name_filter.fits(identity))
 
 
 def find_serial_ports(host: Host) -> list[SerialPort]:
@@ -200,9 +200,9 @@ def find_serial_ports(host: Host) -> list[SerialPort]:
 
 
 def rescan(host: Host) -> int:
-    """Let every SCSI card look for devices that were switched on after the computer; how many cards there are.
+    """Rescan the bus of every SCSI card for devices that were switched on late. Returns the number of cards.
 
-    Raises TransportError when we may not.
+    Raises TransportError without the permission.
     """
     cards = sorted((host.sys / "class/scsi_host").glob("host*/scan"))
     for card in cards:

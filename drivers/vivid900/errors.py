@@ -1,26 +1,26 @@
-"""What can go wrong with a Vivid 900, drawn in one place.
+"""The errors of a Vivid 900 and their tree.
 
 SettingsError               the caller's fault
 ├── CommandRefused          the scanner does not know a command or one of its parameters: ILLEGAL REQUEST
 └── ProfileMismatch         the command profile does not declare itself for the scanner that answered
-DeviceError                 the scanner's fault, or what stands before it
-├── NotReady                warming up, or not to be used for another reason: NOT READY
-│   └── BarrierClosed       the laser barrier stands before the laser
+DeviceError                 a fault of the scanner or of the scene
+├── NotReady                warming up or otherwise unusable: NOT READY
+│   └── BarrierClosed       the laser barrier covers the laser window
 ├── StillBusy               busy longer than any of its operations takes
 ├── PanelError              the front panel shows a message of the manual's list
-└── HardwareFault           HARDWARE ERROR, MEDIUM ERROR and whatever else it says of itself
-TransportError              the way's fault
-├── Interrupted             it lost what it was doing: UNIT ATTENTION, ABORTED COMMAND, a shot that is an earlier one's
-└── BadReply                an answer that the command could not have had
+└── HardwareFault           HARDWARE ERROR, MEDIUM ERROR and other faults of its own
+TransportError              a fault of the connection
+├── Interrupted             an operation was lost: UNIT ATTENTION, ABORTED COMMAND, data of an earlier shot
+└── BadReply                an invalid answer
 
-Interrupted and BadReply are worth a second try from the first command on; nothing else is.
+After Interrupted and BadReply the capture is repeated from its first command; after the others it is not.
 """
 
 from __future__ import annotations
 
 from drivers.scanner import DeviceError, SettingsError, TransportError
 
-AGAIN = "scan again; if it comes back, check cables, termination and the SCSI ID"
+SCAN_AGAIN = "scan again; if it comes back, check cables, termination and the SCSI ID"
 
 
 class CommandRefused(SettingsError):
@@ -36,7 +36,7 @@ class NotReady(DeviceError):
 
 
 class BarrierClosed(NotReady):
-    """Raised when the laser barrier stands before the laser."""
+    """Raised when the laser barrier covers the laser window."""
 
 
 class StillBusy(DeviceError):
@@ -60,7 +60,7 @@ class Interrupted(TransportError):
 
 
 class BadReply(TransportError):
-    """Raised when an answer is too short, too long, damaged, or of something that was not asked."""
+    """Raised when an answer is too short, too long, damaged, or belongs to another command."""
 
-    def __init__(self, message: str, hint: str = AGAIN) -> None:
+    def __init__(self, message: str, hint: str = SCAN_AGAIN) -> None:
         super().__init__(message, hint)

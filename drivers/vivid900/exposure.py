@@ -11,25 +11,25 @@ from drivers.vivid900.commands import Parameters
 from drivers.vivid900.pitch import Pitch
 from restore.scan import Floats
 
-PAPER_LEVEL = 64  # intensity of white paper, of 255: two stops below saturation, so that gloss has room
-WHITE_PERCENTILE = 90  # most of a page is paper: the brightest tenth is left to gloss
-DARK_LEVEL = 4  # below this, noise; a preview that saw no more than that says nothing
+PAPER_LEVEL = 64  # intensity of white paper, of 255: two stops below saturation, as headroom for gloss
+WHITE_PERCENTILE = 90  # most of a page is paper; the brightest tenth may be gloss
+DARK_LEVEL = 4  # below this there is only noise
 SATURATED = 255
 GAIN_STEP = 2**0.5  # brightness from one CCD gain to the next; the manual names the steps, not their size
-LEAST_SEEN = 0.01  # share of the samples that a preview must see to choose from it
-SPREAD = (2, 98)  # percentiles of depth that the middle of the page is taken from: the rest may be strays
+MIN_MEASURED_SHARE = 0.01  # share of samples that a preview must have measured to be used
+DEPTH_PERCENTILES = (2, 98)  # percentiles of depth whose middle is the page's: values beyond may be outliers
 
 
 def brightness(pitch: Pitch) -> float:
-    """Intensity of white paper in a shot, 0 to 255; 0 when there is too little light to tell."""
+    """Intensity of white paper in a shot, 0 to 255; 0 when too few samples are lit."""
     lit = pitch.intensity[pitch.intensity >= DARK_LEVEL]
-    return float(np.percentile(lit, WHITE_PERCENTILE)) if lit.size > LEAST_SEEN * pitch.intensity.size else 0.0
+    return float(np.percentile(lit, WHITE_PERCENTILE)) if lit.size > MIN_MEASURED_SHARE * pitch.intensity.size else 0.0
 
 
-def expose(parameters: Parameters, level: float, *, gain_is_fixed: bool = False) -> Parameters:
+def corrected_exposure(parameters: Parameters, level: float, *, gain_is_fixed: bool = False) -> Parameters:
     """Laser power and gain that bring white paper from `level` to PAPER_LEVEL: power first, gain for what is left."""
     if level >= SATURATED:
-        ratio = 1 / 8  # it may be any number of stops too bright
+        ratio = 1 / 8  # saturated: by how much is unknown
     elif level <= 0:
         ratio = 8.0
     else:
@@ -42,16 +42,16 @@ def expose(parameters: Parameters, level: float, *, gain_is_fixed: bool = False)
     return replace(parameters, laser_power=power, gain=gain)
 
 
-def middle_of(points: Floats, pupil_mm: float) -> float | None:
-    """Distance from the front of the lens, mm, that puts points (rows, cols, 3) mm in the middle of the depth window.
+def centring_distance(points: Floats, pupil_mm: float) -> float | None:
+    """Focus distance from the front of the lens, mm, that centres points (rows, cols, 3) mm in the depth window.
 
-    The window is even in 1/depth. None when there are too few points to tell.
+    The window is symmetric in 1/depth. None when there are too few points.
     """
     depth = -points[..., 2]
     seen = depth[np.isfinite(depth)]
-    if seen.size <= LEAST_SEEN * depth.size:
+    if seen.size <= MIN_MEASURED_SHARE * depth.size:
         return None
-    near, far = np.percentile(seen, SPREAD)
+    near, far = np.percentile(seen, DEPTH_PERCENTILES)
     return float(np.clip(2 / (1 / near + 1 / far) - pupil_mm, MIN_DISTANCE_MM, MAX_DISTANCE_MM))
 
 

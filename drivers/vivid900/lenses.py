@@ -1,7 +1,7 @@
 """Optical constants of the Vivid 900 and 910.
 
 The camera looks along −Z from the origin; the galvano mirror that sweeps the horizontal laser stripe stands BASELINE_MM
-below it. `triangulation` tells what follows.
+below it. The geometry that follows from them is in `triangulation`.
 
 Source of every number, unless said otherwise: VIVID 910 hardware manual (Minolta 9222-1888-19), pages as given.
 """
@@ -13,9 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from restore.scan import Floats
-
-TEXTURE_ROWS, TEXTURE_COLS = 480, 640
-"""The colour image is 640×480 in every mode (p. 56)."""
+from restore.vivid import FOCAL_PX
 
 BASELINE_MM = 250.0
 """From the lens axis down to the axis of the galvano mirror, read off the dimension drawing (p. 58); good to ±5 mm."""
@@ -28,8 +26,9 @@ REFERENCE_MM = 600.0
 class Lens:
     """One of the three exchangeable lenses.
 
-    focal_px      focal length in texture pixels, from the straight line through the fields of view of p. 26.
-    pupil_mm      how far the entrance pupil lies behind the front of the lens, from the same line.
+    focal_px      focal length in texture pixels.
+    pupil_mm      distance of the entrance pupil behind the front of the lens, from the straight line through the
+                  fields of view of p. 26.
     depth_mm      depth that one FINE shot covers at REFERENCE_MM: the lower end of the Z range (p. 56).
     precision_mm  standard deviation of z on white paper at REFERENCE_MM (p. 56).
     """
@@ -41,12 +40,12 @@ class Lens:
     precision_mm: float
 
     def line_mm(self, distance_mm: float) -> float:
-        """Depth that one line of the CCD stands for, mm, at a distance from the front of the lens: depth² / (f·b)."""
+        """Depth per CCD line, mm, at a distance from the front of the lens: depth² / (f·b)."""
         return (distance_mm + self.pupil_mm) ** 2 / (self.focal_px * BASELINE_MM)
 
     @property
     def usable_lines(self) -> float:
-        """Lines of the 125-line block that carry depth; the rest goes to the width of the stripe."""
+        """Lines of the 125-line block that carry depth; the rest is taken up by the width of the stripe."""
         return self.depth_mm / self.line_mm(REFERENCE_MM)
 
     def lines(self, mode: Mode) -> float:
@@ -62,16 +61,16 @@ class Lens:
 LENSES = {
     lens.name: lens
     for lens in (
-        Lens("TELE", focal_px=3454.7, pupil_mm=14.9, depth_mm=40.0, precision_mm=0.008),
-        Lens("MIDDLE", focal_px=1942.8, pupil_mm=21.5, depth_mm=70.0, precision_mm=0.016),
-        Lens("WIDE", focal_px=1070.2, pupil_mm=13.7, depth_mm=110.0, precision_mm=0.032),
+        Lens("TELE", focal_px=FOCAL_PX["TELE"], pupil_mm=14.9, depth_mm=40.0, precision_mm=0.008),
+        Lens("MIDDLE", focal_px=FOCAL_PX["MIDDLE"], pupil_mm=21.5, depth_mm=70.0, precision_mm=0.016),
+        Lens("WIDE", focal_px=FOCAL_PX["WIDE"], pupil_mm=13.7, depth_mm=110.0, precision_mm=0.032),
     )
 }
 
 
 @dataclass(frozen=True)
 class Mode:
-    """A way to sweep: samples, their spacing in texture pixels, and the block of CCD lines read per frame (p. 59)."""
+    """A scan mode: samples, their spacing in texture pixels, and the block of CCD lines read per frame (p. 59)."""
 
     name: str
     rows: int

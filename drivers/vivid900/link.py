@@ -1,4 +1,4 @@
-"""Commands to a scanner and what comes back: waiting while it is busy, sense data as errors, blocks in chunks."""
+"""Sends commands over a transport: waits while busy, raises sense data as errors, reads blocks in chunks."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from time import sleep as real_sleep
 from drivers.scanner import DeviceError, SettingsError
 from drivers.vivid900 import scsi
 from drivers.vivid900.commands import Command
-from drivers.vivid900.errors import AGAIN, BadReply, Interrupted, StillBusy
+from drivers.vivid900.errors import SCAN_AGAIN, BadReply, Interrupted, StillBusy
 from drivers.vivid900.profile import Profile
 from drivers.vivid900.scsi import Identity
 from drivers.vivid900.sense import Key, error_of, parse_sense
@@ -26,23 +26,23 @@ from drivers.vivid900.transports import (
 
 COMMAND_S = 10.0  # the longest block takes the scanner a second and a half to send (manual p. 59)
 BUSY_S = 15.0  # the longest operation: a FINE shot with the motor's turn before it and the colours after it takes 5 s
-FIRST_PAUSE_S, LONGEST_PAUSE_S, PAUSE_GROWTH = 0.02, 0.5, 1.5
-MOST_ATTENTIONS = 8  # power-on, reset, lens change and the like, told one by one before anything else
+FIRST_PAUSE_S, MAX_PAUSE_S, PAUSE_GROWTH = 0.02, 0.5, 1.5
+MAX_ATTENTIONS = 8  # power-on, reset, lens change and the like are reported one by one before anything else
 
 
 def pauses() -> Iterator[float]:
-    """Seconds to wait from one question to the next: soon at first, then at most twice a second."""
+    """Seconds to wait between polls: short at first, growing to half a second."""
     pause = FIRST_PAUSE_S
     while True:
         yield pause
-        pause = min(pause * PAUSE_GROWTH, LONGEST_PAUSE_S)
+        pause = min(pause * PAUSE_GROWTH, MAX_PAUSE_S)
 
 
 @dataclass(frozen=True)
 class Link:
     """A scanner at the end of a transport.
 
-    profile  None until it is known which one fits: then only the standard's commands can be sent.
+    profile  None until the scanner is identified: then only the standard's commands can be sent.
     """
 
     transport: Transport
@@ -58,8 +58,8 @@ class Link:
         return identity
 
     def clear_attentions(self) -> None:
-        """Take notice of all that happened before: a device tells it in place of its first answers."""
-        for _ in range(MOST_ATTENTIONS):
+        """Clear pending unit attentions: a device reports each in place of an answer."""
+        for _ in range(MAX_ATTENTIONS):
             try:
                 self.run(Command("test_unit_ready", scsi.test_unit_ready()))
             except Interrupted:
@@ -67,13 +67,13 @@ class Link:
             except DeviceError:  # not ready, and it says so: it is listening
                 pass
             return
-        raise Interrupted("the scanner is reset again and again", AGAIN)
+        raise Interrupted("the scanner is reset again and again", SCAN_AGAIN)
 
     def run(self, command: Command) -> bytes:
-        """Send a command, as often as the scanner is busy. Returns what came, as many bytes as were asked for.
+        """Send a command, repeating it while the scanner is busy. Returns the bytes asked for.
 
-        Raises the error that the sense data stands for, BadReply for an answer that cannot be one, StillBusy,
-        TransportError, SettingsError for a command that nothing is known of by standard or profile.
+        Raises the error of the sense data, BadReply for an invalid answer, StillBusy, TransportError, SettingsError for
+        a command outside the standard when there is no profile.
         """
         if command.cdb[0] not in scsi.STANDARD and self.profile is None:
             raise SettingsError("without a profile only the commands of the standard are sent", "name a profile")
@@ -90,7 +90,7 @@ class Link:
         )
 
     def read(self, part: Callable[[int, int], Command], total: int) -> bytes:
-        """Read a block of `total` bytes with the commands part(offset, length), as large as profile and way allow."""
+        """Read `total` bytes with the commands part(offset, length), each as large as profile and transport allow."""
         chunk = min(self.transport.max_transfer, self.profile.chunk_bytes if self.profile else total)
         data = bytearray()
         while len(data) < total:

@@ -1,4 +1,4 @@
-"""What the front panel of a Vivid can show (hardware manual 9222-1888-19 p. 54-55), and what to do about it."""
+"""Messages of the front panel (hardware manual 9222-1888-19 p. 54-55), their meaning and what to do about each."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ PANELS: dict[str, Panel] = {
 
 
 def panel_error(text: str) -> DeviceError:
-    """The error for a message of the panel; for one that the manual does not have, with its text as it is."""
+    """The error for a message of the panel; a message that the manual does not list is quoted."""
     panel = PANELS.get(text, Panel(f"its panel shows {text!r}", "see the scanner's manual"))
     message = f"{panel.meaning} ({text})" if text in PANELS else panel.meaning
     if panel.kind is PanelError:

@@ -4,7 +4,7 @@ While the stripe passes, the CCD is read frame after frame. For every sample the
 times the number i of the frame; the quotient Σ(i·x)/Σx is the frame at which the middle of the stripe lay on the
 sample: the temporal barycentre (US 6,151,118; hardware manual p. 57). Some 3.6 MB for a FINE shot with colour
 (p. 59) leave nine bytes a sample: two sums of 32 bits and one brightness of eight fit. How the vendor packs them is not
-known; a profile says it.
+known; the profile defines it.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from restore.scan import Bytes, Floats
 class Pitch:
     """A range image before triangulation.
 
-    frames     (rows, cols) float64 frame at which the stripe's middle crossed the sample, NaN where it was not seen.
+    frames     (rows, cols) float64 frame at which the stripe's middle crossed the sample, NaN where not measured.
     intensity  (rows, cols) uint8 brightest value that the sample had, 255 where the CCD was saturated.
     shot       which shot since power-on it is of.
     """
@@ -37,7 +37,7 @@ class Pitch:
 
 @dataclass(frozen=True, eq=False)
 class Sums:
-    """What the scanner adds up, each (rows, cols): Σx and Σ(i·x) uint32, brightest x uint8."""
+    """Accumulated sums per sample, each (rows, cols): Σx and Σ(i·x) uint32, brightest x uint8."""
 
     sum: NDArray[np.uint32]
     moment: NDArray[np.uint32]
@@ -64,8 +64,8 @@ def build_pitch(profile: Profile, sums: Sums, shot: int) -> bytes:
 def parse_pitch(profile: Profile, mode: Mode, data: bytes) -> Pitch:
     """Read the range image of a mode.
 
-    A sample without light, or whose barycentre lies outside the sweep, counts as not seen. Raises BadReply when the
-    length, the header or the checksum is another.
+    A sample without light, or whose barycentre lies outside the sweep, is NaN. Raises BadReply when the length, the
+    header or the checksum is wrong.
     """
     pixel, header = _pixel(profile.pitch), profile.blocks.pitch.length
     values = profile.blocks.pitch.parse(data, payload=mode.rows * mode.cols * pixel.itemsize)

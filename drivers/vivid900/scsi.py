@@ -1,6 +1,6 @@
-"""The three commands that every SCSI device knows, in bytes: INQUIRY, TEST UNIT READY, REQUEST SENSE (SCSI-2 §8.2).
+"""The three commands of every SCSI device: INQUIRY, TEST UNIT READY, REQUEST SENSE (SCSI-2 §8.2).
 
-These alone are sent to a scanner before a command profile is known to fit it.
+Only these are sent to a scanner before a command profile is known to fit it.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ TEST_UNIT_READY, REQUEST_SENSE, INQUIRY = 0x00, 0x03, 0x12
 STANDARD = frozenset({TEST_UNIT_READY, REQUEST_SENSE, INQUIRY})
 """Operation codes that are safe to send to any device."""
 
-INQUIRY_LENGTH = 36  # the standard part; what a device has beyond it is its vendor's
+INQUIRY_LENGTH = 36  # the standard part; anything beyond it is vendor-specific
 MAX_ALLOCATION = 0xFF  # one byte in a CDB of six
 SCANNER_TYPE, PROCESSOR_TYPE = 0x06, 0x03
 SCSI_2 = 0x02
@@ -44,12 +44,12 @@ def _with_allocation(opcode: int, length: int) -> bytes:
 
 @dataclass(frozen=True)
 class Identity:
-    """What a device says of itself in its INQUIRY data.
+    """The INQUIRY data of a device.
 
     device_type  peripheral device type, 0 to 31. Which one the Vivid 900 reports is not known: none is required.
     vendor       at most 8 printable ASCII characters, product 16, revision 4, without blanks at their ends.
     version      SCSI version, 0 to 7.
-    connected    False when the bus has a place for such a unit but the unit is not there (qualifier 1 or 3).
+    connected    False when the target has no such unit attached (peripheral qualifier 1 or 3).
     """
 
     device_type: int
@@ -63,7 +63,7 @@ class Identity:
         return " ".join(filter(None, (self.vendor, self.product, self.revision)))
 
     def build(self) -> bytes:
-        """INQUIRY data, 36 bytes. Raises SettingsError for text or numbers that have no place in it."""
+        """INQUIRY data, 36 bytes. Raises SettingsError for text or numbers that do not fit."""
         if not (0 <= self.device_type < 32 and 0 <= self.version < 8):
             raise SettingsError(f"no device type {self.device_type} of SCSI version {self.version}")
         data = bytearray(INQUIRY_LENGTH)
@@ -80,7 +80,7 @@ class Identity:
 
 
 def parse_identity(data: bytes) -> Identity:
-    """Read INQUIRY data; characters that cannot be printed are left out. Raises BadReply when it is too short."""
+    """Read INQUIRY data; unprintable characters are dropped. Raises BadReply when it is too short."""
     if len(data) < INQUIRY_LENGTH:
         raise BadReply(f"INQUIRY data of {len(data)} bytes, {INQUIRY_LENGTH} are the least")
     texts = {name: _printable(data[start:end]) for name, (start, end) in _TEXT_AT.items()}

@@ -1,4 +1,4 @@
-"""Sense data (SPC-4 §4.5): bytes ↔ key and code, and what each means for the operator."""
+"""Sense data (SPC-4 §4.5): bytes ↔ key and codes, and the error that each stands for."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from drivers.scanner import DeviceError, ScannerError, SettingsError
-from drivers.vivid900.errors import AGAIN, BadReply, CommandRefused, HardwareFault, Interrupted, NotReady
+from drivers.vivid900.errors import SCAN_AGAIN, BadReply, CommandRefused, HardwareFault, Interrupted, NotReady
 from drivers.vivid900.panel import panel_error
 
 SENSE_LENGTH = 18  # fixed format up to its last fixed field
@@ -69,7 +69,7 @@ def parse_sense(data: bytes) -> Sense:
     if response in _DESCRIPTOR and len(data) >= 4:
         key, code, qualifier = data[1], data[2], data[3]
     elif response in _FIXED and len(data) >= 3:
-        # Bytes past the additional length are not sense data, whatever they hold.
+        # Bytes past the additional length are not sense data.
         end = min(len(data), 8 + data[7]) if len(data) > 7 else 0
         key, code, qualifier = data[2], *(data[at] if at < end else 0 for at in (12, 13))
     else:
@@ -85,31 +85,31 @@ _BY_CODE: dict[tuple[Key, int, int], tuple[type[ScannerError], str, str]] = {
     (Key.ILLEGAL_REQUEST, 0x24, 0x00): (CommandRefused, "the scanner does not take a field of the command", ""),
     (Key.ILLEGAL_REQUEST, 0x25, 0x00): (CommandRefused, "there is no such logical unit", "check the target number"),
     (Key.ILLEGAL_REQUEST, 0x26, 0x00): (CommandRefused, "the scanner does not take one of the parameters", ""),
-    (Key.ILLEGAL_REQUEST, 0x2C, 0x00): (Interrupted, "the scanner has forgotten the shot it was asked for", AGAIN),
-    (Key.UNIT_ATTENTION, 0x28, 0x00): (Interrupted, "something was changed at the scanner", AGAIN),
-    (Key.UNIT_ATTENTION, 0x29, 0x00): (Interrupted, "the scanner was switched on or reset", AGAIN),
-    (Key.UNIT_ATTENTION, 0x2A, 0x00): (Interrupted, "parameters were changed at the scanner", AGAIN),
+    (Key.ILLEGAL_REQUEST, 0x2C, 0x00): (Interrupted, "the scanner has forgotten the shot it was asked for", SCAN_AGAIN),
+    (Key.UNIT_ATTENTION, 0x28, 0x00): (Interrupted, "something was changed at the scanner", SCAN_AGAIN),
+    (Key.UNIT_ATTENTION, 0x29, 0x00): (Interrupted, "the scanner was switched on or reset", SCAN_AGAIN),
+    (Key.UNIT_ATTENTION, 0x2A, 0x00): (Interrupted, "parameters were changed at the scanner", SCAN_AGAIN),
     (Key.ABORTED_COMMAND, 0x47, 0x00): (Interrupted, "parity error on the SCSI bus", "check cables and termination"),
 }  # fmt: skip
 
 _BY_KEY: dict[Key, tuple[type[ScannerError], str, str]] = {
-    Key.NO_SENSE: (BadReply, "the scanner reports a fault and calls it none", AGAIN),
-    Key.RECOVERED_ERROR: (BadReply, "the scanner reports a fault that it got over", AGAIN),
+    Key.NO_SENSE: (BadReply, "the scanner reports a fault and calls it none", SCAN_AGAIN),
+    Key.RECOVERED_ERROR: (BadReply, "the scanner reports a fault that it got over", SCAN_AGAIN),
     Key.NOT_READY: (NotReady, "the scanner is not ready", "look at its panel"),
     Key.MEDIUM_ERROR: (HardwareFault, "the scanner cannot use its memory card", "take the card out"),
     Key.HARDWARE_ERROR: (HardwareFault, "a part of the scanner has failed", "switch it off, wait five seconds, switch "
                          "it on; if it comes back, it needs service"),
     Key.ILLEGAL_REQUEST: (CommandRefused, "the scanner refuses the command", ""),
-    Key.UNIT_ATTENTION: (Interrupted, "something happened to the scanner", AGAIN),
+    Key.UNIT_ATTENTION: (Interrupted, "something happened to the scanner", SCAN_AGAIN),
     Key.DATA_PROTECT: (HardwareFault, "the scanner's memory is protected", "look at its panel"),
     Key.BLANK_CHECK: (HardwareFault, "the scanner finds nothing in its memory", "look at its panel"),
     Key.VENDOR_SPECIFIC: (DeviceError, "the scanner reports a fault of its vendor's own list", "look at its panel"),
-    Key.COPY_ABORTED: (Interrupted, "the scanner gave the command up", AGAIN),
-    Key.ABORTED_COMMAND: (Interrupted, "the scanner gave the command up", AGAIN),
-    Key.EQUAL: (BadReply, "the scanner answers a search that was never asked", AGAIN),
+    Key.COPY_ABORTED: (Interrupted, "the scanner gave the command up", SCAN_AGAIN),
+    Key.ABORTED_COMMAND: (Interrupted, "the scanner gave the command up", SCAN_AGAIN),
+    Key.EQUAL: (BadReply, "the scanner answers a search that was never asked", SCAN_AGAIN),
     Key.VOLUME_OVERFLOW: (HardwareFault, "the scanner's memory is full", "look at its panel"),
     Key.MISCOMPARE: (HardwareFault, "the scanner's memory differs from what was written", "look at its panel"),
-    Key.COMPLETED: (BadReply, "the scanner reports a fault and calls it none", AGAIN),
+    Key.COMPLETED: (BadReply, "the scanner reports a fault and calls it none", SCAN_AGAIN),
 }  # fmt: skip
 
 _PROFILE_HINT = "the command profile does not fit this scanner's firmware"

@@ -1,4 +1,4 @@
-"""From the moment at which the stripe crossed each pixel to points in space, and back.
+"""Triangulation: from the pitch (frame at which the stripe crossed a pixel) to points in space, and back.
 
 The pitch of a sample is the frame, counted from 0 at the start of the sweep and with fractions, at which the stripe
 crossed its pixel: the temporal centre of gravity of the light (VIVID 910 hardware manual p. 57; US 6,151,118).
@@ -7,11 +7,11 @@ crossed its pixel: the temporal centre of gravity of the light (VIVID 910 hardwa
     frames r, r + 1, … r + n − 1 with n = block_lines / step: 125 for FINE, 36 for FAST. With the light x_j that the
     sample gathers in the j-th of these, pitch = r + Σ j·x_j / Σ x_j.
 
-    The mirror is driven so that at the distance in focus the stripe keeps to the middle of the block. A sample of
-    pitch f therefore saw the mirror sent to the tangent s(f) = t(f − (n − 1)/2) + baseline / (distance + pupil), t(r)
-    being the tangent up at which row r looks; baseline, focal length and pupil are here the manual's, which the driver
-    can know, and what the body makes of them is its calibration. That the drive follows the tangent and not the angle
-    is our assumption; the cubic of the calibration takes up the difference at any one distance.
+    The mirror is driven so that at the distance in focus the stripe keeps to the middle of the block. For a sample
+    of pitch f the mirror was therefore commanded to the tangent s(f) = t(f − (n − 1)/2) + baseline/(distance + pupil),
+    t(r) being the vertical tangent of row r's line of sight; baseline, focal length and pupil are the manual's nominal
+    figures here, and the deviations of the body are its calibration. That the drive is linear in the tangent and not in
+    the angle is our assumption; the cubic of the calibration absorbs the difference at any one distance.
 
 A direction of sight is the tangents (u right, v up) = (x, y) / depth. The stripe plane of tangent T meets it where
 y + baseline = depth·(T + tilt·u + bow·u²), hence depth = baseline / (T + tilt·u + bow·u² − v).
@@ -25,19 +25,20 @@ from functools import lru_cache
 import numpy as np
 
 from drivers.vivid900.calibration import Calibration
-from drivers.vivid900.lenses import BASELINE_MM, LENSES, TEXTURE_ROWS, Mode, texture_grid
+from drivers.vivid900.lenses import BASELINE_MM, LENSES, Mode, texture_grid
 from restore.scan import Floats, Mask
+from restore.vivid import TEXTURE_ROWS
 
-# Newton's method doubles the digits with every step, and starts within a twentieth.
+# Newton's method doubles the correct digits with every step; the initial guess is within a twentieth.
 NEWTON_STEPS = 5
 
 
 @dataclass(frozen=True, eq=False)
-class Sight:
+class LinesOfSight:
     """Lines of sight.
 
     tangents  (…, 2) tangents right and up.
-    rise      (…) how much higher than its tangent T the stripe plane stands over the line of sight.
+    rise      (…) height of the stripe plane above its tangent T, minus v, at the line of sight.
     """
 
     tangents: Floats
@@ -52,7 +53,9 @@ def points_of(pitch: Floats, calibration: Calibration, mode: Mode, distance_mm: 
     return points_along(lines_of_sight(calibration, mode), pitch, calibration, mode, distance_mm)
 
 
-def points_along(sight: Sight, pitch: Floats, calibration: Calibration, mode: Mode, distance_mm: float) -> Floats:
+def points_along(
+    sight: LinesOfSight, pitch: Floats, calibration: Calibration, mode: Mode, distance_mm: float
+) -> Floats:
     """(…, 3) mm: `points_of` for any lines of sight (…) of the calibration."""
     denominator = stripe_tangent(pitch, calibration, mode, distance_mm) + sight.rise
     denominator[~(denominator > 0)] = np.nan
@@ -64,12 +67,12 @@ def points_along(sight: Sight, pitch: Floats, calibration: Calibration, mode: Mo
 
 
 def pitch_of(points: Floats, calibration: Calibration, mode: Mode, distance_mm: float) -> Floats:
-    """(rows, cols) pitch at which a grid of points (rows, cols, 3) mm was seen: `points_of` undone."""
+    """(rows, cols) pitch of a grid of points (rows, cols, 3) mm: the inverse of `points_of`."""
     return pitch_at(calibration.baseline_mm / -points[..., 2], calibration, mode, distance_mm)
 
 
 def pitch_at(disparity: Floats, calibration: Calibration, mode: Mode, distance_mm: float) -> Floats:
-    """(rows, cols) pitch of samples whose disparity, baseline / depth (rows, cols), is known."""
+    """(rows, cols) pitch of samples of disparity (rows, cols), baseline / depth."""
     first, slope = _drive(calibration, mode, distance_mm)
     wanted = disparity - lines_of_sight(calibration, mode).rise
     cubic = _cubic(calibration)
@@ -91,7 +94,7 @@ def stripe_tangent(pitch: Floats, calibration: Calibration, mode: Mode, distance
 
 
 def in_window(pitch: Floats, calibration: Calibration, mode: Mode) -> Mask:
-    """(rows, cols) bool, True where the stripe falls on the lines of the read-out block that carry depth."""
+    """(rows, cols) bool, True where the stripe lies on the lines of the read-out block that carry depth."""
     lens = LENSES[calibration.lens]
     row = np.arange(mode.rows)[:, None]
     off_centre = pitch - row - (mode.frames - 1) / 2
@@ -99,16 +102,16 @@ def in_window(pitch: Floats, calibration: Calibration, mode: Mode) -> Mask:
 
 
 @lru_cache(maxsize=4)  # 7 MB each; a station has a lens or two and two modes
-def lines_of_sight(calibration: Calibration, mode: Mode) -> Sight:
-    """Where the samples of a mode look. Kept: shot after shot is taken through the same lens."""
-    return sight_through(calibration, texture_grid(mode))
+def lines_of_sight(calibration: Calibration, mode: Mode) -> LinesOfSight:
+    """Lines of sight of the samples of a mode; cached, because successive shots use the same lens."""
+    return lines_of_sight_through(calibration, texture_grid(mode))
 
 
-def sight_through(calibration: Calibration, texture_xy: Floats) -> Sight:
+def lines_of_sight_through(calibration: Calibration, texture_xy: Floats) -> LinesOfSight:
     """The lines of sight through texture pixels (…, 2)."""
     sight = tangents(calibration, texture_xy)
     u, v = sight[..., 0], sight[..., 1]
-    return Sight(sight, calibration.tilt * u + calibration.bow * u**2 - v)
+    return LinesOfSight(sight, calibration.tilt * u + calibration.bow * u**2 - v)
 
 
 def tangents(calibration: Calibration, texture_xy: Floats) -> Floats:
@@ -125,7 +128,7 @@ def tangents(calibration: Calibration, texture_xy: Floats) -> Floats:
 
 
 def project(calibration: Calibration, points: Floats) -> Floats:
-    """(…, 2) texture pixels (x, y) at which points (…, 3) mm in the scanner's frame are seen."""
+    """(…, 2) texture pixels (x, y) of points (…, 3) mm in the scanner's frame."""
     ideal = points[..., :2] / -points[..., 2:]
     seen = ideal * _stretch(calibration, (ideal**2).sum(axis=-1))[..., None]
     return np.asarray(calibration.centre_px + seen * np.array([1.0, -1.0]) * calibration.focal_px)
@@ -137,7 +140,7 @@ def _stretch(calibration: Calibration, squared_radius: Floats) -> Floats:
 
 
 def _drive(calibration: Calibration, mode: Mode, distance_mm: float) -> tuple[float, float]:
-    """(s(0), s(1) − s(0)) of the tangent s to which the mirror is sent, frame by frame."""
+    """(s(0), s(1) − s(0)) of the commanded mirror tangent s, linear in the frame."""
     lens = LENSES[calibration.lens]
     slope = -mode.step / lens.focal_px
     first_row = ((TEXTURE_ROWS - 1) / 2 - (mode.step - 1) / 2) / lens.focal_px
@@ -146,6 +149,6 @@ def _drive(calibration: Calibration, mode: Mode, distance_mm: float) -> tuple[fl
 
 
 def _cubic(calibration: Calibration) -> Floats:
-    """(4,) from the highest power: the tangent of the stripe plane as a cubic of the one the mirror was sent to."""
+    """(4,) from the highest power: the tangent of the stripe plane as a cubic of the commanded one."""
     p0, p1, p2, p3 = calibration.plane
     return np.array([p3, p2, 1 + p1, p0])

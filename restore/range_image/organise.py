@@ -13,14 +13,13 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from restore.scan import Bytes, Floats, Ints, Mask, RangeScan, SurfaceMesh
+from restore.vivid import FOCAL_PX, TEXTURE_COLS, TEXTURE_ROWS
 
-# Focal lengths of the VIVID 910 in pixels of its 640 × 480 image, from the fields of view in its hardware manual p. 26.
-LENSES_PX = {"TELE": 3454.7, "MIDDLE": 1942.8, "WIDE": 1070.2}
 # Image pixels per sample: FINE takes every pixel, FAST every second; exports thin them further.
 PIXELS_PER_SAMPLE = (1, 2, 3, 4)
 # A lens differs from the nominal one by a percent or two; the candidates above lie 7 percent apart at least.
 FOCAL_TOLERANCE = 0.03
-IMAGE_SIZE = (640, 480)
+IMAGE_SIZE = (TEXTURE_COLS, TEXTURE_ROWS)
 ASPECT_TOLERANCE = 0.01
 
 MIN_LINES = 4  # rows and columns; less is no grid
@@ -177,8 +176,8 @@ def _joins_neighbours(cells: Ints, faces: Ints) -> bool:
 def _lens(lattice: Lattice) -> tuple[str, int] | None:
     """The lens and the image pixels per sample that match the pitch, or None."""
     samples = 2.0 / (lattice.columns.pitch + lattice.rows.pitch)
-    candidates = itertools.product(LENSES_PX, PIXELS_PER_SAMPLE)
-    error = {(lens, k): abs(np.log(k * samples / LENSES_PX[lens])) for lens, k in candidates}
+    candidates = itertools.product(FOCAL_PX, PIXELS_PER_SAMPLE)
+    error = {(lens, k): abs(np.log(k * samples / FOCAL_PX[lens])) for lens, k in candidates}
     best = min(error, key=error.__getitem__)
     return best if error[best] < FOCAL_TOLERANCE else None
 

@@ -15,7 +15,7 @@ from drivers.scanner import TransportError
 from drivers.simulated.buses.sg_node import SimulatedSgNode
 from drivers.simulated.buses.usb_bridge import SimulatedBridge
 from drivers.vivid900 import discovery
-from drivers.vivid900.discovery import Host, Likeness
+from drivers.vivid900.discovery import Host, NameFilter
 from drivers.vivid900.scsi import Identity
 from drivers.vivid900.transports import GOOD, Reply
 from drivers.vivid900.transports.bridges import BRIDGES
@@ -69,7 +69,7 @@ def this_computer(monkeypatch):
 
 
 def checks_of(host: Host, languages=("eng",), **options):
-    return {check.name: check for check in examine(host, Likeness(), lambda: languages, **options)}
+    return {check.name: check for check in examine(host, NameFilter(), lambda: languages, **options)}
 
 
 def may_not(host: Host, part: str) -> Host:
@@ -163,7 +163,7 @@ def test_the_reader_of_words_is_no_device(whole, languages, state, hint):
 
 
 def test_libraries_that_the_system_lacks_are_named_with_their_packages(bare):
-    checks = {check.name: check for check in examine(bare, Likeness(), lambda: ["eng"], SYSTEM_LIBRARIES)}
+    checks = {check.name: check for check in examine(bare, NameFilter(), lambda: ["eng"], SYSTEM_LIBRARIES)}
     for library in SYSTEM_LIBRARIES:
         assert checks[library.file].hint == f"sudo apt install {library.package}"
     states = [checks[library.file].state for library in SYSTEM_LIBRARIES]
@@ -216,4 +216,4 @@ def test_what_a_scanner_is_called_can_be_told(whole, this_computer, capsys):
 def test_the_rules_that_come_along_are_those_that_doctor_asks_for(repository):
     lines = (repository / "configs/60-planish.rules").read_text().splitlines()
     rules = {line for line in lines if line and not line.startswith("#")}
-    assert rules == {doctor.scsi_rule(Likeness()), *(doctor.usb_rule(*numbers) for numbers in BRIDGES)}
+    assert rules == {doctor.scsi_rule(NameFilter()), *(doctor.usb_rule(*numbers) for numbers in BRIDGES)}

@@ -1,4 +1,4 @@
-"""The device's side of Bulk-Only: packets in, packets out, halts, and everything that can go wrong with them.
+"""The device's side of Bulk-Only: packets in, packets out, halts, and injected faults.
 
 Source: USB Mass Storage Class, Bulk-Only Transport, revision 1.0, §5.3 and §6.7.
 """
@@ -14,6 +14,7 @@ from drivers.scanner import TransportError
 from drivers.simulated.buses.usb_descriptors import HIGH_SPEED
 from drivers.vivid900.transports import GOOD, Target
 from drivers.vivid900.transports.bridges import BRIDGES, Addressing
+from drivers.vivid900.transports.bulk_exchange import NO_SUCH_TARGET
 from drivers.vivid900.transports.bulk_only import (
     FAILED,
     PASSED,
@@ -24,7 +25,6 @@ from drivers.vivid900.transports.bulk_only import (
     build_status,
     parse_command,
 )
-from drivers.vivid900.transports.bulk_round import NO_SUCH_TARGET
 
 
 class Halted(Exception):
@@ -45,7 +45,7 @@ class Ending(Enum):
 
 @dataclass(frozen=True)
 class Answer:
-    """What the device will send: the data (None: the data phase is skipped), a halt or two, the status."""
+    """The device's transfers: data (None: the data phase is skipped), halts, status."""
 
     data: bytes | None
     status: bytes
@@ -82,7 +82,7 @@ ANSWER_FAULTS: Mapping[str, Callable[[Answer], Answer]] = {
     "no answer": lambda answer: replace(answer, data=None, status=b""),
 }
 FAULTS = ("refuse command", "disconnect", *ANSWER_FAULTS)
-"""Everything that can be made to go wrong with one command."""
+"""Names of the faults that can be injected into one command."""
 
 
 class BulkOnlyDevice:
@@ -190,7 +190,7 @@ class BulkOnlyDevice:
             self.waits_for_reset = True
 
     def _ask(self, wrapper: CommandWrapper, data_out: bytes) -> tuple[int | None, bytes]:
-        """Status and data; None for a device that does not answer: nor does the bridge then."""
+        """Status and data; None for a device that does not answer: then the bridge does not either."""
         addressing = self._bridge.addressing if self._bridge else Addressing.NONE
         multi_target = self.multi_target or not (self._bridge and self._bridge.multi_target)
         if multi_target and wrapper.lun != addressing.lun_byte(self._scsi_id):
@@ -205,7 +205,7 @@ class BulkOnlyDevice:
         if answer.data is not None:
             self._packets.extend(_pieces(answer.data, self._packet_size))
             ended = len(answer.data) >= asked or len(answer.data) % self._packet_size
-            if answer.halt_after_data or not ended:  # a full last packet does not tell the host that no more comes
+            if answer.halt_after_data or not ended:  # a full last packet does not end the transfer for the host
                 self._packets.append(None)
         if answer.halt_before_status:
             self._packets.append(None)

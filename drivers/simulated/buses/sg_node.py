@@ -1,4 +1,4 @@
-"""What the kernel does for SG_IO, with any Target as the device."""
+"""Simulates the kernel's SG_IO ioctl, with any Target as the device."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from drivers.vivid900.transports.sg import FROM_DEVICE, SCSI_GENERIC, SG_IO, TO_
 NO_CONNECTION, CARD_FAULT = 0x01, 0x07  # DID_NO_CONNECT; DID_ERROR, which is what more data than asked for ends with
 
 Fault = Callable[[SgIoHeader], None]
-"""Spoils what the kernel reports, or raises OSError as the ioctl would."""
+"""Modifies the header that the kernel returns, or raises OSError as the ioctl does."""
 
 
 class SimulatedSgNode:
-    """An ioctl to inject. faults: what goes wrong, by the index of the command."""
+    """An ioctl to inject. faults: injected faults by the index of the command."""
 
     def __init__(self, target: Target, *, faults: Mapping[int, Fault] | None = None) -> None:
         self._target = target

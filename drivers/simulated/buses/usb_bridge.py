@@ -1,4 +1,4 @@
-"""A USB–SCSI bridge at the end of pyusb, in the place of libusb: `usb.core.find(backend=SimulatedBridge(target))`."""
+"""A simulated USB–SCSI bridge as pyusb backend, instead of libusb: `usb.core.find(backend=SimulatedBridge(target))`."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from drivers.simulated.sheets.sheet import PageSize, corners, parameters
 from restore.scan import Floats, Ints
 
 NARROW_MM = 5.0  # paper of 0.1 mm does not hold pleats much narrower than this when crumpled by hand …
-MOST_NARROW = 0.1  # … but corners where creases meet are narrow: they may cover this share of the page
+MAX_NARROW_SHARE = 0.1  # … but corners where creases meet are narrow: they may cover this share of the page
 TRIALS = 500  # planes tried for one crease; where none fits, the sheet is as crumpled as its steepest slope allows
 
 
@@ -105,7 +105,10 @@ def _crease(
         plane = _random_plane(rng, rng.dirichlet(np.ones(len(through))) @ through, np.radians(sheet.tilt_deg))
         reached = np.maximum.reduceat(space @ plane[:3] - plane[3], starts) > 0
         up = 2 * (normals[reached] @ plane[:3]) * plane[2] - normals[reached, 2]  # a mirror turns the normal round
-        if up.min() > np.cos(np.radians(sheet.steep_deg)) and _narrow(trial := _mirror(facets, plane)) < MOST_NARROW:
+        if (
+            up.min() > np.cos(np.radians(sheet.steep_deg))
+            and _narrow(trial := _mirror(facets, plane)) < MAX_NARROW_SHARE
+        ):
             return plane, trial
     return None
 

@@ -1,4 +1,4 @@
-"""What all simulated controllers have in common: an axle, commands one after the other, answers when they are due."""
+"""State machine common to all simulated controllers: an axle, a command queue, answers when they are due."""
 
 from __future__ import annotations
 
@@ -9,28 +9,28 @@ from typing import Any
 
 from drivers.simulated.stage.axle import Axle
 
-MOST_UNREAD = 1000  # bytes without an end of line: no controller has room for more
+MAX_UNREAD = 1000  # bytes without an end of line: no controller has room for more
 
-Obey = Callable[["Machine", "re.Match[bytes]", float], None]
+Action = Callable[["Machine", "re.Match[bytes]", float], None]
 
 
 @dataclass(frozen=True)
 class Dialect:
-    """How one family of controllers listens and answers.
+    """Commands and answers of one family of controllers.
 
     end       what ends a command.
     commands  pattern of a whole command → what it does.
-    answer    to a command that was obeyed; refusal to any other.
-    patient   commands whose answer, and all that follows, waits until the axle stands.
-    urgent    commands that are obeyed out of turn, during a move.
-    busy      whether everything but these is refused during a move, instead of waiting its turn.
+    answer    to an accepted command; refusal to any other.
+    waits     commands whose answer, and all that follows, waits for the end of the motion.
+    urgent    commands that are executed at once, during a move.
+    busy      whether other commands are refused during a move instead of queued.
     """
 
     end: re.Pattern[bytes]
-    commands: Mapping[re.Pattern[bytes], Obey]
+    commands: Mapping[re.Pattern[bytes], Action]
     answer: bytes
     refusal: bytes
-    patient: re.Pattern[bytes]
+    waits: re.Pattern[bytes]
     urgent: re.Pattern[bytes]
     busy: bool = False
 
@@ -40,7 +40,7 @@ class Machine:
     """One controller with its axle; times are seconds of the caller's clock.
 
     pulses   to a turn; negative where counting up turns the stage clockwise, seen from above.
-    notes    what a dialect has to remember: speed, where to go, …
+    notes    state of the dialect: speed, target, …
     refused  commands that were not understood, or came at the wrong time.
     """
 
@@ -57,15 +57,15 @@ class Machine:
         """How far the stage stands from where it was switched on, counter-clockwise."""
         return (self.axle.position(now) + float(self.notes.get("zero", 0.0))) * 360.0 / self.pulses
 
-    def hear(self, data: bytes, now: float) -> list[bytes]:
+    def receive(self, data: bytes, now: float) -> list[bytes]:
         """Take bytes, and return the answers that are given at once; `due` has the others."""
-        *commands, self._unread = self.dialect.end.split((self._unread + data)[-MOST_UNREAD:])
+        *commands, self._unread = self.dialect.end.split((self._unread + data)[-MAX_UNREAD:])
         at_once = []
         for command in filter(None, commands):
             if self.dialect.urgent.fullmatch(command):
                 self._queue.clear()
                 self._held = None
-                at_once.append(self._obey(command, now))
+                at_once.append(self._run(command, now))
             else:
                 self._queue.append(command)
         return [answer for answer in at_once if answer]
@@ -81,16 +81,16 @@ class Machine:
                 break
             else:
                 command = self._queue.pop(0)
-                self._held = self._obey(command, now)
-                if not self.dialect.patient.fullmatch(command):
+                self._held = self._run(command, now)
+                if not self.dialect.waits.fullmatch(command):
                     answers.append(self._held)
                     self._held = None
         return [answer for answer in answers if answer]
 
-    def _obey(self, command: bytes, now: float) -> bytes:
-        for pattern, obey in self.dialect.commands.items():
-            if (said := pattern.fullmatch(command)) and not self._too_early(command, now):
-                obey(self, said, now)
+    def _run(self, command: bytes, now: float) -> bytes:
+        for pattern, act in self.dialect.commands.items():
+            if (match := pattern.fullmatch(command)) and not self._too_early(command, now):
+                act(self, match, now)
                 return self.dialect.answer
         self.refused.append(command)
         return self.dialect.refusal

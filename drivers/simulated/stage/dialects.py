@@ -1,66 +1,66 @@
-"""How the nine controllers listen and answer: four dialects, as strict as the devices that they stand for.
+"""Command dialects of the nine simulated controllers: four dialects, each as strict as its devices.
 
 They are written from what the commands mean and share nothing with the driver but the pulses to a turn. What no source
-tells (which commands are answered, and when) is the reading that the driver's table names as ours.
+states (which commands are answered, and when) is the assumption named in the driver's table.
 """
 
 from __future__ import annotations
 
 import re
 
-from drivers.simulated.stage.controller import Dialect, Machine, Obey
+from drivers.simulated.stage.controller import Action, Dialect, Machine
 
-TURN_S = 30.0  # for a turn, where no command tells the speed
+TURN_S = 30.0  # for a turn, where no command sets the speed
 NEVER = re.compile(rb"(?!)")
 
 
-def _nothing(_machine: Machine, _said: re.Match[bytes], _now: float) -> None:
+def _nothing(_machine: Machine, _match: re.Match[bytes], _now: float) -> None:
     """A setting that changes nothing that can be seen from outside."""
 
 
-def _halt(machine: Machine, _said: re.Match[bytes], now: float) -> None:
+def _halt(machine: Machine, _match: re.Match[bytes], now: float) -> None:
     machine.axle.halt(now)
 
 
-def _aim(machine: Machine, said: re.Match[bytes], now: float) -> None:
+def _aim(machine: Machine, match: re.Match[bytes], now: float) -> None:
     here = machine.axle.position(now) if machine.notes.get("relative") else 0.0
-    machine.notes["target"] = here + int(said["pulses"])
+    machine.notes["target"] = here + int(match["pulses"])
 
 
 def _speed(machine: Machine) -> float:
     return float(machine.notes.get("speed", abs(machine.pulses) / TURN_S))
 
 
-def _go(machine: Machine, _said: re.Match[bytes], now: float) -> None:
+def _go(machine: Machine, _match: re.Match[bytes], now: float) -> None:
     machine.axle.go(machine.notes.get("target", 0.0), _speed(machine), now)
 
 
-def _aim_and_go(machine: Machine, said: re.Match[bytes], now: float) -> None:
-    _aim(machine, said, now)
-    _go(machine, said, now)
+def _aim_and_go(machine: Machine, match: re.Match[bytes], now: float) -> None:
+    _aim(machine, match, now)
+    _go(machine, match, now)
 
 
-def _home(machine: Machine, _said: re.Match[bytes], now: float) -> None:
+def _home(machine: Machine, _match: re.Match[bytes], now: float) -> None:
     """To the origin switch, which lies where the stage was switched on."""
     machine.axle.go(0.0, _speed(machine), now)
 
 
-def _set_speed(machine: Machine, said: re.Match[bytes], _now: float) -> None:
-    machine.notes["speed"] = float(said["speed"])
+def _set_speed(machine: Machine, match: re.Match[bytes], _now: float) -> None:
+    machine.notes["speed"] = float(match["speed"])
 
 
-def _zero_here(machine: Machine, _said: re.Match[bytes], now: float) -> None:
+def _zero_here(machine: Machine, _match: re.Match[bytes], now: float) -> None:
     machine.notes["zero"] = machine.notes.get("zero", 0.0) + machine.axle.position(now)
     machine.axle.count_from(0.0)
 
 
-def _echo_off(machine: Machine, _said: re.Match[bytes], _now: float) -> None:
+def _echo_off(machine: Machine, _match: re.Match[bytes], _now: float) -> None:
     machine.notes["echo"] = False
 
 
-def _sigma(answer: bytes, refusal: bytes, *more: tuple[bytes, Obey]) -> Dialect:
+def _sigma(answer: bytes, refusal: bytes, *more: tuple[bytes, Action]) -> Dialect:
     """Sigma Koki: a move is accepted at once and runs on its own; until it ends only L: is heard."""
-    table: tuple[tuple[bytes, Obey], ...] = (
+    table: tuple[tuple[bytes, Action], ...] = (
         (rb"D:(?:1|2|W)(?:S\d+F(?P<speed>\d+)R\d+)(?:S\d+F\d+R\d+)?", _set_speed),
         (rb"M:1\+P(?P<pulses>\d+)", _aim),
         (rb"G:", _go),
@@ -71,17 +71,17 @@ def _sigma(answer: bytes, refusal: bytes, *more: tuple[bytes, Obey]) -> Dialect:
     return Dialect(re.compile(rb"\r\n"), _compiled(table), answer, refusal, NEVER, re.compile(rb"L:(?:1|E)"), busy=True)
 
 
-def _compiled(table: tuple[tuple[bytes, Obey], ...]) -> dict[re.Pattern[bytes], Obey]:
-    return {re.compile(pattern): obey for pattern, obey in table}
+def _compiled(table: tuple[tuple[bytes, Action], ...]) -> dict[re.Pattern[bytes], Action]:
+    return {re.compile(pattern): act for pattern, act in table}
 
 
 CSG = _sigma(b"", b"")
 MARK = _sigma(b"OK\r\n", b"NG\r\n", (rb"S:\d+", _nothing))
 
 
-def _isel_move(machine: Machine, said: re.Match[bytes], now: float) -> None:
-    _set_speed(machine, said, now)
-    _aim_and_go(machine, said, now)
+def _isel_move(machine: Machine, match: re.Match[bytes], now: float) -> None:
+    _set_speed(machine, match, now)
+    _aim_and_go(machine, match, now)
 
 
 # `@01` names one axis, `@0M` moves and is answered when the move has ended; no way to stop is known.
@@ -90,7 +90,7 @@ ISEL = Dialect(
     _compiled(((rb"@01", _nothing), (rb"@0M(?P<pulses>\d+), ?\+(?P<speed>\d+)", _isel_move), (rb"@0R", _nothing))),
     answer=b"0\r\n",
     refusal=b"1\r\n",
-    patient=re.compile(rb"@0M.*"),
+    waits=re.compile(rb"@0M.*"),
     urgent=NEVER,
 )
 
@@ -110,7 +110,7 @@ ZETA = Dialect(
     ),
     answer=b"\r\n> ",
     refusal=b"\r\n? ",
-    patient=re.compile(rb"GO1|WAIT.*"),
+    waits=re.compile(rb"GO1|WAIT.*"),
     urgent=re.compile(rb"!S"),
 )
 
@@ -125,7 +125,7 @@ MMC = Dialect(
     ),
     answer=b"\r\n",
     refusal=b"?\r\n",
-    patient=re.compile(rb"W:"),
+    waits=re.compile(rb"W:"),
     urgent=re.compile(rb"E:"),
 )
 

@@ -124,7 +124,7 @@ class PtyStage:
             self._looks = LOOKS
             if self.machine.notes.get("echo"):
                 self._write(data)
-            self._say(self.machine.hear(data, now), now)
+            self._say(self.machine.receive(data, now), now)
         self._say(self.machine.due(now), now)
         for when, answer in self._late:
             if when <= now:

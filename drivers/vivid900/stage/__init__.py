@@ -1,4 +1,4 @@
-"""Rotary stages on a serial port. `open_stage(settings)` is the only door."""
+"""Rotary stages on a serial port; `open_stage` opens one."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 __all__ = ["CONTROLLERS", "Controller", "RotaryStage", "controller_named", "open_port", "open_stage"]
 
-WRITE_TIMEOUT_S = 5.0  # the longest string takes 50 ms; with RTS/CTS a controller that is off takes none of it
+WRITE_TIMEOUT_S = 5.0  # the longest string takes 50 ms; with RTS/CTS a controller that is off accepts nothing
 
 
 def controller_named(model: str, *, relative: bool = False) -> Controller:
@@ -38,7 +38,7 @@ def open_stage(model: str, port: str, *, relative: bool = False) -> RotaryStage:
 
 
 def open_port(port: str, controller: Controller) -> serial.Serial:
-    """The serial port as a controller wants it, for us alone. Raises TransportError."""
+    """The serial port with a controller's line settings, opened exclusively. Raises TransportError."""
     import serial
 
     try:

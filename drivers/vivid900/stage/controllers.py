@@ -1,11 +1,11 @@
-"""The nine controllers of rotary stages that the Vivid's users drove, as a table.
+"""Table of the nine supported controllers of rotary stages.
 
 Source: the table of controllers built into RapidForm 2004, as published by students who worked with a VI-900
 ("Protokolle_RF.txt"). Every string is as printed there, apart from the one misprint that is named at its place. All
 speak 9600 baud, 8 data bits, no parity, 1 stop bit.
 
-Not in that table, and ours: which of the strings' parts are answered, and how long a move takes where no answer tells
-of its end. Neither has been tried on a real controller.
+Not in that table, and our assumption: which of the strings' parts are answered, and how long a move takes where no
+answer reports its end. Neither has been tried on a real controller.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 BAUD = 9600
 LINES, COMMANDS = re.compile(rb"[\r\n]+"), re.compile(rb"[\r\n ]+")
-"""What parts a string into the pieces that are answered one by one."""
+"""Separators between the parts of a string that are answered one by one."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Controller:
     reply           what each part of a string is answered with; empty for a controller that never answers.
     parts           what separates the parts.
     ignored         bytes that may stand between answers.
-    echoes          whether it repeats what it hears until `initialise` forbids that.
+    echoes          whether it echoes commands until `initialise` disables that.
     handshake       whether the RTS and CTS wires are used.
     pulses_per_s    speed that `initialise` sets, where the answer is not known to wait for the end of the move.
     """
@@ -56,7 +56,7 @@ class Controller:
 
     @property
     def ambiguous(self) -> bool:
-        """Whether `rotate` may be understood as a way from where the stage stands: see SIGMA_ROTATE."""
+        """Whether some firmware takes `rotate` as relative to the present position: see SIGMA_ROTATE."""
         return self.rotate == SIGMA_ROTATE
 
 
@@ -65,7 +65,7 @@ class Controller:
 CSG_INIT = b"D:2S500F5000R200S500F5000R200\r\nH:1-\r\n"
 SIGMA_ROTATE, SIGMA_STOP, OK = b"M:1+P%d\r\nG:\r\n", b"L:E\r\n", b"OK\r\n"
 
-# COMEXC0 and PSET0 are printed as `COMEXC0\PSET0`; we read a carriage return that lost its r.
+# COMEXC0 and PSET0 are printed as `COMEXC0\PSET0`; read as a carriage return that lost its r.
 ZETA_INIT = b"ECHO0\rCOMEXC0\rPSET0\rA8\rV8\r"
 ZETA_HOME = b"MA1 D0 \rGO1\rWAIT(1PE<>1)\r"
 

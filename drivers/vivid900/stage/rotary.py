@@ -1,4 +1,4 @@
-"""The rotary stage: the dialogue of its controller over a serial port."""
+"""The rotary stage: runs its controller's protocol over a serial port."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from contextlib import contextmanager, suppress
 from typing import Protocol
 
 from drivers.scanner import DeviceError, TransportError
-from drivers.vivid900.closing import Closing
-from drivers.vivid900.stage import dialogue
+from drivers.vivid900.device_context import DeviceContext
+from drivers.vivid900.stage import protocol
 from drivers.vivid900.stage.controllers import Controller
-from drivers.vivid900.stage.dialogue import Answer, Exchange
+from drivers.vivid900.stage.protocol import Answer, Exchange
 
 POLL_S = 0.1  # a character takes 1 ms at 9600 baud, a turn half a minute
-SETTLE_S = 0.5  # what a controller still has to say when it was told to stop, it says within this
+SETTLE_S = 0.5  # answers that are pending at a stop arrive within this
 UNPLUGGED = "check the cable, its adapter and the controller's power, and start again"
 
 
 class Port(Protocol):
-    """What of pyserial's `Serial` is used."""
+    """The part of pyserial's `Serial` that is used."""
 
     @property
     def in_waiting(self) -> int: ...
@@ -34,15 +34,15 @@ class Port(Protocol):
     def close(self) -> None: ...
 
 
-class RotaryStage(Closing):
-    """Turns what stands on it about its axis. Leaving the context stops it, whatever happened.
+class RotaryStage(DeviceContext):
+    """A rotary stage. Leaving the context stops it.
 
     controller  the row of the table.
-    relative    whether the controller takes the number of `rotate` as a way from where it stands, not from home.
-    clock       seconds that only grow; `sleep` lets some of them pass.
+    relative    whether the controller takes the number of `rotate` relative to its present position, not to home.
+    clock       monotonic seconds; `sleep` waits on that clock.
     """
 
-    unrest = "the rotary stage could not be stopped"
+    close_failure = "the rotary stage could not be stopped"
 
     def __init__(
         self,
@@ -56,72 +56,72 @@ class RotaryStage(Closing):
         self.controller = controller
         self._port, self._relative, self._clock, self._sleep = port, relative, clock, sleep
         self._pulses: int | None = None
-        self._asked: tuple[Answer, float] | None = None  # an answer that is still to come, and when it must be there
+        self._pending: tuple[Answer, float] | None = None  # a pending answer and its deadline
         self._open = True
 
     @property
     def angle_deg(self) -> float | None:
-        """Where the stage stands, 0 up to 360 degrees from home; None before `start` and after a fault."""
-        return None if self._pulses is None else dialogue.angle(self.controller, self._pulses)
+        """Position, 0 up to 360 degrees from home; None before `start` and after a fault."""
+        return None if self._pulses is None else protocol.angle(self.controller, self._pulses)
 
     def start(self) -> None:
-        """Set the controller up and go home: then the stage stands at 0°.
+        """Set the controller up and go home, to 0°.
 
         Raises DeviceError when it answers wrongly or not in time, TransportError when the way to it breaks.
         """
         with self._translated():
             self._port.reset_input_buffer()
-        self._exchange(dialogue.initialise(self.controller))
+        self._exchange(protocol.initialise(self.controller))
         self.home()
 
     def home(self) -> None:
         """Go to 0°. Raises as `start`."""
-        self._exchange(dialogue.home(self.controller))
+        self._exchange(protocol.home(self.controller))
         self._pulses = 0
 
     def turn_to(self, angle_deg: float) -> float:
-        """Go to an angle from home, by way of less than a turn. Returns the angle of the nearest pulse, 0 up to 360.
+        """Go to an angle from home, by less than a turn. Returns the angle of the nearest pulse, 0 up to 360.
 
         Raises as `start`, and DeviceError when it is not known where the stage stands.
         """
         if self._pulses is None:
             raise DeviceError("the rotary stage's position is not known", "start it again: it then goes home")
-        here, there = self._pulses, dialogue.position(self.controller, angle_deg)
+        here, there = self._pulses, protocol.position(self.controller, angle_deg)
         way = (there - here) % self.controller.pulses if self._relative else there - here
         if way:
             number = way if self._relative else there
-            self._exchange(dialogue.rotate(self.controller, number, travel=abs(way)))
+            self._exchange(protocol.rotate(self.controller, number, travel=abs(way)))
         self._pulses = there
-        return dialogue.angle(self.controller, there)
+        return protocol.angle(self.controller, there)
 
     def turn_by(self, angle_deg: float) -> float:
-        """Go on by an angle, which may be negative. Returns the angle reached, 0 up to 360. Raises as `turn_to`."""
+        """Turn by an angle, which may be negative. Returns the angle reached, 0 up to 360. Raises as `turn_to`."""
         return self.turn_to((self.angle_deg or 0.0) + angle_deg)
 
     def finish(self) -> None:
-        """Send it home and end the session with it. Raises as `start`."""
-        self._exchange(dialogue.finish(self.controller))
+        """Go home and end the run. Raises as `start`."""
+        self._exchange(protocol.finish(self.controller))
         self._pulses = None
 
     def stop(self) -> None:
-        """Stop at once; where it stands is then not known. A controller without such a command ends its move first.
+        """Stop at once; the position is then unknown. A controller without a stop command finishes its move first.
 
-        Raises TransportError when the way to it is broken.
+        Raises TransportError when the connection is broken.
         """
         self._pulses = None
         with self._translated():
             if self.controller.stop:
                 self._port.write(self.controller.stop)
-            elif self._asked:
-                self._await_end(*self._asked)
+            elif self._pending:
+                self._await_end(*self._pending)
             deadline = self._clock() + SETTLE_S
             while self._clock() < deadline:
                 self._sleep(POLL_S)
             self._port.reset_input_buffer()
-        self._asked = None
+        self._pending = None
 
     def close(self) -> None:
-        """Stop it and let the port go. Safe to call twice. Raises TransportError when it could not be stopped."""
+        """Stop it and close the port. Safe to call twice. Raises TransportError when it could not be stopped."""
         if not self._open:
             return
         self._open = False
@@ -132,15 +132,15 @@ class RotaryStage(Closing):
                 self._port.close()
 
     def _exchange(self, exchange: Exchange) -> None:
-        """Send, and wait until the answer has come and the stage stands."""
+        """Send, and wait until the answer is complete and the stage has stopped."""
         self._pulses = None  # unless all goes well
         answer, sent = Answer(exchange), self._clock()
         deadline = sent + exchange.timeout_s
         with self._translated():
-            self._refuse_leftovers(exchange)
-            self._asked = answer, deadline
+            self._reject_unsolicited(exchange)
+            self._pending = answer, deadline
             self._port.write(exchange.sent)
-            while not answer.complete or self._clock() < sent + exchange.stands_s:
+            while not answer.complete or self._clock() < sent + exchange.motion_s:
                 answer.feed(self._port.read(self._port.in_waiting))
                 if not answer.complete and self._clock() > deadline:
                     raise DeviceError(
@@ -148,17 +148,17 @@ class RotaryStage(Closing):
                         "check its power, its cable, and `model` and `port` in [stage]",
                     )
                 self._sleep(POLL_S)
-        self._asked = None
+        self._pending = None
 
     def _await_end(self, answer: Answer, deadline: float) -> None:
-        """Let a move that nothing stops come to its end: its answer tells, or else its time."""
+        """Wait for the end of a move that cannot be stopped: for its answer, or else for its time."""
         with suppress(DeviceError):
             while not answer.complete and self._clock() < deadline:
                 answer.feed(self._port.read(self._port.in_waiting))
                 self._sleep(POLL_S)
 
-    def _refuse_leftovers(self, exchange: Exchange) -> None:
-        """Whatever waits was said unasked, or too late: the answers would be out of step from here on."""
+    def _reject_unsolicited(self, exchange: Exchange) -> None:
+        """Raise DeviceError for unread bytes: unsolicited or late, they would put all later answers out of step."""
         waiting = self._port.read(self._port.in_waiting)
         if waiting.strip(exchange.ignored) if exchange.ignored else waiting:
             raise DeviceError(f"the rotary stage said {waiting!r} unasked", "start it again")

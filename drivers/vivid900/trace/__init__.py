@@ -1,10 +1,10 @@
-"""Reads what the vendor's own program says to the scanner out of a capture of the USB bus, and drafts a profile."""
+"""Extracts the vendor program's SCSI commands from a capture of the USB bus, and drafts a command profile."""
 
 from __future__ import annotations
 
 
 class CaptureError(Exception):
-    """Raised when a capture cannot be read, or has nothing in it to read. `hint` says what to do now."""
+    """Raised when a capture cannot be read, or contains no commands. `hint` says what to do now."""
 
     exit_code = 3
 

@@ -33,7 +33,7 @@ def read_transfers(path: Path) -> Iterator[Transfer]:
 
 @contextmanager
 def _mapped(path: Path) -> Iterator[mmap.mmap]:
-    """The file as memory: reading beyond its end gives what there is, whatever length a damaged file claims."""
+    """The file as memory: reading beyond its end returns what is there, for any length that a damaged file claims."""
     try:
         with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
             yield content

@@ -36,11 +36,11 @@ TABLES = {
     "states": ("warming-up", "barrier-closed", "ready", "busy", "data"),
     "lenses": ("TELE", "MIDDLE", "WIDE"),
 }
-MOST_SAMPLES = 6  # of a block's bytes, as comments
+MAX_SAMPLES = 6  # of a block's bytes, as comments
 
 
 def draft_profile(exchanges: Sequence[Exchange], *, name: str) -> str:
-    """The text of the draft: TOML, whatever the capture holds."""
+    """The text of the draft, valid TOML for every capture."""
     guesses = guess_roles(exchanges)
     parts = (_opening(exchanges, name), _commands(guesses), *_all_blocks(guesses), _pixels(guesses), _tables())
     return "\n".join(chain.from_iterable(parts)) + "\n"
@@ -88,7 +88,7 @@ def _commands(guesses: Sequence[Guess]) -> Iterator[str]:
 
 
 def _layout(kind: Group, role: str | None) -> tuple[str, tuple[int, ...]]:
-    """The CDB in a profile's notation, and the places that vary and nobody knows why."""
+    """The CDB in a profile's notation, and the offsets of varying bytes without a known role."""
     fields: dict[str, Span] = {}
     if kind.length:
         fields["length"] = kind.length
@@ -119,7 +119,7 @@ def _block(name: str, found: Sequence[Group]) -> Iterator[str]:
     else:
         yield "# length = ?  # of the header before the image"
     yield "# crc32 = ?  # where it lies, when there is one"
-    yield from (f"# seen: {head.hex(' ')}" for head in heads[:MOST_SAMPLES])
+    yield from (f"# seen: {head.hex(' ')}" for head in heads[:MAX_SAMPLES])
     yield f"[blocks.{name}.fields]"
     for field in BLOCK_FIELDS[name]:
         places = _distance_places(heads) if field == "distance_mm" else ""
@@ -132,7 +132,7 @@ def _first_pieces(kind: Group) -> Iterator[Exchange]:
 
 
 def _distance_places(heads: Sequence[bytes]) -> str:
-    """Where two bytes are always a distance that the scanner takes."""
+    """Comment with the offsets at which two bytes are always a valid distance."""
     shortest = min(map(len, heads), default=0)
     places = [
         place

@@ -1,4 +1,4 @@
-"""SCSI commands and their answers out of USB transfers: what Bulk-Only wraps, unwrapped again."""
+"""Reassembles SCSI commands and their answers from the Bulk-Only transfers of a capture."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def _status(transfer: Transfer, current: _Started) -> StatusWrapper | None:
 
 
 def _with_sense(exchanges: Sequence[Exchange]) -> list[Exchange]:
-    """Give each failed command the sense data that was asked for right after it."""
+    """Attach to each failed command the sense data of the REQUEST SENSE right after it."""
     following: dict[tuple[int, int], Exchange] = {}
     found = []
     for exchange in reversed(exchanges):

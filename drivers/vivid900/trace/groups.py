@@ -1,4 +1,4 @@
-"""Commands of one kind, side by side: which of their bytes stay, and which say a length or an offset."""
+"""Groups commands of one kind and finds their constant bytes, length field and offset field."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Group:
 
     @cached_property
     def varying(self) -> frozenset[int]:
-        """The places of the CDB whose byte is not always the same."""
+        """Offsets of the CDB's bytes that vary."""
         columns = zip(*(exchange.cdb for exchange in self.exchanges), strict=True)
         return frozenset(place for place, column in enumerate(columns) if len(set(column)) > 1)
 
@@ -55,7 +55,7 @@ class Group:
 
     @cached_property
     def length(self) -> Span | None:
-        """Where the CDB says how many bytes are to move, None when no place fits all of them."""
+        """The field of the CDB that holds the transfer length, None when no field fits all exchanges."""
         if self.direction == "none":
             return None
         size = len(self.exchanges[0].cdb)
@@ -64,13 +64,13 @@ class Group:
 
     @cached_property
     def offset(self) -> Span | None:
-        """Where the CDB says from which byte on, None unless blocks were read piece after piece."""
+        """The field of the CDB that holds the offset, None unless blocks were read in pieces."""
         free = [span for span in _spans(len(self.exchanges[0].cdb)) if not _overlap(span, self.length)]
         return next((span for span in free if self._says_offset(span)), None)
 
     @cached_property
     def largest(self) -> int:
-        """Bytes of the largest block that was moved, all of its pieces together."""
+        """Bytes of the largest block, over all of its pieces."""
         offset = self.offset
         return max((e.moved + (value(e.cdb, offset) if offset else 0) for e in self.good), default=0)
 

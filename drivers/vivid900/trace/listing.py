@@ -11,7 +11,7 @@ from drivers.vivid900.trace.exchanges import Exchange
 from drivers.vivid900.trace.groups import Group, Span, group
 from drivers.vivid900.trace.roles import guess_roles
 
-SHOWN = 16  # bytes of what was moved, to a line
+QUOTED_BYTES = 16  # bytes of what was moved, to a line
 FIRST_VENDOR_CODE = 0xC0  # operation codes from here on are the vendors' own (SCSI-2 §7.2.2)
 
 NAMES: Mapping[int, str] = {  # SCSI-2 tables 29 (all devices) and 286 (scanners)
@@ -23,7 +23,7 @@ NAMES: Mapping[int, str] = {  # SCSI-2 tables 29 (all devices) and 286 (scanners
 
 
 def command_name(opcode: int) -> str:
-    """What the standard calls a command of a scanner."""
+    """Name of a scanner's command in the standard."""
     return NAMES.get(opcode, "vendor's own" if opcode >= FIRST_VENDOR_CODE else "not a scanner's")
 
 
@@ -39,15 +39,15 @@ def list_exchanges(exchanges: Sequence[Exchange]) -> Iterator[str]:
     """A line for each command, then one for each kind of command with the role that it may have."""
     for number, exchange in enumerate(exchanges):
         moved = f"{exchange.moved}/{exchange.asked}" if exchange.asked else ""
-        head = exchange.head[:SHOWN].hex(" ") + (" …" if exchange.moved > SHOWN else "")
+        head = exchange.head[:QUOTED_BYTES].hex(" ") + (" …" if exchange.moved > QUOTED_BYTES else "")
         outcome = sense_text(exchange.sense) or exchange.outcome
         cdb = exchange.cdb.hex(" ").upper()
         yield f"{number:5}  {exchange.direction:4}  {cdb:47}  {moved:>11}  {outcome:12}  {head}".rstrip()
     yield ""
     evidence = {id(e): guess for guess in guess_roles(exchanges) for e in guess.group.exchanges}
     for kind in group(exchanges):
-        told = evidence.get(id(kind.exchanges[0]))
-        why = f"{told.role or '?'}: {told.evidence}" if told else command_name(kind.opcode)
+        guess = evidence.get(id(kind.exchanges[0]))
+        why = f"{guess.role or '?'}: {guess.evidence}" if guess else command_name(kind.opcode)
         yield f"{len(kind.exchanges):5}× {kind.direction:4}  {kind.pattern:47}  {_lengths(kind):>11}  {why}"
 
 

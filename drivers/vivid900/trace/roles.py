@@ -1,4 +1,4 @@
-"""What each kind of command may be for, guessed from what it moves and when it comes. The evidence stands beside it."""
+"""Guesses the role of each kind of command from the data that it moves and its order, with the evidence."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SAMPLES = {"FINE": 640 * 480, "FAST": 320 * 240}
 
 @dataclass(frozen=True)
 class Guess:
-    """A kind of command and the role that it may have; None where nothing speaks for one."""
+    """A kind of command and its likely role; None without evidence."""
 
     group: Group
     role: str | None

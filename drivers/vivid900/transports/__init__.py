@@ -1,4 +1,4 @@
-"""The ways to a SCSI device, all behind one interface."""
+"""The transports to a SCSI device, all behind one interface."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class Reply:
     """What a device answers to one command.
 
     status  SCSI status byte.
-    data    what the device sent, never more than was asked for; shorter when it sent less.
+    data    bytes from the device, at most as many as requested.
     sense   sense data that came with CHECK CONDITION, empty otherwise.
     """
 
@@ -26,9 +26,9 @@ class Reply:
 
 
 class Transport(Protocol):
-    """One device at the end of a bus.
+    """A connection to one SCSI device.
 
-    max_transfer  most bytes that one command may carry; larger blocks are read in chunks.
+    max_transfer  most bytes of one command; larger blocks are read in chunks.
     """
 
     max_transfer: int
@@ -36,22 +36,22 @@ class Transport(Protocol):
     def execute(
         self, cdb: bytes, data_out: bytes = b"", data_in_length: int = 0, timeout: float = DEFAULT_TIMEOUT_S
     ) -> Reply:
-        """Send one command and return the device's answer; sense data is fetched when there is any.
+        """Send one command and return the device's answer, with its sense data after CHECK CONDITION.
 
-        Data goes one way in one command: data_out to the device, or up to data_in_length bytes from it.
-        Raises TransportError when the way to the device fails or the time (s) is over, SettingsError for a command
-        that no bus could carry.
+        A command moves data in one direction: data_out to the device, or up to data_in_length bytes from it.
+        Raises TransportError when the connection fails or the time-out (s) expires, SettingsError for a command that
+        no bus can carry.
         """
         ...
 
     def close(self) -> None:
-        """Let the device go. Safe to call twice."""
+        """Close the connection. Safe to call twice."""
         ...
 
 
 class Target(Protocol):
-    """The device's side of a bus: what answers commands."""
+    """The device's side of a bus: it answers commands."""
 
     def execute(self, cdb: bytes, data_out: bytes, data_in_length: int) -> Reply:
-        """Answer one command. No sense data is fetched: the initiator asks for it with REQUEST SENSE."""
+        """Answer one command. Sense data is not included: the initiator sends REQUEST SENSE."""
         ...

@@ -1,4 +1,4 @@
-"""The USB–SCSI bridges that a Vivid may hang on, by their USB vendor and product numbers.
+"""The known USB–SCSI bridges, by their USB vendor and product numbers.
 
 Sources: the Linux kernel's drivers/usb/storage/unusual_devs.h and initializers.c (the Shuttle/SCM family, sold as
 Microtech, Belkin and Adaptec USBConnect); for the USB2Xchange the linux-usb-devel list (mail of 2006-01-30 on its
@@ -12,14 +12,14 @@ from enum import Enum
 
 
 class Addressing(Enum):
-    """Where a bridge wants the SCSI ID of the device: it shares the byte that Bulk-Only has for the unit (LUN)."""
+    """How a bridge encodes the SCSI ID of the device in the LUN byte of the Bulk-Only command wrapper."""
 
     NONE = "the bridge has one device"
     UPPER_NIBBLE = "SCSI ID in the upper half, unit in the lower"
     WHOLE_BYTE = "SCSI ID alone"
 
     def lun_byte(self, target: int, lun: int = 0) -> int:
-        """What to write into the wrapper for SCSI ID `target` (0 to 7)."""
+        """The LUN byte of the wrapper for SCSI ID `target` (0 to 7)."""
         return {Addressing.NONE: lun, Addressing.UPPER_NIBBLE: target << 4 | lun, Addressing.WHOLE_BYTE: target}[self]
 
 
@@ -27,8 +27,8 @@ class Addressing(Enum):
 class Bridge:
     """One bridge.
 
-    multi_target  it must be told that there may be any SCSI ID behind it, not only 0.
-    sleeping      it waits for its firmware, and comes back under another product number once it has that.
+    multi_target  SCSI IDs other than 0 must be enabled first, by a vendor request.
+    sleeping      it needs its firmware, and re-enumerates under another product number when that is loaded.
     """
 
     name: str
@@ -55,9 +55,9 @@ BRIDGES = {
 }
 
 PLAIN_BRIDGE = Bridge("Bulk-Only mass-storage device", Addressing.NONE)
-"""Any other: it keeps to the standard, and has one device."""
+"""Any other: assumed to follow the standard, with one device."""
 
 MAX_TARGET = 7  # a narrow SCSI bus has eight IDs; the USB2Xchange hangs when asked for another
 
-# Tells the Shuttle/SCM family to take SCSI IDs (the kernel's usb_stor_euscsi_init): a vendor request to the interface.
+# Enables SCSI IDs in the Shuttle/SCM family (the kernel's usb_stor_euscsi_init): a vendor request to the interface.
 MULTI_TARGET_REQUEST_TYPE, MULTI_TARGET_REQUEST, MULTI_TARGET_ON = 0x41, 0x0C, b"\x01"

@@ -1,4 +1,4 @@
-"""The wrappers of USB mass storage's Bulk-Only transport: bytes in, meaning out, no I/O.
+"""Command and status wrappers of USB mass storage's Bulk-Only transport: encode and decode, no I/O.
 
 Source: USB Mass Storage Class, Bulk-Only Transport, revision 1.0, §5 and §6.
 """
@@ -17,7 +17,7 @@ COMMAND_LENGTH, STATUS_LENGTH = COMMAND_LAYOUT.size, STATUS_LAYOUT.size  # 31 an
 FROM_DEVICE_FLAG = 0x80
 
 PASSED, FAILED, PHASE_ERROR = 0, 1, 2
-"""What a status wrapper says of the command (§5.2, bCSWStatus)."""
+"""bCSWStatus of a status wrapper (§5.2)."""
 
 MASS_STORAGE, TRANSPARENT_SCSI, BULK_ONLY = 0x08, 0x06, 0x50
 """Interface class, subclass and protocol (§4.3)."""
@@ -33,7 +33,7 @@ class CommandWrapper:
     tag          comes back in the status wrapper.
     length       bytes that the host expects to move.
     from_device  the direction of these bytes.
-    lun          the addressed unit; some bridges hold the SCSI ID there, too.
+    lun          the addressed unit; some bridges encode the SCSI ID in it.
     cdb          the SCSI command, 1 to 16 bytes.
     """
 
@@ -46,7 +46,7 @@ class CommandWrapper:
 
 @dataclass(frozen=True)
 class StatusWrapper:
-    """The block that ends a command (CSW). residue: how many of the expected bytes were not moved or not used."""
+    """The block that ends a command (CSW). residue: number of expected bytes that were not transferred."""
 
     tag: int
     residue: int
@@ -64,7 +64,7 @@ def build_command(wrapper: CommandWrapper) -> bytes:
 
 
 def parse_command(data: bytes) -> CommandWrapper:
-    """Read a command wrapper. Raises TransportError for bytes that are none (§6.2.1)."""
+    """Read a command wrapper. Raises TransportError for any other bytes (§6.2.1)."""
     if len(data) != COMMAND_LENGTH or data[:4] != COMMAND_SIGNATURE:
         raise TransportError(f"these {len(data)} bytes are no command wrapper")
     _, tag, length, flags, lun, cdb_length, cdb = COMMAND_LAYOUT.unpack(data)
@@ -79,7 +79,7 @@ def build_status(wrapper: StatusWrapper) -> bytes:
 
 
 def parse_status(data: bytes) -> StatusWrapper:
-    """Read a status wrapper. Raises TransportError for bytes that are none (§6.3.1)."""
+    """Read a status wrapper. Raises TransportError for any other bytes (§6.3.1)."""
     if len(data) != STATUS_LENGTH or data[:4] != STATUS_SIGNATURE:
         raise TransportError(f"the bridge sent {len(data)} bytes that are no status", "try again")
     _, tag, residue, status = STATUS_LAYOUT.unpack(data)

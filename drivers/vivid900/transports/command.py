@@ -1,4 +1,4 @@
-"""What every bus asks of a command, and the one command that every bus sends by itself: REQUEST SENSE."""
+"""Checks that every transport applies to a command, and the automatic REQUEST SENSE."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from drivers.vivid900.transports import CHECK_CONDITION, Reply, Transport
 
 MAX_CDB_LENGTH = 16  # bytes; the command block of a Bulk-Only wrapper and of SG_IO's ordinary commands ends there
 SAFE_TRANSFER = 32 * 1024
-"""Bytes that every bridge known to us takes in one command (the USB2Xchange is the narrowest)."""
+"""Bytes per command that every known bridge supports (the USB2Xchange has the smallest limit)."""
 
 
 def check_command(transport: Transport, cdb: bytes, data_out: bytes, data_in_length: int, timeout: float) -> None:
-    """Raise SettingsError for a command that the transport could not carry."""
+    """Raise SettingsError for a command that the transport cannot carry."""
     most = transport.max_transfer
     faults = {
         f"a command block has 1 to {MAX_CDB_LENGTH} bytes, not {len(cdb)}": not 1 <= len(cdb) <= MAX_CDB_LENGTH,
@@ -28,7 +28,7 @@ def check_command(transport: Transport, cdb: bytes, data_out: bytes, data_in_len
 
 
 def with_sense(transport: Transport, cdb: bytes, reply: Reply, timeout: float) -> Reply:
-    """The reply with its sense data, asked of the device where the bus has not brought any. Raises TransportError."""
+    """The reply with sense data, requested from the device when the bus delivered none. Raises TransportError."""
     if reply.status != CHECK_CONDITION or reply.sense or cdb[0] == REQUEST_SENSE:
         return reply
     sense = transport.execute(request_sense(SENSE_LENGTH), data_in_length=SENSE_LENGTH, timeout=timeout).data

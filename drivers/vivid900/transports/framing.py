@@ -1,9 +1,9 @@
-"""Commands and answers on a byte stream, no I/O: how a driver talks to a simulated device in another process.
+"""Frames of commands and answers on a byte stream, no I/O: the protocol to a simulated device in another process.
 
 A frame is its length (big-endian, 4 bytes, itself not counted) and then:
     command  data_in_length (4), length of the CDB (1), CDB, data out
     answer   status (1), length of the sense data (1), sense data, data in
-A status of BROKEN says that the way to the device failed; the data are the message in UTF-8.
+A status of BROKEN means that the device's connection failed; the data are the message in UTF-8.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ MAX_FRAME = MAX_DATA + _COMMAND.size + 255
 
 @dataclass(frozen=True)
 class Request:
-    """A command on its way to the device."""
+    """A command to the device."""
 
     cdb: bytes
     data_out: bytes = b""
@@ -32,7 +32,7 @@ class Request:
 
 
 def frame_length(prefix: bytes) -> int:
-    """How many bytes follow a prefix. Raises TransportError for more than any frame has."""
+    """Number of bytes after the prefix. Raises TransportError above the largest frame."""
     (length,) = PREFIX.unpack(prefix)
     if length > MAX_FRAME:
         raise TransportError(f"a frame of {length} bytes was announced, {MAX_FRAME} are the most")
@@ -45,7 +45,7 @@ def build_request(request: Request) -> bytes:
 
 
 def parse_request(body: bytes) -> Request:
-    """Read a command from what follows the prefix. Raises TransportError for bytes that are none."""
+    """Read a command from the body of a frame. Raises TransportError for any other bytes."""
     if len(body) < _COMMAND.size:
         raise TransportError(f"a frame of {len(body)} bytes is no command")
     length, size = _COMMAND.unpack_from(body)
@@ -56,14 +56,14 @@ def parse_request(body: bytes) -> Request:
 
 
 def build_reply(reply: Reply | TransportError) -> bytes:
-    """The frame of an answer, or of why there is none."""
+    """The frame of an answer, or of the error in its place."""
     if isinstance(reply, TransportError):
         reply = Reply(BROKEN, str(reply).encode())
     return _framed(_ANSWER.pack(reply.status, len(reply.sense)) + reply.sense + reply.data)
 
 
 def parse_reply(body: bytes) -> Reply:
-    """Read an answer from what follows the prefix. Raises TransportError for bytes that are none, or that say so."""
+    """Read an answer from the body of a frame. Raises TransportError for any other bytes, and for a BROKEN answer."""
     if len(body) < _ANSWER.size:
         raise TransportError(f"a frame of {len(body)} bytes is no answer")
     status, size = _ANSWER.unpack_from(body)

@@ -1,4 +1,4 @@
-"""A device in the same process: the simulated scanner without any bus."""
+"""Transport to a device in the same process: the simulated scanner without a bus."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ MAX_TRANSFER = 1 << 20  # what an SG_IO host adapter commonly allows
 
 
 class InProcess:
-    """Hands commands to a target and its answers back. Faults of a bus are the target's to raise."""
+    """Calls a target directly. Faults of a bus are raised by the target."""
 
     def __init__(self, target: Target, *, max_transfer: int = MAX_TRANSFER) -> None:
         self.max_transfer = max_transfer
@@ -19,7 +19,7 @@ class InProcess:
     def execute(
         self, cdb: bytes, data_out: bytes = b"", data_in_length: int = 0, timeout: float = DEFAULT_TIMEOUT_S
     ) -> Reply:
-        """See Transport. More data than was asked for does not get through."""
+        """See Transport. Data beyond data_in_length is dropped."""
         if not self._open:
             raise TransportError("the way to the scanner is closed", "open it again")
         check_command(self, cdb, data_out, data_in_length, timeout)
@@ -28,5 +28,5 @@ class InProcess:
         return with_sense(self, cdb, reply, timeout)
 
     def close(self) -> None:
-        """Let the target go; it goes on by itself."""
+        """Close the transport; the target keeps running."""
         self._open = False

@@ -19,7 +19,7 @@ from drivers.vivid900.transports.bridges import (
 )
 from drivers.vivid900.transports.bulk_only import RESET_REQUEST, RESET_REQUEST_TYPE
 
-CONTROL_TIMEOUT_MS = 5000  # what the kernel's driver gives the same requests
+CONTROL_TIMEOUT_MS = 5000  # as in the kernel's driver
 
 HINTS = {
     errno.EACCES: "you may not use this bridge: planish doctor shows the udev rule to add",
@@ -32,7 +32,7 @@ HINTS = {
 
 
 class Stall(Exception):
-    """Raised when the bridge halts the pipe: its way to say no."""
+    """Raised when the bridge halts the pipe (STALL)."""
 
 
 @contextmanager
@@ -66,12 +66,13 @@ class Pipes:
             raise
 
     def write(self, data: bytes, timeout_ms: int) -> int:
-        """Send bytes to the bridge; how many it took. Raises Stall, TransportError."""
+        """Send bytes to the bridge; returns the number accepted. Raises Stall, TransportError."""
         with translated("cannot send to the bridge"):
             return int(self._device.write(self._out, data, timeout_ms))
 
     def read(self, buffer: array[int], timeout_ms: int) -> int:
-        """Fill the buffer of unsigned bytes; how many came. Raises Stall (what came is in the buffer), TransportError.
+        """Fill the buffer of unsigned bytes; returns their number. Raises Stall (received bytes are in the buffer),
+        TransportError.
 
         A short packet ends the transfer before the buffer is full.
         """
@@ -89,9 +90,9 @@ class Pipes:
             self._device.clear_halt(self._out)
 
     def recover(self) -> None:
-        """Reset recovery (Bulk-Only §5.3.4), and where the bridge refuses that, a reset of its port.
+        """Reset recovery (Bulk-Only §5.3.4); where the bridge refuses that, a reset of its port.
 
-        Raises TransportError when neither brings it back.
+        Raises TransportError when neither succeeds.
         """
         try:
             with translated("the bridge does not reset"):
@@ -102,7 +103,7 @@ class Pipes:
             self._reset_port()
 
     def close(self) -> None:
-        """Give the interface back, to the kernel's driver where that had it. Safe to call twice."""
+        """Release the interface, and re-attach the kernel's driver if it was detached. Safe to call twice."""
         with suppress(usb.core.USBError):  # it may have been unplugged
             usb.util.release_interface(self._device, self._number)
         if self._detached:
@@ -122,7 +123,7 @@ class Pipes:
     def _claim(self) -> None:
         usb.util.claim_interface(self._device, self._number)
         if self._bridge.multi_target:
-            # A refusal is let pass, as the kernel does: the bridge then has one target and answers for that.
+            # A refusal is ignored, as in the kernel: the bridge then has one target.
             with suppress(Stall), translated("cannot tell the bridge to take SCSI IDs"):
                 self._device.ctrl_transfer(
                     MULTI_TARGET_REQUEST_TYPE, MULTI_TARGET_REQUEST, 1, 0, MULTI_TARGET_ON, CONTROL_TIMEOUT_MS

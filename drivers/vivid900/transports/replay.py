@@ -1,7 +1,7 @@
-"""A conversation with a device, written to a file as it happens, and played back without the device.
+"""Recording of a device's conversation to a file, and its replay without the device.
 
 The file is JSON lines. The first is a Head, every other an Exchange: a command and its answer in the order in which
-they happened, all bytes in base64 (RFC 4648 §5). A recording that was cut off between two lines is a recording.
+they happened, all bytes in base64 (RFC 4648 §5). A recording truncated between two lines is valid.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _Model = ConfigDict(
 
 
 class Head(BaseModel):
-    """First line: that this is a recording, and how many bytes the recorded transport carried in one command."""
+    """First line: format, version, and the recorded transport's max_transfer."""
 
     model_config = _Model
     format: Literal["planish-scsi-recording"] = "planish-scsi-recording"
@@ -34,9 +34,9 @@ class Head(BaseModel):
 
 
 class Exchange(BaseModel):
-    """A command and its answer: status, data and sense data, or how the way to the device failed.
+    """A command and its answer: status, data and sense data, or the failure of the connection.
 
-    out  data to the device; asked ("in" in the file)  bytes asked of the device.
+    out  data to the device; asked ("in" in the file)  bytes requested from the device.
     """
 
     model_config = _Model
@@ -59,7 +59,7 @@ class Exchange(BaseModel):
 
 
 class Recorder:
-    """Passes every command on to another transport and writes it down with its answer.
+    """Forwards every command to another transport and records it with its answer.
 
     file  opened for writing text; it is not closed here.
     """
@@ -72,7 +72,7 @@ class Recorder:
     def execute(
         self, cdb: bytes, data_out: bytes = b"", data_in_length: int = 0, timeout: float = DEFAULT_TIMEOUT_S
     ) -> Reply:
-        """Send one command; see Transport. A command that no bus could carry is not written down."""
+        """Send one command; see Transport. A command that no bus can carry is not recorded."""
         try:
             reply = self._transport.execute(cdb, data_out, data_in_length, timeout)
         except TransportError as error:
@@ -83,7 +83,7 @@ class Recorder:
         return reply
 
     def close(self) -> None:
-        """Let the recorded device go. Safe to call twice."""
+        """Close the recorded transport. Safe to call twice."""
         self._transport.close()
 
     def _note(self, exchange: Exchange) -> None:
@@ -91,11 +91,11 @@ class Recorder:
 
     def _write(self, line: str) -> None:
         self._file.write(line + "\n")
-        self._file.flush()  # what was said is known, whatever happens next
+        self._file.flush()  # a crash loses no recorded exchange
 
 
 class Replay:
-    """Answers as the recorded device did, as long as it is asked the same in the same order.
+    """Replays a recording: answers as the device did, given the same commands in the same order.
 
     name  of the recording, for messages.
     Raises TransportError for a recording that is damaged.
@@ -116,8 +116,8 @@ class Replay:
         check_command(self, cdb, data_out, data_in_length, timeout)
         recorded = self._upcoming()
         if (recorded.cdb, recorded.out, recorded.asked) != (cdb, data_out, data_in_length):
-            told = f"{self._name} has {recorded.cdb.hex(' ')} as command {self._place}, it was asked {cdb.hex(' ')}"
-            raise TransportError(told, HINT)
+            message = f"{self._name} has {recorded.cdb.hex(' ')} as command {self._place}, it was asked {cdb.hex(' ')}"
+            raise TransportError(message, HINT)
         self._place += 1
         if recorded.status is None:
             raise TransportError(recorded.failure or "", recorded.hint)

@@ -28,7 +28,7 @@ Ioctl = Callable[[int, int, Any], int]
 
 
 class SgIoHeader(ctypes.Structure):
-    """`sg_io_hdr_t`: one command and what became of it. 88 bytes where pointers have 8."""
+    """`sg_io_hdr_t`: one command and its result. 88 bytes with 8-byte pointers."""
 
     _fields_ = (
         ("interface_id", ctypes.c_int),
@@ -56,7 +56,7 @@ class SgIoHeader(ctypes.Structure):
     )
 
 
-HOST_FAULTS = {  # the kernel's DID_* codes (include/scsi/scsi_status.h): what happened, what to do now
+HOST_FAULTS = {  # the kernel's DID_* codes (include/scsi/scsi_status.h) → message, hint
     0x01: ("no device answers at this SCSI ID", "check the scanner's power, cable and SCSI ID, then rescan the bus"),
     0x02: ("the SCSI bus stayed busy", "check the cable and both ends' termination"),
     0x03: ("the scanner did not answer in time", "check the cable; switch the scanner off, wait 5 s, and on again"),
@@ -113,7 +113,7 @@ class SgDevice:
         return with_sense(self, cdb, _reply(header, bytes(data), bytes(sense)), timeout)
 
     def close(self) -> None:
-        """Let the device go. Safe to call twice."""
+        """Close the device. Safe to call twice."""
         node, self._node = self._node, None
         if node is not None:
             os.close(node)

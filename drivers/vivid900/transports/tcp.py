@@ -1,4 +1,4 @@
-"""A simulated device in another process, over a socket."""
+"""Transport to a simulated device in another process, over a socket."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ HINT = "start the simulated device: python -m drivers.simulated CONFIG"
 
 
 class TcpDevice:
-    """The device that listens at an address. Raises TransportError when nobody does.
+    """The device that listens at an address. Raises TransportError when there is none.
 
-    When a command is broken off, by a fault or by whoever waits for it, its answer may still be on its way and would be
-    taken for the next one's: the next command goes over a new connection.
+    When a command is aborted, by an error or by its caller, its answer may still arrive and would be taken for the next
+    one's: the next command therefore uses a new connection.
     """
 
     def __init__(self, host: str, port: int, *, timeout: float = DEFAULT_TIMEOUT_S) -> None:
@@ -55,7 +55,7 @@ class TcpDevice:
         return with_sense(self, cdb, Reply(reply.status, reply.data[:data_in_length], reply.sense), timeout)
 
     def close(self) -> None:
-        """Let the device go. Safe to call twice."""
+        """Close the connection. Safe to call twice."""
         self._open = False
         self._hang_up()
 

@@ -16,20 +16,20 @@ import usb.core
 from drivers.scanner import SettingsError, TransportError
 from drivers.vivid900.transports import BUSY, CHECK_CONDITION, DEFAULT_TIMEOUT_S, Reply
 from drivers.vivid900.transports.bridges import BRIDGES, MAX_TARGET, PLAIN_BRIDGE, Bridge
+from drivers.vivid900.transports.bulk_exchange import Deadline, NoSuchTarget, run_command
 from drivers.vivid900.transports.bulk_only import CommandWrapper
-from drivers.vivid900.transports.bulk_round import Deadline, NoSuchTarget, run_round
 from drivers.vivid900.transports.command import SAFE_TRANSFER, check_command, with_sense
 from drivers.vivid900.transports.pipes import Pipes
 
 MAX_TAG = 0xFFFFFFFF
 FIRMWARE_HINT = "load it with the open tool xchange-fw (see docs/operators-guide.md), then try again"
-NO_SENSE = (0, 0, 0)  # sense key with its flags, ASC and ASCQ when the device has nothing to tell
+NO_SENSE = (0, 0, 0)  # sense key with its flags, ASC and ASCQ when there is no sense data
 
 Clock = Callable[[], float]
 
 
 def load_backend() -> Any:
-    """pyusb's door to libusb, the copy that the libusb-package wheel carries. Raises TransportError without one."""
+    """pyusb's backend with the libusb of the libusb-package wheel. Raises TransportError without one."""
     backend = libusb_package.get_libusb1_backend()
     if backend is None:
         raise TransportError("libusb cannot be loaded", "install it: pip install --force-reinstall libusb-package")
@@ -47,7 +47,7 @@ def find_device(vendor: int, product: int, *, backend: Any = None) -> usb.core.D
 class UsbBulkOnly:
     """The device at one SCSI ID behind a USB bridge.
 
-    bridge  what kind of bridge; by default the table's entry for its numbers.
+    bridge  its entry in BRIDGES; by default found by its USB numbers.
     Raises TransportError when the bridge cannot be used, SettingsError for a SCSI ID that no bus has.
     """
 
@@ -70,51 +70,51 @@ class UsbBulkOnly:
         self._clock = clock
         self._pipes: Pipes | None = Pipes(device, self._bridge)
         self._tag = 0
-        self._astray = False
+        self._out_of_step = False
 
     def execute(
         self, cdb: bytes, data_out: bytes = b"", data_in_length: int = 0, timeout: float = DEFAULT_TIMEOUT_S
     ) -> Reply:
         """Send one command; see Transport.
 
-        Bulk-Only knows only "failed". When the device then has nothing to tell, it was busy or reserved: BUSY.
+        Bulk-Only reports only "failed". NO SENSE after it means busy or reserved: BUSY.
         """
         check_command(self, cdb, data_out, data_in_length, timeout)
         reply = with_sense(self, cdb, self._command(cdb, data_out, data_in_length, timeout), timeout)
-        return Reply(BUSY) if _has_nothing_to_tell(reply) else reply
+        return Reply(BUSY) if _has_no_sense(reply) else reply
 
     def close(self) -> None:
-        """Let the bridge go, ready for the next program. Safe to call twice."""
+        """Close the bridge, ready for the next program. Safe to call twice."""
         pipes, self._pipes = self._pipes, None
         if pipes is None:
             return
-        if self._astray:
+        if self._out_of_step:
             with suppress(TransportError):  # it may have been unplugged
                 pipes.recover()
         pipes.close()
 
     def _command(self, cdb: bytes, data_out: bytes, length: int, timeout: float) -> Reply:
-        """One round of command, data and status. Until it has ended well the pipes count as astray.
+        """One command, data and status phase. Until it has succeeded the pipes count as out of step.
 
-        That holds for every way out of it, Ctrl-C, too: whatever the bridge still wants to say or hear is thrown away
-        by reset recovery before the next command.
+        That includes every exception, KeyboardInterrupt too: whatever the bridge has still to send or receive is
+        discarded by reset recovery before the next command.
         """
         if self._pipes is None:
             raise TransportError("the bridge is closed", "connect to the scanner again")
-        if self._astray:
+        if self._out_of_step:
             self._pipes.recover()
-        self._astray = True
+        self._out_of_step = True
         self._tag = self._tag % MAX_TAG + 1
         wrapper = CommandWrapper(self._tag, length or len(data_out), length > 0, self._lun, cdb)
         try:
-            reply = run_round(self._pipes, wrapper, data_out, Deadline(self._clock, timeout))
+            reply = run_command(self._pipes, wrapper, data_out, Deadline(self._clock, timeout))
         except NoSuchTarget:
-            self._astray = False
+            self._out_of_step = False
             raise
-        self._astray = False
+        self._out_of_step = False
         return reply
 
 
-def _has_nothing_to_tell(reply: Reply) -> bool:
+def _has_no_sense(reply: Reply) -> bool:
     sense = reply.sense
     return reply.status == CHECK_CONDITION and len(sense) >= 14 and (sense[2], sense[12], sense[13]) == NO_SENSE

@@ -8,9 +8,9 @@ import pytest
 
 from drivers.simulated.artwork import Artwork
 from drivers.simulated.facemaps import FaceMaps
-from drivers.simulated.optics import Sighting, expose, ideal, look
+from drivers.simulated.optics import RayHits, exact_pitch, measure_pitch, trace_rays
 from drivers.simulated.raycast import RayCaster
-from drivers.simulated.scene import Pose, Scene, Table, lay
+from drivers.simulated.scene import Pose, Scene, Table, place_sheet
 from drivers.simulated.sheets import Sheet
 from drivers.simulated.shot import printed
 from drivers.vivid900.calibration import nominal
@@ -21,7 +21,7 @@ from drivers.vivid900.triangulation import lines_of_sight, points_of
 @dataclass(frozen=True, eq=False)
 class RangeShot:
     scene: Scene
-    sighting: Sighting
+    hits: RayHits
     sight: np.ndarray
     exact: np.ndarray
     points: np.ndarray
@@ -32,7 +32,7 @@ class RangeShot:
 
     @property
     def on_page(self) -> np.ndarray:
-        return np.isfinite(self.sighting.flat[..., 0])
+        return np.isfinite(self.hits.flat[..., 0])
 
 
 @pytest.fixture(scope="session")
@@ -53,15 +53,15 @@ def range_shot() -> Callable[..., RangeShot]:
         seed: int = 0,
     ) -> RangeShot:
         optics, focus = LENSES[lens], focus or distance
-        scene = lay(
+        scene = place_sheet(
             sheet, printed(artwork, page), depth_mm=distance + optics.pupil_mm, pose=pose, table=table, gap_mm=gap
         )
         body, sweep = nominal(optics), MODES[mode]
         caster = RayCaster(scene.vertices, scene.faces)
-        sighting = look(scene, caster, FaceMaps.of(scene), body, sweep, focus + optics.pupil_mm)
-        exact = points_of(ideal(sighting, body, sweep, focus), body, sweep, focus)
-        pitch = expose(sighting, body, sweep, focus, np.random.default_rng(seed), exposure)
+        hits = trace_rays(scene, caster, FaceMaps.of(scene), body, sweep, focus + optics.pupil_mm)
+        exact = points_of(exact_pitch(hits, body, sweep, focus), body, sweep, focus)
+        pitch = measure_pitch(hits, body, sweep, focus, np.random.default_rng(seed), exposure)
         sight = lines_of_sight(body, sweep).tangents
-        return RangeShot(scene, sighting, sight, exact, points_of(pitch, body, sweep, focus))
+        return RangeShot(scene, hits, sight, exact, points_of(pitch, body, sweep, focus))
 
     return shoot

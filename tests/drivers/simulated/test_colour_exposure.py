@@ -13,7 +13,7 @@ from drivers.simulated.artwork.printed import MM_PER_PIXEL, PAPER
 from drivers.simulated.colour import EXPOSURE, NOISE_CODES, photograph
 from drivers.simulated.facemaps import FaceMaps
 from drivers.simulated.raycast import RayCaster
-from drivers.simulated.scene import Table, lay
+from drivers.simulated.scene import Table, place_sheet
 from drivers.simulated.sheets import Sheet
 from drivers.simulated.shot import printed
 from drivers.vivid900.calibration import nominal
@@ -33,7 +33,7 @@ CENTRE_PX = 0.1  # mean over all markers of corners found to whole pixels, a uni
 @pytest.fixture(scope="module")
 def picture() -> Callable[..., Bytes]:
     def take(sheet: Sheet, artwork: Artwork, *, table: Table = "dark", seed: int = 0, noise: bool = True) -> Bytes:
-        scene = lay(sheet, printed(artwork, PAGE), depth_mm=900 + MIDDLE.pupil_mm, table=table)
+        scene = place_sheet(sheet, printed(artwork, PAGE), depth_mm=900 + MIDDLE.pupil_mm, table=table)
         caster, maps = RayCaster(scene.vertices, scene.faces), FaceMaps.of(scene)
         return photograph(scene, caster, maps, MIDDLE, np.random.default_rng(seed), noise=noise)
 

@@ -9,7 +9,7 @@ from drivers.scanner import TransportError
 from drivers.simulated.clock import VirtualClock
 from drivers.simulated.device import SELF_TEST_S, Lens, SimulatedDevice
 from drivers.simulated.plate import PlateSensor
-from drivers.simulated.sensor import add_up
+from drivers.simulated.sensor import quantise
 from drivers.vivid900 import commands, scsi
 from drivers.vivid900.commands import Command, Parameters, ShotMode, Status
 from drivers.vivid900.lenses import FAST
@@ -50,7 +50,7 @@ class Host:
 @pytest.fixture
 def host() -> Host:
     host = Host()
-    assert host.refused(Command("", bytes(6))).code == 0x29  # power-on, told once
+    assert host.refused(Command("", bytes(6))).code == 0x29  # power-on, reported once
     return host
 
 
@@ -178,7 +178,7 @@ def test_rounding_is_small_beside_the_noise() -> None:
     pitch = rng.uniform(20, 250, (240, 320))
     signal = rng.uniform(0.04, 3.9, pitch.shape)
     signal[rng.random(pitch.shape) < 0.1] = 0.0
-    back = parse_pitch(PROFILE, FAST, build_pitch(PROFILE, add_up(pitch, signal), 1)).frames
+    back = parse_pitch(PROFILE, FAST, build_pitch(PROFILE, quantise(pitch, signal), 1)).frames
     noise = 0.02 / FAST.step * np.sqrt(np.maximum(0.5 / np.maximum(signal, 0.038), 1))  # of the optics, in frames
     bright = signal > 0
     assert (np.abs(back - pitch)[bright] < noise[bright] / 2).all()

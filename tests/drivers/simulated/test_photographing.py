@@ -4,8 +4,8 @@ import cv2
 import numpy as np
 
 from drivers.simulated import Curl, Flat, Markers, White
-from drivers.simulated.camera import Exposure, aim, take
-from drivers.simulated.scene import lay
+from drivers.simulated.camera import Exposure, look_at, photograph_scene
+from drivers.simulated.scene import place_sheet
 from drivers.simulated.shot import printed
 
 SIGHT_PX = 0.01  # single-precision lines of sight over a focal length of a thousand pixels
@@ -21,7 +21,7 @@ def camera(**changes):
         "size": (1000, 750), "focal_px": 1300.0, "roll_deg": 10.0, "offset": (8.0, -5.0),
         "radial": (-0.15, 0.1, -0.02), "tangential": (0.002, -0.001),
     } | changes  # fmt: skip
-    return aim(MIDDLE, np.array([100.0, -80.0, -500.0]), **options)
+    return look_at(MIDDLE, np.array([100.0, -80.0, -500.0]), **options)
 
 
 def test_projection_is_that_of_opencv():
@@ -44,8 +44,8 @@ def test_lines_of_sight_lead_back_to_their_pixels():
 
 
 def test_markers_are_seen_where_they_lie():
-    scene, lens = lay(Curl(), printed(Markers(), PAGE_MM), depth_mm=900.0), camera()
-    grey = cv2.cvtColor(take(scene, lens, Exposure(), np.random.default_rng(1)), cv2.COLOR_RGB2GRAY)
+    scene, lens = place_sheet(Curl(), printed(Markers(), PAGE_MM), depth_mm=900.0), camera()
+    grey = cv2.cvtColor(photograph_scene(scene, lens, Exposure(), np.random.default_rng(1)), cv2.COLOR_RGB2GRAY)
     parameters = cv2.aruco.DetectorParameters()
     parameters.cornerRefinementMethod = cv2.aruco.CORNER_REFINE_SUBPIX
     dictionary = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_250)
@@ -58,11 +58,13 @@ def test_markers_are_seen_where_they_lie():
 
 def test_light_and_gloss():
     plain, glossy = (
-        lay(Flat(), printed(White(gloss=gloss), PAGE_MM), depth_mm=900.0, table="none") for gloss in (0.0, 1.0)
+        place_sheet(Flat(), printed(White(gloss=gloss), PAGE_MM), depth_mm=900.0, table="none") for gloss in (0.0, 1.0)
     )
-    above = aim(MIDDLE, np.zeros(3) + [0, 0, -300.0], size=(200, 150), focal_px=900.0)
+    above = look_at(MIDDLE, np.zeros(3) + [0, 0, -300.0], size=(200, 150), focal_px=900.0)
     calm = Exposure(lamp=np.array([0.0, 0.0, 1.0]), colour=(1.0, 0.5, 0.25), falloff=0.0, noise=0.0, blur_px=0.0)
-    matte, mirror = (take(scene, above, calm, np.random.default_rng(0)).astype(float) for scene in (plain, glossy))
+    matte, mirror = (
+        photograph_scene(scene, above, calm, np.random.default_rng(0)).astype(float) for scene in (plain, glossy)
+    )
     red, green, blue = matte[75, 100]
     assert red > green > blue
     assert np.ptp(matte[70:80, 90:110, 0]) <= EVEN

@@ -20,7 +20,7 @@ from drivers.simulated import (
     White,
     shoot,
 )
-from drivers.simulated.optics import FULL_SIGNAL, OUTLIER_LINES, edges, line_noise
+from drivers.simulated.optics import NOISE_FLOOR_SIGNAL, OUTLIER_LINES, edges, line_noise
 from drivers.simulated.raycast import RayCaster
 from drivers.vivid900.calibration import nominal
 from drivers.vivid900.lenses import BASELINE_MM, FAST, FINE, LENSES, depth_window
@@ -45,7 +45,7 @@ def inner(mask: Mask, rim: int) -> Mask:
 
 
 def z_error(shot) -> Floats:
-    return shot.points[..., 2] - shot.sighting.points[..., 2]
+    return shot.points[..., 2] - shot.hits.points[..., 2]
 
 
 @pytest.mark.parametrize("sheet", CREASED + SMOOTH, ids=lambda sheet: sheet.name)
@@ -53,7 +53,7 @@ def test_exact_points_lie_on_the_page_where_the_truth_says(range_shot: Shoot, sh
     shot = range_shot(sheet, White(), pose=Pose(tilt_deg=8, turn_deg=5, shift_mm=(3, -4, 6)), mode="fast")
     page, seen = shot.on_page, np.isfinite(shot.exact[..., 2])
     assert page.sum() > 0.5 * page.size
-    truth = shot.scene.surface(shot.sighting.flat[page & seen])
+    truth = shot.scene.surface(shot.hits.flat[page & seen])
     np.testing.assert_allclose(shot.exact[page & seen], truth, atol=CHORD_MM)
 
 
@@ -88,7 +88,7 @@ def test_noise_is_correlated_along_the_stripe_only() -> None:
 
 def patch(shot, ink: str) -> Mask:
     left, bottom, right, top = shot.scene.printed.patches[ink]
-    u, v = np.moveaxis(shot.sighting.flat, -1, 0)
+    u, v = np.moveaxis(shot.hits.flat, -1, 0)
     return (u > left + 1) & (u < right - 1) & (v > bottom + 1) & (v < top - 1)  # 1 mm clear of the edge
 
 
@@ -104,15 +104,15 @@ def test_dark_inks_drop_out_and_red_ones_do_not(range_shot: Shoot) -> None:
 def test_little_light_means_more_noise(range_shot: Shoot) -> None:
     shot = range_shot(Flat(), Figure())
     black, yellow = (np.nanstd(z_error(shot)[patch(shot, ink)]) for ink in ("black", "yellow"))
-    signal = np.median(shot.sighting.signal[patch(shot, "black")])
-    assert black / yellow == pytest.approx(np.sqrt(FULL_SIGNAL / signal), rel=0.05)
+    signal = np.median(shot.hits.signal[patch(shot, "black")])
+    assert black / yellow == pytest.approx(np.sqrt(NOISE_FLOOR_SIGNAL / signal), rel=0.05)
     assert black / yellow > 2.5
 
 
 def test_outliers_keep_to_edges(range_shot: Shoot) -> None:
     shot = range_shot(Flat(), Markers(), table="none")
     lens = LENSES["MIDDLE"]
-    edge = edges(shot.sighting, nominal(lens)) & shot.measured
+    edge = edges(shot.hits, nominal(lens)) & shot.measured
     lines = np.abs(z_error(shot)) / lens.line_mm(900)
     far_off = lines > 0.5  # 6 σ even on black ink
     assert 0.005 < far_off[edge].mean() < 0.02
@@ -126,13 +126,13 @@ def test_coated_paper_is_lost_where_it_mirrors_the_laser(range_shot: Shoot) -> N
     blind = coated.on_page & ~coated.measured & matte.measured
     assert 0.001 < blind[coated.on_page].mean() < 0.2
     # The mirror of a level page would lie half-way down to the laser: only near there is it blind.
-    assert coated.sighting.points[blind][:, 1].mean() < -BASELINE_MM / 4
+    assert coated.hits.points[blind][:, 1].mean() < -BASELINE_MM / 4
 
 
 def test_shadows_lie_above_what_stands_up(range_shot: Shoot) -> None:
     gap, page = 25.0, (200.0, 100.0)
     shot = range_shot(Flat(), White(), table="light", gap=gap, page=page)
-    dark = ~shot.on_page & (shot.sighting.signal == 0)
+    dark = ~shot.on_page & (shot.hits.signal == 0)
     assert np.nonzero(dark)[0].max() < np.nonzero(shot.on_page)[0].min() + 1  # nothing below the upper edge
     # Light that grazes the upper edge from the laser below it comes down on the table farther up.
     depth = 900 + LENSES["MIDDLE"].pupil_mm
@@ -147,7 +147,7 @@ def test_a_wall_that_turns_from_the_laser_is_dark(range_shot: Shoot) -> None:
     # The lens sees both sides of this ridge, the upper one by 8° only; the laser, 15° farther down, is behind it.
     ridge = MultiFold(creases=((0.0, 0.0, -140.0),))
     shot = range_shot(ridge, White(), pose=Pose(turn_deg=90, tilt_deg=12), page=(160.0, 160.0), table="none")
-    up, lit = shot.sighting.flat[..., 0], shot.sighting.signal > 0
+    up, lit = shot.hits.flat[..., 0], shot.hits.signal > 0
     assert (up > 80).sum() > 1000
     assert lit[up < 79].all()
     assert not lit[up > 81].any()
@@ -161,8 +161,8 @@ def test_only_the_depth_window_is_measured(range_shot: Shoot, mode) -> None:
     step = 1.5  # depth from one row of samples to the next on this slope
     assert seen.min() == pytest.approx(near, abs=step * mode.step)
     assert seen.max() == pytest.approx(far, abs=step * mode.step)
-    assert -np.nanmax(shot.sighting.points[..., 2]) < near - 10
-    assert -np.nanmin(shot.sighting.points[..., 2]) > far + 10
+    assert -np.nanmax(shot.hits.points[..., 2]) < near - 10
+    assert -np.nanmin(shot.hits.points[..., 2]) > far + 10
 
 
 def test_the_window_follows_the_focus(range_shot: Shoot) -> None:
@@ -172,7 +172,7 @@ def test_the_window_follows_the_focus(range_shot: Shoot) -> None:
 
 def test_tables(range_shot: Shoot) -> None:
     shots = {table: range_shot(Flat(), White(), table=table) for table in ("none", "dark", "light")}
-    off = {table: shot.measured[inner(~shot.on_page & (shot.sighting.signal > 0), 2)] for table, shot in shots.items()}
+    off = {table: shot.measured[inner(~shot.on_page & (shot.hits.signal > 0), 2)] for table, shot in shots.items()}
     assert off["none"].size == 0
     assert 0.7 < off["dark"].mean() < 0.97
     assert off["light"].mean() > 0.99

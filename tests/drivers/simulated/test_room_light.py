@@ -10,7 +10,7 @@ from drivers.simulated.colour import EXPOSURE, photograph
 from drivers.simulated.facemaps import FaceMaps
 from drivers.simulated.light import FAR_MM, Lamp, Light
 from drivers.simulated.raycast import RayCaster
-from drivers.simulated.scene import lay
+from drivers.simulated.scene import place_sheet
 from drivers.simulated.shot import printed
 from drivers.vivid900.calibration import nominal
 from drivers.vivid900.lenses import LENSES
@@ -24,7 +24,7 @@ CODE = 0.012  # relative: half a code of a hundred in light
 
 def light_on(sheet, light, *, shaded=True):
     """(480, 640, 3) the light on white paper."""
-    scene = lay(sheet, printed(White(), PAGE), depth_mm=DEPTH, table="none", light=light)
+    scene = place_sheet(sheet, printed(White(), PAGE), depth_mm=DEPTH, table="none", light=light)
     caster, maps = RayCaster(scene.vertices, scene.faces), FaceMaps.of(scene)
     image = photograph(scene, caster, maps, BODY, np.random.default_rng(0), noise=False, shaded=shaded)
     return linear(image.astype(np.float32)) / (linear(np.array(PAPER, np.float32)) * EXPOSURE)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drivers.simulated import Flat, Pose, Spread, White
-from drivers.simulated.scene import Scene, lay
+from drivers.simulated.scene import Scene, place_sheet
 
 PAGE = (280.0, 200.0)
 MIDDLE, RIGHT, TOP = np.array([140.0, 100.0]), np.array([280.0, 100.0]), np.array([140.0, 200.0])
@@ -12,7 +12,7 @@ ROUNDING_MM = 1e-9
 
 
 def laid(sheet=None, **options) -> Scene:
-    return lay(sheet or Flat(), White().print_on(PAGE), depth_mm=900.0, **options)
+    return place_sheet(sheet or Flat(), White().print_on(PAGE), depth_mm=900.0, **options)
 
 
 def test_a_page_lies_upright_on_the_axis() -> None:

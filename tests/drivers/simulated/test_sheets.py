@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from drivers.scanner import SettingsError
 from drivers.simulated import White
-from drivers.simulated.scene import lay
+from drivers.simulated.scene import place_sheet
 from drivers.simulated.sheets import SHEETS, Binding, Cone, Crumpled, Curl, Flat, Miura, MultiFold, Sheet, Spread, Wave
 
 PAGE = (280.0, 200.0)
@@ -180,7 +180,7 @@ def test_a_crumple_is_rough_and_stays_within_its_slope(seed: int) -> None:
 )
 def test_a_sheet_that_hides_from_the_scanner_is_refused(sheet: Sheet) -> None:
     with pytest.raises(SettingsError, match="folds over itself"):
-        lay(sheet, White().print_on(PAGE), depth_mm=900)
+        place_sheet(sheet, White().print_on(PAGE), depth_mm=900)
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ import pytest
 from drivers import CaptureSettings, SettingsError, open_scanner
 from drivers.scanner import TransportError
 from drivers.simulated.artwork import ARTWORK
-from drivers.simulated.exposing import GAIN_STEP, exposure_of, suiting_paper
+from drivers.simulated.exposure import GAIN_STEP, exposure_for_paper, relative_exposure
 from drivers.simulated.scanner import connect, connect_turntable, rig
 from drivers.simulated.sheets import SHEETS
 from drivers.simulated.shot import Truth
@@ -117,8 +117,8 @@ def test_focus_elsewhere_finds_nothing() -> None:
 
 @pytest.mark.parametrize("distance", [500.0, 900.0, 2500.0])
 def test_the_device_chooses_what_suits_white_paper(distance: float) -> None:
-    power, gain = suiting_paper(distance)
-    assert 1 / GAIN_STEP < exposure_of(distance, power, gain) < GAIN_STEP
+    power, gain = exposure_for_paper(distance)
+    assert 1 / GAIN_STEP < relative_exposure(distance, power, gain) < GAIN_STEP
     assert 1 <= power <= 255
     assert 0 <= gain <= 7
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from drivers.simulated import Spread, White, rig
-from drivers.simulated.scene import Axle, lay
+from drivers.simulated.scene import Axle, place_sheet
 from drivers.vivid900.lenses import FAST
 
 ROUNDING_MM = 1e-9
@@ -14,7 +14,7 @@ CORNERS = np.array([[0.0, 0.0], [200.0, 0.0], [200.0, 150.0], [0.0, 150.0]])
 
 @pytest.fixture(scope="module")
 def scene():
-    return lay(Spread(), White().print_on((200.0, 150.0)), depth_mm=920.0)
+    return place_sheet(Spread(), White().print_on((200.0, 150.0)), depth_mm=920.0)
 
 
 def test_a_full_turn_brings_everything_back(scene) -> None:

@@ -23,7 +23,7 @@ LARGE_CHUNKS = 1 << 20  # a capture of few commands
 
 @dataclass
 class Stand:
-    """A device with a plate before it, the way to it, and drivers for it."""
+    """A device that sees a plate, fault injection in front of it, and drivers for it."""
 
     profile: Profile
     clock: VirtualClock = field(default_factory=VirtualClock)
@@ -33,10 +33,10 @@ class Stand:
 
     def __post_init__(self) -> None:
         self.device = SimulatedDevice(Lens("MIDDLE", self.serial, self.sensor), self.profile, self.clock)
-        self.way = FaultyDevice(self.device)
+        self.faulty = FaultyDevice(self.device)
 
     def link(self) -> Link:
-        return Link(InProcess(self.way), None, self.clock, self.clock.sleep)
+        return Link(InProcess(self.faulty), None, self.clock, self.clock.sleep)
 
     def camera(self, **options: Any) -> Vivid900:
         park = options.pop("park", (lambda: self.parked.append("stage"),))

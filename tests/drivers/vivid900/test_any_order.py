@@ -1,4 +1,4 @@
-"""Whatever an operator does in whatever order: no bad state, and a scan as soon as all is well again."""
+"""Any order of an operator's actions: no bad state, and a scan as soon as all faults are cleared."""
 
 from __future__ import annotations
 
@@ -42,20 +42,20 @@ class Operator(RuleBasedStateMachine):
     def set_up(self) -> None:
         self.clock = VirtualClock()
         self.device = SimulatedDevice(mounted("MIDDLE"), PROFILE, self.clock)
-        self.way = FaultyDevice(self.device)
+        self.faulty = FaultyDevice(self.device)
         self.camera: Vivid900 | None = None
         self.powered = True
 
-    def well(self) -> bool:
-        return self.way.connected and self.powered and not self.device.barrier
+    def is_ready(self) -> bool:
+        return self.faulty.connected and self.powered and not self.device.barrier
 
     @rule()
     def connect(self) -> None:
-        link = Link(InProcess(self.way), None, self.clock, self.clock.sleep)
+        link = Link(InProcess(self.faulty), None, self.clock, self.clock.sleep)
         try:
             self.camera = Vivid900(link, PROFILE, calibrations(None))
         except TransportError:
-            assert not (self.way.connected and self.powered)
+            assert not (self.faulty.connected and self.powered)
 
     @precondition(lambda self: self.camera)
     @rule(preview=st.booleans(), focus=st.booleans())
@@ -64,10 +64,10 @@ class Operator(RuleBasedStateMachine):
         try:
             scan = self.camera.preview(wanted) if preview else self.camera.capture(wanted)
         except ScannerError as error:
-            assert not self.well(), error
+            assert not self.is_ready(), error
             assert error.hint
             return
-        assert self.well()
+        assert self.is_ready()
         lens = self.device.lens
         depth = lens.sensor.place_mm(self.device.shot) + LENSES[lens.name].pupil_mm
         assert scan.provenance["lens"] == lens.name
@@ -79,32 +79,32 @@ class Operator(RuleBasedStateMachine):
         try:
             assert self.camera.photograph(ShotMode.MONITOR).shape == (480, 640, 1)
         except ScannerError:
-            assert not self.well()
+            assert not self.is_ready()
 
     @precondition(lambda self: self.camera)
     @rule(after=st.integers(0, 12))
     def cancel(self, after: int) -> None:
-        told = [0]
+        calls = [0]
 
         def progress(_step: str, _done: float) -> None:
-            told[0] += 1
-            if told[0] > after:
+            calls[0] += 1
+            if calls[0] > after:
                 raise Cancelled
 
         try:
             self.camera.capture(SETTINGS, progress)
         except Cancelled:
-            assert self.at_rest() or not self.well()
+            assert self.is_parked() or not self.is_ready()
         except ScannerError:
-            assert not self.well()
+            assert not self.is_ready()
 
     @rule()
     def unplug(self) -> None:
-        self.way.connected = False
+        self.faulty.connected = False
 
     @rule()
     def replug(self) -> None:
-        self.way.connected = True
+        self.faulty.connected = True
 
     @rule()
     def power_off(self) -> None:
@@ -131,8 +131,8 @@ class Operator(RuleBasedStateMachine):
 
     @rule(panel=st.sampled_from(sorted(PROFILE.panels)))
     def trouble(self, panel: str) -> None:
-        """Whatever the panel may show is told once, and then it is over."""
-        if self.camera and self.well() and self.device.state in ("ready", "data"):
+        """Every message of the panel is reported once and then cleared."""
+        if self.camera and self.is_ready() and self.device.state in ("ready", "data"):
             self.device.fails = panel
             try:
                 self.camera.photograph()
@@ -151,28 +151,28 @@ class Operator(RuleBasedStateMachine):
         try:
             self.camera.close()
         except TransportError:
-            assert not self.well()
+            assert not self.is_ready()
         self.camera = None
 
-    def at_rest(self) -> bool:
+    def is_parked(self) -> bool:
         return self.device.is_parked
 
     @invariant()
     def the_laser_is_off(self) -> None:
         """At once when the driver could say so, at the end of the sweep when the cable was out."""
         log = self.device.log
-        assert not log.laser_is_on or not self.well()
+        assert not log.laser_is_on or not self.is_ready()
         assert all(beam.end - beam.start <= LONGEST_BEAM_S for beam in log.beams)
 
     def teardown(self) -> None:
-        """All made well again, it scans."""
+        """With all faults cleared, it scans."""
         self.replug()
         self.device.barrier = False
         if not self.powered:
             self.power_on()
         self.connect()
         self.capture(preview=False, focus=True)
-        assert self.at_rest()
+        assert self.is_parked()
 
 
 TestOperator = Operator.TestCase

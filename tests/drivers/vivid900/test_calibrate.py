@@ -9,8 +9,8 @@ from scipy.spatial.transform import Rotation
 
 from drivers.scanner import SettingsError
 from drivers.vivid900.board import Board, sight_board
-from drivers.vivid900.bundle import MARKER_PX, PRIOR, PlateShot, unknowns_of
-from drivers.vivid900.calibrate import Calibrated, calibrate
+from drivers.vivid900.bundle_adjustment import MARKER_PX, PRIOR, PlateShot, unknowns_of_calibration
+from drivers.vivid900.calibrate import CalibrationResult, calibrate
 from drivers.vivid900.calibration import Calibration, nominal
 from drivers.vivid900.lenses import FINE, LENSES, texture_grid
 from drivers.vivid900.triangulation import pitch_at, points_of, project, tangents
@@ -67,12 +67,14 @@ def length(error: np.ndarray) -> float:
 
 
 @pytest.fixture(scope="module")
-def found() -> Calibrated:
+def found() -> CalibrationResult:
     return calibrate(shots(), MIDDLE)
 
 
-def test_the_hidden_geometry_is_recovered(found: Calibrated) -> None:
-    off = np.abs(unknowns_of(found.calibration) - unknowns_of(HIDDEN_BODY)) / np.array(list(found.sigma.values()))
+def test_the_hidden_geometry_is_recovered(found: CalibrationResult) -> None:
+    off = np.abs(unknowns_of_calibration(found.calibration) - unknowns_of_calibration(HIDDEN_BODY)) / np.array(
+        list(found.sigma.values())
+    )
     assert dict(zip(PRIOR, off, strict=True)) == {name: pytest.approx(0, abs=SIGMAS) for name in PRIOR}
     assert found.sigma["baseline_mm"] < 0.05
     assert found.sigma["focal_px"] < 0.5
@@ -82,13 +84,13 @@ def test_the_hidden_geometry_is_recovered(found: Calibrated) -> None:
 
 @pytest.mark.parametrize("distance", [600.0, 900.0, 1200.0])
 @pytest.mark.parametrize("off_focus", [-40.0, 0.0, 40.0])
-def test_points_are_right_all_over_the_field(found: Calibrated, distance: float, off_focus: float) -> None:
+def test_points_are_right_all_over_the_field(found: CalibrationResult, distance: float, off_focus: float) -> None:
     assert length(field_error(MIDDLE, distance, off_focus)) > 3.0
     assert length(field_error(found.calibration, distance, off_focus)) < SIGMAS * found.expected_mm
     assert found.expected_mm < 0.6
 
 
-def test_the_shape_of_things_is_right_to_hundredths(found: Calibrated) -> None:
+def test_the_shape_of_things_is_right_to_hundredths(found: CalibrationResult) -> None:
     """What is left is mostly a common turn of the whole scene, which no scan of its own shows."""
     here = points_of(np.arange(480.0)[:, None] + 62 + np.zeros((1, 640)), HIDDEN_BODY, FINE, 900.0).reshape(-1, 3)[::97]
     there = here + field_error(found.calibration, 900.0).reshape(-1, 3)[::97]
@@ -97,7 +99,7 @@ def test_the_shape_of_things_is_right_to_hundredths(found: Calibrated) -> None:
     assert np.linalg.norm(turn.apply(there - there.mean(axis=0)) - centred, axis=1).max() < 0.03
 
 
-def test_residuals_are_the_noise_of_the_shots(found: Calibrated) -> None:
+def test_residuals_are_the_noise_of_the_shots(found: CalibrationResult) -> None:
     assert found.lines == pytest.approx(LINES, rel=0.03)
     assert found.markers_px == pytest.approx(PIXELS * np.sqrt(2), rel=0.05)
 

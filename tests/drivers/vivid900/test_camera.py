@@ -30,9 +30,9 @@ def depth(scan) -> float:
 def test_the_order_is_that_of_the_vendors_kit(camera, stand) -> None:
     stand.device.log.events.clear()
     camera.capture(replace(SET, laser_power=None))
-    said = [event.what for event in stand.device.log.events]
-    told = [what for what in said if what not in ("command", "status", "parameters")]
-    assert told == ["autofocus", "release", "release"]  # the first is the preview
+    kinds = [event.what for event in stand.device.log.events]
+    steps = [what for what in kinds if what not in ("command", "status", "parameters")]
+    assert steps == ["autofocus", "release", "release"]  # the first is the preview
     commands = [event.detail for event in stand.device.log.named("command")]
     order = [name for name in dict.fromkeys(commands) if name not in ("status", "00 00 00 00 00 00")]
     assert order == ["read_parameters", "active_autofocus", "write_parameters", "release", "read_pitch", "read_colour"]
@@ -159,10 +159,10 @@ def test_another_lens_is_measured_with_its_own_geometry(camera, stand) -> None:
 @pytest.mark.parametrize("panel", sorted(PANELS))
 def test_every_message_of_the_manual_is_told_with_what_to_do(camera, stand, panel: str) -> None:
     stand.device.fails = panel
-    with pytest.raises(DeviceError) as told:
+    with pytest.raises(DeviceError) as caught:
         camera.capture(SET)
-    assert panel in str(told.value)
-    assert told.value.hint
+    assert panel in str(caught.value)
+    assert caught.value.hint
     assert camera.capture(SET).measured.all()
 
 
@@ -182,11 +182,11 @@ def test_cancelled_at_any_command_it_comes_to_rest(stand, kind: type[BaseExcepti
     count = len(commands_of(stand, lambda: camera.capture(settings)))
     for step in range(count):
 
-        def stop(way, call):
-            way.passed_on(call)
+        def stop(faulty, call):
+            faulty.no_fault(call)
             raise kind("now")
 
-        stand.way.set_script({step: stop})
+        stand.faulty.set_script({step: stop})
         stand.parked.clear()
         with pytest.raises(kind):
             camera.capture(settings)
@@ -194,18 +194,18 @@ def test_cancelled_at_any_command_it_comes_to_rest(stand, kind: type[BaseExcepti
         assert stand.parked == ["stage"] or step >= count - 2
         if not stand.device.is_parked:
             assert step >= count - 2
-        stand.way.set_script({})
+        stand.faulty.set_script({})
         assert camera.capture(settings).measured.all()
     camera.close()
     assert stand.device.is_parked
 
 
 def test_raising_from_progress_cancels(camera, stand) -> None:
-    told: list[str] = []
+    reported: list[str] = []
 
     def progress(step: str, done: float) -> None:
-        told.append(step)
-        if step == "scan" and told.count("scan") > 3:
+        reported.append(step)
+        if step == "scan" and reported.count("scan") > 3:
             raise Stop
 
     with pytest.raises(Stop):
@@ -224,9 +224,9 @@ def test_every_other_thing_comes_to_rest_when_one_fails(stand) -> None:
     assert stand.parked == ["lamp"]
     assert stand.device.is_parked
     stand.device.fails = "LIGHT IMPROPER"
-    with pytest.raises(PanelError, match="LIGHT") as told:
+    with pytest.raises(PanelError, match="LIGHT") as caught:
         camera.capture(SET)
-    assert "jammed" in told.value.__notes__[0]
+    assert "jammed" in caught.value.__notes__[0]
 
 
 def test_a_closed_camera_shoots_no_more(stand) -> None:
@@ -248,7 +248,7 @@ def test_power_left_on_by_a_killed_driver_is_taken_back_on_connecting(stand) -> 
 def test_a_driver_killed_in_the_middle_of_a_shot_leaves_a_laser_that_goes_out(stand) -> None:
     body = stand.camera()._body()
     body.set_parameters(replace(body.read_parameters(), laser_power=200, mode=ShotMode.FINE_COLOUR))
-    stand.way.execute(bytes.fromhex("c3 00 00 00 00 00 00 00 00 00"), b"", 0)
+    stand.faulty.execute(bytes.fromhex("c3 00 00 00 00 00 00 00 00 00"), b"", 0)
     assert stand.device.log.laser_is_on
     stand.camera()
     assert stand.device.is_parked
@@ -258,8 +258,8 @@ def test_a_scanner_that_the_profile_is_not_for_gets_standard_commands_only(make_
     other = large_chunks.firmware.model_copy(update={"product": "VIVID 900", "revisions": ("1.0",)})
     stand = make_stand(profile=large_chunks.model_copy(update={"firmware": other}))
     seen: list[bytes] = []
-    execute = stand.way.execute
-    stand.way.execute = lambda cdb, *rest: seen.append(cdb) or execute(cdb, *rest)
+    execute = stand.faulty.execute
+    stand.faulty.execute = lambda cdb, *rest: seen.append(cdb) or execute(cdb, *rest)
     stand.profile = large_chunks
     with pytest.raises(ProfileMismatch, match="SIM VIVID"):
         stand.camera()
@@ -269,7 +269,7 @@ def test_a_scanner_that_the_profile_is_not_for_gets_standard_commands_only(make_
 def test_a_device_that_refuses_a_parameter_is_the_callers_fault(camera, stand) -> None:
     from drivers.simulated.faults import sense
 
-    stand.way.set_script({3: sense(Key.ILLEGAL_REQUEST, 0x26)})
+    stand.faulty.set_script({3: sense(Key.ILLEGAL_REQUEST, 0x26)})
     with pytest.raises(SettingsError, match="parameter"):
         camera.capture(SET)
 
@@ -294,11 +294,11 @@ class Slope(PlateSensor):
         return np.broadcast_to(np.linspace(1010.0, 830.0, cols), (rows, cols))
 
     def sweep(self, mode, distance_mm, power, gain, shot):
-        from drivers.simulated.sensor import add_up
+        from drivers.simulated.sensor import quantise
         from drivers.vivid900.calibration import nominal
         from drivers.vivid900.lenses import LENSES
         from drivers.vivid900.triangulation import in_window, pitch_at
 
         body = nominal(LENSES["MIDDLE"])
         pitch = pitch_at(body.baseline_mm / self.depth(mode.rows, mode.cols), body, mode, distance_mm)
-        return add_up(np.where(in_window(pitch, body, mode), pitch, np.nan), np.ones(pitch.shape))
+        return quantise(np.where(in_window(pitch, body, mode), pitch, np.nan), np.ones(pitch.shape))

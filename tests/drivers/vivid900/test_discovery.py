@@ -15,7 +15,7 @@ from drivers.simulated.buses.sg_node import SimulatedSgNode
 from drivers.simulated.buses.usb_bridge import SimulatedBridge
 from drivers.vivid900.discovery import (
     Host,
-    Likeness,
+    NameFilter,
     find_bridges,
     find_scsi,
     find_serial_ports,
@@ -60,8 +60,8 @@ def host(tmp_path) -> Host:
 def add_node(host: Host, name: str, identity: Identity) -> None:
     device = host.scsi_generic / name / "device"
     device.mkdir(parents=True)
-    told = {"vendor": identity.vendor.ljust(8), "model": identity.product.ljust(16), "rev": identity.revision}
-    for file, text in {**told, "type": str(identity.device_type)}.items():
+    names = {"vendor": identity.vendor.ljust(8), "model": identity.product.ljust(16), "rev": identity.revision}
+    for file, text in {**names, "type": str(identity.device_type)}.items():
         (device / file).write_text(text + "\n")
 
 
@@ -74,7 +74,7 @@ def usb_host(host: Host, *bridges: SimulatedBridge) -> Host:
 
 
 def test_nothing_is_found_where_nothing_is(host):
-    assert find_scsi(host, Likeness()) == []
+    assert find_scsi(host, NameFilter()) == []
     assert find_bridges(host) == []
     assert find_serial_ports(host) == []
 
@@ -90,7 +90,7 @@ def test_a_scanner_is_asked_and_nothing_else_is(host):
         opened.append(node)
         return over(scanner)
 
-    found = find_scsi(replace(host, open_sg=open_sg), Likeness())
+    found = find_scsi(replace(host, open_sg=open_sg), NameFilter())
     assert [Path(device.where).name for device in found] == ["sg0", "sg2", "sg10"]
     assert [device.identity for device in found] == [DISK, DISK, VIVID]
     assert [device.is_scanner for device in found] == [False, False, True]
@@ -99,12 +99,14 @@ def test_a_scanner_is_asked_and_nothing_else_is(host):
     assert [cdb[0] for cdb in scanner.commands] == [INQUIRY]
 
 
-@pytest.mark.parametrize("likeness", [Likeness("minolta", "vivid"), Likeness("", "900"), Likeness("KONICA", "VI-9")])
-def test_what_a_scanner_is_called_can_be_told(host, likeness):
+@pytest.mark.parametrize(
+    "likeness", [NameFilter("minolta", "vivid"), NameFilter("", "900"), NameFilter("KONICA", "VI-9")]
+)
+def test_what_a_scanner_is_called_can_be_told(host, name_filter):
     add_node(host, "sg0", Identity(3, "Konica Minolta"[:6], "VI-900", "1"))
     add_node(host, "sg1", VIVID)
-    found = find_scsi(replace(host, open_sg=lambda node: over(Scanner())), likeness)
-    assert [device.is_scanner for device in found] == [likeness.vendor != "minolta", likeness.vendor != "KONICA"]
+    found = find_scsi(replace(host, open_sg=lambda node: over(Scanner())), name_filter)
+    assert [device.is_scanner for device in found] == [name_filter.vendor != "minolta", name_filter.vendor != "KONICA"]
 
 
 def test_a_scanner_that_may_not_be_opened_is_still_listed(host):
@@ -113,7 +115,7 @@ def test_a_scanner_that_may_not_be_opened_is_still_listed(host):
     def refuse(node: Path):
         raise TransportError(f"cannot open {node}: Permission denied", "the udev rule")
 
-    (found,) = find_scsi(replace(host, open_sg=refuse), Likeness())
+    (found,) = find_scsi(replace(host, open_sg=refuse), NameFilter())
     assert found.identity == VIVID
     assert "Permission denied" in found.problem
     assert found.hint == "the udev rule"
@@ -122,13 +124,13 @@ def test_a_scanner_that_may_not_be_opened_is_still_listed(host):
 def test_a_scanner_that_does_not_answer_is_still_listed(host):
     add_node(host, "sg3", VIVID)
     node = SimulatedSgNode(Scanner(), faults={0: lambda header: setattr(header, "host_status", 3)})
-    (found,) = find_scsi(replace(host, open_sg=lambda _: SgDevice(Path(os.devnull), ioctl=node.ioctl)), Likeness())
+    (found,) = find_scsi(replace(host, open_sg=lambda _: SgDevice(Path(os.devnull), ioctl=node.ioctl)), NameFilter())
     assert "did not answer" in found.problem
 
 
 def test_a_node_that_vanishes_while_it_is_read_is_no_fault(host):
     (host.scsi_generic / "sg0").mkdir(parents=True)
-    (found,) = find_scsi(host, Likeness())
+    (found,) = find_scsi(host, NameFilter())
     assert not found.is_scanner
 
 
@@ -147,7 +149,7 @@ def test_bridges_by_their_numbers(host):
 def test_behind_bridges_every_scsi_id_but_the_bridges_own_is_asked(host, numbers):
     scanner = Scanner()
     bridge = SimulatedBridge(scanner, numbers=numbers, scsi_id=5)
-    (found,) = probe_bridges(usb_host(host, bridge), Likeness())
+    (found,) = probe_bridges(usb_host(host, bridge), NameFilter())
     assert found.is_scanner
     assert found.identity == VIVID
     assert "SCSI ID 5" in found.where
@@ -162,7 +164,7 @@ def test_bridges_that_sleep_or_may_not_be_used_are_passed_over(host):
     gone = SimulatedBridge(Scanner())
     devices = [usb.core.find(backend=asleep), usb.core.find(backend=gone)]
     gone.unplug()
-    assert list(probe_bridges(replace(host, usb_devices=lambda: devices), Likeness())) == []
+    assert list(probe_bridges(replace(host, usb_devices=lambda: devices), NameFilter())) == []
 
 
 def test_serial_ports(host):

@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from drivers.simulated.faults import FAULTS, passed_on
+from drivers.simulated.faults import FAULTS, no_fault
 from oracles.faults import FaultRig, count_commands, fault_pairs, single_faults, small_profile
 
 FEW_PAIRS, SEED = 20, 5
@@ -70,9 +70,9 @@ def test_the_verdict_can_be_wrong(rig: FaultRig) -> None:
     scan = rig.camera.capture(rig.settings)
     assert rig.scan_violation(scan, rig.device.shot) == "an earlier shot"
     assert rig.scan_violation(scan, shot) == ""
-    rig.device.log.burn(rig.clock(), 100.0, 9)
+    rig.device.log.laser_on(rig.clock(), 100.0, 9)
     assert rig.rest_violation(rig.clock()) == "the laser is on"
-    rig.device.log.cut_off()
+    rig.device.log.laser_off()
     rig.stops = 0
     assert rig.rest_violation(rig.clock()) == "the stage was not stopped"
-    assert passed_on not in FAULTS.values()
+    assert no_fault not in FAULTS.values()

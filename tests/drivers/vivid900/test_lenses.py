@@ -7,11 +7,10 @@ from drivers.vivid900.lenses import (
     FAST,
     FINE,
     LENSES,
-    TEXTURE_COLS,
-    TEXTURE_ROWS,
     depth_window,
     texture_grid,
 )
+from restore.vivid import TEXTURE_COLS, TEXTURE_ROWS
 
 # p. 26: lens, distance, width and height of the field of view, mm
 FIELDS_OF_VIEW = [

@@ -1,22 +1,13 @@
-"""Averages, depths and exposures of shots, without a scanner."""
+"""Averaging and merging of shots, without a scanner."""
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from drivers.scanner import DeviceError
 from drivers.vivid900.calibration import nominal
-from drivers.vivid900.commands import Parameters
-from drivers.vivid900.exposure import GAIN_STEP, PAPER_LEVEL, brightness, expose, is_well_exposed, middle_of
 from drivers.vivid900.lenses import FINE, LENSES, depth_window
 from drivers.vivid900.merge import average, cover_depths, merge_depths, next_depth
-from drivers.vivid900.pitch import Pitch
-from drivers.vivid900.rest import at_rest
 
 LENS = LENSES["MIDDLE"]
 BODY = nominal(LENS)
@@ -92,49 +83,3 @@ def test_of_two_shots_the_better_focused_counts() -> None:
     gap = plane(940.0)
     gap[0] = np.nan
     np.testing.assert_allclose(merge_depths([(900, gap), (950, plane(941.0))], BODY, FINE)[0, :, 2], -941)
-
-
-@given(st.integers(1, 255), st.integers(0, 7), st.floats(0.5, 254), st.booleans())
-def test_exposure_comes_out_right_as_far_as_the_laser_goes(power: int, gain: int, level: float, fixed: bool) -> None:
-    before = Parameters(laser_power=power, gain=gain)
-    after = expose(before, level, gain_is_fixed=fixed)
-    comes_out = level * after.laser_power / power * GAIN_STEP ** (after.gain - gain)
-    limited = after.laser_power in (1, 255) and (fixed or after.gain in (0, 7))
-    assert limited or is_well_exposed(comes_out) or after.laser_power < 3  # steps of the power are coarse there
-    assert not fixed or after.gain == gain
-
-
-def test_paper_is_what_is_bright() -> None:
-    intensity = np.full(SHAPE, PAPER_LEVEL, np.uint8)
-    intensity[:20] = 8  # a third is ink
-    intensity[0] = 255  # and a line is gloss
-    pitch = Pitch(np.zeros(SHAPE), intensity)
-    assert brightness(pitch) == PAPER_LEVEL
-    assert brightness(replace(pitch, intensity=np.zeros(SHAPE, np.uint8))) == 0
-
-
-def test_the_middle_of_the_depth() -> None:
-    points = plane(900.0)
-    points[:30, :, 2] = -1000
-    middle = middle_of(points, 21.5)
-    assert middle == pytest.approx(2 / (1 / 900 + 1 / 1000) - 21.5)
-    assert middle_of(np.full((*SHAPE, 3), np.nan), 21.5) is None
-    assert middle_of(plane(100.0), 21.5) == 500
-
-
-def test_everything_comes_to_rest_in_order_whatever_fails() -> None:
-    done: list[str] = []
-
-    def jam() -> None:
-        done.append("stage")
-        raise DeviceError("jammed")
-
-    with (
-        pytest.raises(DeviceError, match="jammed"),
-        at_rest([lambda: done.append("laser"), jam, lambda: done.append("lamp")]),
-    ):
-        done.append("work")
-    assert done == ["work", "laser", "stage", "lamp"]
-    with pytest.raises(KeyboardInterrupt) as stopped, at_rest([jam]):
-        raise KeyboardInterrupt
-    assert stopped.value.__notes__ == ["and the scanner could not be brought to rest: jammed"]

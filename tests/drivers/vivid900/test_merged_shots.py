@@ -10,13 +10,13 @@ from hypothesis import strategies as st
 
 from drivers.simulated import Flat, Markers, Pose, White
 from drivers.simulated.facemaps import FaceMaps
-from drivers.simulated.optics import expose, look
+from drivers.simulated.optics import measure_pitch, trace_rays
 from drivers.simulated.raycast import RayCaster
-from drivers.simulated.scene import lay
+from drivers.simulated.scene import place_sheet
 from drivers.simulated.shot import printed
 from drivers.vivid900.calibration import nominal
 from drivers.vivid900.lenses import FAST, LENSES
-from drivers.vivid900.merge import ASTRAY_LINES, average, cover_depths, merge_depths
+from drivers.vivid900.merge import OUTLIER_LINES, average, cover_depths, merge_depths
 from drivers.vivid900.triangulation import lines_of_sight, pitch_of, points_of
 from restore.scan import Floats, Mask
 
@@ -32,15 +32,15 @@ class View:
     def __init__(self, artwork, *, page_mm=(280.0, 200.0), pose: Pose | None = None, table="dark") -> None:
         self.body = nominal(MIDDLE)
         depth = 900 + MIDDLE.pupil_mm
-        scene = lay(Flat(), printed(artwork, page_mm), depth_mm=depth, pose=pose, table=table)
+        scene = place_sheet(Flat(), printed(artwork, page_mm), depth_mm=depth, pose=pose, table=table)
         caster = RayCaster(scene.vertices, scene.faces)
-        self.truth = look(scene, caster, FaceMaps.of(scene), self.body, FAST, depth)
+        self.truth = trace_rays(scene, caster, FaceMaps.of(scene), self.body, FAST, depth)
         on_page = np.isfinite(self.truth.flat[..., 0]).astype(np.uint8)
         self.paper: Mask = cv2.erode(on_page, np.ones((7, 7)), borderValue=0) > 0
 
     def shoot(self, seed: int, distance: float = 900.0) -> Floats:
         """(rows, cols) pitch."""
-        return expose(self.truth, self.body, FAST, distance, np.random.default_rng(seed))
+        return measure_pitch(self.truth, self.body, FAST, distance, np.random.default_rng(seed))
 
     def error(self, pitch: Floats, distance: float = 900.0) -> Floats:
         """(rows, cols) lines by which a shot is wrong."""
@@ -67,7 +67,7 @@ def test_noise_falls_with_the_root_of_the_shots(shots: int) -> None:
 
 def test_outliers_are_left_out_and_drop_outs_filled(markers: View, repeated: list[Floats]) -> None:
     mean = average(repeated, FAST)
-    far_off = [(np.abs(markers.error(pitch)) > 1.5 * ASTRAY_LINES).sum() for pitch in (*repeated, mean)]
+    far_off = [(np.abs(markers.error(pitch)) > 1.5 * OUTLIER_LINES).sum() for pitch in (*repeated, mean)]
     assert min(far_off[:4]) > 50
     assert far_off[4] < 3  # an outlier that is the only one to see its sample stays
     lost = [(np.isnan(pitch) & markers.paper).sum() for pitch in (*repeated, mean)]

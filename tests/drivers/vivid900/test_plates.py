@@ -8,10 +8,10 @@ import pytest
 from drivers.scanner import SettingsError
 from drivers.simulated import Flat, Markers, Pose, White, shoot
 from drivers.vivid900.board import Board
-from drivers.vivid900.bundle import MARKER_PX
+from drivers.vivid900.bundle_adjustment import MARKER_PX
 from drivers.vivid900.calibration import nominal
 from drivers.vivid900.lenses import FAST, LENSES
-from drivers.vivid900.plates import MOST_SAMPLES, body_of_scans, plate_shot
+from drivers.vivid900.plates import MAX_SAMPLES, nominal_of_scans, plate_shot
 from drivers.vivid900.triangulation import pitch_of, project
 from restore.scan import RangeScan
 
@@ -37,7 +37,7 @@ def test_the_pitch_comes_back_from_points_of_another_calibration(shot) -> None:
     cols, rows = ((plate.texture_xy - 0.5) / 2).astype(int).T
     measured = pitch_of(truth.points, HIDDEN, FAST, 900.0)[rows, cols]
     np.testing.assert_allclose(plate.pitch, measured, atol=ROUND_TRIP)
-    assert 0.9 * MOST_SAMPLES < len(plate.pitch) < 2 * MOST_SAMPLES
+    assert 0.9 * MAX_SAMPLES < len(plate.pitch) < 2 * MAX_SAMPLES
     assert (plate.mode, plate.distance_mm, plate.front_mm) == (FAST, 900.0, 899.0)
 
 
@@ -84,13 +84,13 @@ def test_scans_of_other_drivers_are_refused(scan: RangeScan) -> None:
     with pytest.raises(SettingsError, match="does not tell"):
         plate_shot(replace(scan, provenance={}), BOARD)
     with pytest.raises(SettingsError, match="does not tell"):
-        body_of_scans([replace(scan, provenance={})])
+        nominal_of_scans([replace(scan, provenance={})])
 
 
 def test_all_scans_have_to_be_of_one_body(scan: RangeScan) -> None:
-    assert body_of_scans([scan, scan]) == MIDDLE
+    assert nominal_of_scans([scan, scan]) == MIDDLE
     other = {**scan.provenance, "calibration": replace(MIDDLE, body="78").as_json()}
     with pytest.raises(SettingsError, match="one body"):
-        body_of_scans([scan, replace(scan, provenance=other)])
+        nominal_of_scans([scan, replace(scan, provenance=other)])
     with pytest.raises(SettingsError, match="one body"):
-        body_of_scans([])
+        nominal_of_scans([])

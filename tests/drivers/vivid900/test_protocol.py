@@ -197,13 +197,13 @@ def test_a_length_that_no_cdb_can_say_is_refused() -> None:
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 1000))
 def test_pitch(seed: int, shot: int) -> None:
-    told = sums(np.random.default_rng(seed), TINY)
-    back = pitch.parse_pitch(PROFILE, TINY, pitch.build_pitch(PROFILE, told, shot))
+    original = sums(np.random.default_rng(seed), TINY)
+    back = pitch.parse_pitch(PROFILE, TINY, pitch.build_pitch(PROFILE, original, shot))
     assert back.shot == shot
-    np.testing.assert_array_equal(back.intensity, told.intensity)
-    seen = told.sum > 0
+    np.testing.assert_array_equal(back.intensity, original.intensity)
+    seen = original.sum > 0
     np.testing.assert_array_equal(np.isfinite(back.frames), seen)
-    np.testing.assert_array_equal(back.frames[seen], (told.moment / np.maximum(told.sum, 1))[seen])
+    np.testing.assert_array_equal(back.frames[seen], (original.moment / np.maximum(original.sum, 1))[seen])
 
 
 @pytest.mark.parametrize("mode", [FINE, FAST])
@@ -244,8 +244,8 @@ def test_an_image_of_another_mode_or_another_block_is_refused() -> None:
 
 def test_a_barycentre_outside_the_sweep_counts_as_not_seen() -> None:
     one = np.ones((3, 4), np.uint32)
-    told = pitch.parse_pitch(PROFILE, TINY, pitch.build_pitch(PROFILE, Sums(one, one * 9, one.astype(np.uint8)), 1))
-    assert np.isnan(told.frames).all()  # three rows and a block of five: there is no ninth frame
+    parsed = pitch.parse_pitch(PROFILE, TINY, pitch.build_pitch(PROFILE, Sums(one, one * 9, one.astype(np.uint8)), 1))
+    assert np.isnan(parsed.frames).all()  # three rows and a block of five: there is no ninth frame
 
 
 @given(st.binary(max_size=64))

@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from restore.range_image.organise import LENSES_PX, organise
+from restore.range_image.organise import organise
 from restore.scan import RangeScan, SurfaceMesh
+from restore.vivid import FOCAL_PX
 
 CENTRE = np.array([319.5, 239.5])
 EXACT_PX = 1e-6  # a lattice fitted to exact samples
@@ -23,7 +24,7 @@ def shot(rows=40, cols=50, *, lens="MIDDLE", thinned=1, origin=(250, 200), dista
     col, row = np.meshgrid(np.arange(cols), np.arange(rows))
     pixels = np.array(origin) + (np.stack([col, row], axis=-1) + 0.5) * thinned - 0.5
     depth = distance + 15 * np.sin(0.1 * col) + 9 * np.cos(0.17 * row) + rng.normal(0, 0.05, (rows, cols))
-    rays = (pixels - CENTRE) / LENSES_PX[lens]
+    rays = (pixels - CENTRE) / FOCAL_PX[lens]
     points = np.stack([rays[..., 0] * depth, -rays[..., 1] * depth, -depth], axis=-1)
     points[rng.random((rows, cols)) < missing] = np.nan
     points[rows // 3 : rows // 3 + 6, cols // 2 : cols // 2 + 8] = np.nan
@@ -57,7 +58,7 @@ def test_samples_are_restored_to_their_cells():
     assert back.provenance == {"file": "a", "lens": "MIDDLE"}
 
 
-@pytest.mark.parametrize("lens", LENSES_PX)
+@pytest.mark.parametrize("lens", FOCAL_PX)
 @pytest.mark.parametrize("thinned", [1, 2, 3, 4])
 def test_the_lens_and_the_texture_positions_follow_from_the_pitch(lens, thinned):
     scan = shot(lens=lens, thinned=thinned)
@@ -90,7 +91,7 @@ def test_a_picture_is_left_out_when_no_lens_fits():
 @given(
     rows=st.integers(8, 60),
     cols=st.integers(8, 60),
-    lens=st.sampled_from(sorted(LENSES_PX)),
+    lens=st.sampled_from(sorted(FOCAL_PX)),
     missing=st.floats(0, 0.15),
     origin=st.tuples(st.integers(0, 580), st.integers(0, 420)),
     seed=st.integers(0, 99),
@@ -108,7 +109,7 @@ def test_any_part_of_a_shot_is_organised(rows, cols, lens, missing, origin, seed
         assert set(map(tuple, back.points[back.measured])) == set(map(tuple, scan.points[scan.measured]))
 
 
-@pytest.mark.parametrize("lens", LENSES_PX)
+@pytest.mark.parametrize("lens", FOCAL_PX)
 def test_vertices_rounded_to_two_decimals_are_organised(lens):
     scan = shot(lens=lens, distance=600.0)
     rounded = RangeScan(np.round(scan.points, DECIMALS), scan.texture, scan.texture_xy)

@@ -10,7 +10,7 @@ import pytest
 
 from drivers.simulated import Flat, Pose, Spread, Text, Truth
 from drivers.simulated.artwork import Artwork, Markers
-from drivers.simulated.scene import Axle, lay
+from drivers.simulated.scene import Axle, place_sheet
 from drivers.simulated.sheets import Sheet
 from drivers.simulated.shot import printed, shoot_scene
 from drivers.vivid900.calibration import nominal
@@ -38,7 +38,7 @@ def axis_of(axle: Axle) -> RotationAxis:
 def turned(sheet: Sheet, artwork: Artwork, pose: Pose, turns: Sequence[float], *, axle: Axle = AXLE) -> Turned:
     lens = LENSES["MIDDLE"]
     page = printed(artwork, PAGE_MM)
-    scene = lay(sheet, page, depth_mm=DISTANCE_MM + lens.pupil_mm, pose=pose)
+    scene = place_sheet(sheet, page, depth_mm=DISTANCE_MM + lens.pupil_mm, pose=pose)
     shots = [
         shoot_scene(scene.turned(turn, axle), nominal(lens), MODES["fast"], DISTANCE_MM, np.random.default_rng(index))
         for index, turn in enumerate(turns)

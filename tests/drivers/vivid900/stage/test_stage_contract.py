@@ -12,7 +12,7 @@ import pytest
 from drivers.scanner import DeviceError, TransportError
 from drivers.simulated.stage import MACHINES, Fault, PtyStage, machine
 from drivers.vivid900.stage import CONTROLLERS, RotaryStage, open_port
-from drivers.vivid900.stage.dialogue import FIRST_TIMEOUT_S, TIMEOUT_S
+from drivers.vivid900.stage.protocol import FIRST_TIMEOUT_S, TIMEOUT_S
 from drivers.vivid900.stage.rotary import POLL_S, SETTLE_S
 
 SILENT = ("CSG-602R v2.0", "CSG-602R v1.0")  # never answer: what does not come is not missed
@@ -138,11 +138,11 @@ def test_a_fault_is_declared_in_time_and_the_stage_stands(model: str, fault: Fau
     for index, limit in ((0, FIRST_TIMEOUT_S), (answers_of_the_setup(model), TIMEOUT_S)):
         asked = 0.0
         error = TransportError if fault == "unplug" else DeviceError
-        with pytest.raises(error) as told, connected(model, {index: fault}) as (stage, fake):
+        with pytest.raises(error) as caught, connected(model, {index: fault}) as (stage, fake):
             stage.start()
             asked = fake.clock()
             stage.turn_to(90.0)
-        assert told.value.hint
+        assert caught.value.hint
         assert fake.clock() - asked < limit + SETTLE_S + POLLS * POLL_S
         assert stage.angle_deg is None
         assert fault == "unplug" or not fake.moving
@@ -167,10 +167,10 @@ def test_even_a_silent_controller_may_not_speak(model: str) -> None:
 
 
 def test_a_fault_that_stops_the_work_is_not_hidden_by_one_on_the_way_out() -> None:
-    with pytest.raises(ZeroDivisionError) as told, connected("ZETA6104") as (_, fake):
+    with pytest.raises(ZeroDivisionError) as caught, connected("ZETA6104") as (_, fake):
         fake.unplug()
         raise ZeroDivisionError
-    assert "could not be stopped" in told.value.__notes__[0]
+    assert "could not be stopped" in caught.value.__notes__[0]
 
 
 def test_time_may_be_real() -> None:
@@ -187,7 +187,7 @@ def test_time_may_be_real() -> None:
 
 
 def interrupt_during(stage: RotaryStage, fake: PtyStage, *, after_s: float) -> None:
-    """Ctrl-C so many seconds after the stage was told to turn by half a turn."""
+    """Ctrl-C so many seconds after the stage was commanded to turn by half a turn."""
     start = fake.clock()
 
     def sleep(seconds: float) -> None:

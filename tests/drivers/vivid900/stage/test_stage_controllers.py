@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 
 from drivers.scanner import DeviceError, SettingsError
 from drivers.vivid900.stage import CONTROLLERS, Controller, controller_named, open_stage
-from drivers.vivid900.stage.dialogue import MOST_NOISE, Answer, angle, finish, home, initialise, position, rotate
+from drivers.vivid900.stage.protocol import MAX_PREAMBLE, Answer, angle, finish, home, initialise, position, rotate
 
 HALF_A_DIGIT = 0.5  # of the last digit of the printed step, which was cut and not always rounded
 
@@ -48,9 +48,9 @@ def test_the_marks_answer_every_line() -> None:
 
 def test_a_move_that_no_answer_ends_is_waited_for() -> None:
     row = CONTROLLERS["CSG-602R v2.0"]
-    assert rotate(row, 72_000, travel=72_000).stands_s > 72_000 / 5_000  # 500F5000: 5000 pulses a second
-    assert rotate(row, 72_000, travel=0).stands_s < 1
-    assert rotate(CONTROLLERS["MMC-2"], 1000, travel=1000).stands_s == 0
+    assert rotate(row, 72_000, travel=72_000).motion_s > 72_000 / 5_000  # 500F5000: 5000 pulses a second
+    assert rotate(row, 72_000, travel=0).motion_s < 1
+    assert rotate(CONTROLLERS["MMC-2"], 1000, travel=1000).motion_s == 0
 
 
 @given(MODELS, st.floats(-1e4, 1e4))
@@ -96,13 +96,13 @@ def test_an_echo_may_come_before_the_first_answer_of_the_zeta() -> None:
 def test_noise_without_end_is_no_controller() -> None:
     answer = Answer(initialise(CONTROLLERS["ZETA6104"]))
     with pytest.raises(DeviceError, match="without end"):
-        answer.feed(b"\x00" * (MOST_NOISE + 1))
+        answer.feed(b"\x00" * (MAX_PREAMBLE + 1))
 
 
 def test_an_unknown_model_is_refused_with_the_list() -> None:
-    with pytest.raises(SettingsError) as told:
+    with pytest.raises(SettingsError) as caught:
         controller_named("ZETA")
-    assert "ZETA6104" in told.value.hint
+    assert "ZETA6104" in caught.value.hint
 
 
 def test_only_an_ambiguous_controller_can_be_relative() -> None:

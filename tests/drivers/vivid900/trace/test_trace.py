@@ -182,7 +182,7 @@ def test_a_capture_without_commands_says_so(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "message"),
     [
         (b"", "empty"),
         (b"not a capture at all", "no pcapng"),
@@ -190,10 +190,10 @@ def test_a_capture_without_commands_says_so(tmp_path):
         (bytes.fromhex("0a0d0d0a"), "damaged|no USB"),
     ],
 )
-def test_files_that_are_no_captures(tmp_path, content, told):
+def test_files_that_are_no_captures(tmp_path, content, message):
     path = tmp_path / "file.pcapng"
     path.write_bytes(content)
-    with pytest.raises(CaptureError, match=told) as caught:
+    with pytest.raises(CaptureError, match=message) as caught:
         list(read_transfers(path))
     assert caught.value.hint
     assert caught.value.exit_code == 3

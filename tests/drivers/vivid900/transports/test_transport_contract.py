@@ -1,4 +1,4 @@
-"""What every way to a device must do, run over all of them."""
+"""Contract tests of the transports, run over each of them."""
 
 from __future__ import annotations
 

@@ -16,12 +16,12 @@ from drivers.simulated.buses.usb_bridge import MICROTECH, SimulatedBridge
 from drivers.vivid900.sense import Key, Sense
 from drivers.vivid900.transports import CHECK_CONDITION, GOOD, Reply
 from drivers.vivid900.transports import usb as usb_transport
-from drivers.vivid900.transports.bulk_round import NoSuchTarget
+from drivers.vivid900.transports.bulk_exchange import NoSuchTarget
 from drivers.vivid900.transports.usb import UsbBulkOnly, find_device
 
 USB2XCHANGE, USB2XCHANGE_ASLEEP, UNKNOWN = (0x03F3, 0x2003), (0x03F3, 0x2002), (0x1234, 0x5678)
 
-# After these the bridge's answer is still whole, or its loss is seen and told by the status.
+# After these the bridge's answer is still whole, or its loss is detected from the status.
 HARMLESS = {"stall status", "status in place of data", "stall data", "short data", "duplicate status"}
 
 
@@ -96,7 +96,7 @@ def test_a_fault_right_after_a_fault(connect, device, first, second):
 
 
 def test_a_stall_in_the_data_keeps_what_came_before_it(connect, device):
-    """A device that stops after whole packets halts the pipe: only the residue tells how much came."""
+    """A device that stops after whole packets halts the pipe: only the residue gives the number of bytes."""
     device.memory = device.memory[:128]
     assert connect(SimulatedBridge(device)).execute(*device.reading(4096)) == Reply(GOOD, device.memory)
 
@@ -108,7 +108,7 @@ def test_a_bridge_that_refuses_reset_recovery_gets_its_port_reset(connect, devic
         transport.execute(*device.reading(200))
     assert transport.execute(*device.reading(200)).data == device.memory[:200]
     assert "port reset" in bridge.log
-    assert bridge.device.multi_target  # and was told again to take SCSI IDs
+    assert bridge.device.multi_target  # and SCSI IDs were enabled again
 
 
 def test_ctrl_c_in_a_transfer_leaves_a_bridge_that_can_be_parked(connect, device, monkeypatch):

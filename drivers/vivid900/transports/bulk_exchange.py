@@ -24,40 +24,40 @@ from drivers.vivid900.transports.bulk_only import (
 )
 from drivers.vivid900.transports.pipes import Pipes, Stall
 
-NO_SUCH_TARGET = 0x8A  # the USB2Xchange's own status for a SCSI ID that nobody answers
+NO_SUCH_TARGET = 0x8A  # the USB2Xchange's own status for a SCSI ID without a device
 
 
 class NoSuchTarget(TransportError):
-    """Raised when the bridge is in order, and nobody answers at the SCSI ID. Nothing needs recovery."""
+    """Raised when no device answers at the SCSI ID. The bridge itself needs no recovery."""
 
 
 class Deadline:
-    """The time that one command may take, whatever its parts."""
+    """The time limit of one command, over all its phases."""
 
     def __init__(self, clock: Callable[[], float], seconds: float) -> None:
         self._clock, self._end = clock, clock() + seconds
 
     def left_ms(self) -> int:
-        """Milliseconds left, at least one: 0 would mean no limit to libusb."""
+        """Milliseconds left, at least 1: 0 means no limit to libusb."""
         return max(1, round((self._end - self._clock()) * 1000))
 
 
 @dataclass(frozen=True)
 class _Arrived:
-    """What came in the data phase.
+    """Data of the data phase.
 
-    whole  whether `data` is known to be all that came. After a stall it is not: the buffer is there in its full
-           length then, and only the residue tells how much of it was filled.
+    whole  whether `data` is known to be exactly what was transferred. After a stall it is the whole buffer, and only
+           the residue gives the number of valid bytes.
     """
 
     data: bytes
     whole: bool = True
 
 
-def run_round(pipes: Pipes, wrapper: CommandWrapper, data_out: bytes, deadline: Deadline) -> Reply:
+def run_command(pipes: Pipes, wrapper: CommandWrapper, data_out: bytes, deadline: Deadline) -> Reply:
     """Send one command, move its data, read its status.
 
-    Raises TransportError when the bridge breaks off or breaks the rules. The pipes then need reset recovery.
+    Raises TransportError when the bridge fails or violates the protocol. The pipes then need reset recovery.
     """
     try:
         _send_command(pipes, wrapper, deadline)
@@ -82,7 +82,7 @@ def _send_command(pipes: Pipes, wrapper: CommandWrapper, deadline: Deadline) -> 
 
 
 def _send_data(pipes: Pipes, data: bytes, deadline: Deadline) -> None:
-    """How much of it the device used is told by the residue."""
+    """Send the data; how much of it the device took is in the residue."""
     try:
         pipes.write(data, deadline.left_ms())
     except Stall:
@@ -100,7 +100,7 @@ def _read_data(pipes: Pipes, wrapper: CommandWrapper, deadline: Deadline) -> _Ar
 
 
 def _read(pipes: Pipes, buffer: array[int], wrapper: CommandWrapper, deadline: Deadline) -> int:
-    """Fill the buffer; how many bytes came. A status that a bridge tells twice is passed over."""
+    """Fill the buffer and return the number of bytes. A repeated status of the previous command is skipped."""
     came = pipes.read(buffer, deadline.left_ms())
     if _is_status(buffer[:came].tobytes(), wrapper.tag - 1):
         came = pipes.read(buffer, deadline.left_ms())
@@ -108,7 +108,7 @@ def _read(pipes: Pipes, buffer: array[int], wrapper: CommandWrapper, deadline: D
 
 
 def _is_status(data: bytes, tag: int) -> bool:
-    """Whether these bytes are the status of the command with this tag: nothing else bears it behind the signature."""
+    """Whether these bytes are the status wrapper of the command with this tag."""
     return len(data) == STATUS_LENGTH and data[:8] == STATUS_SIGNATURE + tag.to_bytes(4, "little")
 
 
@@ -124,7 +124,7 @@ def _read_status(pipes: Pipes, wrapper: CommandWrapper, deadline: Deadline) -> S
 
 
 def _check_status(status: StatusWrapper, wrapper: CommandWrapper) -> None:
-    """Raise TransportError unless the status is this command's and makes sense (§6.3)."""
+    """Raise TransportError unless the status is valid and meaningful for this command (§6.3)."""
     if status.tag != wrapper.tag:
         raise TransportError("the bridge answers another command", "try again")
     if status.status == PHASE_ERROR:
@@ -140,10 +140,10 @@ def _check_status(status: StatusWrapper, wrapper: CommandWrapper) -> None:
 def _reply(status: StatusWrapper, wrapper: CommandWrapper, arrived: _Arrived) -> Reply:
     passed, moved = status.status == PASSED, wrapper.length - status.residue
     if wrapper.from_device:
-        told = len(arrived.data) <= wrapper.length and (arrived.whole or status.residue > 0)
-        if passed and not told:
+        length_known = len(arrived.data) <= wrapper.length and (arrived.whole or status.residue > 0)
+        if passed and not length_known:
             raise TransportError("the bridge's data and its status contradict each other", "try again")
-        return Reply(GOOD if passed else CHECK_CONDITION, arrived.data[:moved] if told else b"")
+        return Reply(GOOD if passed else CHECK_CONDITION, arrived.data[:moved] if length_known else b"")
     if passed and status.residue:
         raise TransportError(f"the device took only {moved} of {wrapper.length} bytes", "try again")
     return Reply(GOOD if passed else CHECK_CONDITION)

@@ -1,4 +1,4 @@
-"""Distance, laser power and gain of a shot: what the settings leave open is found by autofocus and previews."""
+"""Distance, laser power and gain of a shot: from the settings, or else by autofocus and previews."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from restore.scan import Floats
 
 LOW_CONTRAST = "AF ERROR LOW CONTRAST"
 SHOT_MODES = {"fine": ShotMode.FINE_COLOUR, "fast": ShotMode.FAST_COLOUR}
-MOST_PREVIEWS = 4  # three stops each: enough from the weakest laser to the strongest
-REFOCUS = 0.125  # share of the depth window by which the page may lie off its middle before it is focused anew
+MAX_PREVIEWS = 4  # three stops each: enough from the weakest laser to the strongest
+REFOCUS_SHARE = 0.125  # share of the depth window that the page may be off centre before the shot is refocused
 
 
-def aim(body: Body, settings: CaptureSettings, calibration: Calibration) -> Parameters:
-    """The parameters of the shots that the settings ask for. Raises PanelError when focusing finds nothing."""
-    parameters = _given(_focused(body, settings), settings)
+def choose_parameters(body: Body, settings: CaptureSettings, calibration: Calibration) -> Parameters:
+    """Parameters of the shots that the settings ask for. Raises PanelError when autofocus fails."""
+    parameters = _with_settings(_focused(body, settings), settings)
     if settings.laser_power is None or settings.distance_mm is None:
-        parameters = _refined(body, parameters, settings, calibration)
+        parameters = _adjusted_by_previews(body, parameters, settings, calibration)
     return replace(parameters, mode=SHOT_MODES[settings.mode], auto_read=0)
 
 
@@ -37,28 +37,30 @@ def _focused(body: Body, settings: CaptureSettings) -> Parameters:
         return parameters
     try:
         return body.autofocus("passive")
-    except PanelError as error:  # an even page has no contrast; the laser finds it nevertheless
+    except PanelError as error:  # an unprinted page has no contrast; active autofocus uses the laser
         if error.panel != LOW_CONTRAST:
             raise
         return body.autofocus("active")
 
 
-def _given(parameters: Parameters, settings: CaptureSettings) -> Parameters:
-    """The parameters with what the settings say."""
+def _with_settings(parameters: Parameters, settings: CaptureSettings) -> Parameters:
+    """The parameters with the values that the settings fix."""
     distance = parameters.distance_mm if settings.distance_mm is None else round(settings.distance_mm)
     power = parameters.laser_power if settings.laser_power is None else settings.laser_power
     gain = parameters.gain if settings.gain is None else settings.gain
     return replace(parameters, distance_mm=distance, laser_power=max(power, 1), gain=gain)
 
 
-def _refined(body: Body, parameters: Parameters, settings: CaptureSettings, calibration: Calibration) -> Parameters:
-    """What previews make of it: paper as bright as it should be, the page in the middle of the depth window."""
-    for _ in range(MOST_PREVIEWS):
+def _adjusted_by_previews(
+    body: Body, parameters: Parameters, settings: CaptureSettings, calibration: Calibration
+) -> Parameters:
+    """Parameters adjusted by previews until paper is well exposed and the page centred in the depth window."""
+    for _ in range(MAX_PREVIEWS):
         pitch = _preview(body, parameters)
         level = exposure.brightness(pitch)
         before = parameters
         if settings.laser_power is None and not exposure.is_well_exposed(level):
-            parameters = exposure.expose(parameters, level, gain_is_fixed=settings.gain is not None)
+            parameters = exposure.corrected_exposure(parameters, level, gain_is_fixed=settings.gain is not None)
         if settings.distance_mm is None:
             points = points_of(pitch.frames, calibration, FAST, parameters.distance_mm)
             parameters = replace(parameters, distance_mm=_refocused(points, calibration, parameters.distance_mm))
@@ -74,8 +76,8 @@ def _preview(body: Body, parameters: Parameters) -> Pitch:
 
 
 def _refocused(points: Floats, calibration: Calibration, distance_mm: int) -> int:
-    middle = exposure.middle_of(points, calibration.pupil_mm)
+    middle = exposure.centring_distance(points, calibration.pupil_mm)
     near, far = depth_window(LENSES[calibration.lens], FAST, distance_mm)
-    if middle is None or abs(middle - distance_mm) < REFOCUS * (far - near):
+    if middle is None or abs(middle - distance_mm) < REFOCUS_SHARE * (far - near):
         return distance_mm
     return round(middle)

@@ -1,4 +1,4 @@
-"""What is said to a controller and what it must answer, without any input or output."""
+"""The protocol core of the controllers: strings to send and answers to expect, without I/O."""
 
 from __future__ import annotations
 
@@ -8,47 +8,47 @@ from drivers.scanner import DeviceError
 from drivers.vivid900.stage.controllers import Controller
 
 FIRST_TIMEOUT_S, TIMEOUT_S = 10.0, 60.0  # the table's own: for the first answer, and for every other
-RAMP_S = 0.4  # speeding up and slowing down, 200 ms each in every `initialise` that names a speed
-MARGIN = 1.5  # on a move whose end no answer tells of: its speed is our reading of the string that sets it
-MOST_NOISE = 4096  # bytes before the first answer: an echo or a greeting is a line or two
-SHOWN = 40  # bytes of an answer that a message quotes
+RAMP_S = 0.4  # acceleration and deceleration, 200 ms each in every `initialise` that names a speed
+MARGIN = 1.5  # safety factor of a move whose end is not answered: its speed is our reading of the string that sets it
+MAX_PREAMBLE = 4096  # bytes before the first answer: an echo or a banner is a line or two
+QUOTED_BYTES = 40  # bytes of an answer that a message quotes
 
 
 @dataclass(frozen=True)
 class Exchange:
-    """One string to send and what it brings.
+    """One string to send and its expected answer.
 
-    answer     all of the answer, byte for byte; empty when none will come.
+    answer     the whole answer; empty when there is none.
     ignored    bytes that may stand anywhere in it.
-    preface    whether anything may come before it: an echo, or a greeting.
+    preface    whether other bytes may precede it: an echo, or a banner.
     timeout_s  time within which the answer must be complete.
-    stands_s   time after which the stage stands, counted from the sending; 0 when the answer tells.
+    motion_s   duration of the motion, from the sending on; 0 when the answer reports its end.
     """
 
     sent: bytes
     answer: bytes
     ignored: bytes = b""
-    preface: bool = False
+    preamble: bool = False
     timeout_s: float = TIMEOUT_S
-    stands_s: float = 0.0
+    motion_s: float = 0.0
 
 
 def initialise(controller: Controller) -> Exchange:
-    """The first thing to say. It may send the stage home from anywhere."""
+    """The exchange that sets the controller up. Some controllers also go home, from anywhere."""
     return Exchange(
         controller.initialise,
         _answer(controller, controller.initialise),
         controller.ignored,
-        preface=controller.echoes,
+        preamble=controller.echoes,
         timeout_s=FIRST_TIMEOUT_S,
-        stands_s=travel_s(controller, controller.pulses) if b"H:" in controller.initialise else 0.0,
+        motion_s=travel_s(controller, controller.pulses) if b"H:" in controller.initialise else 0.0,
     )
 
 
 def rotate(controller: Controller, pulses: int, *, travel: int) -> Exchange:
-    """Go to a position in pulses, `travel` pulses away.
+    """The exchange that rotates to a position in pulses, `travel` pulses away.
 
-    Raises ValueError for a negative position: the table's strings hold the sign, and no number with a second one.
+    Raises ValueError for a negative position: the table's strings contain the sign already.
     """
     if pulses < 0:
         raise ValueError(f"{pulses} pulses: positions count from 0")
@@ -56,17 +56,17 @@ def rotate(controller: Controller, pulses: int, *, travel: int) -> Exchange:
 
 
 def home(controller: Controller) -> Exchange:
-    """Go to the home position, from anywhere."""
+    """The exchange that goes to the home position, from anywhere."""
     return _move(controller, controller.home, controller.pulses)
 
 
 def finish(controller: Controller) -> Exchange:
-    """The last thing to say after a good run: it goes home."""
+    """The exchange that ends a successful run: the stage goes home."""
     return _move(controller, controller.finish, controller.pulses)
 
 
 def travel_s(controller: Controller, pulses: int) -> float:
-    """Time in which the stage surely has gone so many pulses, 0 when its answer tells."""
+    """Upper bound of the time for so many pulses, s; 0 when the answer reports the end."""
     return 0.0 if controller.pulses_per_s is None else MARGIN * (pulses / controller.pulses_per_s + RAMP_S)
 
 
@@ -81,7 +81,7 @@ def angle(controller: Controller, pulses: int) -> float:
 
 
 def _move(controller: Controller, sent: bytes, travel: int) -> Exchange:
-    return Exchange(sent, _answer(controller, sent), controller.ignored, stands_s=travel_s(controller, travel))
+    return Exchange(sent, _answer(controller, sent), controller.ignored, motion_s=travel_s(controller, travel))
 
 
 def _answer(controller: Controller, sent: bytes) -> bytes:
@@ -89,31 +89,28 @@ def _answer(controller: Controller, sent: bytes) -> bytes:
 
 
 class Answer:
-    """The answer to one exchange as it comes in.
-
-    feed(data) takes the next bytes; `complete` tells when all have come.
-    """
+    """Parser of the answer to one exchange: `feed` takes bytes until `complete`."""
 
     def __init__(self, exchange: Exchange) -> None:
-        self._exchange, self._got, self._preface = exchange, b"", 0
+        self._exchange, self._got, self._preamble_bytes = exchange, b"", 0
 
     @property
     def complete(self) -> bool:
-        """Whether the whole answer has come."""
+        """Whether the whole answer was received."""
         return self._got == self._exchange.answer
 
     @property
     def got(self) -> str:
-        """What has come so far, for a message."""
+        """The bytes received so far, quoted for a message."""
         return _quoted(self._got) if self._got else "nothing"
 
     def feed(self, data: bytes) -> None:
-        """Take the next bytes. Raises DeviceError for the first that does not belong to the answer."""
+        """Take the next bytes. Raises DeviceError for the first byte that does not belong to the answer."""
         for value in data:
             byte = bytes([value])
             if self._exchange.answer.startswith(self._got + byte) and not self.complete:
                 self._got += byte
-            elif self._exchange.preface and not self.complete:
+            elif self._exchange.preamble and not self.complete:
                 self._skip(byte)
             elif byte not in self._exchange.ignored:
                 raise DeviceError(
@@ -122,9 +119,9 @@ class Answer:
                 )
 
     def _skip(self, byte: bytes) -> None:
-        """Before the first answer: start looking for it again."""
-        self._preface += 1
-        if self._preface > MOST_NOISE:
+        """Skip a byte of the preamble and restart the search for the answer."""
+        self._preamble_bytes += 1
+        if self._preamble_bytes > MAX_PREAMBLE:
             raise DeviceError(
                 f"the rotary stage sends without end: {_quoted(self._got)} …",
                 "check `port` in [stage]: something else may be connected there",
@@ -134,4 +131,4 @@ class Answer:
 
 
 def _quoted(data: bytes) -> str:
-    return repr(data[:SHOWN])[1:] + (" …" if len(data) > SHOWN else "")
+    return repr(data[:QUOTED_BYTES])[1:] + (" …" if len(data) > QUOTED_BYTES else "")

@@ -1,4 +1,4 @@
-"""What the shots of a calibration say of its unknowns: residuals, their derivatives, and the adjustment.
+"""Bundle adjustment of a body and the poses of its calibration plates: residuals, Jacobian, and the solver.
 
 The unknowns are the body's, in the order of PRIOR, then a pose for each shot: 6 of a board, 3 of a bare plate.
 """
@@ -13,20 +13,22 @@ from scipy.spatial.transform import Rotation
 
 from drivers.vivid900.calibration import Calibration
 from drivers.vivid900.lenses import Mode
-from drivers.vivid900.triangulation import points_along, project, sight_through, stripe_tangent
+from drivers.vivid900.triangulation import lines_of_sight_through, points_along, project, stripe_tangent
 from restore.scan import Floats
 
-MARKER_PX = 0.05  # 1σ of a marker's middle
+MARKER_PX = 0.05  # 1σ of a marker's centre
 STRIPE_LINES = 0.04  # 1σ of a sample, between paper (0.02) and the faintest ink (0.07)
 FRONT_MM = 0.3  # 1σ of a distance measured by hand from the front of the lens
-OUTLIER_SIGMAS = 3.0  # from here on a residual counts linearly, not squared
-PER_METRE = 1000.0  # bare planes are held in 1/m: unknowns near one
+OUTLIER_SIGMAS = 3.0  # beyond this the loss grows linearly, not quadratically
+PER_METRE = 1000.0  # bare planes are parametrised in 1/m, so that unknowns are near one
 IMAGE_AXES = np.diag([1.0, -1.0, -1.0])  # OpenCV's axes, y down and z forward, in the scanner's
-STEP = 1e-6  # of each unknown's prior spread, for its numeric derivative
-POSE_STEP = 1e-6  # of each pose unknown, or of a thousandth where it is smaller
-MOST_STEPS = 50  # twice what the worst start needs
-STUCK = 1e8  # damping at which a step is shorter than rounding
-SETTLED = 1e-6  # relative fall of the cost, a few thousand, that moves nothing by a hundredth of its sigma
+DERIVATIVE_STEP = 1e-6  # finite-difference step, in units of each unknown's prior sigma
+POSE_STEP = 1e-6  # relative finite-difference step of a pose unknown, at least of 0.001
+MAX_ITERATIONS = 50  # twice what the worst initial guess needs
+MAX_DAMPING = 1e8  # above this damping a step is below rounding: no descent is possible
+COST_TOLERANCE = (
+    1e-6  # relative decrease of the cost (a few thousand) below which no unknown moves by a hundredth of its sigma
+)
 
 PRIOR = {
     "baseline_mm": 5.0,
@@ -44,16 +46,16 @@ PRIOR = {
     "bow": 0.02,
 }
 """Name of each unknown → 1σ by which bodies may differ from the manual's figures: the baseline is read off a drawing
-to 5 mm; the others are a few per cent, far wider than what shots leave open."""
+to 5 mm; the others are a few per cent, far wider than the uncertainty that shots leave."""
 
 
 @dataclass(frozen=True, eq=False)
 class PlateShot:
-    """What one shot saw of a plane.
+    """Measurements of one plane in one shot.
 
     texture_xy  (n, 2) texture pixels of samples on the plane, and their pitch (n,).
-    pixels      (m, 2) texture pixels of markers, and their places on_board (m, 2) mm; none on a bare plate.
-    front_mm    distance from the front of the lens to the plane along the axis, where it was measured.
+    pixels      (m, 2) texture pixels of marker centres, and their positions on_board (m, 2) mm; empty for a bare plate.
+    front_mm    measured distance from the front of the lens to the plane along the axis, None when not measured.
     """
 
     texture_xy: Floats
@@ -73,10 +75,12 @@ class Bundle:
     start: Calibration
 
     def body(self, unknowns: Floats) -> Calibration:
-        return body_of(unknowns[: len(PRIOR)], self.start)
+        return calibration_of_unknowns(unknowns[: len(PRIOR)], self.start)
 
-    def first_guess(self) -> Floats:
-        return np.concatenate([unknowns_of(self.start), *(_first_pose(shot, self.start) for shot in self.shots)])
+    def initial_guess(self) -> Floats:
+        return np.concatenate(
+            [unknowns_of_calibration(self.start), *(_initial_pose(shot, self.start) for shot in self.shots)]
+        )
 
     def residuals(self, unknowns: Floats) -> Floats:
         """(n,) at unknowns (m,)."""
@@ -90,8 +94,8 @@ class Bundle:
         jacobian = np.zeros((len(base), len(unknowns)))
         for k, spread in enumerate(PRIOR.values()):
             moved = unknowns.copy()
-            moved[k] += STEP * spread
-            jacobian[:, k] = (self.residuals(moved) - base) / (STEP * spread)
+            moved[k] += DERIVATIVE_STEP * spread
+            jacobian[:, k] = (self.residuals(moved) - base) / (DERIVATIVE_STEP * spread)
         body, row, col = self.body(unknowns), 0, count
         for pose, shot in zip(self._poses(unknowns), self.shots, strict=True):
             own = _residuals(body, pose, shot)
@@ -103,29 +107,29 @@ class Bundle:
             row, col = row + len(own), col + len(pose)
         return jacobian
 
-    def misses(self, unknowns: Floats) -> tuple[Floats, Floats]:
-        """Lines by which samples, and pixels by which markers (both axes) miss."""
+    def line_and_reprojection_errors(self, unknowns: Floats) -> tuple[Floats, Floats]:
+        """Residuals of the samples (n,) in CCD lines, and reprojection errors of the markers (2m,) in pixels."""
         body, poses = self.body(unknowns), self._poses(unknowns)
         pairs = list(zip(poses, self.shots, strict=True))
-        lines = np.concatenate([_lines(body, pose, shot) for pose, shot in pairs])
-        return lines, np.concatenate([_markers(body, pose, shot) for pose, shot in pairs])
+        lines = np.concatenate([_line_errors(body, pose, shot) for pose, shot in pairs])
+        return lines, np.concatenate([_reprojection_errors(body, pose, shot) for pose, shot in pairs])
 
     def _poses(self, unknowns: Floats) -> list[Floats]:
         sizes = [6 if len(shot.pixels) else 3 for shot in self.shots]
         return np.split(unknowns[len(PRIOR) :], np.cumsum(sizes)[:-1])
 
     def _prior(self, unknowns: Floats) -> Floats:
-        return (unknowns[: len(PRIOR)] - unknowns_of(self.start)) / np.array(list(PRIOR.values()))
+        return (unknowns[: len(PRIOR)] - unknowns_of_calibration(self.start)) / np.array(list(PRIOR.values()))
 
 
-def unknowns_of(body: Calibration) -> Floats:
+def unknowns_of_calibration(body: Calibration) -> Floats:
     return np.array(
         [body.baseline_mm, body.focal_px, *body.centre_px, body.pupil_mm]
         + [*body.distortion, *body.plane, body.tilt, body.bow]
     )
 
 
-def body_of(unknowns: Floats, like: Calibration) -> Calibration:
+def calibration_of_unknowns(unknowns: Floats, like: Calibration) -> Calibration:
     baseline, focal, x, y, pupil, k1, k2, p0, p1, p2, p3, tilt, bow = map(float, unknowns)
     return replace(
         like,
@@ -140,10 +144,10 @@ def body_of(unknowns: Floats, like: Calibration) -> Calibration:
     )
 
 
-def _first_pose(shot: PlateShot, body: Calibration) -> Floats:
-    """A pose to begin with: of a board from its markers, of a bare plate from its samples."""
+def _initial_pose(shot: PlateShot, body: Calibration) -> Floats:
+    """Initial pose: of a board by PnP from its markers, of a bare plate by a plane fit to its samples."""
     if not len(shot.pixels):
-        sight = sight_through(body, shot.texture_xy)
+        sight = lines_of_sight_through(body, shot.texture_xy)
         points = points_along(sight, shot.pitch, body, shot.mode, shot.distance_mm)
         terms = np.column_stack([sight.tangents, np.ones(len(points))])
         fit, *_ = np.linalg.lstsq(terms, -PER_METRE / points[:, 2], rcond=None)
@@ -166,20 +170,22 @@ def _plane(pose: Floats) -> Floats:
 
 def _residuals(body: Calibration, pose: Floats, shot: PlateShot) -> Floats:
     front = [] if shot.front_mm is None else [(1 / _plane(pose)[2] - body.pupil_mm - shot.front_mm) / FRONT_MM]
-    return np.concatenate([_lines(body, pose, shot) / STRIPE_LINES, _markers(body, pose, shot) / MARKER_PX, front])
+    return np.concatenate(
+        [_line_errors(body, pose, shot) / STRIPE_LINES, _reprojection_errors(body, pose, shot) / MARKER_PX, front]
+    )
 
 
-def _lines(body: Calibration, pose: Floats, shot: PlateShot) -> Floats:
-    """(n,) lines by which the stripe was seen above where the plane would show it."""
-    sight = sight_through(body, shot.texture_xy)
+def _line_errors(body: Calibration, pose: Floats, shot: PlateShot) -> Floats:
+    """(n,) measured minus predicted position of the stripe, CCD lines."""
+    sight = lines_of_sight_through(body, shot.texture_xy)
     a, b, c = _plane(pose)
     disparity = body.baseline_mm * (sight.tangents @ [a, b] + c)
     seen = stripe_tangent(shot.pitch, body, shot.mode, shot.distance_mm) + sight.rise
     return np.asarray((seen - disparity) * body.focal_px)
 
 
-def _markers(body: Calibration, pose: Floats, shot: PlateShot) -> Floats:
-    """(2m,) pixels by which the markers were seen off their places."""
+def _reprojection_errors(body: Calibration, pose: Floats, shot: PlateShot) -> Floats:
+    """(2m,) reprojection errors of the markers, pixels."""
     if not len(shot.pixels):
         return np.empty(0)
     board = np.column_stack([shot.on_board, np.zeros(len(shot.on_board))])
@@ -188,19 +194,19 @@ def _markers(body: Calibration, pose: Floats, shot: PlateShot) -> Floats:
 
 
 def adjust(bundle: Bundle) -> tuple[Floats, Floats]:
-    """The unknowns (m,) that fit best, and the normal matrix (m, m) there.
+    """The unknowns (m,) at the minimum of the robust cost, and the normal matrix (m, m) there.
 
-    Levenberg–Marquardt on the normal equations, reweighted for the pseudo-Huber loss. SciPy's robust solver decomposes
+    Levenberg–Marquardt on the normal equations, reweighted for the pseudo-Huber loss. SciPy's robust solver factors
     the whole Jacobian, thirty thousand rows, in every step.
     """
-    unknowns, damping = bundle.first_guess(), 1e-3
+    unknowns, damping = bundle.initial_guess(), 1e-3
     rest = bundle.residuals(unknowns)
-    for _ in range(MOST_STEPS):
+    for _ in range(MAX_ITERATIONS):
         weight = 1 / np.sqrt(1 + (rest / OUTLIER_SIGMAS) ** 2)
         jacobian = bundle.jacobian(unknowns)
         normal, gradient = jacobian.T @ (weight[:, None] * jacobian), jacobian.T @ (weight * rest)
         before = cost(rest)
-        while damping < STUCK:
+        while damping < MAX_DAMPING:
             step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), gradient)
             rest = bundle.residuals(unknowns - step)
             if cost(rest) < before:
@@ -209,11 +215,11 @@ def adjust(bundle: Bundle) -> tuple[Floats, Floats]:
         else:
             return unknowns, normal
         unknowns, damping = unknowns - step, damping / 10
-        if before - cost(rest) < SETTLED * before:
+        if before - cost(rest) < COST_TOLERANCE * before:
             return unknowns, normal
     return unknowns, normal
 
 
 def cost(rest: Floats) -> float:
-    """Sum of the pseudo-Huber loss of residuals (n,): r² for small ones."""
+    """Sum of the pseudo-Huber loss of residuals (n,); r² for small residuals."""
     return float((2 * OUTLIER_SIGMAS**2 * (np.sqrt(1 + (rest / OUTLIER_SIGMAS) ** 2) - 1)).sum())

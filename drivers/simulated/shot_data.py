@@ -1,4 +1,4 @@
-"""What one release leaves in the memory of the simulated scanner, as bytes to be fetched."""
+"""Data of one release in the memory of the simulated scanner, as bytes to be read."""
 
 from __future__ import annotations
 
@@ -19,9 +19,12 @@ CHANNELS = {ShotMode.RED: 0, ShotMode.GREEN: 1, ShotMode.BLUE: 2}
 
 
 @dataclass(frozen=True)
-class Record:
-    """shot: 0 when there is none. swept: mode of the last sweep, where the motor stands, None before the first.
-    mode, pitch, colour: of the shot; the images are empty where it has none.
+class ShotData:
+    """Data of the last shot.
+
+    shot         its number, 0 when there is none.
+    swept        mode of the last sweep, the position of the motor, None before the first.
+    mode, pitch, colour  of the shot; an image is empty where the mode has none.
     """
 
     shot: int = 0
@@ -31,15 +34,15 @@ class Record:
     colour: bytes = b""
 
 
-def record(sensor: Sensor, profile: Profile, parameters: Parameters, shot: int, swept: ShotMode | None) -> Record:
-    """Expose as the parameters say."""
+def read_out(sensor: Sensor, profile: Profile, parameters: Parameters, shot: int, swept: ShotMode | None) -> ShotData:
+    """Data of a shot with the given parameters."""
     mode, pitch, colour = parameters.mode, b"", b""
     if mode.has_range:
         sums = sensor.sweep(RANGE_MODES[mode], parameters.distance_mm, parameters.laser_power, parameters.gain, shot)
         pitch = build_pitch(profile, _above(sums, parameters.threshold), shot)
     if not (mode.has_range and parameters.auto_read):
         colour = build_colour(profile, mode, ColourImage(_pixels(sensor.colour(shot), mode), shot))
-    return Record(shot, swept, mode, pitch, colour)
+    return ShotData(shot, swept, mode, pitch, colour)
 
 
 def _above(sums: Sums, threshold: int) -> Sums:

@@ -1,4 +1,4 @@
-"""How bright a shot comes out: laser power and gain against what white paper needs."""
+"""Exposure model: brightness of a shot from laser power and gain, relative to white paper well exposed."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ PAPER_POWER = 30.0  # laser power for white paper at REFERENCE_MM; operators rep
 GAIN_STEP = 2**0.5  # brightness from one CCD gain to the next; the manual names the steps, not their size
 
 
-def exposure_of(distance_mm: float, power: int, gain: int) -> float:
-    """Brightness of a shot against the one that suits white paper at the distance in focus."""
+def relative_exposure(distance_mm: float, power: int, gain: int) -> float:
+    """Exposure of a shot, 1 for white paper well exposed at the focus distance."""
     return power * GAIN_STEP**gain / (PAPER_POWER * (distance_mm / REFERENCE_MM) ** 2)
 
 
-def suiting_paper(distance_mm: float) -> tuple[int, int]:
-    """(laser power, gain) that suit white paper at a distance: power first, gain once the laser can do no more."""
+def exposure_for_paper(distance_mm: float) -> tuple[int, int]:
+    """(laser power, gain) that expose white paper well at a distance: power first, gain above full power."""
     needed = PAPER_POWER * (distance_mm / REFERENCE_MM) ** 2
     power = min(max(round(needed), 1), MAX_LASER_POWER)
     gain = round(float(np.log(needed / power) / np.log(GAIN_STEP)))

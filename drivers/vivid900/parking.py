@@ -1,4 +1,4 @@
-"""Bringing everything to rest after work, whatever came of the work."""
+"""Parking after work, whether the work succeeded or not."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from drivers.scanner import ScannerError
 
 
 @contextmanager
-def at_rest(actions: Sequence[Callable[[], object]]) -> Iterator[None]:
-    """Run the block, then every action in its order: each of them even when the block or another action failed.
+def parked_on_exit(actions: Sequence[Callable[[], object]]) -> Iterator[None]:
+    """Context manager that runs every action after the block, in order, even when the block or another action failed.
 
-    What the block raised stays what is raised, with a note for each action that failed; without it the first failed
-    action's fault is raised.
+    An error of the block is raised with a note for each action that failed; otherwise the first error of the actions
+    is raised.
     """
     faults: list[ScannerError] = []
     try:
         with ExitStack() as stack:
             for action in reversed(actions):
-                stack.callback(_noting, action, faults)
+                stack.callback(_collecting, action, faults)
             yield
     except BaseException as error:
         for fault in faults:
@@ -29,7 +29,7 @@ def at_rest(actions: Sequence[Callable[[], object]]) -> Iterator[None]:
         raise faults[0]
 
 
-def _noting(action: Callable[[], object], faults: list[ScannerError]) -> None:
+def _collecting(action: Callable[[], object], faults: list[ScannerError]) -> None:
     try:
         action()
     except ScannerError as fault:

@@ -1,4 +1,4 @@
-"""What must be brought to rest on every way out of a `with` block."""
+"""Base class of devices that a `with` block closes."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from typing import ClassVar, Self
 from drivers.scanner import ScannerError
 
 
-class Closing(ABC):
-    """A device that its `with` block closes. A fault on the way out never hides the one that led there.
+class DeviceContext(ABC):
+    """A device that its `with` block closes. An error of closing never hides the error that ended the block.
 
-    unrest  what is told, beside that one, of a device that could not be closed.
+    close_failure  text of the note that is added to that error when closing fails as well.
     """
 
-    unrest: ClassVar[str]
+    close_failure: ClassVar[str]
 
     @abstractmethod
     def close(self) -> None:
-        """Bring it to rest and let it go. Safe to call twice."""
+        """Make it safe and close the connection. Safe to call twice."""
 
     def __enter__(self) -> Self:
         return self
@@ -32,4 +32,4 @@ class Closing(ABC):
         except ScannerError as fault:
             if error is None:
                 raise
-            error.add_note(f"{self.unrest}: {fault}")
+            error.add_note(f"{self.close_failure}: {fault}")

@@ -1,4 +1,4 @@
-"""What happened to a simulated scanner, in its own words: tests read here whether the laser is off."""
+"""The event log of a simulated scanner: tests read from it whether the laser is off."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Event:
-    """time in seconds of the device's clock; what; and details, if any."""
+    """An event: time in seconds of the device's clock, kind, and details."""
 
     time: float
     what: str
@@ -17,7 +17,7 @@ class Event:
 
 @dataclass(frozen=True)
 class Beam:
-    """The laser burning from start to end, seconds, at a power of 1 to 255."""
+    """The laser being on from start to end, seconds, at a power of 1 to 255."""
 
     start: float
     end: float
@@ -25,7 +25,7 @@ class Beam:
 
 
 class Log:
-    """Events in their order, and when the laser burned."""
+    """Events in order, and the intervals with the laser on."""
 
     def __init__(self, clock: Callable[[], float]) -> None:
         self.clock = clock
@@ -36,20 +36,20 @@ class Log:
         """Note what happens now."""
         self.events.append(Event(self.clock(), what, detail))
 
-    def burn(self, start: float, seconds: float, power: int) -> None:
-        """Note that the laser will burn, unless it is cut off before."""
+    def laser_on(self, start: float, seconds: float, power: int) -> None:
+        """Note an interval with the laser on, unless it is switched off before."""
         if power > 0:
             self.beams.append(Beam(start, start + seconds, power))
 
-    def cut_off(self) -> None:
-        """The laser goes off now, and what was still to come does not."""
+    def laser_off(self) -> None:
+        """Switch the laser off now and cancel later intervals."""
         now = self.clock()
         past = [Beam(beam.start, min(beam.end, now), beam.power) for beam in self.beams if beam.start < now]
         self.beams[:] = past
 
     @property
     def laser_is_on(self) -> bool:
-        """Whether the laser burns now."""
+        """Whether the laser is on now."""
         return any(beam.start <= self.clock() < beam.end for beam in self.beams)
 
     def named(self, what: str) -> Iterator[Event]:
