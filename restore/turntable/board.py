@@ -29,9 +29,9 @@ def board_corners(scan: RangeScan) -> Mapping[int, Floats]:
     detected = _detect_markers(scan.texture)
     if not detected:
         raise BadInput("there is no marker in the scan", NO_BOARD)
-    positions = {marker: _grid_positions(scan, corners) for marker, corners in detected.items()}
-    plane = _fit_plane(scan, np.concatenate(list(positions.values())))
-    return {marker: _intersect(rays, plane, positions) for marker, positions in positions.items()}
+    by_marker = {marker: _grid_positions(scan, corners) for marker, corners in detected.items()}
+    plane = _fit_plane(scan, np.concatenate(list(by_marker.values())))
+    return {marker: _intersect(rays, plane, positions) for marker, positions in by_marker.items()}
 
 
 def _detect_markers(texture: Bytes) -> Mapping[int, Floats]:
