@@ -4,7 +4,7 @@ The truth is the flat print seen by the same camera through the same lens at the
 paper is that faces the scanner in the middle of the picture, and carried to the page through the same map. What is
 left of a difference is the light's, not the geometry's.
 How bright an even page is, is a matter of exposure: the truth is exposed like each page that it is compared with, and
-how far that is off is told as the level. `noise` is the difference that the sensor's noise alone makes, in even light:
+its relative error is reported as the level. `noise` is the difference that sensor noise alone makes, in even light:
 no method can be better.
 """
 
@@ -44,7 +44,7 @@ SEED = 5
 PAGE_MM = (280.0, 200.0)
 DISTANCE_MM = 900.0
 DPI = 150.0
-A4_MM, A4_DPI = (297.0, 210.0), 300.0  # the page of which the time is told
+A4_MM, A4_DPI = (297.0, 210.0), 300.0  # the page that is timed
 PAPER_CODES = 4  # of 255: bare paper in the truth differs from the paper's own colour by less, farther off it is ink
 INK_MM = 1.0  # paper nearer to ink than this is judged with neither: the lens has blurred both
 

@@ -15,10 +15,10 @@ from restore.mesh.clean import clean
 from restore.photo import (
     Photograph,
     Registered,
-    even_registered,
     paint_registered,
     reasons,
     register_photographs,
+    remove_registered_shading,
 )
 from restore.prepare import prepare
 from restore.range_image.sheet import Sheet
@@ -26,7 +26,7 @@ from restore.report import describe
 from restore.scan import Bytes, RangeScan, RestoredPage, SurfaceMesh
 from restore.settings import Settings
 from restore.shading.relief import relief_of
-from restore.shading.remove import LIGHT_DPI, Evened
+from restore.shading.remove import LIGHT_DPI, ShadingResult
 from restore.texture.coverage import blank_hidden, compute_coverage, inpaint_hidden
 from restore.texture.page import Painting
 from restore.unroll import Unrolled, square_to_picture, unroll
@@ -70,7 +70,7 @@ def restore(
         image = blank_hidden(shading.image, coverage)
         image, coverage = inpaint_hidden(image, coverage, settings.dpi, settings.fill_hidden_mm)
     report = describe(surface, unrolled, painting, settings)
-    report |= {"light": shading.facts, "coverage": coverage.shares()}
+    report |= {"light": shading.report, "coverage": coverage.shares()}
     report |= {"source": dict(scan.provenance), "seconds": clock.seconds}
     if photos:
         report |= {"photos": photo_report, "warnings": report["warnings"] + reasons(registered)}
@@ -94,12 +94,12 @@ def _remove_shading(
     painting: Painting,
     registered: Sequence[Registered],
     settings: Settings,
-) -> Evened:
+) -> ShadingResult:
     """The page without shading, or unchanged when the settings keep it or the scan has no texture."""
     if settings.shading == "keep" or unrolled.fine.texture is None:
-        return Evened(painting.image, {})
+        return ShadingResult(painting.image, {})
     relief = relief_of(surface, unrolled.fine, min(LIGHT_DPI, settings.dpi))
-    return even_registered(unrolled.fine, registered, settings.dpi, relief, painting.image, painting.mask)
+    return remove_registered_shading(unrolled.fine, registered, settings.dpi, relief, painting.image, painting.mask)
 
 
 def _unroll(surface: Sheet | SurfaceMesh, settings: Settings, clock: Stopwatch, on_step: OnStep | None) -> Unrolled:

@@ -192,10 +192,10 @@ def _ocr(
 ) -> None:
     """Read the words of a restored page: text, ALTO and searchable PDF/A (needs Tesseract)."""
     with faults_told(debug=debug), progress_on(sys.stderr) as progress:
-        from station.ocr import read_pages, told
+        from station.ocr import read_pages, summary_line
 
         for read in read_pages(page, output, language=language, truth=truth, force=force, progress=progress):
-            say(told(read))
+            say(summary_line(read))
 
 
 @app.command("colour")
@@ -209,9 +209,9 @@ def _colour(
 ) -> None:
     """Measure a colour chart: an ICC profile of the camera, and the levels of FADGI and ISO 19264 that it meets."""
     with faults_told(debug=debug):
-        from station.colour.run import profile_colours, told
+        from station.colour.run import profile_colours, summary_line
 
-        say(told(profile_colours(target, output, force=force)))
+        say(summary_line(profile_colours(target, output, force=force)))
 
 
 for command in (devices, doctor, trace, board, calibrate):

@@ -66,7 +66,7 @@ def _read(page: Path, paths: list[Path], printed: str | None, *, language: str, 
     return PageRead(page, tuple(files), len(words.text.split()), *measured)
 
 
-def told(read: PageRead) -> str:
+def summary_line(read: PageRead) -> str:
     """What was read, in a few lines for people."""
     lines = [f"{'page':<10} {read.page}", f"{'read':<10} {read.count} words"]
     for name, reading in (("words", read.words), ("characters", read.characters)):

@@ -91,8 +91,8 @@ def contrast(grey: Bytes, mask: Mask) -> Bytes:
     weight = np.maximum(cv2.GaussianBlur(inside, (0, 0), CONTRAST_PX), 1e-3)
     value = np.where(mask, grey, 0).astype(np.float32)
     flat = (value - cv2.GaussianBlur(value, (0, 0), CONTRAST_PX) / weight) * inside
-    spread = np.sqrt(cv2.GaussianBlur(flat * flat, (0, 0), CONTRAST_PX) / weight + FLOOR**2)
-    return np.clip(128 + GAIN * flat / spread, 0, 255).astype(np.uint8)
+    deviation = np.sqrt(cv2.GaussianBlur(flat * flat, (0, 0), CONTRAST_PX) / weight + FLOOR**2)
+    return np.clip(128 + GAIN * flat / deviation, 0, 255).astype(np.uint8)
 
 
 def _places(seen: Mask) -> Ints:

@@ -27,7 +27,7 @@ DISTORTION_SPREAD = np.array([0.15, 0.15, 0.003, 0.003, 0.05])
 FOCAL_SPREAD = 1.0  # of its logarithm, when nothing is known
 FREE_STRAIGHT = 7  # of the parameters: pose and focal length
 REWEIGHTINGS = 3
-CAUCHY = 2.0  # a miss of so many sigmas counts half
+CAUCHY = 2.0  # an error of so many sigmas counts half
 
 
 def find_pose(
@@ -46,7 +46,7 @@ def find_pose(
         camera = _ransac(points, pixels, size, focal)
         if camera is None:
             continue
-        near = misses(camera, points, pixels) < LOOSE * max(size)
+        near = reprojection_errors(camera, points, pixels) < LOOSE * max(size)
         if near.sum() > inliers.sum():
             best, inliers = camera, near
     return best, inliers
@@ -76,8 +76,8 @@ def _vector(turn: Floats, shift: Floats, focal: float, centre: Floats) -> Floats
     return np.concatenate([turn, shift, [focal], centre, np.zeros(5)])
 
 
-def misses(camera: PhotoCamera, points: Floats, pixels: Floats) -> Floats:
-    """(n,) how far from their pixels (n, 2) the camera sees points (n, 3) mm; infinite where it cannot see them."""
+def reprojection_errors(camera: PhotoCamera, points: Floats, pixels: Floats) -> Floats:
+    """(n,) reprojection errors in pixels of points (n, 3) mm against pixels (n, 2); infinite where not seen."""
     distance = np.linalg.norm(camera.project(points) - pixels, axis=1)
     return np.where(np.isfinite(distance), distance, np.inf)
 
@@ -94,41 +94,41 @@ def refine(
 ) -> PhotoCamera:
     """Adjust pose, focal length, principal point and distortion to points (n, 3) mm seen at pixels (n, 2).
 
-    noise_px: standard deviation of a good pixel; what misses by much more counts less and less (Cauchy weights).
+    noise_px: standard deviation of a good pixel; larger errors count less and less (Cauchy weights).
     focal_px and focal_spread: what is known of the focal length and how well (of its logarithm). straight: leave the
     principal point and the distortion as they are.
     """
     known = focal_px or camera.focal_px
     centre = (np.array(camera.size) - 1) / 2
     middle = np.concatenate([[known], centre, np.zeros(5)])
-    spread = prior_spread(known, camera.size, focal_spread)
+    deviation = prior_deviation(known, camera.size, focal_spread)
     free = FREE_STRAIGHT if straight else PARAMETERS
     vector = camera.vector.copy()
     for _ in range(REWEIGHTINGS):
-        away = misses(PhotoCamera(vector, camera.size), points, pixels) / (CAUCHY * noise_px)
+        away = reprojection_errors(PhotoCamera(vector, camera.size), points, pixels) / (CAUCHY * noise_px)
         weight = 1.0 / (np.sqrt(1.0 + away**2) * noise_px)
-        vector[:free] = _fit(vector, free, points, pixels, weight, middle, spread)
+        vector[:free] = _fit(vector, free, points, pixels, weight, middle, deviation)
     return PhotoCamera(vector, camera.size)
 
 
-def prior_spread(focal_px: float, size: tuple[int, int], focal_spread: float = FOCAL_SPREAD) -> Floats:
+def prior_deviation(focal_px: float, size: tuple[int, int], focal_spread: float = FOCAL_SPREAD) -> Floats:
     """(8,) standard deviations of focal length, principal point and distortion of a lens before it is measured."""
     centre = np.full(2, CENTRE_SPREAD * np.hypot(*size))
     return np.concatenate([[focal_px * focal_spread], centre, DISTORTION_SPREAD])
 
 
 def _fit(
-    start: Floats, free: int, points: Floats, pixels: Floats, weight: Floats, middle: Floats, spread: Floats
+    start: Floats, free: int, points: Floats, pixels: Floats, weight: Floats, middle: Floats, deviation: Floats
 ) -> Floats:
     """The first `free` parameters by weighted least squares, the lens held near what lenses are."""
-    priors = np.eye(PARAMETERS)[6:, :free] / spread[:, None]
+    priors = np.eye(PARAMETERS)[6:, :free] / deviation[:, None]
 
     def full(vector: Floats) -> Floats:
         return np.concatenate([vector, start[free:]])
 
     def residuals(vector: Floats) -> Floats:
         seen, _ = project_with_jacobian(full(vector), points)
-        return np.concatenate([((seen - pixels) * weight[:, None]).ravel(), (full(vector)[6:] - middle) / spread])
+        return np.concatenate([((seen - pixels) * weight[:, None]).ravel(), (full(vector)[6:] - middle) / deviation])
 
     def jacobian(vector: Floats) -> Floats:
         _, slopes = project_with_jacobian(full(vector), points)

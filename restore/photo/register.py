@@ -11,7 +11,7 @@ from restore.photo.camera import PARAMETERS, PhotoCamera, project_with_jacobian
 from restore.photo.dense import GRID, WINDOW, Shifts, measure
 from restore.photo.features import Features, detect, match, reference_features
 from restore.photo.photograph import Photograph
-from restore.photo.pose import FOCAL_SPREAD, LADDER, LOOSE, find_pose, misses, prior_spread, refine
+from restore.photo.pose import FOCAL_SPREAD, LADDER, LOOSE, find_pose, prior_deviation, refine, reprojection_errors
 from restore.photo.reference import Reference
 from restore.scan import Bytes, Floats
 
@@ -25,7 +25,7 @@ BEHIND_STEP = 16  # reference pixels
 SETTLED = 0.02  # reference pixels that a refinement moves the page by: nothing more to gain
 SIGMA = 0.1  # reference pixels: how well a shift is measured
 KNOWN_FOCAL = 0.1  # how well EXIF tells the focal length: whole millimetres, and it breathes with the focus
-MAX_MISS = 1.0  # reference pixels: places that miss by more were matched wrongly, as where a window spans a crease
+MAX_REPROJECTION_ERROR = 1.0  # reference pixels: more is a wrong match, as where a window spans a crease
 MIN_PLACES = 14  # as many unknowns has a camera
 MIN_ALIKE = 0.6  # of the places with print: the rest is glare, shadow, fingers; another page has one in ten
 MAX_RESIDUAL = 0.5  # reference pixels, rms: a page that was moved or bent between scan and photograph has more
@@ -139,7 +139,7 @@ def _posed(reference: Reference, ours: Features, grey: Bytes, focal_px: float | 
     for straight in (True, False):
         if inliers.sum() >= MIN_INLIERS:
             camera = refine(camera, points[inliers], pixels[inliers], 1.0, straight=straight)
-            inliers = misses(camera, points, pixels) < LOOSE * side / 2
+            inliers = reprojection_errors(camera, points, pixels) < LOOSE * side / 2
     return camera, int(inliers.sum())
 
 
@@ -172,11 +172,11 @@ def _refined(
 
 def _judged(reference: Reference, camera: PhotoCamera, shifts: Shifts) -> Registration:
     points = reference.at(shifts.moved)
-    miss = misses(camera, np.nan_to_num(points, nan=np.inf), shifts.pixels)
-    good = shifts.alike & (miss < MAX_MISS * shifts.scale)
+    error = reprojection_errors(camera, np.nan_to_num(points, nan=np.inf), shifts.pixels)
+    good = shifts.alike & (error < MAX_REPROJECTION_ERROR * shifts.scale)
     if good.sum() < MIN_PLACES:
         raise Refused("the photograph does not show this page: its print is another")
-    residual = float(np.sqrt(np.mean(miss[good] ** 2)))
+    residual = float(np.sqrt(np.mean(error[good] ** 2)))
     page = reference.points[reference.page][:: max(1, int(reference.page.sum()) // 1000)].astype(float)
     uncertain = _uncertainty(camera, points[good], residual / np.sqrt(2), page)
     return Registration(camera, residual, uncertain, float(good.mean()), shifts.coverage, shifts.scale)
@@ -188,9 +188,9 @@ def _uncertainty(camera: PhotoCamera, points: Floats, sigma: float, page: Floats
     It follows from the adjustment to points (n, 3) whose pixels have the standard deviation sigma.
     """
     _, slopes = project_with_jacobian(camera.vector, points)
-    spread = prior_spread(camera.focal_px, camera.size)
+    deviation = prior_deviation(camera.focal_px, camera.size)
     rows = slopes.reshape(-1, PARAMETERS) / (max(sigma, 1e-3) * OVERLAP)
-    priors = np.eye(PARAMETERS)[6:] / spread[:, None]
+    priors = np.eye(PARAMETERS)[6:] / deviation[:, None]
     scale = np.maximum(np.linalg.norm(np.concatenate([rows, priors]), axis=0), 1e-12)
     normal = np.concatenate([rows, priors]) / scale
     covariance = np.linalg.pinv(normal.T @ normal)

@@ -15,7 +15,7 @@ from scipy.ndimage import distance_transform_edt
 
 from restore.mesh.measures import vertex_normals
 from restore.photo.camera import PhotoCamera
-from restore.photo.visible import clipped_share, glares, sees
+from restore.photo.visible import clipped_share, glare_mask, visible_points
 from restore.scan import Bytes, FlatMesh, Floats, Mask
 from restore.texture.page import MM_PER_INCH, page_map
 
@@ -84,7 +84,7 @@ class Placed:
 
 
 @dataclass(frozen=True, eq=False)
-class Look:
+class CoarseView:
     """One source on the coarse page: where it is good (h, w), its ppi (h, w) and its linear light (h, w, 3)."""
 
     good: Mask
@@ -98,41 +98,41 @@ def plan(page: FlatMesh, sources: Sequence[Source]) -> Plan:
     values = np.column_stack([page.vertices, vertex_normals(page.vertices, page.faces), page.texcoords])
     coarse = page_map(page.flat, page.faces, values, COARSE_DPI).astype(np.float64)
     inside = np.isfinite(coarse[..., 0])
-    scanned = _look(Placed.at(sources[0].image, coarse[..., 6:], inside), inside)
-    looks = [scanned, *(_photographed(source, page, coarse, inside, scanned) for source in sources[1:])]
-    weights = _weights(looks, inside)
-    return Plan(weights.astype(np.float32), _gains(looks, weights), np.stack([look.ppi for look in looks]))
+    scanned = _coarse_view(Placed.at(sources[0].image, coarse[..., 6:], inside), inside)
+    views = [scanned, *(_photographed(source, page, coarse, inside, scanned) for source in sources[1:])]
+    weights = _weights(views, inside)
+    return Plan(weights.astype(np.float32), _gains(views, weights), np.stack([view.ppi for view in views]))
 
 
-def _look(placed: Placed, good: Mask) -> Look:
+def _coarse_view(placed: Placed, good: Mask) -> CoarseView:
     codes = placed.read(cv2.resize(placed.image, placed.size, interpolation=cv2.INTER_AREA))
-    return Look(good, placed.ppi, LINEAR[codes].astype(np.float64))
+    return CoarseView(good, placed.ppi, LINEAR[codes].astype(np.float64))
 
 
-def _photographed(source: Source, page: FlatMesh, coarse: Floats, inside: Mask, scanned: Look) -> Look:
+def _photographed(source: Source, page: FlatMesh, coarse: Floats, inside: Mask, scanned: CoarseView) -> CoarseView:
     camera = source.camera
     assert camera is not None
     points, normals = coarse[inside][:, :3], coarse[inside][:, 3:6]
     pixels, good = np.full((*inside.shape, 2), np.nan), np.zeros(inside.shape, bool)
     pixels[inside] = camera.project(points)
-    good[inside] = sees(camera, page.vertices, page.faces, points, normals)
+    good[inside] = visible_points(camera, page.vertices, page.faces, points, normals)
     placed = Placed.at(source.image, pixels, good)
-    look = _look(placed, good)
+    view = _coarse_view(placed, good)
     clipped = placed.read(clipped_share(source.image, placed.size))
     reach = GLARE_MM / MM_PER_INCH * COARSE_DPI
-    glare = glares(clipped, look.light.mean(axis=2), scanned.light.mean(axis=2), good, reach)
+    glare = glare_mask(clipped, view.light.mean(axis=2), scanned.light.mean(axis=2), good, reach)
     glare = cv2.dilate(glare.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
-    return replace(look, good=good & ~glare)
+    return replace(view, good=good & ~glare)
 
 
-def _weights(looks: Sequence[Look], inside: Mask) -> Floats:
+def _weights(views: Sequence[CoarseView], inside: Mask) -> Floats:
     """(s, h, w) share of each source: the photograph that resolves most, the scanner where none is good."""
     pixels_per_mm = COARSE_DPI / MM_PER_INCH
-    edges = [_feathered(look.good, inside, FEATHER_MM * pixels_per_mm) for look in looks[1:]]
-    calm = [
-        cv2.GaussianBlur(np.where(look.good, look.ppi, 0.0), (0, 0), SETTLE_MM * pixels_per_mm) for look in looks[1:]
+    edges = [_feathered(view.good, inside, FEATHER_MM * pixels_per_mm) for view in views[1:]]
+    smoothed = [
+        cv2.GaussianBlur(np.where(view.good, view.ppi, 0.0), (0, 0), SETTLE_MM * pixels_per_mm) for view in views[1:]
     ]
-    best = np.argmax([np.where(edge > 0, ppi, -1.0) for edge, ppi in zip(edges, calm, strict=True)], axis=0)
+    best = np.argmax([np.where(edge > 0, ppi, -1.0) for edge, ppi in zip(edges, smoothed, strict=True)], axis=0)
     chosen = [
         edge * (cv2.GaussianBlur((best == k).astype(float), (0, 0), FEATHER_MM / 2 * pixels_per_mm) + TINY)
         for k, edge in enumerate(edges)
@@ -150,18 +150,18 @@ def _feathered(good: Mask, inside: Mask, width: float) -> Floats:
     return np.where(good, np.clip((away - 1.0) / width, 0.0, 1.0), 0.0)
 
 
-def _gains(looks: Sequence[Look], weights: Floats) -> NDArray[np.float32]:
+def _gains(views: Sequence[CoarseView], weights: Floats) -> NDArray[np.float32]:
     """(s, h, w, 3): the light of the photograph that is used most stays, that of the others is matched to it."""
     main = 1 + int(np.argmax(weights[1:].sum(axis=(1, 2))))
     gains = np.ones((*weights.shape, 3), np.float32)
-    known = looks[main]
+    known = views[main]
     if not known.good.any():
         return gains
-    gains[0] = _gain(looks[0].light, known.light, looks[0].good & known.good)
-    whole = np.where(known.good[..., None], known.light, looks[0].light * gains[0])
-    for k in range(1, len(looks)):
-        if k != main and looks[k].good.any():
-            gains[k] = _gain(looks[k].light, whole, looks[k].good)
+    gains[0] = _gain(views[0].light, known.light, views[0].good & known.good)
+    whole = np.where(known.good[..., None], known.light, views[0].light * gains[0])
+    for k in range(1, len(views)):
+        if k != main and views[k].good.any():
+            gains[k] = _gain(views[k].light, whole, views[k].good)
     return gains
 
 

@@ -1,4 +1,4 @@
-"""Which parts of the page a camera sees: not behind another part, not from the side, not glaring."""
+"""Visibility of the page from a camera: occlusion by the page itself, grazing view, specular glare."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from restore.photo.camera import PhotoCamera
 from restore.scan import Bytes, Floats, Ints, Mask
 
 BUFFER_SIDE = 1200  # pixels of the depth buffer's longer side: a quarter of a millimetre on a page that fills it
-HIDING_MM = 1.0  # what lies this much behind the nearest surface is hidden; one pixel on a wall of 70° is less
+OCCLUSION_MM = 1.0  # what lies this much behind the nearest surface is hidden; one pixel on a wall of 70° is less
 LEAST_FACING = 0.2  # cosine of 78°: seen flatter than that, print cannot be read
 CLIPPED = 250  # a code from which the sensor is full
 GLARE_SHARE = 0.3  # of the pixels of a spot
@@ -24,7 +24,7 @@ HAZE_GAIN = 1.1  # of the haze round it, which is not full
 TINY = 1e-6
 
 
-def sees(camera: PhotoCamera, vertices: Floats, faces: Ints, points: Floats, normals: Floats) -> Mask:
+def visible_points(camera: PhotoCamera, vertices: Floats, faces: Ints, points: Floats, normals: Floats) -> Mask:
     """(n,) True where the camera sees points (n, 3) mm with normals (n, 3) on a mesh of vertices and faces (m, 3)."""
     small = camera.scaled(_fitted(camera.size))
     corners = np.nan_to_num(small.project(vertices), nan=-1e6)
@@ -37,7 +37,7 @@ def sees(camera: PhotoCamera, vertices: Floats, faces: Ints, points: Floats, nor
     behind = 1.0 / camera.inverse_depth(points) - 1.0 / np.maximum(nearest[rows, cols], TINY)
     ways = camera.position - points
     facing = (ways * normals).sum(axis=1) / np.linalg.norm(ways, axis=1)
-    return np.asarray(inside & (behind < HIDING_MM) & (facing > LEAST_FACING))
+    return np.asarray(inside & (behind < OCCLUSION_MM) & (facing > LEAST_FACING))
 
 
 def _fitted(size: tuple[int, int]) -> tuple[int, int]:
@@ -45,20 +45,20 @@ def _fitted(size: tuple[int, int]) -> tuple[int, int]:
     return ceil(size[0] * ratio), ceil(size[1] * ratio)
 
 
-def glares(clipped: Floats, light: Floats, expected: Floats, seen: Mask, reach: float) -> Mask:
+def glare_mask(clipped: Floats, light: Floats, expected: Floats, seen: Mask, reach: float) -> Mask:
     """(h, w) True where the light of a lamp is mirrored.
 
     clipped (h, w): share of full pixels. light and expected (h, w): what the photograph and the scanner saw, linear.
     seen (h, w): where both did. reach: pixels that the surroundings extend.
     """
     gain = np.where(seen, light / np.maximum(expected, TINY), 0.0)
-    calm = (seen & (clipped < GLARE_SHARE)).astype(float)
-    total = cv2.GaussianBlur(calm, (0, 0), reach)
+    unclipped = (seen & (clipped < GLARE_SHARE)).astype(float)
+    total = cv2.GaussianBlur(unclipped, (0, 0), reach)
     # Twice: the haze round a glare is no part of what is usual.
     for _ in range(2):
-        usual = cv2.GaussianBlur(gain * calm, (0, 0), reach) / np.maximum(total, TINY)
-        calm = calm * (gain < HAZE_GAIN * usual)
-        total = cv2.GaussianBlur(calm, (0, 0), reach)
+        usual = cv2.GaussianBlur(gain * unclipped, (0, 0), reach) / np.maximum(total, TINY)
+        unclipped = unclipped * (gain < HAZE_GAIN * usual)
+        total = cv2.GaussianBlur(unclipped, (0, 0), reach)
     haze = seen & (gain > HAZE_GAIN * usual)
     core = seen & (clipped >= GLARE_SHARE) & (gain > GLARE_GAIN * usual)
     core |= seen & (gain > INK_GAIN * usual) & (light - usual * expected > INK_LIGHT)

@@ -1,7 +1,7 @@
-"""What is left of the light along creases and the edges of shadows, where its place is not known to a cell.
+"""Residual light along creases and shadow edges, whose position is uncertain by about one cell.
 
-A line that follows a crease, and is darker or lighter than the page on both of its sides, is light's doing: print does
-not know where the page will be folded.
+A line that follows a crease and is darker or lighter than the page on both of its sides is taken for shading: print is
+independent of where the page is folded.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ TINY = 1e-6
 
 
 def crease_light(darkest: Field, brightest: Field, expected: Field, inside: Mask) -> Field:
-    """(r, c) how much more light there is along creases than on both sides of them, 1 almost everywhere.
+    """(r, c) light along creases relative to both sides of them, 1 away from creases.
 
     darkest, brightest (r, c): channel of the page in units of the light that is known. expected (r, c): that light,
     whose steps tell where creases and the edges of shadows are.
@@ -47,7 +47,7 @@ def crease_light(darkest: Field, brightest: Field, expected: Field, inside: Mask
 
 
 def _compared(brightness: Field, across: Field, found: Mask, inside: Mask) -> Field:
-    """(r, c) what lines are of their sides, 0 when no light can do that, 1 where none are found."""
+    """(r, c) ratio of a line to its two sides, 0 where shading cannot cause it, 1 where there is none."""
     reach = 2 * max(BESIDE) + 1
     near = cv2.dilate(found.astype(np.uint8), np.ones((reach, reach), np.uint8)) > 0
     near &= inside
@@ -63,8 +63,8 @@ def _directions(light: Field, inside: Mask) -> tuple[Field, Mask]:
     right, down = (cv2.Sobel(level, cv2.CV_32F, *order, ksize=3, scale=1 / 8) for order in ((1, 0), (0, 1)))
     xx, xy, yy = (cv2.GaussianBlur(part, (0, 0), TENSOR) for part in (right * right, right * down, down * down))
     turn = np.arctan2(2 * xy, xx - yy) / 2
-    spread, total = np.hypot(xx - yy, 2 * xy), xx + yy
-    found = inside & ((total + spread) / 2 > STEP**2) & (spread > COHERENT * total)
+    anisotropy, total = np.hypot(xx - yy, 2 * xy), xx + yy
+    found = inside & ((total + anisotropy) / 2 > STEP**2) & (anisotropy > COHERENT * total)
     found = cv2.dilate(found.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
     return np.dstack([np.cos(turn), np.sin(turn)]), found & inside
 
@@ -94,7 +94,7 @@ def _bright(brightness: Field, inside: Mask, across: Field, near: Mask, first: i
 
 @numba.njit(cache=True, nogil=True)
 def _beside(bright: Field, across: Field, found: Mask, first: int, out: Field) -> None:
-    """How a line compares with both of its sides, for rows from `first` on, into out: 0 when no light can do that."""
+    """Write the ratio of a line to both of its sides, for rows from `first` on, into out; 0 is not shading."""
     rows, cols = bright.shape
     zero, one = np.float32(0), np.float32(1)
     for row in range(first, first + len(out)):

@@ -1,4 +1,4 @@
-"""What a warped page hides from its own light: the horizon seen from every place on it.
+"""Horizon map of a warped page: how far the page itself occludes lamps and sky from each of its points.
 
 A horizon map (N. Max, "Horizon mapping: shadows for bump-mapped surfaces", The Visual Computer 4, 1988) holds, for
 some directions of the compass, how steeply the surface rises before a place. Any lamp is then seen or not by one look
@@ -25,7 +25,7 @@ from restore.shading.relief import Field, Relief
 MAX_NODES = 16_000
 AZIMUTHS = 24  # before a straight ridge the horizon is a cosine of the azimuth: 15° between two err by 1 % of it
 GROWTH = 1.1  # of the steps: a ridge that is far away may be met less exactly
-NOWHERE = -1e6  # mm: no surface, and nothing that hides light
+NOWHERE = -1e6  # mm: no surface, no occluder
 PENUMBRA = 0.05  # tangent: the half-shadow of a lamp of 5 cm at a metre
 
 
@@ -66,10 +66,10 @@ class HorizonMap:
         squared = 1 / (1 + rise * rise)
         slices = normal[..., 2:] * squared / 2 + facing * ((np.pi / 2 - np.arctan(rise)) - rise * squared) / 2
         share = slices.sum(axis=2) * np.float32(2 / AZIMUTHS) / ((1 + normal[..., 2]) / 2)
-        return np.asarray(np.clip(spread(share, np.isfinite(share)), 0, 1), dtype=np.float32)
+        return np.asarray(np.clip(fill_nearest(share, np.isfinite(share)), 0, 1), dtype=np.float32)
 
 
-def spread(field: NDArray[Any], known: Mask) -> NDArray[Any]:
+def fill_nearest(field: NDArray[Any], known: Mask) -> NDArray[Any]:
     """A field (rows, cols, …) with the nearest known value wherever it is not known."""
     if known.all():
         return field
@@ -86,7 +86,7 @@ def spread(field: NDArray[Any], known: Mask) -> NDArray[Any]:
 
 
 def horizon_map(relief: Relief) -> HorizonMap:
-    """Look round from a grid of places on the page."""
+    """Horizon map of a relief on a grid of at most MAX_NODES nodes."""
     low, high = relief.vertices[:, :2].min(axis=0), relief.vertices[:, :2].max(axis=0)
     pitch = float(np.sqrt(np.prod(high - low) / MAX_NODES))
     corner = np.array([low[0], high[1]])
@@ -101,7 +101,7 @@ def horizon_map(relief: Relief) -> HorizonMap:
     in_bands(
         lambda rows: _horizon(heights, ways, _reaches(max(heights.shape)), pitch, rows.start, slopes[rows]), height
     )
-    return HorizonMap(corner, pitch, spread(slopes, known), heights)
+    return HorizonMap(corner, pitch, fill_nearest(slopes, known), heights)
 
 
 def _reaches(longest: int) -> Field:
@@ -114,9 +114,9 @@ def _reaches(longest: int) -> Field:
 
 @numba.njit(cache=True, nogil=True)
 def _horizon(heights: Field, ways: Field, reaches: Field, pitch: float, first: int, slopes: Field) -> None:
-    """Look round from the rows of nodes from `first` on, into slopes (some rows, cols, len(ways)).
+    """Write the horizon slopes of the rows from `first` on into slopes (some rows, cols, len(ways)).
 
-    All nodes of a row look equally far at once: what they see lies beside one another in memory.
+    All nodes of a row are advanced by the same reach at once, so that the heights read are contiguous in memory.
     """
     rows, cols = heights.shape
     one = np.float32(1)

@@ -1,4 +1,4 @@
-"""What light falls on the page, told from its own picture: lamps, far or near, and the room.
+"""Lamps, far or near, and ambient light, estimated from the picture of the page that they light.
 
 Bare paper gives back light in all directions alike (Lambert), so its brightness over the surface is the light's. What
 comes from a lamp goes with the cosine to it over the square of the distance, and only where the lamp is in sight; what
@@ -69,7 +69,7 @@ class Light:
     middle: Field
     horizon: HorizonMap
 
-    def on(self, places: Places) -> Field:
+    def irradiance(self, places: Places) -> Field:
         """(n, 3) light on places of the page."""
         light, strengths = np.empty((len(places.points), 3), np.float32), self.strengths.astype(np.float32)
 
@@ -97,15 +97,15 @@ def fit_light(colour: Field, places: Places, horizon: HorizonMap) -> Light:
     lamps = np.empty((0, 3))
     enough = EVEN * float(brightness.mean())
     while len(lamps) < MAX_LAMPS and fit.deviation(lamps) > enough:
-        found = _one_more(lamps, fit)
+        found = _add_lamp(lamps, fit)
         if not fit.better(found, lamps, PROMISING):
             break
-        found = _refined(found, fit)
+        found = _refine_lamps(found, fit)
         if not fit.better(found, lamps, WORTH):
             break
         lamps = found
-        fit = fit.trusting(lamps, FLOOR)
-    fit = fit.trusting(lamps, LAST_FLOOR)
+        fit = fit.reweighted(lamps, FLOOR)
+    fit = fit.reweighted(lamps, LAST_FLOOR)
     terms = fit.terms(lamps)
     strengths = np.stack([_solve(terms, colour[:, k].astype(float), fit.weights) for k in range(3)], axis=1)
     return Light(lamps, strengths, fit.middle, horizon)
@@ -123,15 +123,15 @@ def _first_guess(brightness: Floats, places: Places) -> Floats:
     for _ in range(2 * ROUNDS):
         rest = brightness - terms @ _solve(terms, brightness, weights)
         weights = np.where(rest > 0, ABOVE, 1.0)
-    return _trusted(rest, weights > 1, FLOOR * brightness.mean())
+    return _inlier_weights(rest, weights > 1, FLOOR * brightness.mean())
 
 
-def _trusted(rest: Floats, known: Mask, floor: float) -> Floats:
+def _inlier_weights(rest: Floats, known: Mask, floor: float) -> Floats:
     """(n,) 1 where what is left of the brightness lies with most of the known places, 0 elsewhere."""
     known = known if known.any() else np.ones(len(rest), bool)
     centre = float(np.median(rest[known]))
-    spread = robust_sigma(rest[known] - centre)
-    return np.asarray(np.abs(rest - centre) < OUTLYING * max(spread, floor)).astype(float)
+    deviation = robust_sigma(rest[known] - centre)
+    return np.asarray(np.abs(rest - centre) < OUTLYING * max(deviation, floor)).astype(float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,9 +158,9 @@ class _Fit:
     def terms(self, lamps: Floats) -> Floats:
         """(n, 4 + k): the room's light, its three slopes, and each lamp's light."""
         at = self.places
-        return _all_terms(self.room, at.points, at.normals, at.nodes, self.horizon.slopes, self.middle, lamps)
+        return _design_matrix(self.room, at.points, at.normals, at.nodes, self.horizon.slopes, self.middle, lamps)
 
-    def rest(self, lamps: Floats) -> Floats:
+    def residual(self, lamps: Floats) -> Floats:
         """(n,) what the best strengths of room and lamps leave of the brightness."""
         terms = self.terms(lamps)
         return np.asarray(self.brightness - terms @ _solve(terms, self.brightness, self.weights))
@@ -170,7 +170,7 @@ class _Fit:
 
         Ink counts no more than any other that no light explains; a shadow that another lamp would explain counts.
         """
-        return float(_judged(self.terms(lamps), self.brightness, self.weights, self.cap, doubted))
+        return float(_truncated_rms(self.terms(lamps), self.brightness, self.weights, self.cap, doubted))
 
     def better(self, found: Floats, lamps: Floats, share: float) -> bool:
         """Whether the lamps found bring the deviation down to a share of what others leave.
@@ -179,22 +179,24 @@ class _Fit:
         """
         return any(self.deviation(found, doubt) <= share * self.deviation(lamps, doubt) for doubt in (0.0, DOUBTED))
 
-    def trusting(self, lamps: Floats, floor: float) -> _Fit:
+    def reweighted(self, lamps: Floats, floor: float) -> _Fit:
         """The same, trusting what these lamps explain."""
         fit = self
         for _ in range(ROUNDS):
-            fit = replace(fit, weights=_trusted(fit.rest(lamps), fit.weights > 0, floor * self.brightness.mean()))
+            fit = replace(
+                fit, weights=_inlier_weights(fit.residual(lamps), fit.weights > 0, floor * self.brightness.mean())
+            )
         return fit
 
 
-def _one_more(lamps: Floats, fit: _Fit) -> Floats:
+def _add_lamp(lamps: Floats, fit: _Fit) -> Floats:
     """The lamps and one more, looked for all over the sky."""
     azimuths = 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
     sky = [(azimuth, np.radians(polar), FIRST_NEARNESS) for azimuth in azimuths for polar in POLARS]
     return min((np.vstack([lamps, lamp]) for lamp in sky), key=fit.deviation)
 
 
-def _refined(lamps: Floats, fit: _Fit) -> Floats:
+def _refine_lamps(lamps: Floats, fit: _Fit) -> Floats:
     """All lamps, each of them moved to where they leave least."""
 
     def cost(flat: Floats) -> float:
@@ -219,7 +221,7 @@ def _solve(terms: Floats, brightness: Floats, weights: Floats) -> Floats:
 
 
 @numba.njit(cache=True)
-def _judged(terms: Floats, brightness: Floats, weights: Floats, cap: float, doubted: float) -> float:
+def _truncated_rms(terms: Floats, brightness: Floats, weights: Floats, cap: float, doubted: float) -> float:
     """What is left after `_solve`, each place capped and the doubted ones counting less: root mean square."""
     count, size = terms.shape
     normal, right = np.zeros((size, size)), np.zeros(size)
@@ -246,7 +248,7 @@ def _judged(terms: Floats, brightness: Floats, weights: Floats, cap: float, doub
 
 
 @numba.njit(cache=True)
-def _all_terms(
+def _design_matrix(
     room: Floats, points: Field, normals: Field, nodes: Field, slopes: Field, middle: Field, lamps: Floats
 ) -> Floats:
     """(n, 4 + k) the room's terms (n, 4) and each lamp's light."""

@@ -1,4 +1,4 @@
-"""The shape of the page in space, as the light on it needs it: where every spot of the flat page lay and faced."""
+"""Position and normal in space of every pixel of the flat page."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from restore.texture.page import page_map
 TINY = 1e-12
 DENSE_OVER = 9  # samples: what a facet is fitted to, and a little more
 SPARSE, DENSE = 0.5, 0.9  # of them measured: too few for a slope of one's own, and enough
-STEADY = 8.0  # samples, 4 mm: how far the slopes round it are asked then
+SMOOTHING = 8.0  # samples, 4 mm: how far the slopes round it are asked then
 SHRINK = 4  # of the grid for that
 
 Field = NDArray[np.float32]
@@ -49,7 +49,7 @@ class Relief:
 
 
 def relief_of(surface: Sheet | SurfaceMesh, fine: FlatMesh, dpi: float) -> Relief:
-    """Lay the shape of a prepared surface over its flat page.
+    """Relief of a prepared surface at `dpi` pixels of the flat page to the inch.
 
     On a range grid every sample has a facet of its own, so a crease is sharp; a mesh has the normals of its vertices.
     """
@@ -76,7 +76,7 @@ def facet_normals(sheet: Sheet) -> Field:
     anything was measured, in ink that swallows the laser, a facet's own slope is noise: there the facets round it tell.
     """
     rays = sheet.rays
-    normals = _steadied(_normals(sheet.planes, rays.x0, rays.dx, rays.y0, rays.dy), sheet.measured)
+    normals = _smoothed_where_sparse(_normals(sheet.planes, rays.x0, rays.dx, rays.y0, rays.dy), sheet.measured)
     return np.asarray(normals @ rays.axes.astype(np.float32))
 
 
@@ -96,14 +96,14 @@ def _normals(planes: Floats, x0: float, dx: float, y0: float, dy: float) -> Fiel
     return normals
 
 
-def _steadied(normals: Field, measured: Mask) -> Field:
+def _smoothed_where_sparse(normals: Field, measured: Mask) -> Field:
     density = cv2.boxFilter(measured.astype(np.float32), -1, (DENSE_OVER, DENSE_OVER))
     own = np.clip((density - SPARSE) / (DENSE - SPARSE), 0.0, 1.0)
     trust = np.maximum(own, np.float32(TINY))
     # Over so many samples every fourth is enough.
     size = tuple(-(-n // SHRINK) for n in density.shape[::-1])
     total, weight = (
-        cv2.GaussianBlur(cv2.resize(field, size, interpolation=cv2.INTER_AREA), (0, 0), STEADY / SHRINK)
+        cv2.GaussianBlur(cv2.resize(field, size, interpolation=cv2.INTER_AREA), (0, 0), SMOOTHING / SHRINK)
         for field in (normals * trust[..., None], trust)
     )
     round_it = cv2.resize(total / weight[..., None], density.shape[::-1], interpolation=cv2.INTER_LINEAR)

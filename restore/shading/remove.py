@@ -21,7 +21,7 @@ from restore.bands import in_bands
 from restore.robust import MAD_TO_SIGMA
 from restore.scan import Bytes, Floats, Mask
 from restore.shading.crease_residual import crease_light
-from restore.shading.horizon_map import horizon_map, spread
+from restore.shading.horizon_map import fill_nearest, horizon_map
 from restore.shading.lamps import SAMPLES, Light, Places, fit_light
 from restore.shading.relief import Field, Relief
 from restore.texture.page import MM_PER_INCH
@@ -51,40 +51,40 @@ LINEAR = np.where(_CODE <= 0.04045, _CODE / 12.92, ((_CODE + 0.055) / 1.055) ** 
 
 
 @dataclass(frozen=True, eq=False)
-class Evened:
-    """A page without its light: image (h, w, 3) uint8, and what was found of it (JSON values)."""
+class ShadingResult:
+    """A page with its shading removed: image (h, w, 3) uint8, and the report on it (JSON values)."""
 
     image: Bytes
-    facts: dict[str, Any]
+    report: dict[str, Any]
 
 
-def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Evened:
-    """Even out the light of a page (h, w, 3) uint8 whose shape is known; outside mask (h, w) nothing changes."""
+def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> ShadingResult:
+    """Page (h, w, 3) uint8 with its shading divided out, by its relief; pixels outside mask (h, w) do not change."""
     colour, inside = _cells(image, mask, dpi, relief)
-    chosen = np.flatnonzero(_bare(colour, inside))
+    chosen = np.flatnonzero(_paper_candidates(colour, inside))
     if len(chosen) < LEAST_PAPER:
-        return Evened(image, {"lamps": 0, "paper_share": 0.0})
+        return ShadingResult(image, {"lamps": 0, "paper_share": 0.0})
     horizon = horizon_map(relief)
     nodes = horizon.nodes(relief.points)
     openness = cv2.remap(horizon.openness(), nodes, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     # What lies off the page is taken along, and never looked at: to sort it out would take longer.
-    places = Places(*(_listed(field) for field in (relief.points, relief.normals, openness, nodes)))
+    places = Places(*(_as_list(field) for field in (relief.points, relief.normals, openness, nodes)))
     chosen = chosen[:: max(1, len(chosen) // SAMPLES)]
-    light = fit_light(_listed(colour)[chosen], places[chosen], horizon)
+    light = fit_light(_as_list(colour)[chosen], places[chosen], horizon)
     # From here on light is measured in the level light.
     relative = 1 / np.maximum(light.level, TINY)
-    expected = np.maximum(_scaled(light.on(places).reshape(colour.shape), relative), 1 / DIMMEST)
+    expected = np.maximum(_scaled(light.irradiance(places).reshape(colour.shape), relative), 1 / DIMMEST)
     # The camera has blurred the light of a crease with everything else.
-    expected = cv2.GaussianBlur(spread(expected, inside), (0, 0), BLUR_MM / MM_PER_INCH * relief.dpi)
+    expected = cv2.GaussianBlur(fill_nearest(expected, inside), (0, 0), BLUR_MM / MM_PER_INCH * relief.dpi)
     seen = _scaled(colour, relative)
-    rest, paper = _rest(seen / expected, inside)
+    rest, paper = _residual_light(seen / expected, inside)
     surface = expected * rest
-    evener = seen / surface
-    surface *= crease_light(_lowest(evener), _highest(evener), _sum(expected), inside)[..., None]
-    gain = spread(np.clip(1 / np.maximum(surface, TINY), 1 / MAX_GAIN, MAX_GAIN), inside)
+    reflectance = seen / surface
+    surface *= crease_light(_lowest(reflectance), _highest(reflectance), _sum(expected), inside)[..., None]
+    gain = fill_nearest(np.clip(1 / np.maximum(surface, TINY), 1 / MAX_GAIN, MAX_GAIN), inside)
     evened, scale, codes = np.empty_like(image), relief.dpi / dpi, _codes()
-    in_bands(lambda band: _apply(image, mask, gain, scale, LINEAR, codes, band.start, evened[band]), len(image))
-    return Evened(evened, _facts(light, colour, gain, paper, inside))
+    in_bands(lambda band: _multiply(image, mask, gain, scale, LINEAR, codes, band.start, evened[band]), len(image))
+    return ShadingResult(evened, _shading_report(light, colour, gain, paper, inside))
 
 
 def _scaled(field: Field, factors: Floats) -> Field:
@@ -92,7 +92,7 @@ def _scaled(field: Field, factors: Floats) -> Field:
     return np.asarray(cv2.transform(field, np.diag(factors)))
 
 
-def _listed(field: Field) -> Field:
+def _as_list(field: Field) -> Field:
     """(r · c, …) of a field (r, c, …)."""
     return field.reshape(-1, *field.shape[2:])
 
@@ -113,7 +113,7 @@ def _cells(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> tuple[Field,
     return np.asarray(cv2.LUT(codes, LINEAR)), whole & relief.inside
 
 
-def _bare(colour: Field, inside: Mask) -> Mask:
+def _paper_candidates(colour: Field, inside: Mask) -> Mask:
     """Where the page may show bare paper: as bright as its surroundings, of the paper's hue, and beside no ink."""
     total = _sum(colour)
     brightness = np.where(inside, total, np.float32(0))
@@ -125,16 +125,16 @@ def _bare(colour: Field, inside: Mask) -> Mask:
     if not bright.any():
         return bright
     some = np.flatnonzero(bright)[::SPARED]
-    hue = np.median(_listed(colour)[some] / _listed(total)[some, None], axis=0)
+    hue = np.median(_as_list(colour)[some] / _as_list(total)[some, None], axis=0)
     odd = _highest(np.abs(cv2.transform(colour, np.eye(3) - hue[:, None]))) > HUE * total
     dark = (~bright | odd).astype(np.uint8)
     full = _lowest(colour) > LINEAR[CLIPPED]
     return np.asarray((cv2.dilate(dark, np.ones((3, 3), np.uint8)) == 0) & ~full)
 
 
-def _rest(ratio: Field, inside: Mask) -> tuple[Field, Mask]:
-    """What the light found leaves of the paper's brightness, smooth (r, c, 3), and where bare paper was."""
-    some = _listed(ratio)[np.flatnonzero(inside)[::SPARED]]
+def _residual_light(ratio: Field, inside: Mask) -> tuple[Field, Mask]:
+    """Smooth residual (r, c, 3) of the paper's brightness over the fitted light, and the paper mask (r, c)."""
+    some = _as_list(ratio)[np.flatnonzero(inside)[::SPARED]]
     level = np.array([_mode(some[:, k]) for k in range(3)])
     ratio = _scaled(ratio, 1 / level)
     # To tell where there may be paper, few cells do.
@@ -147,7 +147,7 @@ def _rest(ratio: Field, inside: Mask) -> tuple[Field, Mask]:
     fields = cv2.copyTo(ratio, paper.view(np.uint8)), paper.astype(np.float32)
     size = smooth.shape[1::-1]
     surface = _enlarged(_smooth(*(cv2.resize(field, size, interpolation=cv2.INTER_AREA) for field in fields)), inside)
-    return _scaled(surface * _more(ratio / surface, inside), level), paper
+    return _scaled(surface * _excess_light(ratio / surface, inside), level), paper
 
 
 def _paper(ratio: Field, tolerance: float, inside: Mask) -> Mask:
@@ -156,8 +156,8 @@ def _paper(ratio: Field, tolerance: float, inside: Mask) -> Mask:
     return np.asarray(inside & (low > 1 - tolerance) & (high < 1 + tolerance) & (high - low < TINT))
 
 
-def _more(ratio: Field, inside: Mask) -> Field:
-    """(r, c, 1) how much more light there must be than was found, 1 almost everywhere.
+def _excess_light(ratio: Field, inside: Mask) -> Field:
+    """(r, c, 1) factor by which the light must exceed the fitted light, 1 almost everywhere.
 
     No ink is brighter than paper in all channels, and none much brighter in one: what seems to be lies beside a crease
     or a shadow that is not quite where it was thought to be.
@@ -194,9 +194,9 @@ def _enlarged(field: Field, over: Mask) -> Field:
     return np.asarray(cv2.resize(field, over.shape[::-1], interpolation=cv2.INTER_LINEAR))
 
 
-def _facts(light: Light, colour: Field, gain: Field, paper: Mask, inside: Mask) -> dict[str, Any]:
+def _shading_report(light: Light, colour: Field, gain: Field, paper: Mask, inside: Mask) -> dict[str, Any]:
     some = np.flatnonzero(paper)[::SPARED]
-    seen, gains = (_listed(field)[some] for field in (colour, gain))
+    seen, gains = (_as_list(field)[some] for field in (colour, gain))
     before, after = seen.mean(axis=1), (seen * gains).mean(axis=1)
     return {
         "lamps": len(light.lamps),
@@ -222,7 +222,7 @@ def _codes() -> NDArray[np.uint8]:
 
 
 @numba.njit(cache=True, nogil=True)
-def _apply(
+def _multiply(
     image: Bytes, mask: Mask, gain: Field, scale: float, linear: Field, codes: NDArray[np.uint8], first: int, out: Bytes
 ) -> None:
     """Multiply the light of every masked pixel by the gain of its cells, in between by straight lines.

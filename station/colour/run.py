@@ -50,7 +50,7 @@ def profile_colours(target: Path, output: Path, *, force: bool = False) -> Colou
         return ColourRun(report, tuple(write_all(zip(files, contents, strict=True), force=force, claim=claim)))
 
 
-def told(run: ColourRun) -> str:
+def summary_line(run: ColourRun) -> str:
     """The figures in a few lines for people."""
     change = ", ".join(f"{value:.2f} {how}" for how, value in run.report["mean_difference"].items())
     lines = [f"{'chart':<28} mean ΔE2000 {change}"]

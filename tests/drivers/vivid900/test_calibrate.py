@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from drivers.scanner import SettingsError
-from drivers.vivid900.board import Board, sight_board
+from drivers.vivid900.board import Board, detect_board
 from drivers.vivid900.bundle_adjustment import MARKER_PX, PRIOR, PlateShot, unknowns_of_calibration
 from drivers.vivid900.calibrate import CalibrationResult, calibrate
 from drivers.vivid900.calibration import Calibration, nominal
@@ -140,16 +140,16 @@ def test_a_printed_board_is_found_where_it_is() -> None:
     shrink = np.array([[0.3, 0.02, 40.0], [-0.03, 0.29, 60.0]])
     soft = cv2.GaussianBlur(picture, (0, 0), 2.0)  # of ten thirds of a pixel: what the lens and a pixel's area blur
     seen = cv2.warpAffine(soft, shrink, (640, 480), flags=cv2.INTER_LINEAR, borderValue=255)
-    sighted = sight_board(cv2.cvtColor(seen, cv2.COLOR_GRAY2RGB), board)
-    assert sighted is not None
-    assert len(sighted.pixels) == 7 * 5
+    detected = detect_board(cv2.cvtColor(seen, cv2.COLOR_GRAY2RGB), board)
+    assert detected is not None
+    assert len(detected.pixels) == 7 * 5
     margin = board.pitch_mm - board.marker_mm + board.marker_mm / 2
-    printed = (sighted.on_board * [1, -1] + margin) * 10 - 0.5
+    printed = (detected.on_board * [1, -1] + margin) * 10 - 0.5
     wanted = printed @ shrink[:, :2].T + shrink[:, 2]
-    assert np.sqrt(((sighted.pixels - wanted) ** 2).mean()) < MARKER_PX
+    assert np.sqrt(((detected.pixels - wanted) ** 2).mean()) < MARKER_PX
     middle, corner = wanted.mean(axis=0), np.array([1.0, 1.0])
-    assert sighted.area(np.stack([middle, corner])).tolist() == [True, False]
+    assert detected.area(np.stack([middle, corner])).tolist() == [True, False]
 
 
 def test_a_picture_without_markers_shows_no_board() -> None:
-    assert sight_board(np.full((480, 640, 3), 200, np.uint8), Board()) is None
+    assert detect_board(np.full((480, 640, 3), 200, np.uint8), Board()) is None

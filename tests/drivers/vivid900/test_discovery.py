@@ -100,7 +100,7 @@ def test_a_scanner_is_asked_and_nothing_else_is(host):
 
 
 @pytest.mark.parametrize(
-    "likeness", [NameFilter("minolta", "vivid"), NameFilter("", "900"), NameFilter("KONICA", "VI-9")]
+    "name_filter", [NameFilter("minolta", "vivid"), NameFilter("", "900"), NameFilter("KONICA", "VI-9")]
 )
 def test_what_a_scanner_is_called_can_be_told(host, name_filter):
     add_node(host, "sg0", Identity(3, "Konica Minolta"[:6], "VI-900", "1"))

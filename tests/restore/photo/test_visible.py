@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from restore.photo.camera import PhotoCamera
-from restore.photo.visible import clipped_share, glares, sees
+from restore.photo.visible import clipped_share, glare_mask, visible_points
 
 SIZE = (400, 300)
 
@@ -42,17 +42,17 @@ def up(points):
 
 def test_a_flap_hides_what_lies_behind_it(step):
     points = np.array([[-50.0, 0, -900], [10, 0, -900], [60, 0, -900], [60, 0, -860]])
-    from_above = sees(camera_at([0, 0, -400.0]), *step, points, up(points))
+    from_above = visible_points(camera_at([0, 0, -400.0]), *step, points, up(points))
     np.testing.assert_array_equal(from_above, [True, True, False, True])
-    from_the_right = sees(camera_at([400.0, 0, -500.0]), *step, points, up(points))
+    from_the_right = visible_points(camera_at([400.0, 0, -500.0]), *step, points, up(points))
     np.testing.assert_array_equal(from_the_right, [True, False, False, True])
 
 
 def test_from_behind_from_the_side_and_past_the_frame(step):
     points = np.array([[-50.0, 0, -900]])
-    assert not sees(camera_at([0, 0, -1400.0]), *step, points, up(points))[0]
-    assert not sees(camera_at([-900.0, 0, -860.0]), *step, points, up(points))[0]
-    assert not sees(camera_at([0, 0, -400.0], towards=(300, 0, -900)), *step, points, up(points))[0]
+    assert not visible_points(camera_at([0, 0, -1400.0]), *step, points, up(points))[0]
+    assert not visible_points(camera_at([-900.0, 0, -860.0]), *step, points, up(points))[0]
+    assert not visible_points(camera_at([0, 0, -400.0], towards=(300, 0, -900)), *step, points, up(points))[0]
 
 
 def spots():
@@ -67,7 +67,7 @@ def test_a_glare_is_found_with_its_haze_and_on_dark_ink():
     rows, cols = np.mgrid[:60, :80]
     shine = 0.9 * np.exp(-((rows - 25) ** 2 + (cols - 30) ** 2) / 2 / 5.0**2)
     light = 0.7 * expected + shine
-    found = glares((light >= 0.95).astype(float), np.minimum(light, 1.0), expected, seen, 25.0)
+    found = glare_mask((light >= 0.95).astype(float), np.minimum(light, 1.0), expected, seen, 25.0)
     assert found[shine > 0.3].all()
     assert not found[shine < 0.002].any()
 
@@ -75,9 +75,9 @@ def test_a_glare_is_found_with_its_haze_and_on_dark_ink():
 def test_overexposed_paper_and_another_light_are_no_glare():
     expected, seen = spots()
     full = np.minimum(1.5 * expected, 1.0)
-    assert not glares((full >= 0.95).astype(float), full, expected, seen, 25.0).any()
+    assert not glare_mask((full >= 0.95).astype(float), full, expected, seen, 25.0).any()
     slanted = expected * np.linspace(0.4, 1.0, 80)
-    assert not glares((slanted >= 0.95).astype(float), slanted, expected, seen, 25.0).any()
+    assert not glare_mask((slanted >= 0.95).astype(float), slanted, expected, seen, 25.0).any()
 
 
 def test_clipped_share():

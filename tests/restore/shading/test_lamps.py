@@ -70,9 +70,9 @@ def test_a_near_lamp_is_found_where_it_stands(azimuth, polar, distance):
     relief = surface(bowl)
     horizon = horizon_map(relief)
     true, places = lit_by([toward(azimuth, polar, 1 / distance)], [*ROOM, 0.6 * PAPER], relief, horizon)
-    colour = true.on(places)
+    colour = true.irradiance(places)
     found = fit_light(colour[::6], places[np.arange(0, len(colour), 6)], horizon)
-    off = np.abs(found.on(places) / colour - 1)
+    off = np.abs(found.irradiance(places) / colour - 1)
     assert np.percentile(off, 95) < EXPLAINED
     strongest = found.lamps[found.strengths[4:, 0].argmax()]
     angle = np.degrees(np.arccos(np.clip(vector(strongest) @ vector(true.lamps[0]), -1, 1)))
@@ -85,9 +85,9 @@ def test_two_lamps_of_two_colours_are_told_apart():
     horizon = horizon_map(relief)
     warm, cool = np.array([0.5, 0.45, 0.35]), np.array([0.2, 0.22, 0.28])
     true, places = lit_by([toward(170, 45, 1e-3), toward(10, 65, 5e-4)], [*ROOM, warm, cool], relief, horizon)
-    colour = true.on(places)
+    colour = true.irradiance(places)
     found = fit_light(colour[::6], places[np.arange(0, len(colour), 6)], horizon)
-    assert np.percentile(np.abs(found.on(places) / colour - 1), 90) < 2 * EXPLAINED
+    assert np.percentile(np.abs(found.irradiance(places) / colour - 1), 90) < 2 * EXPLAINED
 
 
 def test_ink_does_not_mislead():
@@ -98,11 +98,11 @@ def test_ink_does_not_mislead():
     rng = np.random.default_rng(2)
     ink = (np.abs(places.points[:, 0] - 20) < 45) & (np.abs(places.points[:, 1]) < 60)
     tone = np.where(ink, rng.uniform(0.1, 0.8, len(ink)), 1.0)
-    colour = (true.on(places) * tone[:, None]).astype(np.float32)
+    colour = (true.irradiance(places) * tone[:, None]).astype(np.float32)
     chosen = np.arange(0, len(colour), 6)
     found = fit_light(colour[chosen], places[chosen], horizon)
     assert 0.2 < ink.mean() < 0.4
-    assert np.percentile(np.abs(found.on(places) / true.on(places) - 1), 95) < 2 * EXPLAINED
+    assert np.percentile(np.abs(found.irradiance(places) / true.irradiance(places) - 1), 95) < 2 * EXPLAINED
 
 
 def test_even_light_needs_no_lamp():
@@ -111,7 +111,7 @@ def test_even_light_needs_no_lamp():
     _, places = lit_by([], ROOM, relief, horizon)
     found = fit_light(np.tile(PAPER, (1000, 1)).astype(np.float32), places[np.arange(1000)], horizon)
     assert len(found.lamps) == 0
-    np.testing.assert_allclose(found.on(places), np.tile(PAPER, (len(places.points), 1)), rtol=EXPLAINED)
+    np.testing.assert_allclose(found.irradiance(places), np.tile(PAPER, (len(places.points), 1)), rtol=EXPLAINED)
 
 
 def test_the_horizon_of_a_wall_is_its_height_over_its_distance():
@@ -152,4 +152,6 @@ def test_the_light_of_the_whole_page_is_the_sum_of_its_terms():
     light, places = lit_by([toward(30, 50, 1e-3)], [*ROOM, 0.6 * PAPER], relief, horizon)
     room = replace(light, lamps=np.empty((0, 3)), strengths=light.strengths[:4])
     lamp = replace(light, strengths=np.vstack([0 * light.strengths[:4], light.strengths[4:]]))
-    np.testing.assert_allclose(light.on(places), room.on(places) + lamp.on(places), rtol=1e-5, atol=1e-6)
+    np.testing.assert_allclose(
+        light.irradiance(places), room.irradiance(places) + lamp.irradiance(places), rtol=1e-5, atol=1e-6
+    )

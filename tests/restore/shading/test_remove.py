@@ -146,7 +146,7 @@ def test_compiled_and_plain_python_agree():
     gain = rng.uniform(0.5, 2.0, (4, 6, 3)).astype(np.float32)
     mask = rng.random((9, 13)) > 0.2
     compiled, plain = np.zeros_like(image[2:]), np.zeros_like(image[2:])
-    for apply, out in ((module._apply, compiled), (module._apply.py_func, plain)):
+    for apply, out in ((module._multiply, compiled), (module._multiply.py_func, plain)):
         apply(image, mask, gain, 0.45, LINEAR, module._codes(), 2, out)
     np.testing.assert_array_equal(compiled, plain)
 

@@ -1,7 +1,7 @@
-"""Take the light out of a page that was painted from several pictures.
+"""Remove the shading of a page that was painted from several pictures.
 
 Each picture was taken by a light of its own, and on a creased page no smooth match makes one of the other. So each is
-painted alone, its own light is found and divided out, and only then are they blended.
+painted painted_from, its own light is found and divided out, and only then are they blended.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from restore.photo.paint import LEAST_SHARE, enlarged, lit, paint
 from restore.photo.sources import LINEAR, Plan, Source, plan
 from restore.scan import Bytes, FlatMesh, Mask
 from restore.shading.relief import Field, Relief
-from restore.shading.remove import Evened, remove_shading
+from restore.shading.remove import ShadingResult, remove_shading
 
 SPARED = 97  # of the pixels that two pictures share, one in so many tells how they compare
 TINY = 1e-6
 
 
-def even_registered(
+def remove_registered_shading(
     page: FlatMesh, registered: Sequence[Registered], dpi: float, relief: Relief, painted: Bytes, mask: Mask
-) -> Evened:
+) -> ShadingResult:
     """A page without its light: image painted (h, w, 3) from registered photographs where mask (h, w) is True."""
     sources = sources_of(page, registered)
     planned = plan(page, sources) if len(sources) > 1 else None
@@ -35,8 +35,8 @@ def even_registered(
     rows, cols = mask.shape
     shares = {k: enlarged(planned.weights[k], 0, rows, cols, dpi) for k in used}
     seen = {k: mask & (share > LEAST_SHARE) if k else mask for k, share in shares.items()}
-    alone = {k: _alone(page, sources, planned, k, dpi) for k in used}
-    evened = {k: remove_shading(alone[k], seen[k], dpi, relief) for k in used}
+    painted_from = {k: _painted_from(page, sources, planned, k, dpi) for k in used}
+    evened = {k: remove_shading(painted_from[k], seen[k], dpi, relief) for k in used}
     main = max(used, key=lambda k: float(shares[k][mask].sum()))
     total = np.zeros((*mask.shape, 3), np.float32)
     weight = np.zeros((*mask.shape, 1), np.float32)
@@ -49,7 +49,7 @@ def even_registered(
     return replace(evened[main], image=image)
 
 
-def _alone(page: FlatMesh, sources: Sequence[Source], planned: Plan, k: int, dpi: float) -> Bytes:
+def _painted_from(page: FlatMesh, sources: Sequence[Source], planned: Plan, k: int, dpi: float) -> Bytes:
     """The page painted from one source only."""
     weights = np.zeros_like(planned.weights)
     weights[k] = 1.0

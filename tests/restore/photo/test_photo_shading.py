@@ -11,7 +11,7 @@ import pytest
 from drivers.simulated.camera import Exposure
 from oracles.studio import View
 from restore import Photograph
-from restore.photo import Registered, even_registered, paint_registered, register_photographs
+from restore.photo import Registered, paint_registered, register_photographs, remove_registered_shading
 from restore.prepare import prepare
 from restore.shading.relief import relief_of
 from restore.shading.remove import LIGHT_DPI, LINEAR, remove_shading
@@ -61,7 +61,7 @@ def test_every_picture_loses_its_own_light(figure, close_up, truth, relief):
     darkest = truth.min(axis=2)
     paper = painting.mask & (darkest > PAPER_SHARE * np.percentile(darkest[painting.mask], 80))
     paper = cv2.erode(paper.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
-    evened = even_registered(figure.page, close_up, DPI, relief, painting.image, painting.mask)
+    evened = remove_registered_shading(figure.page, close_up, DPI, relief, painting.image, painting.mask)
     together = remove_shading(painting.image, painting.mask, DPI, relief)
     pages = painting.image, evened.image, together.image
     before, after, mixed = (spread(light_on(page, truth, paper)) for page in pages)
@@ -79,12 +79,12 @@ def test_one_picture_alone_is_evened_as_it_is(figure, relief):
     plain = paint_page(figure.page, DPI)
     refused = Registered(Photograph(np.zeros((9, 9, 3), np.uint8)), None, "no")
     for outcome in ([], [refused]):
-        evened = even_registered(figure.page, outcome, DPI, relief, plain.image, plain.mask)
+        evened = remove_registered_shading(figure.page, outcome, DPI, relief, plain.image, plain.mask)
         np.testing.assert_array_equal(evened.image, remove_shading(plain.image, plain.mask, DPI, relief).image)
 
 
 def test_a_page_without_picture_stays(figure, relief):
     bare = replace(figure.page, texture=None, texcoords=None)
     plain = paint_page(figure.page, DPI)
-    evened = even_registered(bare, [], DPI, relief, plain.image, plain.mask)
+    evened = remove_registered_shading(bare, [], DPI, relief, plain.image, plain.mask)
     assert evened.image.shape == plain.image.shape
