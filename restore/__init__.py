@@ -1,5 +1,9 @@
 """Turn a 3D scan of a warped page into the flat page it once was. This is the only public door."""
 
+# Before the first kernel is imported, so that it is kept where kernel_cache says.
+from restore.kernel_cache import notify_when_compiling
+
+# isort: split
 from restore.errors import BadInput, LibraryMissing, NotEnoughSurface, RestoreError
 from restore.flatten_mesh import flatten
 from restore.formats import PICTURE_SUFFIXES, load_scan, read_bytes, read_picture, save_scan, scan_stem
@@ -46,6 +50,7 @@ __all__ = [
     "load_scan",
     "merge_views",
     "missing_libraries",
+    "notify_when_compiling",
     "rasterise",
     "read_bytes",
     "read_photograph",

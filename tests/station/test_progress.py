@@ -7,6 +7,8 @@ import os
 import pty
 import threading
 
+import numba
+
 from station.progress import progress_on, silent
 
 
@@ -33,6 +35,24 @@ def test_bars_on_a_terminal(monkeypatch):
     assert "flatten" in shown[0]
     assert "texture" in shown[0]
     assert "100%" in shown[0]
+
+
+def test_a_stage_that_waits_for_kernels_says_so(monkeypatch):
+    monkeypatch.setenv("TERM", "xterm")
+    read, write = pty.openpty()
+    shown = []
+    reader = threading.Thread(target=lambda: shown.append(drain(read)))
+    reader.start()
+    with os.fdopen(write, "w") as terminal, progress_on(terminal) as progress:
+        progress("prepare", 1.0)
+        progress("flatten", 0.0)
+        numba.njit(lambda x: x + 1)(1)
+        progress("texture", 0.0)
+    reader.join()
+    os.close(read)
+    assert "flatten: compiling, once" in shown[0]
+    assert "prepare: compiling" not in shown[0]
+    assert "texture: compiling" not in shown[0]
 
 
 def drain(terminal: int) -> str:
