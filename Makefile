@@ -2,12 +2,12 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 
-.PHONY: demo test lint bench tesseract clean
+.PHONY: demo test lint bench setup system clean
 
-demo: $(READY)
+demo: setup
 	$(BIN)/planish scan --config configs/simulated.toml -o out/demo --force
 
-test: lint tesseract
+test: lint system
 	$(BIN)/python -m pytest -n auto --maxprocesses 4
 
 lint: $(READY)
@@ -15,15 +15,20 @@ lint: $(READY)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-bench: $(READY) tesseract
+bench: setup
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[bench]'
 	$(BIN)/python -m bench
 
-# The program that reads words is no Python package. Where it is missing and may not be installed, its tests are skipped.
-tesseract:
-	@command -v tesseract >/dev/null \
-	|| { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && apt-get -qq update && apt-get -qq install --no-install-recommends tesseract-ocr >/dev/null; } \
-	|| echo "the system package tesseract-ocr is not installed: tests that read words are skipped"
+setup: $(READY) system
+
+# What pip cannot bring: libraries that open3d and pymeshlab take from the system, and the program that reads words.
+# Where they may not be installed, they are named, and the tests that need them are skipped.
+system: $(READY)
+	@missing=$$($(BIN)/planish doctor --packages | tr '\n' ' '); \
+	[ -z "$$missing" ] \
+	|| { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && apt-get -qq update \
+		&& apt-get -qq install --no-install-recommends $$missing >/dev/null; } \
+	|| echo "not installed: $$missing(install them with: sudo apt install $$missing)"
 
 clean:
 	rm -rf .venv out build *.egg-info
@@ -32,4 +37,5 @@ clean:
 $(READY): pyproject.toml
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
+	$(BIN)/planish warm-up
 	touch $@

@@ -29,6 +29,7 @@ from station.options import (
 from station.progress import progress_on
 from station.telling import faults_told, say
 from station.trace import trace
+from station.warm_up import warm_up
 
 if TYPE_CHECKING:
     from station.session import Destination, Outcome
@@ -214,7 +215,7 @@ def _colour(
         say(summary_line(profile_colours(target, output, force=force)))
 
 
-for command in (devices, doctor, trace, board, calibrate):
+for command in (devices, doctor, trace, board, calibrate, warm_up):
     app.command()(command)
 
 

@@ -19,12 +19,56 @@ import psutil
 import pytest
 from hypothesis import settings
 
+from restore.errors import LibraryMissing
+from restore.native import missing_libraries
+from station import errors, telling
+
 settings.register_profile("no clock", deadline=None)  # how long a test takes is the machine's business
 settings.load_profile("no clock")
 
 # A run in the background of a script ignores Ctrl-C, and so would the processes that tests start and interrupt.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+MISSING = " ".join(library.package for library in missing_libraries())
+
+
+@contextmanager
+def _skipped_without_libraries() -> Iterator[None]:
+    """Skip what needs a library that this system lacks, and name the packages that hold it."""
+    try:
+        yield
+    except LibraryMissing as error:
+        if MISSING:
+            pytest.skip(f"needs the system packages {MISSING}: {error}")
+        raise
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_setup() -> Iterator[None]:
+    with _skipped_without_libraries():
+        return (yield)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call() -> Iterator[None]:
+    with _skipped_without_libraries():
+        return (yield)
+
+
+@pytest.fixture(autouse=True)
+def _commands_are_skipped_without_libraries(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same for tests of the command, which would see an exit code."""
+
+    def explain(error: BaseException) -> errors.Fault:
+        with _skipped_without_libraries():
+            if isinstance(error, LibraryMissing):
+                raise error
+        return errors.explain(error)
+
+    if MISSING:
+        monkeypatch.setattr(telling, "explain", explain)
+
 
 GRACE_SECONDS = 2.0  # a thread that was told to end may need a moment
 # Opened once for the life of the process, on first use: devices, the kernel's own tables, parts of installed libraries

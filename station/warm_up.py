@@ -1,0 +1,64 @@
+"""`planish warm-up`: compile the numerical kernels before the first scan has to wait for them."""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, get_args
+
+import typer
+
+from station.telling import faults_told, say
+
+if TYPE_CHECKING:
+    from restore import RangeScan
+
+# Enough for every step, and few enough that no mesh is thinned out: that needs a library which the system may lack.
+ROWS, COLS = 40, 56
+PITCH = 1 / 485.0  # of the lines of sight, one millimetre deep: every fourth pixel of the MIDDLE lens
+RADIUS_MM, DISTANCE_MM = 200.0, 900.0
+MANY_POINTS = 10_000  # more than there are: all are kept
+
+
+def small_page() -> RangeScan:
+    """A scan of (ROWS, COLS) samples of a page of noise that is curled round an upright cylinder."""
+    import numpy as np
+
+    from restore import RangeScan
+
+    rows, cols = np.indices((ROWS, COLS)).astype(float)
+    x, y = (cols - (COLS - 1) / 2) * PITCH, ((ROWS - 1) / 2 - rows) * PITCH
+    # Where a line of sight (x, y, −1)·depth meets the cylinder: (depth·x)² + (depth − axis)² = radius².
+    axis = DISTANCE_MM + RADIUS_MM
+    depth = (axis - np.sqrt(axis**2 - (1 + x**2) * (axis**2 - RADIUS_MM**2))) / (1 + x**2)
+    points = np.dstack([x * depth, y * depth, -depth])
+    texture = np.random.default_rng(1).integers(0, 256, (ROWS, COLS, 3), np.uint8)
+    return RangeScan(points, texture, np.dstack([cols, rows]), {})
+
+
+def compile_kernels() -> int:
+    """Restore a small page in every way there is, as a scan and as a mesh; how many functions had to be compiled."""
+    from restore import Settings, notify_when_compiling, save_scan
+    from station.export import OUTPUTS
+    from station.session import Destination, restore_file
+
+    compiled: list[None] = []
+    with tempfile.TemporaryDirectory() as name, notify_when_compiling(lambda: compiled.append(None)):
+        folder = Path(name)
+        save_scan(small_page(), folder / "page.scan")
+        kinds = frozenset(output.kind for output in OUTPUTS) - {"ocr"}
+        destination = Destination(folder, kinds, force=True)
+        for method in get_args(Settings.model_fields["method"].annotation):
+            settings = Settings(points=MANY_POINTS, method=method, shading="remove", fill_hidden_mm=1.0)
+            for source in ("page.scan", "page-warped.obj"):  # the first leaves the second
+                restore_file(folder / source, destination, settings=settings)
+    return len(compiled)
+
+
+def warm_up(
+    debug: Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")] = False,
+) -> None:
+    """Compile the numerical kernels, once, so that no restoration has to wait for them."""
+    with faults_told(debug=debug):
+        count = compile_kernels()
+        say(f"{count} functions compiled" if count else "all kernels are compiled already")
