@@ -1,13 +1,14 @@
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
+WARM := .venv/.warm
 
 .PHONY: demo test lint bench setup system clean
 
 demo: setup
 	$(BIN)/planish scan --config configs/simulated.toml -o out/demo --force
 
-test: lint system
+test: lint setup
 	$(BIN)/python -m pytest -n auto --maxprocesses 4
 
 lint: $(READY)
@@ -19,7 +20,7 @@ bench: setup
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[bench]'
 	$(BIN)/python -m bench
 
-setup: $(READY) system
+setup: $(WARM)
 
 # What pip cannot bring: libraries that open3d and pymeshlab take from the system, and the program that reads words.
 # Where they may not be installed, they are named, and the tests that need them are skipped.
@@ -37,5 +38,9 @@ clean:
 $(READY): pyproject.toml
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
+	touch $@
+
+# Compiled once, when all libraries are there: no first run has to wait.
+$(WARM): $(READY) | system
 	$(BIN)/planish warm-up
 	touch $@

@@ -4,9 +4,9 @@
 #   sudo bench/minimal_machine.sh [-r ROOT] [-o LOG] [STEP...]      steps: bare demo wheel test (all, in that order)
 #
 # The minimal system is built in ROOT by debootstrap (a temporary folder, removed at the end; a ROOT that is named is
-# kept, and used again). It gets a clean clone of the last commit, and the steps run in it, cut off from the
-# processes and mounts of this machine. Everything that they print goes to LOG (out/minimal-machine.log), too. Ends with
-# the number of commands that did not do what they should.
+# kept, and used again with all that is installed in it). It gets a clone of the last commit, and the steps run in it,
+# cut off from the processes and mounts of this machine. Everything that they print goes to LOG
+# (out/minimal-machine.log), too. Ends with the number of commands that did not do what they should.
 #
 #   bare   as a user who may not install packages: set-up names what is missing, and what needs none of it works
 #   demo   as root: make demo
@@ -39,8 +39,7 @@ main() {
     mkdir -p "$(dirname "$log")"
     build "$root"
     configure_pip "$root"
-    rm -rf "${root:?}$PLACE"
-    git -c safe.directory='*' clone --quiet --no-hardlinks "$repository" "$root$PLACE"
+    clone "$root$PLACE"
     [ $# -gt 0 ] || set -- bare demo wheel test
     run_steps "$root" "$@" 2>&1 | tee "$log"
     exit "${PIPESTATUS[0]}"
@@ -53,6 +52,16 @@ build() {
     mirror=${MIRROR:-$(apt-get indextargets --format '$(REPO_URI)' "Codename: $suite" "Created-By: Packages" | head -n 1)}
     debootstrap --variant=minbase --include=git,make,python3,python3-venv "$suite" "$root" "$mirror" >/dev/null
     chroot "$root" useradd --create-home guest
+}
+
+# The last commit; with the environment of an earlier run where ROOT has one.
+clone() {
+    if [ -d "$1" ]; then
+        git -C "$1" -c safe.directory='*' fetch --quiet "$repository" HEAD
+        git -C "$1" reset --quiet --hard FETCH_HEAD
+    else
+        git -c safe.directory='*' clone --quiet --no-hardlinks "$repository" "$1"
+    fi
 }
 
 # The package index that this machine's pip uses, and the authorities that it trusts, are those of the minimal machine.
@@ -69,11 +78,12 @@ install_if_there() { [ ! -e "$1" ] || cp --dereference "$1" "$2"; }
 
 # Local folders with packages that pip's settings name.
 local_indexes() {
-    { cat "$1"/etc/pip.conf "$1"/etc/xdg/pip/pip.conf; env | grep '^PIP_'; } 2>/dev/null | grep -oE '/[^ =]+' | sed 's|^//*|/|' | sort -u \
+    local path
+    { cat "$1"/etc/pip.conf "$1"/etc/xdg/pip/pip.conf; env | grep '^PIP_'; } 2>/dev/null \
+        | grep -oE '/[^ =]+' | sed 's|^//*|/|; s|/simple$||' | sort -u \
         | while read -r path; do
-            path=${path%/simple}
             [ ! -d "$path" ] || echo "$path"
-        done
+        done || true
 }
 
 run_steps() {

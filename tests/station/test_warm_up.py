@@ -1,0 +1,61 @@
+"""The page that kernels are compiled with is a page, and every way to restore one is gone."""
+
+from __future__ import annotations
+
+import itertools
+import sys
+
+import numpy as np
+import pytest
+
+import restore as restore_package
+from restore import SYSTEM_LIBRARIES, Settings, load_scan, restore
+from station import session, warm_up
+from station.cli import main
+
+ROUNDING_MM = 1e-9  # of sums of squares near 10⁶ mm² in double precision
+
+
+def test_the_page_is_a_cylinder_seen_along_lines_of_sight():
+    scan = warm_up.small_page()
+    x, _, z = np.moveaxis(scan.points, 2, 0)
+    axis_mm = -warm_up.DISTANCE_MM - warm_up.RADIUS_MM
+    np.testing.assert_allclose(np.hypot(x, z - axis_mm), warm_up.RADIUS_MM, atol=ROUNDING_MM)
+    tangents = scan.points[..., :2] / -scan.points[..., 2:]
+    np.testing.assert_allclose(np.diff(tangents[..., 0], axis=1), warm_up.PITCH)
+    np.testing.assert_allclose(np.diff(tangents[..., 1], axis=0), -warm_up.PITCH)
+
+
+def test_it_is_restored_whole_without_libraries_of_the_system(monkeypatch):
+    for name in ("open3d", "pymeshlab"):
+        monkeypatch.setitem(sys.modules, name, None)
+    page = restore(warm_up.small_page(), Settings(points=warm_up.MANY_POINTS))
+    width = 2 * warm_up.RADIUS_MM * np.arcsin(np.ptp(warm_up.small_page().points[..., 0]) / 2 / warm_up.RADIUS_MM)
+    sample = warm_up.PITCH * warm_up.DISTANCE_MM
+    assert page.report["page_mm"][0] == pytest.approx(width, abs=2 * sample)  # the border may be one beyond each side
+
+
+@pytest.mark.parametrize(
+    ("missing", "sizes"), [((), (warm_up.MANY_POINTS, warm_up.FEW_POINTS)), (SYSTEM_LIBRARIES, (warm_up.MANY_POINTS,))]
+)
+def test_every_way_is_gone(monkeypatch, missing, sizes):
+    gone = []
+
+    def restore_file(source, destination, *, settings):
+        gone.append((settings.points, settings.method, source.name))
+        if source.name == "page.scan":
+            assert len(load_scan(source).points) == warm_up.ROWS
+        assert "ocr" not in destination.kinds
+
+    monkeypatch.setattr(session, "restore_file", restore_file)
+    monkeypatch.setattr(restore_package, "missing_libraries", lambda: missing)
+    assert warm_up.compile_kernels() == 0
+    methods = Settings.model_json_schema()["properties"]["method"]["enum"]
+    assert gone == list(itertools.product(sizes, methods, ("page.scan", "page-warped.obj")))
+
+
+@pytest.mark.parametrize(("count", "told"), [(0, "compiled already"), (7, "7 functions compiled")])
+def test_the_command_says_what_it_did(monkeypatch, capsys, count, told):
+    monkeypatch.setattr(warm_up, "compile_kernels", lambda: count)
+    assert main(["warm-up"]) == 0
+    assert told in capsys.readouterr().out
