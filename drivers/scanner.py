@@ -20,6 +20,8 @@ Progress = Callable[[str, float], None]
 
 MIN_DISTANCE_MM, MAX_DISTANCE_MM = 500.0, 2500.0  # hardware manual p. 56, and the error "out of distance range"
 MAX_LASER_POWER = 255
+LASER_MAY_BE_ON = "the laser may be on: switch the scanner off"
+"""The note of an error after which the laser could not be confirmed to be off."""
 MAX_GAIN = 7
 MAX_AVERAGE = 64  # four minutes of shots; noise is an eighth by then, and only systematic error remains
 

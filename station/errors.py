@@ -17,6 +17,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol, runtime_checkable
 
+from drivers.scanner import LASER_MAY_BE_ON
+
 UNEXPECTED, USAGE, DISK = 1, 2, 6
 SIGNAL_BASE = 128  # a shell reports a process that signal n has ended as 128 + n
 
@@ -105,7 +107,9 @@ DISK_HINTS = {
 def explain(error: BaseException) -> Fault:
     """Put any error into the operator's words. Notes added to the error (`add_note`) become further hints."""
     code, message, hint = _tell(_interruption(error) or error)
-    return Fault(code, message, tuple(line for line in (hint, *getattr(error, "__notes__", ())) if line))
+    lines = dict.fromkeys(line for line in (hint, *getattr(error, "__notes__", ())) if line)
+    warning = [LASER_MAY_BE_ON] if LASER_MAY_BE_ON in lines else []  # the last line, where the eye rests
+    return Fault(code, message, (*(line for line in lines if line not in warning), *warning))
 
 
 def _interruption(error: BaseException | None) -> BaseException | None:

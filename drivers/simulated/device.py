@@ -78,6 +78,7 @@ class SimulatedDevice:
         self.lens, self.profile, self.body_serial = lens, profile, body_serial
         self.log, self.barrier, self.fails, self._parked = Log(clock), False, "", parked or _nothing
         self.parameters, self.panel, self.shot, self.focused = Parameters(), "", 0, 0
+        self.parameter_block = commands.build_parameters(profile, self.parameters)
         self._clock, self._on, self._ready_at = clock, True, clock()
         self._attentions, self._sense = [POWER_ON], Sense(Key.NO_SENSE)
         self._busy_until, self._ending, self._record = clock(), _nothing, ShotData()
@@ -175,13 +176,13 @@ class SimulatedDevice:
 
     def _read_parameters(self, _data: bytes, **_values: int) -> bytes:
         self._require_free()
-        return commands.build_parameters(self.profile, self.parameters)
+        return commands.build_parameters(self.profile, self.parameters, base=self.parameter_block)
 
     def _write_parameters(self, data: bytes, **_values: int) -> bytes:
         self._require_free()
         was_on = self.parameters.laser_power > 0
         try:
-            self.parameters = commands.parse_parameters(self.profile, data)
+            self.parameters, self.parameter_block = commands.parse_parameters(self.profile, data), data
         except ScannerError as error:
             raise _Refused(BAD_PARAMETER) from error
         self.log.add("parameters", f"laser power {self.parameters.laser_power}")

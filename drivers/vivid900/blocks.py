@@ -52,15 +52,21 @@ class Block(BaseModel):
             raise ValueError("a fixed value does not fit into its bytes")
         return self
 
-    def build(self, values: Mapping[str, int], payload: bytes = b"") -> bytes:
-        """The block followed by its payload. Raises SettingsError for a value that is missing or too large."""
-        block = bytearray(self.length)
+    def build(self, values: Mapping[str, int], payload: bytes = b"", *, base: bytes | None = None) -> bytes:
+        """The block followed by its payload. Raises SettingsError for a value that is missing or too large.
+
+        base  block whose bytes without a field are kept; zeros by default.
+        """
+        block = bytearray(self.length if base is None else base)
+        if len(block) != self.length:
+            raise SettingsError(f"a block of {len(block)} bytes cannot be changed, it has {self.length}")
         for name, span in self.fields.items():
             value = values.get(name, span.value)
             if value is None or not 0 <= value < 1 << 8 * span.bytes:
                 raise SettingsError(f"{name} = {value} does not fit into {span.bytes} bytes of the block")
             block[span.at : span.end] = value.to_bytes(span.bytes, self.order)
         if self.crc32 is not None:
+            block[self.crc32 : self.crc32 + 4] = bytes(4)
             block[self.crc32 : self.crc32 + 4] = crc32(payload, crc32(block)).to_bytes(4, self.order)
         return bytes(block) + payload
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 from drivers.scanner import Progress, ScannerError
 from drivers.vivid900 import commands
 from drivers.vivid900.colour import ColourImage, colour_length, parse_colour
 from drivers.vivid900.commands import Focus, Parameters, ShotMode, Status
-from drivers.vivid900.errors import SCAN_AGAIN, BadReply, Interrupted, NotReady, StillBusy
+from drivers.vivid900.errors import SCAN_AGAIN, BadReply, DeadlineExceeded, Interrupted, NotReady, StillBusy
 from drivers.vivid900.lenses import FAST, FINE, Mode
 from drivers.vivid900.link import Link, pauses
 from drivers.vivid900.panel import panel_error
@@ -55,13 +55,14 @@ class Body:
 
     def read_parameters(self) -> Parameters:
         """Read the parameter block."""
-        return commands.parse_parameters(self.profile, self.link.run(commands.read_parameters(self.profile)))
+        return commands.parse_parameters(self.profile, self._parameter_block())
 
     def set_parameters(self, parameters: Parameters) -> None:
-        """Write all parameters and read them back. Raises BadReply when they differ."""
-        self.link.run(commands.write_parameters(self.profile, parameters))
-        if self.read_parameters() != parameters:
-            raise BadReply("the scanner did not take its parameters")
+        """Read the parameter block, change its fields, write it and read it back. Raises BadReply when it differs.
+
+        Bytes without a field are written as they were read: what they mean is not known.
+        """
+        self._write_block(commands.build_parameters(self.profile, parameters, base=self._parameter_block()))
 
     def autofocus(self, kind: Focus) -> Parameters:
         """Focus and return the parameters with the distance (and laser power) that autofocus set.
@@ -102,20 +103,31 @@ class Body:
         return shot
 
     def laser_off(self) -> None:
-        """Set the laser power to 0 in any state of the scanner; waits for the end of a shot in progress.
+        """Set the laser power to 0, and no other parameter, in any state; waits for the end of a shot in progress.
 
         A scanner that is not ready does not shoot. Raises the last error when all attempts fail.
         """
         for last, pause in zip(reversed(range(PARK_ATTEMPTS)), pauses(), strict=False):
             try:
-                self.set_parameters(replace(Parameters(), laser_power=0))
+                self._write_block(commands.without_laser(self.profile, self._parameter_block()))
                 return
             except NotReady:
                 pass
+            except DeadlineExceeded:
+                raise
             except ScannerError:
                 if not last:
                     raise
             self.link.sleep(pause)
+
+    def _parameter_block(self) -> bytes:
+        return self.link.run(commands.read_parameters(self.profile))
+
+    def _write_block(self, block: bytes) -> None:
+        self.link.run(commands.write_parameters(self.profile, block))
+        fields = self.profile.blocks.parameters
+        if fields.parse(self._parameter_block()) != fields.parse(block):
+            raise BadReply("the scanner did not take its parameters")
 
     def _pitch(self, mode: Mode) -> Pitch:
         read = partial(commands.read_pitch, self.profile)

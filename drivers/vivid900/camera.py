@@ -6,14 +6,14 @@ parameters → autofocus → write → release → pitch → colour; afterwards,
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager, suppress
+from contextlib import suppress
 from dataclasses import replace
 from datetime import UTC, datetime
 from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from drivers.scanner import CaptureSettings, Progress, ScannerError, TransportError
+from drivers.scanner import LASER_MAY_BE_ON, CaptureSettings, Progress, ScannerError, TransportError
 from drivers.vivid900 import merge
 from drivers.vivid900.body import RANGE_MODES, Body, Shot
 from drivers.vivid900.calibration import Calibration
@@ -23,13 +23,15 @@ from drivers.vivid900.device_context import DeviceContext
 from drivers.vivid900.errors import BadReply, Interrupted
 from drivers.vivid900.lenses import LENSES, MODES, texture_grid
 from drivers.vivid900.link import Link
-from drivers.vivid900.parking import parked_on_exit
+from drivers.vivid900.parking import run_parked
 from drivers.vivid900.profile import Profile
 from drivers.vivid900.scsi import Identity
 from drivers.vivid900.shot_parameters import choose_parameters
 from drivers.vivid900.triangulation import points_of
 from restore.scan import Bytes, Floats, RangeScan
 
+# Parking waits for the end of a shot, 5 s at most; a parameter block takes milliseconds.
+PARK_S, PARK_COMMAND_S = 12.0, 3.0
 ATTEMPTS = 3  # a capture that failed by a reset or a damaged block is repeated twice
 Result = TypeVar("Result")
 CalibrationOf = Callable[[Status], Calibration]
@@ -41,6 +43,10 @@ def _utc() -> datetime:
 
 def _silent(step: str, done: float) -> None:
     """Progress callback that does nothing."""
+
+
+def _nothing() -> None:
+    """No work: only parking."""
 
 
 class Vivid900(DeviceContext):
@@ -73,7 +79,7 @@ class Vivid900(DeviceContext):
             profile.require(self.identity)
             self._link = replace(link, profile=profile)
             self._link.clear_attentions()
-            self._body().laser_off()
+            run_parked(_nothing, [self._laser_off])
         except BaseException:
             link.transport.close()
             raise
@@ -113,17 +119,19 @@ class Vivid900(DeviceContext):
         if not self._open:
             return
         self._open = False
-        try:
-            with self._parked():
-                pass
-        finally:
-            self._link.transport.close()
+        run_parked(_nothing, [self._laser_off, *self._park, self._link.transport.close])
 
     def _body(self, progress: Progress = _silent) -> Body:
         return Body(self._link, self._profile, progress)
 
-    def _parked(self) -> AbstractContextManager[None]:
-        return parked_on_exit([self._body().laser_off, *self._park])
+    def _laser_off(self) -> None:
+        """Switch the laser off within PARK_S. An error has the note that the laser may be on."""
+        link = self._link.within(PARK_S, command_s=PARK_COMMAND_S)
+        try:
+            Body(link, self._profile, _silent).laser_off()
+        except BaseException as error:
+            error.add_note(LASER_MAY_BE_ON)
+            raise
 
     def _attempt(self, work: Callable[[Body], Result], progress: Progress) -> Result:
         """Do the work, repeat it after a reset or a damaged block, and park after each attempt."""
@@ -135,9 +143,11 @@ class Vivid900(DeviceContext):
         return self._once(work, progress)
 
     def _once(self, work: Callable[[Body], Result], progress: Progress) -> Result:
-        with self._parked():
+        def attempt() -> Result:
             self._link.clear_attentions()
             return work(self._body(progress))
+
+        return run_parked(attempt, [self._laser_off, *self._park])
 
     def _capture(self, body: Body, settings: CaptureSettings) -> RangeScan:
         status = body.wait_ready()

@@ -118,9 +118,8 @@ def status(profile: Profile) -> Command:
     return _reading(profile, "status", length=profile.blocks.status.length)
 
 
-def write_parameters(profile: Profile, parameters: Parameters) -> Command:
-    """Set all parameters."""
-    block = build_parameters(profile, parameters)
+def write_parameters(profile: Profile, block: bytes) -> Command:
+    """Write a parameter block."""
     values = {"length": len(block)}
     return Command("write_parameters", profile.commands.write_parameters.build(**values), block, 0, values)
 
@@ -161,10 +160,16 @@ def parse_command(profile: Profile, cdb: bytes) -> tuple[str, dict[str, int]] | 
     return None
 
 
-def build_parameters(profile: Profile, parameters: Parameters) -> bytes:
-    """The parameter block."""
+def build_parameters(profile: Profile, parameters: Parameters, *, base: bytes | None = None) -> bytes:
+    """The parameter block. base: the scanner's present block, whose bytes without a field are kept."""
     values = {item.name: int(getattr(parameters, item.name)) for item in fields(parameters)}
-    return profile.blocks.parameters.build(values)
+    return profile.blocks.parameters.build(values, base=base)
+
+
+def without_laser(profile: Profile, block: bytes) -> bytes:
+    """A parameter block with the laser power 0 and all else as it is. Raises BadReply for a damaged block."""
+    values = profile.blocks.parameters.parse(block)
+    return profile.blocks.parameters.build({**values, "laser_power": 0}, base=block)
 
 
 def parse_parameters(profile: Profile, data: bytes) -> Parameters:

@@ -33,3 +33,5 @@ class DeviceContext(ABC):
             if error is None:
                 raise
             error.add_note(f"{self.close_failure}: {fault}")
+            for note in getattr(fault, "__notes__", ()):
+                error.add_note(note)

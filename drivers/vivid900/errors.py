@@ -11,7 +11,8 @@ DeviceError                 a fault of the scanner or of the scene
 └── HardwareFault           HARDWARE ERROR, MEDIUM ERROR and other faults of its own
 TransportError              a fault of the connection
 ├── Interrupted             an operation was lost: UNIT ATTENTION, ABORTED COMMAND, data of an earlier shot
-└── BadReply                an invalid answer
+├── BadReply                an invalid answer
+└── DeadlineExceeded        a capture, or parking, took longer than it may
 
 After Interrupted and BadReply the capture is repeated from its first command; after the others it is not.
 """
@@ -53,6 +54,10 @@ class PanelError(DeviceError):
 
 class HardwareFault(DeviceError):
     """Raised when the scanner reports that a part of it has failed."""
+
+
+class DeadlineExceeded(TransportError):
+    """Raised when a capture, or parking, takes longer than it may. It is not repeated."""
 
 
 class Interrupted(TransportError):

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from math import inf
 from time import monotonic
 from time import sleep as real_sleep
 
 from drivers.scanner import DeviceError, SettingsError
 from drivers.vivid900 import scsi
 from drivers.vivid900.commands import Command
-from drivers.vivid900.errors import SCAN_AGAIN, BadReply, Interrupted, StillBusy
+from drivers.vivid900.errors import SCAN_AGAIN, BadReply, DeadlineExceeded, Interrupted, StillBusy
 from drivers.vivid900.profile import Profile
 from drivers.vivid900.scsi import Identity
 from drivers.vivid900.sense import Key, error_of, parse_sense
@@ -42,13 +43,22 @@ def pauses() -> Iterator[float]:
 class Link:
     """A scanner at the end of a transport.
 
-    profile  None until the scanner is identified: then only the standard's commands can be sent.
+    profile    None until the scanner is identified: then only the standard's commands can be sent.
+    command_s  time-out of one command, seconds.
+    deadline   time of the clock after which no command is sent; limit_s: seconds that were given, for the message.
     """
 
     transport: Transport
     profile: Profile | None = None
     clock: Callable[[], float] = monotonic
     sleep: Callable[[float], None] = real_sleep
+    command_s: float = COMMAND_S
+    deadline: float = inf
+    limit_s: float = inf
+
+    def within(self, seconds: float, *, command_s: float = COMMAND_S) -> Link:
+        """The same link with a deadline so many seconds from now."""
+        return replace(self, deadline=self.clock() + seconds, limit_s=seconds, command_s=command_s)
 
     def identify(self) -> Identity:
         """INQUIRY. Raises TransportError, BadReply, or DeviceError when no unit is there."""
@@ -77,14 +87,14 @@ class Link:
         """
         if command.cdb[0] not in scsi.STANDARD and self.profile is None:
             raise SettingsError("without a profile only the commands of the standard are sent", "name a profile")
-        end = self.clock() + BUSY_S
+        busy_end = self.clock() + BUSY_S
         for pause in pauses():
-            reply = self.transport.execute(command.cdb, command.data_out, command.data_in_length, timeout=COMMAND_S)
+            reply = self.transport.execute(command.cdb, command.data_out, command.data_in_length, self._timeout())
             if reply.status not in (BUSY, TASK_SET_FULL):
                 return self._data(command, reply)
-            if self.clock() >= end:
+            if self.clock() >= busy_end:
                 break
-            self.sleep(pause)
+            self.sleep(min(pause, self._timeout()))
         raise StillBusy(
             f"the scanner has been busy for {BUSY_S:g} s", "look at its panel; switch it off and on if it stays so"
         )
@@ -96,6 +106,16 @@ class Link:
         while len(data) < total:
             data += self.run(part(len(data), min(chunk, total - len(data))))
         return bytes(data)
+
+    def _timeout(self) -> float:
+        """Seconds that the next command may take. Raises DeadlineExceeded."""
+        left = self.deadline - self.clock()
+        if left <= 0:
+            raise DeadlineExceeded(
+                f"the scanner took longer than the {self.limit_s:g} s that it may",
+                "check the cable and the bus; a slow capture may be given more time with `deadline_s` in [capture]",
+            )
+        return min(self.command_s, left)
 
     def _data(self, command: Command, reply: Reply) -> bytes:
         if reply.status == CHECK_CONDITION:

@@ -1,14 +1,15 @@
 """Recording of a device's conversation to a file, and its replay without the device.
 
 The file is JSON lines. The first is a Head, every other an Exchange: a command and its answer in the order in which
-they happened, all bytes in base64 (RFC 4648 §5). A recording truncated between two lines is valid.
+they happened, all bytes in base64 (RFC 4648 §5). A recording that was cut off is valid up to its last whole line.
 """
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable
 from pathlib import Path
-from typing import IO, Annotated, Literal, Self, TypeVar
+from typing import IO, Annotated, Any, Literal, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
@@ -17,6 +18,7 @@ from drivers.vivid900.transports import DEFAULT_TIMEOUT_S, Reply, Transport
 from drivers.vivid900.transports.command import check_command
 
 Line = TypeVar("Line", bound=BaseModel)
+log = logging.getLogger(__name__)
 HINT = "record it again, or replay what was recorded"
 
 _Model = ConfigDict(
@@ -61,12 +63,14 @@ class Exchange(BaseModel):
 class Recorder:
     """Forwards every command to another transport and records it with its answer.
 
-    file  opened for writing text; it is not closed here.
+    file  opened for writing text; it is not closed here. When it cannot be written, a full disk for example, the
+          recording ends there with a warning in the log, and the commands go on: switching the laser off comes first.
     """
 
     def __init__(self, transport: Transport, file: IO[str]) -> None:
         self.max_transfer = transport.max_transfer
         self._transport, self._file = transport, file
+        self._ended = False
         self._write(Head(max_transfer=self.max_transfer).model_dump_json())
 
     def execute(
@@ -76,18 +80,23 @@ class Recorder:
         try:
             reply = self._transport.execute(cdb, data_out, data_in_length, timeout)
         except TransportError as error:
-            self._note(Exchange(cdb=cdb, out=data_out, asked=data_in_length, failure=str(error), hint=error.hint))
+            self._note(cdb=cdb, out=data_out, asked=data_in_length, failure=str(error), hint=error.hint)
             raise
-        answer = {"status": reply.status, "data": reply.data, "sense": reply.sense}
-        self._note(Exchange(cdb=cdb, out=data_out, asked=data_in_length, **answer))
+        self._note(cdb=cdb, out=data_out, asked=data_in_length, status=reply.status, data=reply.data, sense=reply.sense)
         return reply
 
     def close(self) -> None:
         """Close the recorded transport. Safe to call twice."""
         self._transport.close()
 
-    def _note(self, exchange: Exchange) -> None:
-        self._write(exchange.model_dump_json(by_alias=True, exclude_defaults=True))
+    def _note(self, **fields: Any) -> None:
+        if self._ended:
+            return
+        try:
+            self._write(Exchange(**fields).model_dump_json(by_alias=True, exclude_defaults=True))
+        except (OSError, ValueError) as error:  # ValueError: the file was closed, or the exchange is not valid
+            self._ended = True
+            log.warning("the recording ends here, the capture goes on: %s", error)
 
     def _write(self, line: str) -> None:
         self._file.write(line + "\n")
@@ -138,7 +147,10 @@ class Replay:
 def load_replay(path: Path) -> Replay:
     """Open a recording. Raises TransportError when it cannot be read or is damaged."""
     try:
-        return Replay(path.read_text("utf-8").rstrip("\n").split("\n"), name=str(path))
+        *lines, cut_off = path.read_text("utf-8").split("\n")  # a whole line ends in a line feed
+        if not lines and cut_off:
+            lines = [cut_off]
+        return Replay(lines, name=str(path))
     except OSError as error:
         raise TransportError(f"cannot read {path}: {error.strerror}", "check the path") from error
     except UnicodeDecodeError as error:

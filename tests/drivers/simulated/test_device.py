@@ -44,7 +44,8 @@ class Host:
         return commands.parse_status(PROFILE, self.send(commands.status(PROFILE)).data)
 
     def set(self, **parameters: int) -> None:
-        assert self.send(commands.write_parameters(PROFILE, Parameters(**parameters))).status == GOOD
+        block = commands.build_parameters(PROFILE, Parameters(**parameters))
+        assert self.send(commands.write_parameters(PROFILE, block)).status == GOOD
 
 
 @pytest.fixture

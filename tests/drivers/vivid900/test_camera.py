@@ -11,7 +11,7 @@ from drivers import CaptureSettings, SettingsError
 from drivers.scanner import DeviceError, TransportError
 from drivers.simulated.device import SELF_TEST_S, Lens
 from drivers.simulated.plate import PlateSensor
-from drivers.vivid900.commands import ShotMode
+from drivers.vivid900.commands import ShotMode, build_parameters
 from drivers.vivid900.errors import BarrierClosed, NotReady, PanelError, ProfileMismatch
 from drivers.vivid900.exposure import GAIN_STEP
 from drivers.vivid900.panel import PANELS
@@ -20,6 +20,7 @@ from drivers.vivid900.sense import Key
 
 FAST = CaptureSettings(mode="fast")
 SET = CaptureSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)
+TAIL = bytes(range(1, 9))
 PITCH_MM = 0.002  # the plate at 900 mm through sums of some 770: half a count is 0.0007 frames of 3.4 mm
 
 
@@ -227,6 +228,34 @@ def test_every_other_thing_comes_to_rest_when_one_fails(stand) -> None:
     with pytest.raises(PanelError, match="LIGHT") as caught:
         camera.capture(SET)
     assert "jammed" in caught.value.__notes__[0]
+
+
+@pytest.fixture(scope="module")
+def with_tail(large_chunks):
+    """The profile with a longer parameter block: its last bytes have no field."""
+    block = large_chunks.blocks.parameters.model_copy(update={"length": 16 + len(TAIL)})
+    blocks = large_chunks.blocks.model_copy(update={"parameters": block})
+    return large_chunks.model_copy(update={"blocks": blocks})
+
+
+def test_bytes_without_a_field_travel_untouched(make_stand, with_tail) -> None:
+    stand = make_stand(profile=with_tail)
+    zeros = build_parameters(with_tail, stand.device.parameters)[: -len(TAIL)] + TAIL
+    stand.device.parameter_block = build_parameters(with_tail, stand.device.parameters, base=zeros)
+    with stand.camera() as camera:
+        assert camera.capture(FAST).measured.all()
+        camera.photograph()
+    assert stand.device.is_parked
+    assert stand.device.parameter_block[-len(TAIL) :] == TAIL
+
+
+def test_parking_changes_the_laser_power_alone(stand) -> None:
+    camera = stand.camera()
+    camera.capture(SET)
+    stand.device.parameters = replace(stand.device.parameters, laser_power=200, distance_mm=1234, gain=3)
+    before = stand.device.parameters
+    camera.close()
+    assert stand.device.parameters == replace(before, laser_power=0)
 
 
 def test_a_closed_camera_shoots_no_more(stand) -> None:

@@ -156,7 +156,7 @@ def test_sense_data_that_was_cut_off_has_its_key() -> None:
 
 @given(PARAMETERS)
 def test_parameters(parameters: Parameters) -> None:
-    command = commands.write_parameters(PROFILE, parameters)
+    command = commands.write_parameters(PROFILE, commands.build_parameters(PROFILE, parameters))
     assert commands.parse_parameters(PROFILE, command.data_out) == parameters
 
 
@@ -179,7 +179,7 @@ def test_every_command_is_read_back(mode: ShotMode, offset: int, length: int) ->
     built = [
         commands.read_parameters(PROFILE),
         commands.status(PROFILE),
-        commands.write_parameters(PROFILE, Parameters()),
+        commands.write_parameters(PROFILE, commands.build_parameters(PROFILE, Parameters())),
         commands.autofocus(PROFILE, "passive"),
         commands.autofocus(PROFILE, "active"),
         commands.release(PROFILE),

@@ -96,7 +96,6 @@ def test_faults_of_the_way_are_recorded_and_happen_again():
         lambda text: "\n" + text,
         lambda text: text.replace("recording", "music"),
         lambda text: text.replace('"version":1', '"version":2'),
-        lambda text: text[:-10],
         lambda text: text.replace("AAECAw==", "!!!"),
         lambda text: text.replace("AAECAw==", "AAECAwQFBgc="),
         lambda text: text.replace('"status":0', '"status":256'),
@@ -136,3 +135,47 @@ def test_a_recording_is_replayed_from_its_file(tmp_path, device, recording):
     replay = load_replay(tmp_path / "talk.jsonl")
     assert replay.max_transfer == 1 << 20
     assert replay.execute(*device.reading(4)) == Reply(GOOD, bytes(range(4)))
+
+
+@pytest.mark.parametrize("bytes_lost", [1, 10])
+def test_a_recording_that_was_cut_off_is_replayed_up_to_its_last_whole_line(tmp_path, device, recording, bytes_lost):
+    (tmp_path / "talk.jsonl").write_text(recording[:-bytes_lost])
+    replay = load_replay(tmp_path / "talk.jsonl")
+    replay.execute(*device.reading(4))
+    with pytest.raises(TransportError, match="ends after 1 command"):
+        replay.execute(bytes([device.WRITE] + 5 * [0]), b"parameters")
+
+
+class FullDisk(io.StringIO):
+    """A file on a disk with room for so many characters."""
+
+    room = 1 << 30
+
+    def write(self, text: str) -> int:
+        if self.tell() + len(text) > self.room:
+            super().write(text[: self.room - self.tell()])
+            raise OSError(28, "No space left on device")
+        return super().write(text)
+
+
+def test_commands_go_on_when_the_disk_is_full(device, caplog):
+    file = FullDisk()
+    recorder = Recorder(InProcess(device), file)
+    file.room = file.tell() + 10
+    for _ in range(3):
+        assert recorder.execute(*device.reading(4)) == Reply(GOOD, bytes(range(4)))
+    assert [record.getMessage() for record in caplog.records] == [
+        "the recording ends here, the capture goes on: [Errno 28] No space left on device"
+    ]
+    recorder.close()
+
+
+def test_a_reply_that_cannot_be_recorded_is_a_reply(caplog):
+    class Chatty:
+        max_transfer = 512
+
+        def execute(self, *_arguments):
+            return Reply(GOOD, b"more than was asked for")
+
+    assert Recorder(Chatty(), io.StringIO()).execute(bytes(6)).data == b"more than was asked for"
+    assert "recording ends" in caplog.text
