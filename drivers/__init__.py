@@ -55,5 +55,7 @@ def open_turntable(
         )
     from drivers.vivid900.stage import open_stage
 
-    with open_stage(model, port, relative=relative) as stage, open_scanner(config) as scanner:
+    # The scanner first: opening it switches its laser off. A killed run may have left the stage turning.
+    with open_scanner(config) as scanner, open_stage(model, port, relative=relative) as stage:
+        stage.stop()
         yield scanner, stage

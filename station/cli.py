@@ -26,6 +26,7 @@ from station.options import (
     Run,
     grouped,
 )
+from station.park import park
 from station.progress import progress_on
 from station.telling import faults_told, say
 from station.trace import trace
@@ -215,7 +216,7 @@ def _colour(
         say(summary_line(profile_colours(target, output, force=force)))
 
 
-for command in (devices, doctor, trace, board, calibrate, warm_up):
+for command in (devices, doctor, park, trace, board, calibrate, warm_up):
     app.command()(command)
 
 

@@ -31,6 +31,7 @@ class Controller:
     ignored         bytes that may stand between answers.
     echoes          whether it echoes commands until `initialise` disables that.
     handshake       whether the RTS and CTS wires are used.
+    pulses_at_once  longest move, in pulses, where no command stops it; None where `stop` does.
     pulses_per_s    speed that `initialise` sets, where the answer is not known to wait for the end of the move.
     """
 
@@ -48,6 +49,7 @@ class Controller:
     echoes: bool = False
     handshake: bool = True
     pulses_per_s: float | None = None
+    pulses_at_once: int | None = None
 
     @property
     def pulse_deg(self) -> float:
@@ -86,7 +88,10 @@ def _mark(model: str, step: str, pulses: int, initialise: bytes, home: bytes, pu
 
 def _isel(model: str, step: str, pulses: int, speed: int) -> Controller:
     rotate, home = b"@0M%%d,+%d\r" % speed, b"@0M0,+%d\r" % speed
-    return Controller(model, step, pulses, b"@01\r", rotate, home, home, b"", b"0", ignored=b"\r\n")
+    two_seconds = 2 * speed
+    return Controller(
+        model, step, pulses, b"@01\r", rotate, home, home, b"", b"0", ignored=b"\r\n", pulses_at_once=two_seconds
+    )
 
 
 def _mmc(model: str, step: str, pulses: int) -> Controller:

@@ -8,14 +8,17 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Protocol
 
-from drivers.scanner import DeviceError, TransportError
+from drivers.scanner import DeviceError, ScannerError, TransportError
 from drivers.vivid900.device_context import DeviceContext
+from drivers.vivid900.parking import run_parked
+from drivers.vivid900.signals import SignalGuard
 from drivers.vivid900.stage import protocol
 from drivers.vivid900.stage.controllers import Controller
 from drivers.vivid900.stage.protocol import Answer, Exchange
 
 POLL_S = 0.1  # a character takes 1 ms at 9600 baud, a turn half a minute
 SETTLE_S = 0.5  # answers that are pending at a stop arrive within this
+STOP_WAIT_S = 3.0  # for the end of a move that no command stops: its steps take two seconds
 UNPLUGGED = "check the cable, its adapter and the controller's power, and start again"
 
 
@@ -76,6 +79,8 @@ class RotaryStage(DeviceContext):
 
     def home(self) -> None:
         """Go to 0°. Raises as `start`."""
+        if self._pulses is not None and self.controller.pulses_at_once:
+            self._approach(self._pulses, 0)
         self._exchange(protocol.home(self.controller))
         self._pulses = 0
 
@@ -88,9 +93,10 @@ class RotaryStage(DeviceContext):
             raise DeviceError("the rotary stage's position is not known", "start it again: it then goes home")
         here, there = self._pulses, protocol.position(self.controller, angle_deg)
         way = (there - here) % self.controller.pulses if self._relative else there - here
-        if way:
-            number = way if self._relative else there
-            self._exchange(protocol.rotate(self.controller, number, travel=abs(way)))
+        if way and self._relative:
+            self._exchange(protocol.rotate(self.controller, way, travel=abs(way)))
+        else:
+            self._approach(here, there)
         self._pulses = there
         return protocol.angle(self.controller, there)
 
@@ -100,13 +106,15 @@ class RotaryStage(DeviceContext):
 
     def finish(self) -> None:
         """Go home and end the run. Raises as `start`."""
+        if self._pulses is not None and self.controller.pulses_at_once:
+            self._approach(self._pulses, 0)
         self._exchange(protocol.finish(self.controller))
         self._pulses = None
 
     def stop(self) -> None:
-        """Stop at once; the position is then unknown. A controller without a stop command finishes its move first.
+        """Stop at once; the position is then unknown. A controller without a stop command finishes its step first.
 
-        Raises TransportError when the connection is broken.
+        Raises TransportError when the connection is broken, DeviceError when the stage may still be turning.
         """
         self._pulses = None
         with self._translated():
@@ -125,14 +133,36 @@ class RotaryStage(DeviceContext):
         if not self._open:
             return
         self._open = False
-        try:
-            self.stop()
-        finally:
-            with self._translated():
-                self._port.close()
+        run_parked(lambda: None, [self.stop, self._close_port])
+
+    def _close_port(self) -> None:
+        with self._translated():
+            self._port.close()
+
+    def _approach(self, here: int, there: int) -> None:
+        """Go from one absolute position to another, in steps where no command could stop the whole move."""
+        step = self.controller.pulses_at_once or self.controller.pulses
+        while here != there:
+            here, before = here + max(-step, min(step, there - here)), here
+            self._exchange(protocol.rotate(self.controller, here, travel=abs(here - before)))
 
     def _exchange(self, exchange: Exchange) -> None:
-        """Send, and wait until the answer is complete and the stage has stopped."""
+        """Send, and wait until the answer is complete and the stage has stopped.
+
+        Ctrl-C or another ending signal stops the stage before anything else.
+        """
+        with SignalGuard() as signals:
+            try:
+                self._send_and_wait(exchange)
+            except Exception:
+                raise
+            except BaseException:
+                signals.hold()
+                with suppress(ScannerError):  # `close` tries again and reports
+                    self.stop()
+                raise
+
+    def _send_and_wait(self, exchange: Exchange) -> None:
         self._pulses = None  # unless all goes well
         answer, sent = Answer(exchange), self._clock()
         deadline = sent + exchange.timeout_s
@@ -151,11 +181,14 @@ class RotaryStage(DeviceContext):
         self._pending = None
 
     def _await_end(self, answer: Answer, deadline: float) -> None:
-        """Wait for the end of a move that cannot be stopped: for its answer, or else for its time."""
+        """Wait for the end of a move that cannot be stopped. Raises DeviceError when its answer does not come soon."""
+        end = min(deadline, self._clock() + STOP_WAIT_S)
         with suppress(DeviceError):
-            while not answer.complete and self._clock() < deadline:
+            while not answer.complete and self._clock() < end:
                 answer.feed(self._port.read(self._port.in_waiting))
                 self._sleep(POLL_S)
+        if not answer.complete:
+            raise DeviceError("the rotary stage may still be turning", "switch it off")
 
     def _reject_unsolicited(self, exchange: Exchange) -> None:
         """Raise DeviceError for unread bytes: unsolicited or late, they would put all later answers out of step."""
