@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, get_args
@@ -17,8 +16,7 @@ if TYPE_CHECKING:
 ROWS, COLS = 40, 56  # enough for every step
 PITCH = 1 / 485.0  # of the lines of sight, one millimetre deep: every fourth pixel of the MIDDLE lens
 RADIUS_MM, DISTANCE_MM = 200.0, 900.0
-MANY_POINTS = 10_000  # more than there are: all are kept, which needs no library of the system
-FEW_POINTS = 300  # pymeshlab's meshes are arrays by columns: kernels are compiled for these, too
+POINTS = 10_000  # more than there are: all are kept, which needs no library of the system
 
 
 def small_page() -> RangeScan:
@@ -39,20 +37,18 @@ def small_page() -> RangeScan:
 
 def compile_kernels() -> int:
     """Restore a small page in every way there is, as a scan and as a mesh; how many functions had to be compiled."""
-    from restore import Settings, missing_libraries, notify_when_compiling, save_scan
+    from restore import Settings, notify_when_compiling, save_scan
     from station.export import OUTPUTS
     from station.session import Destination, restore_file
 
-    thinning = all(library.module != "pymeshlab" for library in missing_libraries())
-    sizes = (MANY_POINTS, FEW_POINTS) if thinning else (MANY_POINTS,)
     compiled: list[None] = []
     with tempfile.TemporaryDirectory() as name, notify_when_compiling(lambda: compiled.append(None)):
         folder = Path(name)
         save_scan(small_page(), folder / "page.scan")
         kinds = frozenset(output.kind for output in OUTPUTS) - {"ocr"}
         destination = Destination(folder, kinds, force=True)
-        for points, method in itertools.product(sizes, get_args(Settings.model_fields["method"].annotation)):
-            settings = Settings(points=points, method=method, shading="remove", fill_hidden_mm=1.0)
+        for method in get_args(Settings.model_fields["method"].annotation):
+            settings = Settings(points=POINTS, method=method, shading="remove", fill_hidden_mm=1.0)
             for source in ("page.scan", "page-warped.obj"):  # the first leaves the second
                 restore_file(folder / source, destination, settings=settings)
     return len(compiled)

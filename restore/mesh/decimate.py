@@ -82,4 +82,6 @@ def patch_and_smooth(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
 
 def _arrays(meshes: Any) -> tuple[Floats, Ints]:
     mesh = meshes.current_mesh()
-    return np.array(mesh.vertex_matrix(), dtype=np.float64), np.array(mesh.face_matrix(), dtype=np.int64)
+    return np.array(mesh.vertex_matrix(), dtype=np.float64, order="C"), np.array(
+        mesh.face_matrix(), dtype=np.int64, order="C"
+    )
