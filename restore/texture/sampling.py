@@ -14,8 +14,6 @@ MAX_TAPS = 64  # along each axis: a page pixel averages at most 16 × 16 of the 
 # Up to a step of MAX_SHARP_STEP pixels only periods below 2.5 pixels of the picture alias, which no lens shows with
 # contrast. From there the kernel widens, by WIDTH_GROWTH per pixel of step until it is as wide as the step.
 MAX_SHARP_STEP, WIDTH_GROWTH = 1.25, 6.0
-# Sums may be reordered and divisions replaced by reciprocals; NaN must be preserved.
-FASTMATH = {"contract", "reassoc", "arcp", "nsz"}
 
 
 @numba.njit(cache=True)
@@ -67,7 +65,7 @@ def _kernel_scale(step: float) -> float:
     return min(max(1.0, min(step, 1.0 + WIDTH_GROWTH * (step - MAX_SHARP_STEP))), MAX_TAPS / 4.0 - 1.0)
 
 
-@numba.njit(cache=True, fastmath=FASTMATH)
+@numba.njit(cache=True)
 def _catmull_rom(t: Any) -> tuple[Any, Any, Any, Any]:
     """Catmull-Rom weights of the four pixels round a position t beyond the second."""
     half, one, two, more, most = np.float32(0.5), np.float32(1), np.float32(2), np.float32(1.5), np.float32(2.5)
@@ -75,7 +73,7 @@ def _catmull_rom(t: Any) -> tuple[Any, Any, Any, Any]:
     return t * (t * (one - half * t) - half), one + t * t * (more * t - most), t * (half + t * (two - more * t)), last
 
 
-@numba.njit(cache=True, fastmath=FASTMATH)
+@numba.njit(cache=True)
 def _sample_catmull_rom(
     codes: Bytes, width: int, x: float, y: float, line: NDArray[np.float32], out: NDArray[np.float32]
 ) -> None:
