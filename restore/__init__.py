@@ -5,6 +5,7 @@ from restore.kernel_cache import notify_when_compiling
 
 # isort: split
 from restore.errors import BadInput, LibraryMissing, NotEnoughSurface, RestoreError
+from restore.files import read_regular, read_toml
 from restore.flatten_mesh import flatten
 from restore.formats import PICTURE_SUFFIXES, load_scan, read_bytes, read_picture, save_scan, scan_stem
 from restore.mesh.measures import average_at_vertices, face_strain, vertex_normals
@@ -55,6 +56,8 @@ __all__ = [
     "read_bytes",
     "read_photograph",
     "read_picture",
+    "read_regular",
+    "read_toml",
     "restore",
     "save_scan",
     "scan_stem",

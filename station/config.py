@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -11,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from drivers import DRIVERS, CaptureSettings, SettingsError
 from drivers.shipped import CONFIGS
-from restore import Settings
+from restore import Settings, read_toml
 from station.errors import UsageError
 
 Model = TypeVar("Model", bound=BaseModel)
@@ -80,7 +79,7 @@ class StationConfig(BaseModel):
     @field_validator("scanner")
     @classmethod
     def _names_a_driver(cls, scanner: dict[str, Any]) -> dict[str, Any]:
-        if scanner.get("driver") not in DRIVERS:
+        if not isinstance(scanner.get("driver"), str) or scanner["driver"] not in DRIVERS:
             raise ValueError(f"driver = {scanner.get('driver')!r} is not known, use one of: {', '.join(DRIVERS)}")
         return scanner
 
@@ -90,7 +89,7 @@ def load_config(path: Path) -> StationConfig:
     if path.suffix != ".toml" and not path.exists():
         path = CONFIGS / f"{path}.toml"
     try:
-        table = tomllib.loads(path.read_text("utf-8"))
+        table = read_toml(path)
     except OSError as error:
         named = ", ".join(sorted(shipped.stem for shipped in CONFIGS.glob("*.toml")))
         hint = f"check the path after --config, or use one that comes along: {named}"

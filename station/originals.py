@@ -7,9 +7,11 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
+from restore import read_regular
 from station.errors import OverwriteError
 from station.export.atomic import refuse_existing
 
+MAX_REPORT_BYTES = 2**24  # a page or two; more with many photographs
 HINT = "choose another folder with -o"
 
 
@@ -51,7 +53,7 @@ def _refuse_strange(files: Sequence[Path], ours: frozenset[str]) -> None:
 def _written_before(report: Path) -> frozenset[str]:
     """Names of the files that an earlier run wrote, as its report tells."""
     try:
-        told = json.loads(report.read_text("utf-8"))["files"]
-        return frozenset(str(name) for name in told)
-    except (OSError, ValueError, KeyError, TypeError):
+        files = json.loads(read_regular(report, MAX_REPORT_BYTES))["files"]
+        return frozenset(str(name) for name in files)
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return frozenset()

@@ -5,12 +5,12 @@ from __future__ import annotations
 import argparse
 import sys
 import time
-import tomllib
 from pathlib import Path
 
 from drivers.scanner import ScannerError
 from drivers.simulated.scanner import rig
 from drivers.simulated.serve import LOCALHOST, listen, serve
+from restore.files import read_toml
 
 
 def main() -> int:
@@ -20,7 +20,7 @@ def main() -> int:
     parser.add_argument("--port", type=int, default=0, help="port to listen at; any free one unless told")
     arguments = parser.parse_args()
     try:
-        config = tomllib.loads(arguments.config.read_text("utf-8"))
+        config = read_toml(arguments.config)
         device = rig(config.get("scanner", {}), clock=time.monotonic).device
     except (OSError, ValueError, ScannerError) as error:
         print(f"{arguments.config}: {error}", file=sys.stderr)

@@ -5,7 +5,6 @@ A lens is adjusted to one body (VIVID 910 hardware manual p. 27), so a calibrati
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -16,6 +15,7 @@ from pydantic import ConfigDict, Field, TypeAdapter, ValidationError
 
 from drivers.scanner import SettingsError
 from drivers.vivid900.lenses import BASELINE_MM, Lens
+from restore.files import read_toml
 from restore.vivid import TEXTURE_COLS, TEXTURE_ROWS
 
 FORMAT = 1
@@ -85,14 +85,10 @@ def nominal(lens: Lens, *, body: str = "", lens_serial: str = "") -> Calibration
 def read_calibration(path: Path) -> Calibration:
     """Read a calibration file. Raises SettingsError when it cannot be read, is damaged, or has impossible values."""
     try:
-        with path.open("rb") as file:
-            text = file.read(MAX_FILE_BYTES + 1)
-        if len(text) > MAX_FILE_BYTES:
-            raise ValueError(f"it is longer than {MAX_FILE_BYTES} bytes")
-        table = tomllib.loads(text.decode())
+        table = read_toml(path)
     except OSError as error:
         raise SettingsError(f"cannot read the calibration {path}: {error.strerror}", "check the path") from error
-    except (ValueError, RecursionError) as error:  # also TOMLDecodeError, UnicodeDecodeError
+    except ValueError as error:  # also TOMLDecodeError, UnicodeDecodeError
         raise SettingsError(f"{path} is not a calibration: {error}", REPLACE_CALIBRATION) from error
     if table.pop("format", None) != FORMAT:
         raise SettingsError(f"{path} is not a calibration: it lacks the line `format = {FORMAT}`", REPLACE_CALIBRATION)

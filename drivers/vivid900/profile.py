@@ -6,7 +6,6 @@ standard comes from a profile that names the firmware it is for; see `configs/pr
 
 from __future__ import annotations
 
-import tomllib
 from fnmatch import fnmatchcase
 from functools import cached_property
 from pathlib import Path
@@ -20,6 +19,7 @@ from drivers.vivid900.blocks import Block
 from drivers.vivid900.cdb import Layout
 from drivers.vivid900.errors import ProfileMismatch
 from drivers.vivid900.scsi import Identity
+from restore.files import read_toml
 
 PROFILES = CONFIGS / "profiles"
 SIMULATED = "planish-simulated-0"
@@ -198,7 +198,7 @@ def load_profile(name: str | Path) -> Profile:
     if path.suffix != ".toml":
         path = PROFILES / f"{name}.toml"
     try:
-        return parse_profile(tomllib.loads(path.read_text("utf-8")), where=str(path))
+        return parse_profile(read_toml(path), where=str(path))
     except OSError as error:
         hint = "name a file that ends in .toml, or a profile of configs/profiles"
         raise SettingsError(f"cannot read the command profile {path}: {error.strerror}", hint) from error

@@ -47,22 +47,30 @@ def surface(
     """
     points: Floats = _columns(path, "vertices", vertices, 3).astype(np.float64)
     corners: Ints = _columns(path, "faces", faces, 3).astype(np.int64)
-    _check_vertices(path, points)
+    check_vertices(path, points)
     _check_faces(path, corners, len(points))
     collapsed = (corners == np.roll(corners, 1, axis=1)).any(axis=1)
-    used, inverse = np.unique(corners[~collapsed], return_inverse=True)
+    corners = corners[~collapsed]
+    used, number = _used(corners, len(points))
     if not used.size:
         raise BadInput(f"{path} holds no surface: it has no triangle", "export the scan with its faces")
     if texture is None and colours is None:
         texture = picture_beside(path)
     return PaintedMesh(
         points[used],
-        inverse.reshape(-1, 3).astype(np.int64),
+        number[corners],
         _texcoords(path, uv, used, texture),
         texture,
         provenance(path),
         colours=None if colours is None else colours[used],
     )
+
+
+def _used(corners: Ints, count: int) -> tuple[Ints, Ints]:
+    """The vertices (k,) that the corners use, of `count`; and the number (count,) of each among them."""
+    seen = np.zeros(count, bool)
+    seen[corners] = True
+    return np.flatnonzero(seen), np.cumsum(seen) - 1
 
 
 def provenance(path: Path) -> dict[str, str]:
@@ -76,7 +84,8 @@ def _columns(path: Path, what: str, array: NDArray[Any], width: int) -> NDArray[
     return array
 
 
-def _check_vertices(path: Path, vertices: Floats) -> None:
+def check_vertices(path: Path, vertices: Floats) -> None:
+    """Raise BadInput for too many vertices (n, 3) mm, or one that lies nowhere a scanner sees."""
     if len(vertices) > MAX_ITEMS:
         raise BadInput(f"{path} has {len(vertices)} vertices, more than {MAX_ITEMS}", ONE_SHOT)
     bad = np.flatnonzero(~(np.abs(vertices) <= MAX_COORDINATE_MM).all(axis=1))
@@ -128,5 +137,11 @@ def split_seams(faces: Ints, uv_faces: Ints, uv_count: int) -> tuple[Ints, Ints,
 
     Returns the vertices and the texture coordinates to take (k,), (k,), and the faces (m, 3) among them.
     """
+    if len(faces) == 0:
+        return np.empty(0, np.int64), np.empty(0, np.int64), faces
+    only = np.zeros(faces.max() + 1, np.int64)
+    only[faces] = uv_faces
+    if (only[faces] == uv_faces).all():  # without seams, as scanners write it
+        return np.arange(len(only)), only, faces
     pairs, inverse = np.unique(faces.ravel() * uv_count + uv_faces.ravel(), return_inverse=True)
     return pairs // uv_count, pairs % uv_count, inverse.reshape(faces.shape).astype(np.int64)

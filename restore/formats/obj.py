@@ -2,30 +2,47 @@
 
 from __future__ import annotations
 
-import re
+from collections.abc import Iterator
 from pathlib import Path
 
-from restore.errors import BadInput
-from restore.formats.foreign import parse
-from restore.formats.mesh import surface, texture_uv
-from restore.formats.picture import encode_png, read_picture
-from restore.formats.source import MISSING, ONE_SHOT, beside, is_file, read_bytes
-from restore.scan import Bytes, SurfaceMesh
+import numpy as np
 
-_MTLLIB = re.compile(rb"^[ \t]*mtllib[ \t]+(.*?)[ \t]*\r?$", re.MULTILINE)
-_USEMTL = re.compile(rb"^[ \t]*usemtl[ \t]+(.*?)[ \t]*\r?$", re.MULTILINE)
-_MATERIAL = re.compile(rb"^[ \t]*(newmtl|map_Kd)[ \t]+(.*?)[ \t]*\r?$", re.MULTILINE)
-# "-s 1 1 1" and the like, which may stand before the name of a picture.
-_OPTIONS = re.compile(r"^(-[a-zA-Z]+( +(on|off|[-+.\deE]+))* +)+")
+from restore.errors import BadInput
+from restore.formats.mesh import check_vertices, fans, split_seams, surface, texture_uv
+from restore.formats.obj_text import ObjText, parse_obj
+from restore.formats.picture import encode_png, read_picture
+from restore.formats.source import CUT_SHORT, MISSING, ONE_SHOT, beside, is_file, read_bytes
+from restore.scan import Bytes, Ints, SurfaceMesh
+
+MAX_MATERIAL_BYTES = 2**20  # a material file is a page of text
+MAX_LIBRARIES = 16  # a scan has one
+COLOURED = 6  # numbers of a vertex line with a colour
+DENSE = 1000  # vertices that no hand has written
+UNUSED_TAIL = 0.01  # of the vertices: a file that is cut between two faces never comes to its last vertices
 
 
 def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     """Read a mesh with texture coordinates; `texture` replaces the picture of its material. Raises BadInput."""
     data = read_bytes(path)
-    arrays = parse(path, data, "obj", skip_materials=True)
-    if texture is None and arrays.uv is not None:
-        texture = _picture(path, data)
-    return surface(path, arrays.vertices, arrays.faces, uv=arrays.uv, texture=texture, colours=arrays.colours)
+    text = parse_obj(path, data)
+    starts = np.cumsum(text.sizes) - text.sizes
+    faces, uv_faces = fans(text.corners, starts, text.sizes), fans(text.uvs, starts, text.sizes)
+    check_vertices(path, text.values[:, :3])
+    _check_whole(path, data, text, faces)
+    if len(faces) == 0 or uv_faces.min() < 0:
+        return surface(path, text.values[:, :3], faces, texture=texture, colours=_colours(text))
+    if texture is None:
+        texture = _picture(path, text)
+    take, take_uv, faces = split_seams(faces, uv_faces, len(text.uv))
+    colours = _colours(text)
+    return surface(
+        path,
+        text.values[take, :3],
+        faces,
+        uv=text.uv[take_uv],
+        texture=texture,
+        colours=None if colours is None or texture is not None else colours[take],
+    )
 
 
 def write_obj(mesh: SurfaceMesh, path: Path) -> None:
@@ -43,31 +60,79 @@ def write_obj(mesh: SurfaceMesh, path: Path) -> None:
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _picture(path: Path, data: bytes) -> Bytes | None:
+def _check_whole(path: Path, data: bytes, text: ObjText, faces: Ints) -> None:
+    """Raise BadInput when the last face is not complete, or the faces, which follow the vertices, end before them.
+
+    Scanners write as many vertices as their faces use. Where the last line has an end, a few may be left over.
+    """
+    if len(faces) == 0:
+        return
+    last = data[data.rfind(b"\n") + 1 :].split()
+    if last[:1] == [b"f"] and len(last) < 4:
+        raise BadInput(f"{path} seems cut short: its last face is not complete", CUT_SHORT)
+    share = (int(faces.max()) + 1) / len(text.values)
+    allowed = UNUSED_TAIL if len(text.values) >= DENSE else 1.0
+    if share < 1.0 - (allowed if data.endswith(b"\n") else 0.0):
+        raise BadInput(f"{path} seems cut short: its faces use the first {share:.0%} of its vertices", CUT_SHORT)
+
+
+def _colours(text: ObjText) -> Bytes | None:
+    """The colours (n, 3) of vertices that all have one, 0 to 1 or 0 to 255 in the file."""
+    if not len(text.counts) or text.counts.min() < COLOURED:
+        return None
+    colours = np.nan_to_num(text.values[:, 3:6])
+    scale = 255.0 if colours.max() <= 1.0 else 1.0
+    return np.clip(np.rint(scale * colours), 0, 255).astype(np.uint8)
+
+
+def _picture(path: Path, text: ObjText) -> Bytes | None:
     """The picture of the materials that the faces use, None when no material names one."""
+    if len(text.libraries) > MAX_LIBRARIES:
+        raise BadInput(f"{path} uses {len(text.libraries)} material files, a scan has one", ONE_SHOT)
     pictures: dict[bytes, str] = {}
-    for library in _MTLLIB.findall(data):
-        name, text = _name(library), _material_file(path, _name(library))
-        material = b""
-        for key, value in _MATERIAL.findall(text):
-            if key == b"newmtl":
-                material = value
-            else:
-                pictures[material] = _OPTIONS.sub("", _name(value))
-        if not text:
-            raise BadInput(f"{path}: its material file {name!r} is empty", MISSING)
-    used = set(_USEMTL.findall(data))
+    for library in text.libraries:
+        pictures |= _materials(path, library.decode("utf-8", "replace"))
+    used = set(text.materials)
     names = {name for material, name in pictures.items() if material in used or not used}
     if len(names) > 1:
         raise BadInput(f"{path} uses {len(names)} pictures, a scan has one", ONE_SHOT)
     return _read(path, names.pop()) if names else None
 
 
-def _material_file(path: Path, name: str) -> bytes:
+def _materials(path: Path, name: str) -> dict[bytes, str]:
+    """The picture of each material of a material file that has one."""
     file = beside(path, name)
     if not is_file(file):
         raise BadInput(f"{path}: its material file {name!r} is missing", MISSING)
-    return read_bytes(file)
+    pictures, material = {}, b""
+    for key, value in _settings(read_bytes(file, MAX_MATERIAL_BYTES)):
+        if key == b"newmtl":
+            material = value
+        elif key == b"map_Kd":
+            pictures[material] = _file_name(value.decode("utf-8", "replace"))
+    return pictures
+
+
+def _settings(text: bytes) -> Iterator[tuple[bytes, bytes]]:
+    """The lines of a material file, each as its first word and the rest."""
+    for line in text.split(b"\n"):
+        key, _, value = line.strip().replace(b"\t", b" ").partition(b" ")
+        yield key, value.strip()
+
+
+def _file_name(value: str) -> str:
+    """The name behind options like "-s 1 1 1" and "-clamp on", which may stand before it."""
+    words = value.split(" ")
+    at = 0
+    while at < len(words) and words[at].startswith("-") and words[at][1:].isalpha():
+        at += 1
+        while at < len(words) - 1 and _is_argument(words[at]):
+            at += 1
+    return " ".join(words[at:])
+
+
+def _is_argument(word: str) -> bool:
+    return word in ("", "on", "off") or not word.strip("-+.0123456789eE")
 
 
 def _read(path: Path, name: str) -> Bytes:
@@ -75,7 +140,3 @@ def _read(path: Path, name: str) -> Bytes:
     if not is_file(file):
         raise BadInput(f"{path}: its picture {name!r} is missing", MISSING)
     return read_picture(file)
-
-
-def _name(value: bytes) -> str:
-    return value.decode("utf-8", "replace")

@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-import stat
+import errno
 import warnings
 from pathlib import Path
 
 import numpy as np
 
 from restore.errors import BadInput
+from restore.files import read_regular
 from restore.scan import Floats
 
 # What to do now.
 ONE_SHOT = "export one shot of the scanner"
+UNREADABLE = "check the file's permissions and its disk"
 MISSING = "put the file beside the scan, or give the picture with --texture"
 DAMAGED = "the file is damaged: export or copy it again"
+CUT_SHORT = "copy or export the file again, and compare its size with the original's"
 
 # A full 640 × 480 shot takes 100 MB in its longest form: OBJ text with normals and sixteen digits.
 MAX_FILE_BYTES = 128 * 2**20
@@ -27,17 +30,19 @@ MAX_COORDINATE_MM = 1e5
 def read_bytes(path: Path, limit: int = MAX_FILE_BYTES) -> bytes:
     """Read a whole regular file. Raises BadInput when it is missing, unreadable, empty or larger than `limit` bytes."""
     try:
-        state = path.stat()
-        if not stat.S_ISREG(state.st_mode):  # a pipe would block, a device never end
-            raise BadInput(f"{path} is no regular file", "give the scan file itself")
-        if state.st_size > limit:
-            raise BadInput(f"{path} is larger than {limit} bytes", ONE_SHOT)
-        with path.open("rb") as file:
-            data = file.read(state.st_size)
+        data = read_regular(path, limit)
     except FileNotFoundError as error:
         raise BadInput(f"{path} does not exist", "check the name and the folder") from error
-    except (OSError, ValueError) as error:
-        raise BadInput(f"{path} cannot be read: {error}", "check the file's permissions and its disk") from error
+    except OSError as error:
+        if error.errno == errno.EFBIG:
+            raise BadInput(f"{path} is larger than {limit} bytes", ONE_SHOT) from error
+        if error.errno in (errno.EISDIR, errno.EINVAL):
+            raise BadInput(f"{path} is no regular file", "give the file itself") from error
+        raise BadInput(
+            f"{path} cannot be read: {error.strerror}", "check the file's permissions and its disk"
+        ) from error
+    except ValueError as error:
+        raise BadInput(f"{path} cannot be read: {error}", UNREADABLE) from error
     if not data:
         raise BadInput(f"{path} is empty", "export or copy the scan again")
     return data

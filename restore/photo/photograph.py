@@ -13,10 +13,12 @@ import numpy as np
 from PIL import ExifTags, Image, ImageCms, ImageOps, UnidentifiedImageError
 
 from restore.errors import BadInput
+from restore.files import read_regular
 from restore.scan import Bytes
 
 # 240 megapixels are 0.7 GB; medium-format backs have 150.
 MAX_PIXELS = 160_000_000
+MAX_BYTES = 2**30  # 160 megapixels without compression, 16 bits a channel
 MIN_SIDE = 64  # pixels: a thumbnail
 KINDS = (
     "JPEG",
@@ -55,7 +57,7 @@ def read_photograph(path: Path | str) -> Photograph:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Pillow warns of odd tags; unreadable pixels are an error all the same
         try:
-            with Image.open(path, formats=KINDS) as picture:
+            with Image.open(io.BytesIO(read_regular(path, MAX_BYTES)), formats=KINDS) as picture:
                 _check_size(picture.size, path)
                 focal = _focal_px(picture)
                 return Photograph(_srgb(ImageOps.exif_transpose(picture)), path.name, focal)
@@ -69,8 +71,7 @@ def read_photograph(path: Path | str) -> Photograph:
 
 def _unknown(path: Path) -> BadInput:
     """What to say of a file that is no picture of the KINDS."""
-    with path.open("rb") as file:
-        head = file.read(8)
+    head = read_regular(path, MAX_BYTES)[:8]
     if head[4:] == HEIF_BOX:
         return BadInput(
             f"{path} is a HEIC or AVIF picture, which is not read", "save it as JPEG (phones can be set to)"

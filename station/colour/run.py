@@ -8,13 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from restore import PICTURE_SUFFIXES, BadInput, Bytes, Settings, load_scan, read_picture, restore
+from restore import PICTURE_SUFFIXES, BadInput, Bytes, Settings, load_scan, read_picture, read_regular, restore
 from station.colour.chart import find_chart
 from station.colour.figures import UNMEASURED, before_and_after, measured
 from station.colour.fit import fit_colours
 from station.export.atomic import refuse_existing, writable, write_all
 from station.export.icc import encode_profile
 from station.export.report import encode_report
+from station.originals import MAX_REPORT_BYTES
 
 SUFFIX = ".icc"
 
@@ -74,6 +75,6 @@ def _seen(target: Path) -> tuple[Bytes, float | None]:
 def _resolution(report: Path) -> float | None:
     """What a page resolves by the report beside it; None where there is none."""
     try:
-        return float(json.loads(report.read_text("utf-8"))["effective_ppi"]) or None
-    except (OSError, ValueError, KeyError, TypeError):
+        return float(json.loads(read_regular(report, MAX_REPORT_BYTES))["effective_ppi"]) or None
+    except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None

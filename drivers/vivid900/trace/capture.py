@@ -35,6 +35,8 @@ def read_transfers(path: Path) -> Iterator[Transfer]:
 def _mapped(path: Path) -> Iterator[mmap.mmap]:
     """The file as memory: reading beyond its end returns what is there, for any length that a damaged file claims."""
     try:
+        if not path.is_file():
+            raise CaptureError(f"cannot read {path}: it is no file", "check the path")
         with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as content:
             yield content
     except OSError as error:

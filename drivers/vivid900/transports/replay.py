@@ -16,9 +16,11 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from drivers.scanner import TransportError
 from drivers.vivid900.transports import DEFAULT_TIMEOUT_S, Reply, Transport
 from drivers.vivid900.transports.command import check_command
+from restore.files import read_regular
 
 Line = TypeVar("Line", bound=BaseModel)
 log = logging.getLogger(__name__)
+MAX_BYTES = 2**28  # a capture with its picture is 10 MB
 HINT = "record it again, or replay what was recorded"
 
 _Model = ConfigDict(
@@ -147,7 +149,7 @@ class Replay:
 def load_replay(path: Path) -> Replay:
     """Open a recording. Raises TransportError when it cannot be read or is damaged."""
     try:
-        *lines, cut_off = path.read_text("utf-8").split("\n")  # a whole line ends in a line feed
+        *lines, cut_off = read_regular(path, MAX_BYTES).decode("utf-8").split("\n")  # a whole line ends in a line feed
         if not lines and cut_off:
             lines = [cut_off]
         return Replay(lines, name=str(path))

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 
 from drivers.scanner import SettingsError
 from drivers.vivid900.calibration import (
-    MAX_FILE_BYTES,
     Calibration,
     calibration_of,
     encode_calibration,
@@ -17,6 +16,7 @@ from drivers.vivid900.calibration import (
     read_calibration,
 )
 from drivers.vivid900.lenses import LENSES
+from restore.files import MAX_TOML_BYTES
 
 BODY = Calibration(
     lens="MIDDLE",
@@ -31,6 +31,7 @@ BODY = Calibration(
     body='1001187 "B"\\',
     lens_serial="MIDDLE\n7",
 )
+
 small = st.floats(-0.01, 0.01)
 
 
@@ -83,7 +84,7 @@ DAMAGES = {
     "three coefficients": lambda text: text.replace(", 0.0003]", "]"),
     "folded over by distortion": lambda text: text.replace("[-0.07, 0.1]", "[-9.0, 0.0]"),
     "a stripe that turns back": lambda text: text.replace("-0.002", "-1.5"),
-    "too long": lambda text: text + "#" * MAX_FILE_BYTES,
+    "too long": lambda text: text + "#\n" * MAX_TOML_BYTES,
     "nested too deep": lambda text: text + "deep = " + "[" * 20000,
 }
 

@@ -1,5 +1,8 @@
 """Wavefront text."""
 
+from pathlib import Path
+from time import process_time
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,8 +12,11 @@ from PIL import Image
 from restore.errors import BadInput
 from restore.formats import load_scan, write_obj
 from restore.formats.obj import read_obj
+from restore.formats.obj_text import parse_obj
 from restore.scan import RangeScan
 
+SIZE = 200_000  # bytes: a parser that looks back over all of them takes seconds
+NOISE, TICK = 3.0, 1e-3  # a quadratic parser takes 16 times as long; shorter times than a tick are all alike
 HALF_DIGIT_MM = 0.51e-4  # four decimals
 HALF_DIGIT_PX = 0.51e-7 * 640  # seven decimals of the picture's width
 
@@ -110,7 +116,10 @@ def test_the_material_of_a_mesh_without_texture_coordinates_is_of_no_interest(wr
         (SQUARE, "no triangle"),
         (SQUARE + "f 1 2 99\n", "out of bounds"),
         (SQUARE + "f 1 2 -99\n", "out of bounds"),
-        (SQUARE.replace("9", "nine", 1) + FACE, "a word stands where a number should be"),
+        (SQUARE.replace("9", "nine", 1) + FACE, "b'nine', which is no number"),
+        (SQUARE.replace("9", "eight", 1) + FACE, "line 2: a word stands where a number should be"),
+        (SQUARE + "f 1 2 x\n", "line 10: a corner of the face is not of the form"),
+        (SQUARE + "f" + " 1" * 1_000_000 + "\n", "more than 256 corners"),
         (SQUARE.replace("9", "inf", 1) + FACE, r"at \(inf, 0, -700\) mm"),
         (SQUARE.replace("9", "1e9", 1) + FACE, r"at \(1e\+09, 0, -700\) mm"),
         (SQUARE + "f 1/1 2/2\n", "no triangle"),
@@ -135,3 +144,70 @@ def test_every_triangle_keeps_its_place(order, faces, tmp_path_factory):
     path.write_text(text)
     mesh = read_obj(path)
     np.testing.assert_array_equal(mesh.vertices[mesh.faces], corners[np.array(faces)])
+
+
+@settings(deadline=None, max_examples=300)
+@given(st.floats(-9e4, 9e4), st.sampled_from(["r", ".17e", ".4f", ".12f", "+.6g", ".30f"]))
+def test_every_number_is_the_one_that_python_reads(value, form):
+    text = repr(value) if form == "r" else format(value, form)
+    parsed = parse_obj(Path("a.obj"), f"v {text} 0 0\n".encode())
+    assert parsed.values[0, 0] == float(text)
+
+
+@settings(deadline=None, max_examples=300)
+@given(st.binary(max_size=60))
+def test_any_bytes_give_arrays_that_fit_or_one_error(data):
+    try:
+        text = parse_obj(Path("a.obj"), b"v 0 0 0\nvt 0 0\n" + data)
+    except BadInput:
+        return
+    assert text.sizes.sum() == len(text.corners) == len(text.uvs)
+    assert not len(text.corners) or 0 <= text.corners.min() <= text.corners.max() < len(text.values)
+    assert not len(text.uvs) or text.uvs.max() < len(text.uv)
+
+
+def test_a_last_face_that_is_cut_is_told(written):
+    with pytest.raises(BadInput, match="seems cut short: its last face is not complete"):
+        load_scan(written(SQUARE + FACE + "f 1/1 4/4"))
+    assert len(load_scan(written(SQUARE + FACE + "f 1/1 3/3 4/4")).faces) == 2  # some writers leave out the last end
+
+
+LINEAR = {
+    "blanks behind usemtl": lambda size: b"usemtl" + b" " * size,
+    "blanks before nothing": lambda size: b" " * size,
+    "materials": lambda size: b"usemtl a\n" * (size // 9),
+    "objects": lambda size: b"o a\n" * (size // 4),
+    "libraries": lambda size: b"mtllib a.mtl\n" * (size // 13),
+    "empty lines": lambda size: b"\n" * size,
+    "long numbers": lambda size: b"v 0.12345678901234567 1e-300 7\n" * (size // 31),
+}
+
+
+@pytest.mark.parametrize("name", LINEAR)
+def test_four_times_the_file_takes_no_more_than_four_times_as_long(name):
+    def seconds(size):
+        data = SQUARE.encode() + LINEAR[name](size)
+        taken = []
+        for _ in range(5):
+            start = process_time()
+            parse_obj(Path("a.obj"), data)
+            taken.append(process_time() - start)
+        return min(taken)
+
+    seconds(100)  # the compiler's time is not the parser's
+    assert seconds(4 * SIZE) < 4 * NOISE * max(seconds(SIZE), TICK)
+
+
+def test_a_file_that_was_cut_is_not_read_as_a_smaller_page(mesh, tmp_path):
+    write_obj(mesh(rows=48, cols=64), tmp_path / "a.obj")
+    whole = (tmp_path / "a.obj").read_bytes()
+    cut = tmp_path / "cut.obj"
+    (tmp_path / "cut.png").write_bytes((tmp_path / "a.png").read_bytes())
+    for share in (0.3, 0.6, 0.8):
+        data = whole[: int(share * len(whole))]
+        cut.write_bytes(data.rstrip(b"\n"))
+        with pytest.raises(BadInput, match=r"cut\.obj (seems cut short|holds no surface)"):
+            read_obj(cut)
+        cut.write_bytes(data[: data.rindex(b"\n") + 1])
+        with pytest.raises(BadInput, match=r"cut\.obj (seems cut short|holds no surface)"):
+            read_obj(cut)

@@ -1,0 +1,315 @@
+"""The numbers of Wavefront text, parsed byte by byte: time and memory grow with the file and no faster."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from restore.errors import BadInput
+from restore.formats.source import CUT_SHORT, DAMAGED, numbers
+from restore.scan import Floats, Ints
+
+MAX_CORNERS = 256  # of a face; scanners write triangles and quads, editors no more than some dozens
+EXACT_DIGITS = 2**53  # whole numbers below are exact in float64, and so is their product …
+EXACT_POWER = 22  # … with or quotient by a power of ten up to this one (W. Clinger, PLDI 1990)
+POWERS = 10.0 ** np.arange(EXACT_POWER + 1)
+VALUES = 7  # x y z w, or x y z r g b and one to spare: more numbers on a line are left out
+KINDS = VERTEX, TEXCOORD, FACE, LIBRARY, MATERIAL = range(5)
+NUMBER_FAULT, CORNER_FAULT, INDEX_FAULT, COUNT_FAULT = 1, 2, 3, 4
+TAB, NEWLINE, RETURN, BLANK, HASH, SLASH, MINUS, PLUS, POINT = 9, 10, 13, 32, 35, 47, 45, 43, 46
+ZERO, NINE, LOWER_E, UPPER_E = 48, 57, 101, 69
+
+
+@dataclass(frozen=True, eq=False)
+class ObjText:
+    """What an OBJ file says.
+
+    values    (n, 7) numbers of each vertex line, NaN where the line has fewer.
+    counts    (n,) how many numbers the line has.
+    uv        (t, 2) texture coordinates.
+    corners   (c,) vertex of each corner of each face, in the order of the file.
+    uvs       (c,) its texture coordinate, −1 where it has none.
+    sizes     (m,) corners of each face.
+    libraries, materials  what the lines mtllib and usemtl name, each name once.
+    """
+
+    values: Floats
+    counts: Ints
+    uv: Floats
+    corners: Ints
+    uvs: Ints
+    sizes: Ints
+    libraries: tuple[bytes, ...]
+    materials: tuple[bytes, ...]
+
+
+def parse_obj(path: Path, data: bytes) -> ObjText:
+    """Parse an OBJ file. Raises BadInput that names the line."""
+    if b"\\" in data:  # a backslash at the end of a line continues it
+        data = data.replace(b"\\\r\n", b"  \n").replace(b"\\\n", b"  ")
+    text = np.frombuffer(data + b"\n", np.uint8)
+    sizes, libraries, materials = _count(text)
+    values, counts = np.full((sizes[VERTEX], VALUES), np.nan), np.zeros(sizes[VERTEX], np.int64)
+    uv = np.full((sizes[TEXCOORD], 2), np.nan)
+    faces, corners = np.zeros(sizes[FACE], np.int64), np.zeros((sizes[-1], 2), np.int64)
+    slow = np.empty((0, 3), np.int64)
+    for room in (0, values.size + uv.size):  # most files have no number that needs the slow way
+        slow = np.empty((room, 3), np.int64)
+        fault, line, slow_count = _fill(text, values, counts, uv, faces, corners, slow)
+        if fault or slow_count <= room:
+            break
+    if fault:
+        raise _told(path, data, int(fault), int(line))
+    _parse_slowly(path, data, slow[:slow_count], values, uv)
+    return ObjText(
+        values,
+        counts,
+        uv,
+        corners[:, 0].copy(),
+        corners[:, 1].copy(),
+        faces,
+        _names(data, libraries),
+        _names(data, materials),
+    )
+
+
+def _names(data: bytes, places: Ints) -> tuple[bytes, ...]:
+    """The texts between the offsets (k, 2), each once."""
+    starts, ends = places.T.tolist()
+    return tuple({data[start:end].strip(): None for start, end in zip(starts, ends, strict=True)})
+
+
+def _parse_slowly(path: Path, data: bytes, slow: Ints, values: Floats, uv: Floats) -> None:
+    """Parse the numbers of many digits, whose places are (offset, end, index), index negative for those of uv."""
+    if not len(slow):
+        return
+    parsed = numbers(b" ".join(data[start:end] for start, end, _ in slow.tolist()), path, "a line")
+    if len(parsed) != len(slow):
+        raise BadInput(f"{path}: a word stands where a number should be", DAMAGED)
+    of_uv = slow[:, 2] < 0
+    values.reshape(-1)[slow[~of_uv, 2]] = parsed[~of_uv]
+    uv.reshape(-1)[-1 - slow[of_uv, 2]] = parsed[of_uv]
+
+
+def _told(path: Path, data: bytes, fault: int, line: int) -> BadInput:
+    """The error for a fault on a line. The last line, where it does not end, is the sign of a cut."""
+    if line == data.count(b"\n") + 1 and not data.endswith(b"\n"):
+        return BadInput(f"{path} seems cut short: line {line} is not complete", CUT_SHORT)
+    reasons = {
+        NUMBER_FAULT: "a word stands where a number should be",
+        CORNER_FAULT: "a corner of the face is not of the form 1, 1/2, 1//3 or 1/2/3",
+        INDEX_FAULT: "an index of the face is out of bounds",
+        COUNT_FAULT: f"the face has more than {MAX_CORNERS} corners",
+    }
+    return BadInput(f"{path}, line {line}: {reasons[fault]}", DAMAGED)
+
+
+@numba.njit(cache=True)
+def _is_blank(byte: int) -> bool:
+    return byte in (BLANK, TAB, RETURN)
+
+
+@numba.njit(cache=True)
+def _keyword(text: NDArray[np.uint8], at: int) -> tuple[int, int]:
+    """The kind of the line whose first word begins at `at`, −1 for others, and where its first word ends."""
+    end = at
+    while not _is_blank(text[end]) and text[end] != NEWLINE:
+        end += 1
+    length, first = end - at, text[at]
+    if length == 1 and first == 118:  # v
+        return VERTEX, end
+    if length == 2 and first == 118 and text[at + 1] == 116:  # vt
+        return TEXCOORD, end
+    if length == 1 and first == 102:  # f
+        return FACE, end
+    if length == 6 and first == 109 and text[at + 1] == 116 and text[at + 2] == 108 and text[at + 3] == 108:
+        return LIBRARY, end  # mtllib
+    if length == 6 and first == 117 and text[at + 1] == 115 and text[at + 2] == 101 and text[at + 3] == 109:
+        return MATERIAL, end  # usemtl
+    return -1, end
+
+
+@numba.njit(cache=True)
+def _next_word(text: NDArray[np.uint8], at: int) -> tuple[int, int]:
+    """Start and end of the next word of a line; equal at its end or at a comment."""
+    while _is_blank(text[at]):
+        at += 1
+    end = at
+    if text[at] == HASH:
+        return at, at
+    while not _is_blank(text[end]) and text[end] != NEWLINE:
+        end += 1
+    return at, end
+
+
+@numba.njit(cache=True)
+def _line_end(text: NDArray[np.uint8], at: int) -> int:
+    while text[at] != NEWLINE:
+        at += 1
+    return at
+
+
+@numba.njit(cache=True)
+def _count(text: NDArray[np.uint8]) -> tuple[Ints, Ints, Ints]:
+    """(6,) lines of each kind and corners in all; offsets (k, 2) of the names of mtllib and usemtl lines."""
+    counts, at = np.zeros(6, np.int64), 0
+    while at < len(text):
+        start, _ = _next_word(text, at)
+        kind, word = _keyword(text, start)
+        if kind >= 0:
+            counts[kind] += 1
+        if kind == FACE:
+            begin, word = _next_word(text, word)
+            while word > begin:
+                counts[5] += 1
+                begin, word = _next_word(text, word)
+        at = _line_end(text, word) + 1
+    names = np.empty((counts[LIBRARY] + counts[MATERIAL], 2), np.int64)
+    libraries, materials, at = 0, counts[LIBRARY], 0
+    while len(names) and at < len(text):
+        start, _ = _next_word(text, at)
+        kind, word = _keyword(text, start)
+        at = _line_end(text, word) + 1
+        if kind == LIBRARY:
+            names[libraries] = word, at - 1
+            libraries += 1
+        elif kind == MATERIAL:
+            names[materials] = word, at - 1
+            materials += 1
+    return counts, names[: counts[LIBRARY]], names[counts[LIBRARY] :]
+
+
+@numba.njit(cache=True)
+def _fill(
+    text: NDArray[np.uint8], values: Floats, counts: Ints, uv: Floats, faces: Ints, corners: Ints, slow: Ints
+) -> tuple[int, int, int]:
+    """Fill the arrays. Returns a fault or 0, the line of it, and how many numbers have to be parsed another way."""
+    at, line, vertex, texcoord, face, corner, slow_count = 0, 0, 0, 0, 0, 0, 0
+    while at < len(text):
+        line += 1
+        start, _ = _next_word(text, at)
+        kind, word = _keyword(text, start)
+        if kind in (VERTEX, TEXCOORD):
+            width = VALUES if kind == VERTEX else 2
+            begin, word = _next_word(text, word)
+            count = 0
+            while word > begin:
+                if count < width:
+                    state, value = _number(text, begin, word)
+                    if state == 0:
+                        return NUMBER_FAULT, line, slow_count
+                    place = vertex * VALUES + count if kind == VERTEX else -1 - (texcoord * 2 + count)
+                    if state == 2:
+                        if slow_count < len(slow):
+                            slow[slow_count] = begin, word, place
+                        slow_count += 1
+                    elif kind == VERTEX:
+                        values[vertex, count] = value
+                    else:
+                        uv[texcoord, count] = value
+                count += 1
+                begin, word = _next_word(text, word)
+            if count < (3 if kind == VERTEX else 1):
+                return NUMBER_FAULT, line, slow_count
+            if kind == VERTEX:
+                counts[vertex] = min(count, VALUES)
+                vertex += 1
+            else:
+                if count == 1:
+                    uv[texcoord, 1] = 0.0
+                texcoord += 1
+        elif kind == FACE:
+            faces[face] = 0
+            begin, word = _next_word(text, word)
+            while word > begin:
+                state, a, b = _corner(text, begin, word, vertex, texcoord)
+                if state:
+                    return state, line, slow_count
+                if a >= len(values) or b >= len(uv):
+                    return INDEX_FAULT, line, slow_count
+                corners[corner] = a, b
+                corner += 1
+                faces[face] += 1
+                if faces[face] > MAX_CORNERS:
+                    return COUNT_FAULT, line, slow_count
+                begin, word = _next_word(text, word)
+            face += 1
+        at = _line_end(text, word) + 1
+    return 0, 0, slow_count
+
+
+@numba.njit(cache=True)
+def _number(text: NDArray[np.uint8], at: int, end: int) -> tuple[int, float]:
+    """0 for what cannot be a number; 1 and the exact number; 2 for one that has to be parsed another way."""
+    first = text[at]
+    if not (ZERO <= first <= NINE or first in (MINUS, PLUS, POINT)):
+        return (2 if first in (73, 78, 105, 110) else 0), 0.0  # inf and nan are numbers, whose place is refused later
+    negative = first == MINUS
+    if negative or first == PLUS:
+        at += 1
+    mantissa, power, digits, point = np.int64(0), 0, 0, False
+    while at < end and (ZERO <= text[at] <= NINE or (text[at] == POINT and not point)):
+        if text[at] == POINT:
+            point = True
+        else:
+            if mantissa >= EXACT_DIGITS // 10:
+                return 2, 0.0
+            mantissa = mantissa * 10 + np.int64(text[at] - ZERO)
+            digits += 1
+            power -= point
+        at += 1
+    if at < end and digits and (text[at] == LOWER_E or text[at] == UPPER_E):
+        return 2, 0.0
+    if at < end or not digits or power < -EXACT_POWER:
+        return 2, 0.0
+    value = np.float64(mantissa) / POWERS[-power]
+    return 1, -value if negative else value
+
+
+@numba.njit(cache=True)
+def _corner(text: NDArray[np.uint8], at: int, end: int, vertices: int, texcoords: int) -> tuple[int, int, int]:
+    """A fault or 0, the vertex and the texture coordinate of a corner, −1 for none."""
+    state, vertex, at = _index(text, at, end, vertices)
+    if state:
+        return state, 0, 0
+    texcoord = -1
+    if at < end:
+        at += 1  # behind a slash
+        if at < end and text[at] != SLASH:
+            state, texcoord, at = _index(text, at, end, texcoords)
+            if state:
+                return state, 0, 0
+        if at < end:  # the normal is not needed
+            at += 1
+            if at < end:
+                if text[at] == MINUS:
+                    at += 1
+                while at < end and ZERO <= text[at] <= NINE:
+                    at += 1
+            if at < end:
+                return CORNER_FAULT, 0, 0
+    return 0, vertex, texcoord
+
+
+@numba.njit(cache=True)
+def _index(text: NDArray[np.uint8], at: int, end: int, count: int) -> tuple[int, int, int]:
+    """A fault or 0, the index from 0 on, and where it ends. Negative ones count back from the latest of `count`."""
+    negative = text[at] == MINUS
+    at += negative
+    value, digits = np.int64(0), 0
+    while at < end and ZERO <= text[at] <= NINE:
+        if value > 2**40:
+            return INDEX_FAULT, 0, at
+        value = value * 10 + np.int64(text[at] - ZERO)
+        digits += 1
+        at += 1
+    if not digits or (at < end and text[at] != SLASH):
+        return CORNER_FAULT, 0, at
+    value = count - value if negative else value - 1
+    if value < 0:
+        return INDEX_FAULT, 0, at
+    return 0, int(value), at
