@@ -1,0 +1,41 @@
+"""Bands: every row is worked on once, in bands of the wanted height, and a failure in a band is raised."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from restore.bands import BANDS, in_bands
+
+
+@given(rows=st.integers(0, 200), height=st.none() | st.integers(1, 50))
+def test_every_row_is_worked_on_exactly_once(rows, height):
+    visits = np.zeros(rows, int)
+
+    def work(band: slice) -> None:
+        visits[band] += 1
+
+    in_bands(work, rows, height)
+    assert (visits == 1).all()
+
+
+def test_bands_have_the_height_that_is_asked_for_but_the_last():
+    bands = []
+    in_bands(bands.append, 25, 10)
+    assert sorted((band.start, band.stop) for band in bands) == [(0, 10), (10, 20), (20, 25)]
+
+
+def test_without_a_height_the_bands_are_equal_to_a_row():
+    heights = []
+    in_bands(lambda band: heights.append(band.stop - band.start), 8 * BANDS + 3)
+    assert len(heights) == BANDS
+    assert max(heights) - min(heights) <= 1
+
+
+def test_an_error_in_a_band_reaches_the_caller():
+    def work(band: slice) -> None:
+        if band.start == 10:
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        in_bands(work, 30, 10)

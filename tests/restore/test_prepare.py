@@ -1,0 +1,88 @@
+"""Scans prepared to sheets: planes come back exact, holes are filled, and what is no page is refused."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from restore.errors import BadInput, NotEnoughSurface
+from restore.prepare import MARGIN, prepare
+from restore.range_image.sheet import Sheet
+from restore.scan import RangeScan, SurfaceMesh
+
+TILT = (0.2, -0.1, 1.0)
+EXACT_MM = 1e-3  # mm: facets are fitted in single precision of inverse depth, 4e-4 mm at 0.9 m
+PAGE = (slice(30, 130), slice(40, 160))
+HOLE = (slice(70, 76), slice(90, 97))
+TEXTURE_PX = 1e-6  # an affine grid is continued by an affine fit, exact to rounding
+# Drop-outs end a sample short of the ragged outline at most.
+OUTLINE = 1.5
+
+
+@pytest.fixture(scope="module")
+def scan(camera) -> RangeScan:
+    """A tilted page of 100 × 120 samples with a hole, nothing round it."""
+    page = np.full(camera.shape, np.nan)
+    page[PAGE] = camera.plane(TILT)[PAGE]
+    page[HOLE] = np.nan
+    return camera.shot(page)
+
+
+@pytest.fixture(scope="module")
+def sheet(scan) -> Sheet:
+    prepared = prepare(scan)
+    assert isinstance(prepared, Sheet)
+    return prepared
+
+
+def on_grid(mask):
+    """Where the prepared sheet has a mask of the scan's grid."""
+    return np.pad(mask, MARGIN)
+
+
+def test_the_sheet_is_inside_where_the_page_is_and_its_hole_too(camera, sheet):
+    page = np.zeros(camera.shape, bool)
+    page[PAGE] = True
+    assert abs(int(sheet.inside.sum()) - int(page.sum())) < OUTLINE * 2 * (100 + 120)
+    assert sheet.inside[on_grid(page)].mean() > 0.99
+    hole = np.zeros(camera.shape, bool)
+    hole[HOLE] = True
+    assert sheet.inside[on_grid(hole)].all()
+    assert not sheet.measured[on_grid(hole)].any()
+
+
+def test_points_lie_on_the_plane_in_the_hole_as_elsewhere(sheet):
+    nodes = np.argwhere(sheet.inside)[::11].astype(float)
+    normal = np.array(TILT)
+    distance = (sheet.points(nodes) @ normal + 921.5 * normal[2]) / np.linalg.norm(normal)
+    assert np.abs(distance).max() < EXACT_MM
+
+
+def test_texture_positions_are_continued_into_the_hole(sheet):
+    rows, cols = np.nonzero(sheet.inside)
+    wanted = np.stack([cols, rows], axis=1) - MARGIN  # the camera here has one texture pixel for each sample
+    np.testing.assert_allclose(sheet.pixels[rows, cols], wanted, atol=TEXTURE_PX)
+
+
+def test_the_scan_that_came_in_is_not_changed(scan):
+    before = scan.points.copy()
+    prepare(scan)
+    np.testing.assert_array_equal(scan.points, before)
+
+
+def test_a_scan_in_metres_is_refused_with_the_unit_to_give(scan):
+    with pytest.raises(BadInput, match="mm") as refused:
+        prepare(replace(scan, points=scan.points / 1000.0))
+    assert "millimetres" in refused.value.hint
+
+
+def test_a_scan_with_nothing_measured_has_not_enough_surface(scan):
+    with pytest.raises(NotEnoughSurface):
+        prepare(replace(scan, points=np.full_like(scan.points, np.nan)))
+
+
+def test_a_small_mesh_stays_a_mesh_with_its_doubled_vertices_joined():
+    corners = np.array([[0.0, 0, 0], [60, 0, 0], [60, 60, 0], [0, 0, 0], [60, 60, 0], [0, 60, 0]])
+    prepared = prepare(SurfaceMesh(corners, np.array([[0, 1, 2], [3, 4, 5]])))
+    assert isinstance(prepared, SurfaceMesh)
+    assert (len(prepared.vertices), len(prepared.faces)) == (4, 2)
