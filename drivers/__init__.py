@@ -24,6 +24,12 @@ def open_scanner(config: Mapping[str, Any]) -> Scanner:
     """Open the scanner that the table `[scanner]` of a station configuration names.
 
     Raises SettingsError when the driver or one of its settings is not known.
+
+    >>> scene = {"sheet": "curl", "artwork": "text", "page_mm": [200, 150]}
+    >>> with open_scanner({"driver": "simulated", "scene": scene}) as scanner:
+    ...     scan = scanner.capture(CaptureSettings(mode="fast", distance_mm=900))
+    >>> scan.points.shape
+    (200, 320, 3)
     """
     name = config.get("driver")
     if name not in DRIVERS:

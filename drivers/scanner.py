@@ -58,6 +58,13 @@ class CaptureSettings:
     gain         CCD gain, 0 to 7; None lets the scanner choose.
     average      shots to take of the same and average, 1 to 64: noise falls as 1/√average.
     multi_depth  take further shots focused nearer and farther where the page exceeds the depth window.
+
+    >>> CaptureSettings(distance_mm=900).mode
+    'fine'
+    >>> CaptureSettings(distance_mm=90)
+    Traceback (most recent call last):
+        ...
+    drivers.scanner.SettingsError: distance_mm = 90 is out of range
     """
 
     mode: Literal["fine", "fast"] = "fine"

@@ -42,6 +42,14 @@ def flatten(
     on_step(step, positions (n, 3) mm, faces (m, 3)) is called after each time step.
     Raises BadInput for an unknown method, a broken mesh or lengths that are not one for each edge, NotEnoughSurface for
     a mesh without area or without a border.
+
+    A square of 10 mm, folded over its diagonal:
+
+    >>> import numpy as np
+    >>> corners = np.array([[0, 0, 0], [10, 0, 0], [5, 5, 50**0.5], [0, 10, 0]], float)
+    >>> page = flatten(SurfaceMesh(corners, np.array([[0, 1, 3], [1, 2, 3]])))
+    >>> page.flat.shape, round(float(np.linalg.norm(page.flat[0] - page.flat[2])), 3)
+    ((4, 2), 14.142)
     """
     if lengths is not None or method not in METHODS or len(mesh.vertices) < MIN_VERTICES:
         return flatten_points(mesh, method, lengths=lengths, on_step=on_step)

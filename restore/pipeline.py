@@ -51,6 +51,12 @@ def restore(
     progress(stage, fraction done) is called at the start and end of each stage;
     on_step(step, positions (n, 3) mm, faces (m, 3)) after every time step of the flattening.
     Raises NotEnoughSurface when there is no page in the scan, BadInput when the scan cannot be used.
+
+    >>> from drivers.simulated import Curl, shoot
+    >>> scan, truth = shoot(Curl(), mode="fast", page_mm=(200.0, 150.0))
+    >>> page = restore(scan, Settings(points=300, dpi=100))
+    >>> page.image.dtype, [round(side, -1) for side in page.report["page_mm"]]
+    (dtype('uint8'), [200.0, 150.0])
     """
     settings = settings or Settings()
     clock = Stopwatch(progress)

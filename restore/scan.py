@@ -27,6 +27,10 @@ class RangeScan:
     texture     (h, w, 3) uint8 RGB, or None for a scan without colour.
     texture_xy  (rows, cols, 2) float64, position of each sample in the texture, in pixels.
     provenance  facts about the shot: device, lens, distance_mm, mode, settings, time, … (JSON values only).
+
+    >>> points = np.array([[[0.0, 0.0, -900.0], [np.nan, np.nan, np.nan]]])
+    >>> RangeScan(points, None, np.zeros((1, 2, 2))).measured
+    array([[ True, False]])
     """
 
     points: Floats

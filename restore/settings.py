@@ -10,7 +10,15 @@ MIN_POINTS = 50  # a page of fewer has no interior points
 
 
 class Settings(BaseModel):
-    """How to restore a page."""
+    """How to restore a page.
+
+    >>> Settings(dpi=300).points
+    1000
+    >>> Settings(points=10)
+    Traceback (most recent call last):
+        ...
+    pydantic_core._pydantic_core.ValidationError: ...
+    """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

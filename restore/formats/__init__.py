@@ -45,6 +45,15 @@ def load_scan(path: Path | str, texture: Path | str | None = None) -> RangeScan 
     texture  a picture to use instead of the file's own. Without it a file that names none takes the picture beside it
              that is called like it.
     Raises BadInput for whatever is wrong with them.
+
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     path = Path(folder) / "square.obj"
+    ...     lines = ["v 0 0 0", "v 10 0 0", "v 10 10 0", "v 0 10 0", "f 1 2 3", "f 1 3 4"]
+    ...     _ = path.write_text("\\n".join(lines))
+    ...     mesh = load_scan(path)
+    >>> mesh.vertices.shape, mesh.faces.tolist()
+    ((4, 3), [[0, 1, 2], [0, 2, 3]])
     """
     path = Path(path)
     given = None if texture is None else read_picture(Path(texture))
