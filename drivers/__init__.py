@@ -29,7 +29,7 @@ def open_scanner(config: Mapping[str, Any]) -> Scanner:
     >>> with open_scanner({"driver": "simulated", "scene": scene}) as scanner:
     ...     scan = scanner.capture(CaptureSettings(mode="fast", distance_mm=900))
     >>> scan.points.shape
-    (200, 320, 3)
+    (240, 320, 3)
     """
     name = config.get("driver")
     if name not in DRIVERS:

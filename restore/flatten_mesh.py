@@ -45,7 +45,6 @@ def flatten(
 
     A square of 10 mm, folded over its diagonal:
 
-    >>> import numpy as np
     >>> corners = np.array([[0, 0, 0], [10, 0, 0], [5, 5, 50**0.5], [0, 10, 0]], float)
     >>> page = flatten(SurfaceMesh(corners, np.array([[0, 1, 3], [1, 2, 3]])))
     >>> page.flat.shape, round(float(np.linalg.norm(page.flat[0] - page.flat[2])), 3)

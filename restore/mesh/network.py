@@ -54,7 +54,6 @@ class Piece:
 def edges_of(faces: Ints) -> Ints:
     """(e, 2): each edge of faces (m, 3) once, the smaller vertex first, in ascending order.
 
-    >>> import numpy as np
     >>> edges_of(np.array([[0, 1, 2], [0, 2, 3]])).tolist()
     [[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]]
     """

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from restore.shading.horizon_map import AZIMUTHS, NOWHERE, horizon_map, in_sight, spread
+from restore.shading.horizon_map import AZIMUTHS, NOWHERE, fill_nearest, horizon_map, in_sight
 from restore.shading.relief import Relief
 
 HALF_MM = 100.0  # of the square page
@@ -90,7 +90,7 @@ def test_the_bottom_of_a_valley_gets_less_light_than_its_rim(valley):
 def test_unknown_places_take_a_nearest_known_value(bits):
     known = np.array([bits >> k & 1 for k in range(20)], bool).reshape(4, 5)
     field = np.arange(20.0).reshape(4, 5)
-    filled = spread(field, known)
+    filled = fill_nearest(field, known)
     if not known.any():
         assert (filled == 1).all()
         return

@@ -2,7 +2,7 @@
 
 import pytest
 
-from drivers.simulated.log import Beam, Log
+from drivers.simulated.event_log import Beam, Log
 
 
 class Clock:
@@ -33,21 +33,21 @@ def test_events_have_their_time_and_are_found_by_name(log, clock):
 
 @pytest.mark.parametrize(("now", "on"), [(0.9, False), (1.0, True), (2.9, True), (3.0, False)])
 def test_the_laser_is_on_from_the_start_of_a_beam_until_before_its_end(log, clock, now, on):
-    log.burn(1.0, 2.0, 40)
+    log.laser_on(1.0, 2.0, 40)
     clock.now = now
     assert log.laser_is_on is on
 
 
 def test_no_power_is_no_beam(log):
-    log.burn(0.0, 5.0, 0)
+    log.laser_on(0.0, 5.0, 0)
     assert (log.beams, log.laser_is_on) == ([], False)
 
 
 def test_cutting_off_shortens_the_beam_that_is_on_and_drops_the_one_to_come(log, clock):
-    log.burn(0.0, 1.0, 9)
-    log.burn(2.0, 2.0, 9)
-    log.burn(6.0, 1.0, 9)
+    log.laser_on(0.0, 1.0, 9)
+    log.laser_on(2.0, 2.0, 9)
+    log.laser_on(6.0, 1.0, 9)
     clock.now = 3.0
-    log.cut_off()
+    log.laser_off()
     assert not log.laser_is_on
     assert log.beams == [Beam(0.0, 1.0, 9), Beam(2.0, 3.0, 9)]
