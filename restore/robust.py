@@ -15,7 +15,7 @@ MAD_TO_SIGMA = 1.4826
 
 
 def robust_sigma(residuals: NDArray[Any]) -> float:
-    """The standard deviation of residuals about 0, in their unit, of which up to half may be outliers."""
+    """The standard deviation of residuals (…) about 0, in their unit, of which up to half may be outliers."""
     return MAD_TO_SIGMA * float(np.median(np.abs(residuals)))
 
 

@@ -20,12 +20,12 @@ GRAIN_MM = 7.0  # from one growth ring to the next on a plain-sawn board
 
 
 def linear(codes: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Linear light, 0 to 1, of sRGB codes between 0 and 255."""
+    """(…) linear light, 0 to 1, of sRGB codes (…) between 0 and 255."""
     return np.interp(codes, np.arange(256), LINEAR).astype(np.float32)
 
 
 def srgb(light: NDArray[np.float32]) -> NDArray[np.float32]:
-    """sRGB codes, 0 to 255 and not rounded, of linear light."""
+    """(…) sRGB codes, 0 to 255 and not rounded, of linear light (…)."""
     light = np.clip(light, 0, 1)
     return np.asarray(np.where(light <= 0.0031308, light * 12.92, 1.055 * light ** (1 / 2.4) - 0.055) * 255)
 

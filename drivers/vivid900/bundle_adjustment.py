@@ -75,9 +75,11 @@ class Bundle:
     start: Calibration
 
     def body(self, unknowns: Floats) -> Calibration:
+        """The calibration at unknowns (m,)."""
         return calibration_of_unknowns(unknowns[: len(PRIOR)], self.start)
 
     def initial_guess(self) -> Floats:
+        """(m,) unknowns of the start: its calibration, then the pose of the board in each shot."""
         return np.concatenate(
             [unknowns_of_calibration(self.start), *(_initial_pose(shot, self.start) for shot in self.shots)]
         )
@@ -123,6 +125,7 @@ class Bundle:
 
 
 def unknowns_of_calibration(body: Calibration) -> Floats:
+    """(13,) the values of a calibration in the order of PRIOR."""
     return np.array(
         [body.baseline_mm, body.focal_px, *body.centre_px, body.pupil_mm]
         + [*body.distortion, *body.plane, body.tilt, body.bow]
@@ -130,6 +133,7 @@ def unknowns_of_calibration(body: Calibration) -> Floats:
 
 
 def calibration_of_unknowns(unknowns: Floats, like: Calibration) -> Calibration:
+    """The calibration with the values (13,) in the order of PRIOR, the rest as in another one."""
     baseline, focal, x, y, pupil, k1, k2, p0, p1, p2, p3, tilt, bow = map(float, unknowns)
     return replace(
         like,

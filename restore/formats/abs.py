@@ -29,7 +29,10 @@ GZIP_MAGIC = b"\x1f\x8b"
 
 
 def read_abs(path: Path, texture: Bytes | None = None) -> RangeScan:
-    """Read a range image with its texture, else the picture beside it; both show the same view. Raises BadInput."""
+    """Read a range image with its texture (h, w, 3), else the picture beside it; both show the same view.
+
+    Raises BadInput.
+    """
     data = read_bytes(path)
     rows, cols, first = _header(path, _unpack(path, data, MAX_HEADER_BYTES, whole=False))
     text = _unpack(path, data, first + rows * cols * MAX_SAMPLE_BYTES)[first:]

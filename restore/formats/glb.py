@@ -109,7 +109,7 @@ class Layout(BaseModel):
 
 
 def read_glb(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
-    """Read a mesh with its embedded picture, which `texture` replaces. Raises BadInput."""
+    """Read a mesh with its embedded picture, which `texture` (h, w, 3) replaces. Raises BadInput."""
     data = read_bytes(path)
     header, binary = _chunks(path, data)
     layout = _layout(path, header, len(binary))

@@ -116,7 +116,7 @@ def texture_pixels(uv: Floats, texture: Bytes) -> Floats:
 
 
 def texture_uv(texcoords: Floats, texture: Bytes) -> Floats:
-    """The inverse of `texture_pixels`."""
+    """(n, 2) texture coordinates (u, v) of texture pixels (n, 2) of a picture (h, w, 3); see `texture_pixels`."""
     height, width = texture.shape[:2]
     return np.column_stack([(texcoords[:, 0] + 0.5) / width, 1.0 - (texcoords[:, 1] + 0.5) / height])
 

@@ -22,7 +22,10 @@ UNUSED_TAIL = 0.01  # of the vertices: a file that is cut between two faces neve
 
 
 def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
-    """Read a mesh with texture coordinates; `texture` replaces the picture of its material. Raises BadInput."""
+    """Read a mesh with texture coordinates; `texture` (h, w, 3) replaces the picture of its material.
+
+    Raises BadInput.
+    """
     data = read_bytes(path)
     text = parse_obj(path, data)
     starts = np.cumsum(text.sizes) - text.sizes

@@ -56,6 +56,9 @@ def encode_png(picture: Bytes) -> bytes:
 
 
 def picture_beside(path: Path) -> Bytes | None:
-    """The picture in the same folder that is called like the scan, if there is one. Raises BadInput when damaged."""
+    """The picture (h, w, 3) in the same folder that is called like the scan, if there is one.
+
+    Raises BadInput when it is damaged.
+    """
     names = (path.with_name(scan_stem(path) + suffix) for suffix in SUFFIXES)
     return next((read_picture(name) for name in names if is_file(name)), None)

@@ -21,7 +21,10 @@ _PICTURE = re.compile(rb"^comment[ \t]+TextureFile[ \t]+(.*?)[ \t]*\r?$", re.MUL
 
 
 def read_ply(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
-    """Read a mesh, its texture coordinates or its colours; `texture` replaces its picture. Raises BadInput."""
+    """Read a mesh, its texture coordinates or its colours; `texture` (h, w, 3) replaces its picture.
+
+    Raises BadInput.
+    """
     data = read_bytes(path)
     header = _header(path, data)
     arrays = parse(path, data, "ply", skip_materials=True)

@@ -11,7 +11,7 @@ from restore.scan import Bytes, SurfaceMesh
 
 
 def read_stl(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
-    """Read the triangles and join corners at the same place to one vertex. Raises BadInput."""
+    """Read the triangles and join corners at the same place to one vertex; `texture` (h, w, 3). Raises BadInput."""
     arrays = parse(path, read_bytes(path), "stl")
     mesh = surface(path, arrays.vertices, arrays.faces)  # checked before the vertices are compared
     from trimesh.grouping import unique_rows

@@ -26,7 +26,7 @@ _FILE_NAME = re.compile(rb'\bfilename\s+"([^"]*)"')
 
 
 def read_vrml(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
-    """Read the indexed face sets of a file; `texture` replaces the picture that it names. Raises BadInput."""
+    """Read the indexed face sets of a file; `texture` (h, w, 3) replaces the picture that it names. Raises BadInput."""
     data = read_bytes(path)
     if not data.startswith(HEADER):
         raise BadInput(f"{path} is not VRML 1.0 text", "export the scan as VRML 1.0, OBJ or PLY")

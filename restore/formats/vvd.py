@@ -26,7 +26,10 @@ CORNERS = (3, 4)
 
 
 def read_vvd(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
-    """Read the vertices and faces of an element file. Raises BadInput, also for variants not known yet."""
+    """Read the vertices and faces of an element file; `texture` (h, w, 3).
+
+    Raises BadInput, also for variants not known yet.
+    """
     data = read_bytes(path)
     if not data.startswith(MAGIC):
         raise BadInput(f"{path} is no element file: it must begin with {MAGIC.decode()}", DAMAGED)

@@ -99,7 +99,10 @@ def signed_areas(flat: Floats, faces: Ints) -> Floats:
 
 @numba.njit(cache=True)
 def flipped_faces(flat: Floats, faces: Ints) -> int:
-    """The number of inverted faces: those of the orientation with less area. A face without area is not inverted."""
+    """The number of inverted faces (m, 3) over flat (n, 2): those of the orientation with less area.
+
+    A face without area is not inverted.
+    """
     areas = signed_areas(flat, faces)
     return int((areas < 0.0).sum() if areas.sum() >= 0.0 else (areas > 0.0).sum())
 

@@ -39,6 +39,7 @@ class Network:
 
     @property
     def edges(self) -> Ints:
+        """(e, 2) edges, the smaller vertex first."""
         return self.sides.edges
 
 

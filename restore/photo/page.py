@@ -29,7 +29,7 @@ class Registered:
 
 
 def register_photographs(page: FlatMesh, photos: Sequence[Photograph | Bytes]) -> list[Registered]:
-    """Register every photograph to the colour image of a flat page's surface.
+    """Register every photograph, (h, w, 3) where it is an array, to the colour image of a flat page's surface.
 
     Raises BadInput for an array that is no picture.
     """

@@ -49,7 +49,7 @@ class Lines:
     pitch: float
 
     def number(self, tangents: Floats) -> Floats:
-        """Line numbers of tangents, with fractions."""
+        """(n,) line numbers of tangents (n,), with fractions."""
         return (tangents - self.first) / self.pitch
 
 

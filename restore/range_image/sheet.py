@@ -63,7 +63,10 @@ class Sheet:
 
 
 def make_sheet(rays: Rays, facets: Facets, samples: Mask, inside: Mask, pixels: Floats, scan: RangeScan) -> Sheet:
-    """A sheet from its facets, extrapolated over the rest of the grid from the nearest facet."""
+    """A sheet from its facets, extrapolated over the rest of the grid from the nearest facet.
+
+    samples and inside (rows, cols), pixels (rows, cols, 2): as in Sheet.
+    """
     known = inside & np.isfinite(facets.value)
     rows, cols = distance_transform_edt(~known, return_distances=False, return_indices=True)
     own_rows, own_cols = np.indices(known.shape)

@@ -45,7 +45,7 @@ def side_by_side(panels: Sequence[Panel]) -> Bytes:
 
 
 def blank(height: int, width: int) -> Bytes:
-    """An empty picture."""
+    """An empty picture (height, width, 3)."""
     return np.full((height, width, 3), GROUND, np.uint8)
 
 
@@ -59,7 +59,7 @@ def write(
 
 
 def fit(picture: Bytes, *, height: int, width: int) -> Bytes:
-    """The picture scaled, in proportion, to fit into height × width pixels."""
+    """The picture (h, w, 3) scaled, in proportion, to fit into height × width pixels."""
     scale = min(height / picture.shape[0], width / picture.shape[1])
     size = max(1, round(picture.shape[1] * scale)), max(1, round(picture.shape[0] * scale))
     scaled: Bytes = cv2.resize(picture, size, interpolation=cv2.INTER_AREA if scale < 1 else cv2.INTER_CUBIC)

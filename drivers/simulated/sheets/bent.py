@@ -73,11 +73,11 @@ class Flat(Bent):
     name: ClassVar[str] = "flat"
 
     def slope(self, s: Floats, page_mm: PageSize) -> Floats:  # noqa: ARG002 (the same on every page)
-        """Zero everywhere."""
+        """(…) rad: zero everywhere."""
         return np.zeros_like(s)
 
     def mesh(self, page_mm: PageSize) -> tuple[Floats, Ints]:
-        """Two triangles."""
+        """Vertices (4, 2) mm and faces (2, 3): two triangles."""
         return corners(page_mm), np.array([[0, 1, 2], [0, 2, 3]])
 
 
@@ -101,7 +101,7 @@ class Curl(Bent):
     angle_deg: Angle = 0.0
 
     def slope(self, s: Floats, page_mm: PageSize) -> Floats:
-        """Curvature −(1 + taper·s/half) / radius, integrated from the middle."""
+        """(…) rad: curvature −(1 + taper·s/half) / radius, integrated from the middle."""
         half = page_mm[0] / 2
         return -(s + self.taper * s**2 / (2 * half)) / self.radius_mm
 
@@ -119,7 +119,7 @@ class Binding(Bent):
     reach_mm: Annotated[float, Field(ge=8, le=200)] = 30.0
 
     def slope(self, s: Floats, page_mm: PageSize) -> Floats:
-        """Slope at the spine times exp(−distance / reach)."""
+        """(…) rad: slope at the spine times exp(−distance / reach)."""
         return np.radians(self.slope_deg) * np.exp(-(s + page_mm[0] / 2) / self.reach_mm)
 
 
@@ -136,7 +136,7 @@ class Spread(Bent):
     reach_mm: Annotated[float, Field(ge=8, le=200)] = 25.0
 
     def slope(self, s: Floats, page_mm: PageSize) -> Floats:  # noqa: ARG002 (the same on every page)
-        """Rising on both sides of the gutter, exp(−distance / reach)."""
+        """(…) rad: rising on both sides of the gutter, exp(−distance / reach)."""
         return np.sign(s) * np.radians(self.slope_deg) * np.exp(-np.abs(s) / self.reach_mm)
 
 
@@ -151,5 +151,5 @@ class Wave(Bent):
     phase_deg: Angle = 0.0
 
     def slope(self, s: Floats, page_mm: PageSize) -> Floats:  # noqa: ARG002 (the same on every page)
-        """A sine of the length along the paper."""
+        """(…) rad: a sine of the length along the paper."""
         return np.radians(self.slope_deg) * np.sin(2 * np.pi * s / self.wavelength_mm + np.radians(self.phase_deg))

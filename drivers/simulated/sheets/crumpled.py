@@ -42,7 +42,7 @@ class Facet:
         return np.asarray(self.outline @ self.rotation.T + self.shift)
 
     def mirrored(self, plane: Floats) -> Facet:
-        """The facet mirrored at a plane."""
+        """The facet mirrored at a plane (4,): its unit normal and its offset along it."""
         normal = plane[:3]
         mirror = np.eye(3) - 2 * np.outer(normal, normal)
         return Facet(self.outline, mirror @ self.rotation, mirror @ self.shift + 2 * plane[3] * normal)
