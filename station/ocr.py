@@ -14,7 +14,7 @@ from station.precision import Reading, read_characters, read_words
 from station.progress import Progress, silent
 from station.words import find_tesseract, recognise
 
-ENDINGS = (".txt", "-alto.xml", ".pdf")
+ENDINGS = (".txt", "-alto.xml", ".hocr", ".pdf")
 
 
 @dataclass(frozen=True)
@@ -60,8 +60,10 @@ def _read(page: Path, paths: list[Path], printed: str | None, *, language: str, 
     stored = read_page(page)
     with writable(paths[0].parent) as claim:
         words = recognise(stored.image, stored.dpi, name=page.name, language=language)
-        pdf = encode_pdf(stored.image, stored.dpi, words.layer, title=page.stem, profile=stored.profile)
-        files = write_all(zip(paths, (words.text.encode(), words.alto, pdf), strict=True), force=force, claim=claim)
+        pdf = encode_pdf(stored.image, stored.dpi, words, title=page.stem, profile=stored.profile)
+        files = write_all(
+            zip(paths, (words.text.encode(), words.alto, words.hocr, pdf), strict=True), force=force, claim=claim
+        )
     measured = () if printed is None else (read_words(printed, words.text), read_characters(printed, words.text))
     return PageRead(page, tuple(files), len(words.text.split()), *measured)
 

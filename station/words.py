@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 import tempfile
@@ -16,14 +17,39 @@ import cv2
 from restore import Bytes
 from station.errors import StationError, UsageError
 from station.export.png import encode_png
+from station.text_layer import XHTML, Paragraph, paragraphs_of
 
 PACKAGE = "tesseract-ocr"  # of Debian and Ubuntu; Homebrew and Windows installers call it tesseract
 # Tesseract was trained on print at about 300 dpi ("Improving the quality of the output", its manual); coarser pages
-# read worse as they are.
+# read worse as they are, and so does small type.
 READING_DPI = 300
 MOST_ENLARGED = 4.0  # a page of 75 dpi: beyond that there is nothing left to read
-ALTO = "http://www.loc.gov/standards/alto/ns-v3#"
+ALTO = "http://www.loc.gov/standards/alto/ns-v4#"
+SCHEMA = "http://www.loc.gov/standards/alto/v4/alto-4-4.xsd"
+SCHEMA_PLACE = "{http://www.w3.org/2001/XMLSchema-instance}schemaLocation"
+WRITTEN_AS = "http://www.loc.gov/standards/alto/ns-v3#"  # by Tesseract; what it writes of version 3 is valid in 4
 PLACES = ("HPOS", "VPOS", "WIDTH", "HEIGHT")
+
+FORMATS = {"txt": ".txt", "alto": ".xml", "hocr": ".hocr", "pdf": ".pdf"}
+# BCP 47 takes the shortest code of ISO 639; Tesseract's are those of three letters.
+TAGS = {
+    "ces": "cs",
+    "dan": "da",
+    "deu": "de",
+    "ell": "el",
+    "eng": "en",
+    "fra": "fr",
+    "hun": "hu",
+    "ita": "it",
+    "lat": "la",
+    "nld": "nl",
+    "pol": "pl",
+    "por": "pt",
+    "rus": "ru",
+    "spa": "es",
+    "swe": "sv",
+    "ukr": "uk",
+}
 
 Which = Callable[[str], str | None]
 
@@ -37,13 +63,19 @@ class Words:
     """What stands on a page.
 
     text   UTF-8, a line of print a line, paragraphs apart.
-    alto   ALTO 3 (Library of Congress), positions in pixels of the page.
-    layer  PDF of one page of the same size: the words, invisible, each where it stands.
+    alto   ALTO 4.4 (Library of Congress), positions in pixels of the page.
+    hocr   hOCR 1.2, likewise.
+    paragraphs  with their lines and words, in pixels of the page.
+    layer  PDF of one page that holds the font of invisible glyphs.
+    language  of the words, as BCP 47 has it.
     """
 
     text: str
     alto: bytes
+    hocr: bytes
+    paragraphs: tuple[Paragraph, ...]
     layer: bytes
+    language: str
 
 
 def find_tesseract(which: Which = shutil.which) -> Path:
@@ -70,9 +102,16 @@ def recognise(image: Bytes, dpi: float, *, name: str, language: str = "eng", whi
         source, target = Path(folder, "page.png"), Path(folder, "page")
         source.write_bytes(encode_png(enlarged))
         resolution = ("--dpi", str(round(dpi * scale)))
-        _run(tesseract, source, target, "-l", language, *resolution, "-c", "textonly_pdf=1", "txt", "alto", "pdf")
-        text, alto, layer = (target.with_suffix(ending).read_bytes() for ending in (".txt", ".xml", ".pdf"))
-    return Words(text.decode("utf-8").strip("\f\n") + "\n", _alto(alto, scale, name), layer)
+        _run(tesseract, source, target, "-l", language, *resolution, "-c", "textonly_pdf=1", *FORMATS)
+        text, alto, hocr, layer = (target.with_suffix(ending).read_bytes() for ending in FORMATS.values())
+    return Words(
+        text.decode("utf-8").strip("\f\n") + "\n",
+        _alto(alto, scale, name),
+        _hocr(hocr, scale, name, dpi),
+        paragraphs_of(hocr, scale),
+        layer,
+        TAGS.get(language.split("+")[0], language.split("+")[0]),
+    )
 
 
 def check_language(tesseract: Path, language: str) -> None:
@@ -107,12 +146,37 @@ def _run(tesseract: Path, *arguments: Any) -> str:
 def _alto(data: bytes, scale: float, name: str) -> bytes:
     """The ALTO file in pixels of the page itself, and under its name."""
     ElementTree.register_namespace("", ALTO)
-    root = ElementTree.fromstring(data)
+    root = ElementTree.fromstring(data.replace(WRITTEN_AS.encode(), ALTO.encode()))
+    root.set(SCHEMA_PLACE, f"{ALTO} {SCHEMA}")
     for element in root.iter():
         for place in PLACES:
             if place in element.attrib:
                 element.set(place, str(round(float(element.attrib[place]) / scale)))
         if element.tag == f"{{{ALTO}}}fileName":
             element.text = name
+    encoded: bytes = ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True)
+    return encoded
+
+
+def _hocr(data: bytes, scale: float, name: str, dpi: float) -> bytes:
+    """The hOCR file in pixels of the page itself, and under its name."""
+    ElementTree.register_namespace("", XHTML.strip("{}"))
+    root = ElementTree.fromstring(data)
+
+    def placed(match: re.Match[str]) -> str:
+        return " ".join([match[1], *(str(round(float(edge) / scale)) for edge in match[2].split())])
+
+    for element in root.iter():
+        title = element.get("title")
+        if title is None:
+            continue
+        title = re.sub(r"\b(bbox|x_size|x_descenders|x_ascenders)((?: [\d.]+)+)", placed, title)
+        title = re.sub(
+            r"\bbaseline (-?[\d.]+) (-?[\d.]+)", lambda m: f"baseline {m[1]} {float(m[2]) / scale:.1f}", title
+        )
+        if element.get("class") == "ocr_page":
+            title = re.sub(r'image "[^"]*"', lambda _: f'image "{name}"', title)
+            title = re.sub(r"scan_res \d+ \d+", f"scan_res {round(dpi)} {round(dpi)}", title)
+        element.set("title", title)
     encoded: bytes = ElementTree.tostring(root, encoding="UTF-8", xml_declaration=True)
     return encoded

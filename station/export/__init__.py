@@ -67,7 +67,7 @@ def _read(done: Restoration) -> Words:
 
 
 def _pdf(done: Restoration) -> bytes:
-    return encode_pdf(done.page.image, done.page.dpi, _read(done).layer, title=done.stem, profile=done.colours)
+    return encode_pdf(done.page.image, done.page.dpi, _read(done), title=done.stem, profile=done.colours)
 
 
 def _master(done: Restoration) -> bytes:
@@ -97,6 +97,7 @@ OUTPUTS = (
     Output("review", "-review.png", lambda done: encode_png(review(done.page, done.source.texture))),
     Output("ocr", ".txt", lambda done: _read(done).text.encode()),
     Output("ocr", "-alto.xml", lambda done: _read(done).alto),
+    Output("ocr", ".hocr", lambda done: _read(done).hocr),
     Output("ocr", ".pdf", _pdf),
     Output("report", ".json", lambda done: encode_report(done.report).encode()),  # last: its presence tells of the rest
 )

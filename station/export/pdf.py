@@ -15,9 +15,12 @@ from restore import Bytes
 from station.export.icc import srgb_profile
 from station.export.png import encode_png
 from station.export.stamp import software
+from station.text_layer import content_of
 
 if TYPE_CHECKING:
     import pikepdf
+
+    from station.words import Words
 
 POINTS_PER_INCH = 72
 PNG_PREDICTOR = 15  # rows are stored as PNG stores them (ISO 32000-1, table 10)
@@ -25,26 +28,28 @@ PNG_SIGNATURE = 8
 SRGB = "sRGB IEC61966-2.1"
 
 
-def encode_pdf(image: Bytes, dpi: float, layer: bytes, *, title: str, profile: bytes | None = None) -> bytes:
-    """A page (h, w, 3) uint8 RGB as PDF/A-2b; `layer` is the PDF of its words (`station.words.Words.layer`).
+def encode_pdf(image: Bytes, dpi: float, words: Words, *, title: str, profile: bytes | None = None) -> bytes:
+    """A page (h, w, 3) uint8 RGB as PDF/A-2b, tagged: its words in paragraphs, its picture an artifact.
 
     profile: the ICC profile of the picture's colours, sRGB when None.
     """
     import pikepdf
 
     height, width = (pixels / dpi * POINTS_PER_INCH for pixels in image.shape[:2])
-    with pikepdf.open(io.BytesIO(layer)) as pdf:
+    with pikepdf.open(io.BytesIO(words.layer)) as pdf:
         page = pdf.pages[0]
         intent = pdf.make_stream(srgb_profile(), N=3)
         colours = intent if profile is None else pdf.make_stream(profile, N=3)
         page.Resources.XObject = pikepdf.Dictionary(Page=_picture(pdf, image, colours))
-        _, _, across, up = (float(edge) for edge in page.MediaBox)
-        words = page.Contents.read_bytes()
         page.MediaBox = pikepdf.Array([0, 0, round(width, 4), round(height, 4)])
-        draw = (
-            f"q {width:.4f} 0 0 {height:.4f} 0 0 cm /Page Do Q\nq {width / across:.6f} 0 0 {height / up:.6f} 0 0 cm\n"
-        )
-        page.Contents = pdf.make_stream(draw.encode() + words + b"\nQ\n")
+        picture = f"/Artifact BMC\nq {width:.4f} 0 0 {height:.4f} 0 0 cm /Page Do Q\nEMC\n"
+        point = POINTS_PER_INCH / dpi
+        fonts = list(page.Resources.get("/Font", pikepdf.Dictionary()).keys())
+        paragraphs = words.paragraphs if fonts else ()
+        text = content_of(paragraphs, image.shape[0], str(fonts[0]) if fonts else "")
+        draw = f"{picture}q {point:.6f} 0 0 {point:.6f} 0 0 cm\n".encode() + text + b"\nQ\n"
+        page.Contents = pdf.make_stream(draw)
+        _tag(pdf, page, len(paragraphs), words.language)
         _declare(pdf, intent, title)
         out = io.BytesIO()
         pdf.save(out, deterministic_id=True, force_version="1.7")
@@ -69,6 +74,27 @@ def _picture(pdf: pikepdf.Pdf, image: Bytes, colours: pikepdf.Object) -> pikepdf
         DecodeParms=rows,
     )
     return picture
+
+
+def _tag(pdf: pikepdf.Pdf, page: pikepdf.Page, paragraphs: int, language: str) -> None:
+    """Give the marked paragraphs of the only page a structure (ISO 32000-1, 14.7), and name their language."""
+    import pikepdf
+
+    name = pikepdf.Name
+    root = pdf.make_indirect(pikepdf.Dictionary(Type=name.StructTreeRoot))
+    document = pdf.make_indirect(pikepdf.Dictionary(Type=name.StructElem, S=name.Document, P=root))
+    children = [
+        pdf.make_indirect(pikepdf.Dictionary(Type=name.StructElem, S=name.P, P=document, Pg=page.obj, K=number))
+        for number in range(paragraphs)
+    ]
+    document.K = pikepdf.Array(children)
+    root.K = document
+    root.ParentTree = pdf.make_indirect(pikepdf.Dictionary(Nums=pikepdf.Array([0, pikepdf.Array(children)])))
+    root.ParentTreeNextKey = 1
+    page.obj.StructParents = 0
+    pdf.Root.StructTreeRoot = root
+    pdf.Root.MarkInfo = pikepdf.Dictionary(Marked=True)
+    pdf.Root.Lang = pikepdf.String(language)
 
 
 def _declare(pdf: pikepdf.Pdf, intent: pikepdf.Object, title: str) -> None:

@@ -23,19 +23,22 @@ MM_PER_INCH, POINTS_PER_INCH = 25.4, 72.0
 SIZE_MM = 0.001
 
 
+KEYS = {"/Type", "/Parent", "/MediaBox", "/Resources", "/Contents", "/StructParents"}
+
+
 @pytest.fixture(scope="module")
 def image():
     return Text(title_pt=20, sizes_pt=(14.0,), margin_mm=10, seed=2).print_on((110.0, 70.0)).image
 
 
 @pytest.fixture(scope="module")
-def layer(image):
-    return recognise(image, DPI, name="leaf.png").layer
+def words(image):
+    return recognise(image, DPI, name="leaf.png")
 
 
 @pytest.fixture(scope="module")
-def pdf(image, layer):
-    return encode_pdf(image, DPI, layer, title="leaf")
+def pdf(image, words):
+    return encode_pdf(image, DPI, words, title="leaf")
 
 
 def test_no_clause_is_broken(pdf):
@@ -44,7 +47,7 @@ def test_no_clause_is_broken(pdf):
 
 def test_no_clause_is_broken_with_a_profile_a_strange_title_and_no_words(image):
     blank = np.full((300, 200, 3), 240, np.uint8)
-    words = recognise(blank, 100.0, name="blank.png").layer
+    words = recognise(blank, 100.0, name="blank.png")
     made = encode_pdf(blank, 100.0, words, title="Blätter & <Übriges> №1", profile=srgb_profile())
     assert violations(made) == []
 
@@ -52,7 +55,7 @@ def test_no_clause_is_broken_with_a_profile_a_strange_title_and_no_words(image):
 def test_the_page_in_points_is_the_page_in_millimetres(pdf, image):
     with pikepdf.open(io.BytesIO(pdf)) as file:
         box = [float(edge) for edge in file.pages[0].MediaBox]
-        assert set(file.pages[0].keys()) <= {"/Type", "/Parent", "/MediaBox", "/Resources", "/Contents"}
+        assert set(file.pages[0].keys()) <= KEYS
     size = np.array(box[2:]) / POINTS_PER_INCH * MM_PER_INCH
     np.testing.assert_allclose(size, np.array(image.shape[1::-1]) / DPI * MM_PER_INCH, atol=SIZE_MM)
     assert box[:2] == [0, 0]

@@ -96,12 +96,14 @@ def test_what_is_no_profile_is_refused_before_any_work(library, scan_file, tmp_p
 
 def test_the_pdf_shows_its_picture_in_the_colours_of_its_profile(page):
     from station.export.pdf import encode_pdf
+    from station.words import Words
 
     layer = io.BytesIO()
     with pikepdf.new() as pdf:
         pdf.add_blank_page(page_size=(100, 100))
         pdf.save(layer)
-    made = encode_pdf(page.image, 150.0, layer.getvalue(), title="page", profile=OTHER)
+    words = Words("", b"", b"", (), layer.getvalue(), "en")
+    made = encode_pdf(page.image, 150.0, words, title="page", profile=OTHER)
     with pikepdf.open(io.BytesIO(made)) as pdf:
         assert pdf.pages[0].Resources.XObject.Page.ColorSpace[1].read_bytes() == OTHER
         assert pdf.Root.OutputIntents[0].DestOutputProfile.read_bytes() == srgb_profile()

@@ -13,6 +13,7 @@ import numpy as np
 import pikepdf
 import pytest
 import tifffile
+from lxml import etree
 from PIL import Image
 
 from drivers.simulated.artwork import Text
@@ -30,11 +31,20 @@ from station.words import ALTO, ProgramMissing, check_language, find_tesseract, 
 
 needs_tesseract = pytest.mark.skipif(not shutil.which("tesseract"), reason="needs the system package tesseract-ocr")
 
+SCHEMAS = Path(__file__).parents[3] / "shared" / "data" / "schemas"
 PAGE_MM, DPI = (110.0, 70.0), 150
 MM_PER_INCH, POINTS_PER_MM = 25.4, 72 / 25.4
 PLACE_MM = 1.0  # Tesseract's boxes keep off the ink by a pixel or two, and ascenders are not always in them
 HALF_PIXEL_PER_METRE = 0.5 * 0.0254 + 1e-9  # PNG counts whole pixels a metre
 SIZE_POINTS = 0.01  # the file keeps four digits
+
+
+RIGHT = re.compile(r"([\d.]+) Tz 1 0 0 1 ([\d.]+) [\d.]+ Tm <([0-9A-F]+)>")
+
+
+def size_of(content):
+    """Size of the first type in a content stream, in its own units."""
+    return float(re.search(r"/\S+ ([\d.]+) Tf", content)[1])
 
 
 @pytest.fixture(scope="module")
@@ -60,7 +70,7 @@ def words(image):
 
 @pytest.fixture(scope="module")
 def pdf(image, words):
-    return encode_pdf(image, DPI, words.layer, title="leaf")
+    return encode_pdf(image, DPI, words, title="leaf")
 
 
 @pytest.fixture
@@ -93,6 +103,46 @@ def test_alto_tells_where_every_word_stands_on_the_page(words, printed, image):
 
 
 @needs_tesseract
+def test_alto_keeps_to_its_schema(words):
+    class Local(etree.Resolver):
+        def resolve(self, url, public, context):
+            return self.resolve_filename(str(SCHEMAS / "xlink.xsd"), context) if "xlink" in url else None
+
+    if not SCHEMAS.is_dir():
+        pytest.skip("the schemas are not here")
+    parser = etree.XMLParser()
+    parser.resolvers.add(Local())
+    schema = etree.XMLSchema(etree.fromstring((SCHEMAS / "alto-4-4.xsd").read_bytes(), parser))
+    schema.assertValid(etree.fromstring(words.alto))
+    assert not schema.validate(etree.fromstring(words.alto.replace(b"HPOS", b"XPOS")))
+
+
+@needs_tesseract
+def test_hocr_tells_the_same_words_in_pixels_of_the_page(words, printed, image):
+    root = ElementTree.fromstring(words.hocr)
+    page, *_ = (element for element in root.iter() if element.get("class") == "ocr_page")
+    assert f'image "leaf.png"; bbox 0 0 {image.shape[1]} {image.shape[0]}' in page.get("title")
+    found = [element for element in root.iter() if element.get("class") == "ocrx_word"]
+    assert ["".join(element.itertext()) for element in found] == [word.text for word in printed.words]
+    for element, word in zip(found, printed.words, strict=True):
+        left, *_ = (float(edge) for edge in element.get("title").split(";")[0].split()[1:])
+        assert left / DPI * MM_PER_INCH == pytest.approx(word.box[0], abs=PLACE_MM)
+
+
+@needs_tesseract
+def test_every_paragraph_of_the_pdf_is_tagged_and_its_language_named(pdf, words):
+    with pikepdf.open(io.BytesIO(pdf)) as file:
+        assert str(file.Root.Lang) == words.language == "en"
+        assert bool(file.Root.MarkInfo.Marked)
+        elements = list(file.Root.StructTreeRoot.K.K)
+        assert [int(element.K) for element in elements] == list(range(len(words.paragraphs)))
+        assert all(element.S == "/P" and element.Pg.objgen == file.pages[0].obj.objgen for element in elements)
+        content = file.pages[0].Contents.read_bytes().decode()
+        assert content.count("BDC") == len(elements) > 1
+        assert content.count("BDC") + content.count("BMC") == content.count("EMC")
+
+
+@needs_tesseract
 def test_the_pdf_has_the_size_of_the_paper_and_its_picture_without_loss(pdf, image):
     with pikepdf.open(io.BytesIO(pdf)) as file:
         (page,) = file.pages
@@ -103,7 +153,7 @@ def test_the_pdf_has_the_size_of_the_paper_and_its_picture_without_loss(pdf, ima
 
 @needs_tesseract
 def test_the_pdf_keeps_its_true_size_at_any_resolution(image, words):
-    with pikepdf.open(io.BytesIO(encode_pdf(image, 149.37, words.layer, title="leaf"))) as file:
+    with pikepdf.open(io.BytesIO(encode_pdf(image, 149.37, words, title="leaf"))) as file:
         assert float(file.pages[0].MediaBox[2]) == pytest.approx(image.shape[1] / 149.37 * 72, abs=SIZE_POINTS)
 
 
@@ -117,6 +167,11 @@ def test_words_of_the_pdf_are_invisible_and_stand_on_those_of_the_picture(pdf, p
     scale = float(re.search(r"q ([\d.]+) 0 0 [\d.]+ 0 0 cm\n", content.partition("Q\n")[2]).group(1))
     left, base = (scale * float(n) for n in re.search(r"1 0 0 1 ([\d.]+) ([\d.]+) Tm", content).groups())
     first = printed.words[0].box
+    right = RIGHT.search(content)
+    start, end = float(right[2]), float(right[2]) + float(right[1]) / 100 * size_of(content) / 2 * (len(right[3]) / 4)
+    assert scale * start / POINTS_PER_MM == pytest.approx(first[0], abs=PLACE_MM)
+    assert scale * end / POINTS_PER_MM == pytest.approx(first[2], abs=PLACE_MM)
+    assert "  " not in text
     assert left / POINTS_PER_MM == pytest.approx(first[0], abs=PLACE_MM)
     assert base / POINTS_PER_MM == pytest.approx(first[1], abs=PLACE_MM)
 
@@ -145,7 +200,7 @@ def test_a_blank_page_has_no_words():
     blank = np.full((400, 300, 3), 240, np.uint8)
     found = recognise(blank, 100, name="blank.png")
     assert found.text.split() == []
-    assert encode_pdf(blank, 100, found.layer, title="blank").startswith(b"%PDF-1.7")
+    assert encode_pdf(blank, 100, found, title="blank").startswith(b"%PDF-1.7")
 
 
 def test_a_missing_tesseract_is_named_with_its_package():
