@@ -23,6 +23,10 @@ MAX_LASER_POWER = 255
 LASER_MAY_BE_ON = "the laser may be on: switch the scanner off"
 """The note of an error after which the laser could not be confirmed to be off."""
 MAX_GAIN = 7
+CAPTURE_S = (
+    120.0  # deadline of a capture: a FINE shot takes 5 s, three attempts with their longest waits about a minute
+)
+MAX_DEADLINE_S = 3600.0
 MAX_AVERAGE = 64  # four minutes of shots; noise is an eighth by then, and only systematic error remains
 
 
@@ -57,6 +61,7 @@ class CaptureSettings:
     laser_power  1 to 255; None lets the scanner choose.
     gain         CCD gain, 0 to 7; None lets the scanner choose.
     average      shots to take of the same and average, 1 to 64: noise falls as 1/√average.
+    deadline_s   time that the whole capture may take, 1 to 3600; None is CAPTURE_S, or more for many shots.
     multi_depth  take further shots focused nearer and farther where the page exceeds the depth window.
 
     >>> CaptureSettings(distance_mm=900).mode
@@ -73,6 +78,7 @@ class CaptureSettings:
     gain: int | None = None
     average: int = 1
     multi_depth: bool = False
+    deadline_s: float | None = None
 
     def __post_init__(self) -> None:
         if self.mode not in ("fine", "fast"):
@@ -81,6 +87,7 @@ class CaptureSettings:
         _check("laser_power", self.laser_power, 1, MAX_LASER_POWER)
         _check("gain", self.gain, 0, MAX_GAIN)
         _check("average", self.average, 1, MAX_AVERAGE)
+        _check("deadline_s", self.deadline_s, 1, MAX_DEADLINE_S)
 
 
 def _check(name: str, value: float | None, low: float, high: float) -> None:

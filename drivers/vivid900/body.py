@@ -8,8 +8,9 @@ from functools import partial
 
 from drivers.scanner import Progress, ScannerError
 from drivers.vivid900 import commands
+from drivers.vivid900.blocks import Block
 from drivers.vivid900.colour import ColourImage, colour_length, parse_colour
-from drivers.vivid900.commands import Focus, Parameters, ShotMode, Status
+from drivers.vivid900.commands import Command, Focus, Parameters, ShotMode, Status
 from drivers.vivid900.errors import SCAN_AGAIN, BadReply, DeadlineExceeded, Interrupted, NotReady, StillBusy
 from drivers.vivid900.lenses import FAST, FINE, Mode
 from drivers.vivid900.link import Link, pauses
@@ -22,6 +23,7 @@ WARM_UP_S = (10.0, 30.0)  # the self test (manual p. 13)
 SHOT_S = (3.5, 15.0)  # a FINE shot takes 2.5 s, its colours 0.5 s (p. 59), the motor's turn before it a second or two
 FOCUS_S = (1.5, 10.0)
 PARK_ATTEMPTS = 5
+MAX_READINGS = 4  # of a block without a checksum: a status may change once between two of them
 BARRIER = "AF/AE ERROR LASER BARRIER MAY BE CLOSED"
 RANGE_MODES: dict[ShotMode, Mode] = {ShotMode.FINE_COLOUR: FINE, ShotMode.FAST_COLOUR: FAST}
 
@@ -44,7 +46,9 @@ class Body:
 
     def status(self) -> Status:
         """Read the status block."""
-        return commands.parse_status(self.profile, self.link.run(commands.status(self.profile)))
+        return commands.parse_status(
+            self.profile, self._block(self.profile.blocks.status, commands.status(self.profile))
+        )
 
     def wait_ready(self) -> Status:
         """Wait for the end of the self test. Raises BarrierClosed at once, NotReady at the time-out."""
@@ -85,7 +89,7 @@ class Body:
     def shoot(self, parameters: Parameters) -> Shot:
         """Write the parameters, release, wait, and read the images of the shot.
 
-        Raises Interrupted when the scanner has the data of another shot or of none.
+        Raises Interrupted when the scanner has the data of another shot or of none, or was set otherwise meanwhile.
         """
         self.set_parameters(parameters)
         before = self.status().shot
@@ -100,6 +104,9 @@ class Body:
         shot = Shot(pitch, self._colour(mode) if with_colour else None)
         if any(part is not None and part.shot != status.shot for part in (shot.pitch, shot.colour)):
             raise Interrupted("the scanner sent an image of another shot", SCAN_AGAIN)
+        after = self.read_parameters()
+        if (after.distance_mm, after.mode) != (parameters.distance_mm, mode):
+            raise Interrupted("distance or mode was changed at the scanner during the shot", SCAN_AGAIN)
         return shot
 
     def laser_off(self) -> None:
@@ -121,7 +128,25 @@ class Body:
             self.link.sleep(pause)
 
     def _parameter_block(self) -> bytes:
-        return self.link.run(commands.read_parameters(self.profile))
+        return self._block(self.profile.blocks.parameters, commands.read_parameters(self.profile))
+
+    def _block(self, block: Block, command: Command) -> bytes:
+        """Read a block; one without a checksum until two readings in a row are the same. Raises BadReply."""
+        data = self.link.run(command)
+        if block.crc32 is not None:
+            return data
+        for _ in range(MAX_READINGS - 1):
+            before, data = data, self.link.run(command)
+            if data == before:
+                return data
+        raise BadReply(f"{command.name}: the scanner answers differently each time")
+
+    def _image(self, block: Block, read: Callable[[int, int], Command], length: int) -> bytes:
+        """Read an image; one without a checksum twice, where the scanner allows. Raises BadReply when they differ."""
+        data = self.link.read(read, length)
+        if block.crc32 is None and not self.profile.reads_once and self.link.read(read, length) != data:
+            raise BadReply("an image was damaged on its way: read twice, it differs")
+        return data
 
     def _write_block(self, block: bytes) -> None:
         self.link.run(commands.write_parameters(self.profile, block))
@@ -131,11 +156,15 @@ class Body:
 
     def _pitch(self, mode: Mode) -> Pitch:
         read = partial(commands.read_pitch, self.profile)
-        return parse_pitch(self.profile, mode, self.link.read(read, pitch_length(self.profile, mode)))
+        return parse_pitch(
+            self.profile, mode, self._image(self.profile.blocks.pitch, read, pitch_length(self.profile, mode))
+        )
 
     def _colour(self, mode: ShotMode) -> ColourImage:
         read = partial(commands.read_colour, self.profile, mode)
-        return parse_colour(self.profile, mode, self.link.read(read, colour_length(self.profile, mode)))
+        return parse_colour(
+            self.profile, mode, self._image(self.profile.blocks.colour, read, colour_length(self.profile, mode))
+        )
 
     def _wait(self, step: str, done: Callable[[Status], bool], seconds: tuple[float, float]) -> Status:
         """Poll the status until `done`. Raises StillBusy at the time-out, NotReady when it is still warming up."""

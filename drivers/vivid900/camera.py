@@ -13,14 +13,14 @@ from typing import Any, Literal, TypeVar
 
 import numpy as np
 
-from drivers.scanner import LASER_MAY_BE_ON, CaptureSettings, Progress, ScannerError, TransportError
+from drivers.scanner import CAPTURE_S, LASER_MAY_BE_ON, CaptureSettings, Progress, ScannerError, TransportError
 from drivers.vivid900 import merge
-from drivers.vivid900.body import RANGE_MODES, Body, Shot
+from drivers.vivid900.body import RANGE_MODES, SHOT_S, Body, Shot
 from drivers.vivid900.calibration import Calibration
 from drivers.vivid900.colour import Samples
 from drivers.vivid900.commands import Parameters, ShotMode, State, Status
 from drivers.vivid900.device_context import DeviceContext
-from drivers.vivid900.errors import BadReply, Interrupted
+from drivers.vivid900.errors import BadReply, Interrupted, NothingMeasured
 from drivers.vivid900.lenses import LENSES, MODES, texture_grid
 from drivers.vivid900.link import Link
 from drivers.vivid900.parking import run_parked
@@ -99,7 +99,7 @@ class Vivid900(DeviceContext):
         Returns points (rows, cols, 3) mm with texture (480, 640, 3) uint8 RGB. Raises SettingsError, DeviceError or
         TransportError; the laser is off then as well.
         """
-        return self._attempt(lambda body: self._capture(body, settings), progress)
+        return self._attempt(lambda body: self._capture(body, settings), progress, capture_limit_s(settings))
 
     def preview(self, settings: CaptureSettings, progress: Progress = _silent) -> RangeScan:
         """One FAST shot with the focus and exposure that `capture` would choose."""
@@ -112,7 +112,7 @@ class Vivid900(DeviceContext):
         """
         if mode.has_range:
             raise ValueError(f"{mode.name} is not a colour-only mode")
-        return self._attempt(lambda body: _photograph(body, mode), progress)
+        return self._attempt(lambda body: _photograph(body, mode), progress, CAPTURE_S)
 
     def close(self) -> None:
         """Switch the laser off and close the connection. Safe to call twice."""
@@ -133,19 +133,24 @@ class Vivid900(DeviceContext):
             error.add_note(LASER_MAY_BE_ON)
             raise
 
-    def _attempt(self, work: Callable[[Body], Result], progress: Progress) -> Result:
-        """Do the work, repeat it after a reset or a damaged block, and park after each attempt."""
+    def _attempt(self, work: Callable[[Body], Result], progress: Progress, limit_s: float) -> Result:
+        """Do the work, repeat it after a reset or a damaged block, and park after each attempt.
+
+        limit_s  deadline of all attempts together, seconds.
+        """
         if not self._open:
             raise TransportError("the scanner is closed", "open it again")
+        link = self._link.within(limit_s)
+        body = Body(link, self._profile, _with_deadline(progress, link))
         for _ in range(ATTEMPTS - 1):
             with suppress(Interrupted, BadReply):
-                return self._once(work, progress)
-        return self._once(work, progress)
+                return self._once(work, body)
+        return self._once(work, body)
 
-    def _once(self, work: Callable[[Body], Result], progress: Progress) -> Result:
+    def _once(self, work: Callable[[Body], Result], body: Body) -> Result:
         def attempt() -> Result:
-            self._link.clear_attentions()
-            return work(self._body(progress))
+            body.link.clear_attentions()
+            return work(body)
 
         return run_parked(attempt, [self._laser_off, *self._park])
 
@@ -166,6 +171,8 @@ class Vivid900(DeviceContext):
         shots = merge.cover_depths(shoot, first, lens, mode) if settings.multi_depth else [(first, shoot(first))]
         body.progress("scan", 1.0)
         points = merge.merge_depths(shots, calibration, mode)
+        if not np.isfinite(points[..., 2]).any():
+            raise NothingMeasured("the scanner measured nothing", "check distance_mm, laser_power and the page's place")
         noted = self._provenance(settings, parameters, status, calibration, [distance for distance, _ in shots])
         return RangeScan(points, textures[0], texture_grid(mode), noted)
 
@@ -190,8 +197,28 @@ class Vivid900(DeviceContext):
             "laser_power": parameters.laser_power,
             "gain": parameters.gain,
             "average": settings.average,
+            "assurance": self._profile.assurance,
             "time": self._now().isoformat(),
         }
+
+
+def capture_limit_s(settings: CaptureSettings) -> float:
+    """Deadline of a capture, seconds: the settings', or CAPTURE_S, or twice the time of many shots."""
+    if settings.deadline_s is not None:
+        return settings.deadline_s
+    shots = settings.average * (merge.MAX_DEPTHS if settings.multi_depth else 1)
+    return max(CAPTURE_S, 2 * shots * SHOT_S[0])
+
+
+def _with_deadline(progress: Progress, link: Link) -> Progress:
+    """Progress that reports the share of the deadline that is over, beside each step."""
+    start, name = link.clock(), f"at most {link.limit_s:g} s"
+
+    def report(step: str, done: float) -> None:
+        progress(step, done)
+        progress(name, min((link.clock() - start) / link.limit_s, 1.0))
+
+    return report
 
 
 def _average(shots: Sequence[Shot], mode: ShotMode) -> tuple[Floats, Bytes]:

@@ -8,6 +8,7 @@ DeviceError                 a fault of the scanner or of the scene
 │   └── BarrierClosed       the laser barrier covers the laser window
 ├── StillBusy               busy longer than any of its operations takes
 ├── PanelError              the front panel shows a message of the manual's list
+├── NothingMeasured         the shot has not a single range sample
 └── HardwareFault           HARDWARE ERROR, MEDIUM ERROR and other faults of its own
 TransportError              a fault of the connection
 ├── Interrupted             an operation was lost: UNIT ATTENTION, ABORTED COMMAND, data of an earlier shot
@@ -50,6 +51,10 @@ class PanelError(DeviceError):
     def __init__(self, panel: str, message: str, hint: str) -> None:
         super().__init__(message, hint)
         self.panel = panel
+
+
+class NothingMeasured(DeviceError):
+    """Raised when the range image of a capture is empty."""
 
 
 class HardwareFault(DeviceError):

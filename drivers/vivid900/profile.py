@@ -36,6 +36,7 @@ _FIELDS: dict[str, tuple[frozenset[str], frozenset[str]]] = {
     "read_colour": (frozenset({"offset", "length", "kind"}), frozenset({"offset", "length"})),
 }
 
+Assurance = Literal["checksummed", "doubled", "single"]
 _Layout = Annotated[Layout, BeforeValidator(lambda text: Layout.read(text) if isinstance(text, str) else text)]
 _Model = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
@@ -142,6 +143,7 @@ class Profile(BaseModel):
     """All that the driver needs to talk to one kind of scanner.
 
     chunk_bytes  most bytes that one reading command asks for.
+    reads_once   whether an image can be read only once after its shot; matters only for blocks without checksums.
     states       wire value → state; panels: wire value of the status block → text of the panel, 0 is no message.
     lenses       wire value → name of the lens.
     sense        "code/qualifier" of the vendor, in hexadecimal → text of the panel.
@@ -152,6 +154,7 @@ class Profile(BaseModel):
     about: str = ""
     firmware: Firmware
     chunk_bytes: Annotated[int, Field(ge=512, le=1 << 24)] = 32768
+    reads_once: bool = False
     commands: Commands
     blocks: Blocks
     pitch: PitchEncoding
@@ -173,6 +176,14 @@ class Profile(BaseModel):
                 raise ValueError(f"two of {', '.join(table)} have the same value")
         self.panel_by_sense  # noqa: B018 - raises for a code that is none
         return self
+
+    @property
+    def assurance(self) -> Assurance:
+        """How damage in transfer is detected: by checksums, by reading images twice, or not at all."""
+        images = self.blocks.pitch, self.blocks.colour
+        if all(block.crc32 is not None for block in images):
+            return "checksummed"
+        return "single" if self.reads_once else "doubled"
 
     @cached_property
     def panel_by_sense(self) -> dict[tuple[int, int], str]:

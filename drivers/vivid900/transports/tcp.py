@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import errno
+import os
 import socket
+import time
 from contextlib import suppress
 
 from drivers.scanner import TransportError
@@ -42,9 +45,10 @@ class TcpDevice:
             raise TransportError("the connection to the simulated device is closed", "connect again")
         whole = False
         try:
+            until = time.monotonic() + timeout
             end = self._connected(timeout)
             end.sendall(build_request(Request(cdb, data_out, data_in_length)))
-            body = receive(end, frame_length(receive(end, PREFIX.size)))
+            body = receive(end, frame_length(receive(end, PREFIX.size, until=until)), until=until)
             whole = True
         except OSError as error:
             raise TransportError(f"the simulated device does not answer: {error.strerror or error}", HINT) from error
@@ -77,10 +81,18 @@ class TcpDevice:
                 end.close()
 
 
-def receive(end: socket.socket, length: int) -> bytes:
-    """Exactly so many bytes from a socket. Raises TransportError when it ends before, OSError when it fails."""
+def receive(end: socket.socket, length: int, *, until: float | None = None) -> bytes:
+    """Exactly so many bytes from a socket. Raises TransportError when it ends before, OSError when it fails.
+
+    until  time of the monotonic clock by which all must have come, however slowly they drip in.
+    """
     data = bytearray()
     while len(data) < length:
+        if until is not None:
+            left = until - time.monotonic()
+            if left <= 0:
+                raise TimeoutError(errno.ETIMEDOUT, os.strerror(errno.ETIMEDOUT))
+            end.settimeout(left)
         part = end.recv(length - len(data))
         if not part:
             raise TransportError("the other end of the connection has gone", HINT)
