@@ -1,0 +1,1 @@
+"""Random developable sheets, sampled by every sampler that users have, flattened beside ARAP, SLIM and chords."""

@@ -1,0 +1,28 @@
+"""`python -m bench.families [--count 200] [--points 1000 5000] [--seed S]`: fresh sheets, by default of today."""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+
+from bench.families.table import run
+
+COUNT = 200
+POINTS = (1000, 5000)
+
+
+def main(count: int = COUNT, points: tuple[int, ...] = POINTS, seed: int | None = None, *, slim: bool = True) -> None:
+    """Print the table of each size, its seeds from the date of today on when none is given."""
+    seed = seed or int(datetime.date.today().strftime("%Y%m%d")) * 1000
+    for size in points:
+        run(size, count, seed, slim=slim)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=COUNT)
+    parser.add_argument("--points", type=int, nargs="+", default=POINTS)
+    parser.add_argument("--seed", type=int)
+    parser.add_argument("--no-slim", action="store_true", help="leave out SLIM, which takes most of the time")
+    options = parser.parse_args()
+    main(options.count, tuple(options.points), options.seed, slim=not options.no_slim)

@@ -1,0 +1,125 @@
+"""One line for every family and sampler, and what it comes to: position errors and times beside libigl's."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from bench.families.samplers import Sample, random_sample
+from oracles.markers import rigid_residual
+from restore import RestoreError, flatten
+from restore.mesh.measures import straight_lengths
+from restore.mesh.network import edges_of
+from restore.scan import Floats, SurfaceMesh
+
+OURS, EXACT, CHORDS, ARAP, SLIM = "isometric", "exact lengths", "own chords", "ARAP", "SLIM"
+PEERS = (ARAP, SLIM)
+SAME, SAME_MM = 1.05, 0.003  # a page of 280 mm is worse than another by more than 5 % + 3 µm
+PAGE_MM = 280.0
+CONVERGED = 1e-5  # of the page, that exact lengths may leave
+SLOW = {ARAP: (8.0, 3.0), SLIM: (15.0, 5.0)}  # median and least time of a peer over ours that is asked for
+ROUNDS = 2  # of all methods in turn; the least time counts
+ROW = "{:<6}{:<15}{:<20}{:>6}{:>7} " + "{:>10}" * 5 + "{:>9}" * 3
+
+Method = Callable[[SurfaceMesh], Floats]
+
+
+@dataclass(frozen=True)
+class Row:
+    """A mesh: rms mm on a page of 280 mm, by method; least seconds by method."""
+
+    seed: int
+    sample: Sample
+    rms_mm: dict[str, float]
+    seconds: dict[str, float]
+
+    @property
+    def best_peer_mm(self) -> float:
+        """rms mm of the better of ARAP and SLIM."""
+        return min(self.rms_mm[peer] for peer in PEERS if peer in self.rms_mm)
+
+
+def run(points: int, count: int, seed: int, *, slim: bool = True) -> list[Row]:
+    """Print a line for each of `count` meshes of about `points` vertices, of seeds from `seed` on, and the verdicts."""
+    print(f"\n{count} random meshes of about {points} vertices, seeds from {seed}; rms mm scaled to a page of 280 mm")
+    print(
+        ROW.format(
+            "seed", "family", "sampler", "count", "noise", OURS, EXACT, CHORDS, ARAP, SLIM, "ours ms", "×A", "×S"
+        )
+    )
+    rows = []
+    for k in range(seed, seed + count):
+        rows.append(measured(k, points, slim=slim))
+        print(_line(rows[-1]), flush=True)
+    verdicts(rows)
+    return rows
+
+
+def measured(seed: int, points: int, *, slim: bool = True) -> Row:
+    """What every method makes of the mesh of a seed; one that fails is off by infinity."""
+    from bench import libigl
+
+    sample = random_sample(seed, points)
+    edges = edges_of(sample.mesh.faces)
+    truth, chords = straight_lengths(sample.flat, edges), straight_lengths(sample.mesh.vertices, edges)
+    methods: dict[str, Method] = {
+        OURS: lambda mesh: flatten(mesh).flat,
+        EXACT: lambda mesh: flatten(mesh, lengths=truth).flat,
+        CHORDS: lambda mesh: flatten(mesh, lengths=chords).flat,
+        ARAP: libigl.arap,
+        **({SLIM: libigl.slim} if slim else {}),
+    }
+    seconds, error = dict.fromkeys(methods, np.inf), dict.fromkeys(methods, np.inf)
+    to_page = PAGE_MM / float(np.ptp(sample.flat, axis=0).max())
+    for _ in range(ROUNDS):
+        for name, method in methods.items():
+            start = time.perf_counter()
+            try:
+                flat = method(sample.mesh)
+            except (RestoreError, RuntimeError):
+                continue
+            seconds[name] = min(seconds[name], time.perf_counter() - start)
+            rest, _ = rigid_residual(flat, sample.flat) if np.isfinite(flat).all() else (np.full((1, 2), np.inf), 0)
+            error[name] = to_page * float(np.sqrt((rest**2).sum(axis=1).mean()))
+    return Row(seed, sample, error, seconds)
+
+
+def _line(row: Row) -> str:
+    errors = (f"{row.rms_mm[name]:.4f}" if name in row.rms_mm else "" for name in (OURS, EXACT, CHORDS, ARAP, SLIM))
+    ours = row.seconds[OURS]
+    ratios = (f"{row.seconds[name] / ours:.1f}" if name in row.seconds else "" for name in PEERS)
+    sample = row.sample
+    head = row.seed, sample.family, sample.sampler, len(sample.flat), f"{sample.noise_mm:.2f}"
+    return ROW.format(*head, *errors, f"{1e3 * ours:.1f}", *ratios)
+
+
+def verdicts(rows: list[Row]) -> None:
+    """Print how many meshes are worse than the best peer and than chords, and the ratios of the times."""
+    ours = np.array([row.rms_mm[OURS] for row in rows])
+    for name, bound in (
+        ("the best of ARAP and SLIM", np.array([row.best_peer_mm for row in rows])),
+        ("its own chords", np.array([row.rms_mm[CHORDS] for row in rows])),
+    ):
+        worse = ours > SAME * bound + SAME_MM
+        print(f"worse than {name} by more than 5 % + 3 µm: {worse.sum()} of {len(rows)} ({worse.mean():.1%})")
+    names = [name for name in (OURS, CHORDS, *PEERS) if name in rows[0].rms_mm]
+    print("median / worst rms mm: " + ", ".join(f"{n} {_median_worst([r.rms_mm[n] for r in rows])}" for n in names))
+    exact = np.array([row.rms_mm[EXACT] for row in rows]) / PAGE_MM
+    print(f"exact lengths leave more than {CONVERGED:.0e} of the page on {(exact > CONVERGED).sum()} of {len(rows)}")
+    for peer, (median, least) in SLOW.items():
+        if peer in rows[0].seconds:
+            ratios = [row.seconds[peer] / row.seconds[OURS] for row in rows]
+            print(
+                f"time of {peer} over ours: median {statistics.median(ratios):.1f} (asked {median:.0f}), "
+                f"least {min(ratios):.1f} (asked {least:.0f})"
+            )
+    taken = [row.seconds[OURS] for row in rows]
+    print(f"slowest over median: {max(taken) / statistics.median(taken):.1f} (asked 3)")
+
+
+def _median_worst(errors: list[float]) -> str:
+    return f"{statistics.median(errors):.3f} / {max(errors):.2f}"
