@@ -1,8 +1,7 @@
 """The tables of the paper (Zhang, Zhang & Tan, TPAMI 2008, §4.2), run again: sticks against springs, and what helps.
 
-Both are measured as particle systems of which every particle falls on the table. `flatten_sticks` lets few fall for
-many, and may start from the conformal map instead: it stands in a column of its own, as it would hide what diverges and
-folds.
+Both are measured as particle systems of which every particle falls on the table; the sticks end with Gauss–Newton in
+the plane. The default method, `isometric`, stands in a column of its own.
 """
 
 from __future__ import annotations
@@ -23,8 +22,10 @@ from oracles.exact import ExactSheet, exact_sheet
 from oracles.markers import rigid_residual
 from restore.errors import BadInput
 from restore.flattening import springs, sticks
+from restore.flattening.isometric import flatten_isometric
+from restore.flattening.solution import Solution
 from restore.flattening.springs import flatten_springs
-from restore.flattening.sticks import fall, flatten_from, flatten_sticks
+from restore.flattening.sticks import flatten_sticks
 from restore.mesh.measures import edge_strain, flipped_faces
 from restore.mesh.network import Network
 from restore.mesh.pose import Laid
@@ -58,7 +59,7 @@ FIG_3_4: dict[str, tuple[Sheet, int]] = {
 
 AT_REST: dict[ModuleType, dict[str, float]] = {sticks: {"LANDED": 0.0}}  # the sticks stop before, as soon as they may
 
-Solver = Callable[..., tuple[Floats, int]]
+Solver = Callable[..., Solution]
 
 
 @dataclass(frozen=True)
@@ -80,21 +81,16 @@ def main() -> None:
     figs_3_4()
 
 
-def fall_as_sticks(laid: Laid, network: Network, follow: Callable[[int, Floats], None] | None) -> tuple[Floats, int]:
-    """The sticks as the paper runs them: all particles fall, whatever comes of it."""
-    return flatten_from(fall, None, laid, network, follow)
-
-
 def table_2() -> None:
     """Seconds for the bending set-up, flattening and both together, beside the paper's."""
     print("Table 2: seconds on one core, in brackets the paper's (Pentium III, 996 MHz); medians of", REPEATS)
     row = "{:<14}{:>6} {:>15} {:>15} {:>15} {:>16} {:>11} {:>10} {:>10} {:>20}"
     timed = ("bending", "flattening", "total", "springs, total", "ratio")
-    print(row.format("sheet", "points", *timed, "mm", "springs mm", "flatten_sticks s, mm"))
+    print(row.format("sheet", "points", *timed, "mm", "springs mm", "isometric s, mm"))
     for name, (sheet, points, paper) in TABLE_2.items():
         warped = exact_sheet(sheet, points, seed=SEED)
         laid, network = warped.laid(), warped.network()
-        solvers = (fall_as_sticks, flatten_springs, flatten_sticks)
+        solvers = (flatten_sticks, flatten_springs, flatten_isometric)
         ours, theirs, shipped = (outcome(solver, warped, laid, network) for solver in solvers)
         runs = [partial(solver, laid, network, None) for solver in solvers]
         bending, falling, springing, whole = in_turns(warped.network, *runs)
@@ -109,8 +105,8 @@ def fig_7() -> None:
     """A multi-folded page of 999 points: time, overlaps, largest stable time step."""
     warped = exact_sheet(MultiFold(), FIG_7_POINTS, seed=SEED)
     methods: dict[str, tuple[Solver, ModuleType, dict[str, float], str, str]] = {
-        "sticks": (fall_as_sticks, sticks, {}, "3.13", "0.32"),
-        "sticks, drag 0.05": (fall_as_sticks, sticks, {"DRAG": PAPER_DRAG}, "3.13", "0.32"),
+        "sticks": (flatten_sticks, sticks, {}, "3.13", "0.32"),
+        "sticks, drag 0.05": (flatten_sticks, sticks, {"DRAG": PAPER_DRAG}, "3.13", "0.32"),
         "springs": (flatten_springs, springs, {}, "about 50", "0.02"),
     }
     print(f"\nFig. 7: multi-fold, {FIG_7_POINTS} points; in brackets the paper's figures")
@@ -138,7 +134,7 @@ def figs_3_4() -> None:
         warped = exact_sheet(sheet, points, seed=SEED)
         laid, network = warped.laid(), warped.network()
         loose = replace(network, hinges=network.hinges[:0], spans=network.spans[:0])
-        solvers = [with_constants(fall_as_sticks, sticks, DRAG=drag) for drag in drags.values()] + [flatten_springs]
+        solvers = [with_constants(flatten_sticks, sticks, DRAG=drag) for drag in drags.values()] + [flatten_springs]
         for hinges, joined in (("with", network), ("without", loose)):
             found = [outcome(solver, warped, laid, joined) for solver in solvers]
             print(row.format(name, hinges, *(f"{f.flips} → {f.end_flips} ({f.rms_mm:.3f})" for f in found)), flush=True)
@@ -151,7 +147,7 @@ def with_constants(solver: Solver, module: ModuleType, **constants: float) -> So
 
     values: dict[str, Any] = dict(constants)
 
-    def changed(*arguments: Any) -> tuple[Floats, int]:
+    def changed(*arguments: Any) -> Solution:
         with mock.patch.multiple(module, **values):
             return solver(*arguments)
 
@@ -191,7 +187,7 @@ def outcome(solver: Solver, warped: ExactSheet, laid: Laid, network: Network) ->
 
     start = time.perf_counter()
     try:
-        flat, steps = solver(laid, network, follow)
+        flat, steps, *_ = solver(laid, network, follow)
     except BadInput:
         return Outcome(np.nan, 0, np.inf, len(network.faces), len(network.faces), np.inf)
     seconds = time.perf_counter() - start

@@ -32,7 +32,7 @@ def main() -> None:
     for name, (sheet, points, _) in TABLE_2.items():
         warped = exact_sheet(sheet, points, seed=SEED)
         laid, network = warped.laid(), warped.network()
-        flat, _ = flatten_sticks(laid, network)
+        flat = flatten_sticks(laid, network).flat
         wanted = _rms(flat, network.edges, network.lengths)
         seen: list[float] = []
 

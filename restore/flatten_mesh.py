@@ -7,10 +7,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from restore.flattening.finish import finish
 from restore.flattening.layout import lay_out
 from restore.flattening.methods import METHODS, OnStep, flatten_points
-from restore.flattening.unfold import untangle
+from restore.flattening.repair import least_strain_page, uninverted
 from restore.mesh.clean import select
 from restore.mesh.decimate import patch_and_smooth
 from restore.mesh.jets import rings_of
@@ -31,7 +30,7 @@ CLEAN = 0.002  # of the mean edge: noise that no scanner is without
 
 
 def flatten(
-    mesh: SurfaceMesh, method: str = "sticks", *, lengths: Floats | None = None, on_step: OnStep | None = None
+    mesh: SurfaceMesh, method: str = "isometric", *, lengths: Floats | None = None, on_step: OnStep | None = None
 ) -> FlatMesh:
     """Unroll a mesh into the plane, every edge as near to its length on the surface as can be.
 
@@ -89,9 +88,9 @@ def _over_grid(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMe
     lengths = sheet.lengths(nodes, edges)
     if _clean(mesh, edges, lengths):  # then its vertices know better
         lengths = surface_lengths(mesh.vertices, mesh.faces, edges)
-        flat = finish(flat, mesh.faces, edges, lengths)
+        flat = least_strain_page(flat, make_network(mesh.vertices, mesh.faces, lengths)).flat
     if flipped_faces(flat, mesh.faces):  # noise has put a vertex beyond its neighbours
-        flat = untangle(flat, mesh.faces, edges, lengths)
+        flat = uninverted(flat, make_network(mesh.vertices, mesh.faces, lengths), np.ones(len(mesh.faces)))
     return FlatMesh.of(mesh, flat, lengths, unrolled.coarse.steps)
 
 

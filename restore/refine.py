@@ -11,8 +11,9 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import distance_transform_edt, map_coordinates
 
-from restore.flattening.finish import finish
-from restore.mesh.network import edges_of
+from restore.flattening.repair import least_strain_page
+from restore.mesh.adjacency import sides_of
+from restore.mesh.network import make_network
 from restore.mesh.raster import rasterise
 from restore.mesh.triangulate import lattice
 from restore.range_image.sheet import Sheet
@@ -27,12 +28,21 @@ def refine(sheet: Sheet, coarse: FlatMesh, nodes: Floats) -> tuple[FlatMesh, Flo
     Its initial positions are those of a coarse mesh, whose vertices have grid positions nodes (n, 2).
     """
     fine_nodes, faces = lattice(sheet.inside, STRIDE)
-    edges = edges_of(faces)
-    lengths = sheet.lengths(fine_nodes, edges)
+    sides, vertices = sides_of(faces), sheet.points(fine_nodes)
+    network = make_network(vertices, faces, sheet.lengths(fine_nodes, sides.edges), sides)
     flat = interpolate_flat_positions(sheet.inside.shape, nodes, coarse.faces, coarse.flat, fine_nodes)
-    flat = finish(flat, faces, edges, lengths)
-    vertices, texcoords = sheet.points(fine_nodes), sheet.texcoords(fine_nodes)
-    fine = replace(coarse, vertices=vertices, faces=faces, texcoords=texcoords, flat=flat, lengths=lengths)
+    found = least_strain_page(flat, network)
+    convergence = {"residual": found.residual, "converged": found.converged}
+    texcoords = sheet.texcoords(fine_nodes)
+    fine = replace(
+        coarse,
+        vertices=vertices,
+        faces=faces,
+        texcoords=texcoords,
+        flat=found.flat,
+        lengths=network.lengths,
+        **convergence,
+    )
     return fine, fine_nodes
 
 

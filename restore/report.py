@@ -6,8 +6,16 @@ from typing import Any
 
 import numpy as np
 
+from restore.flattening.fans import face_signs
 from restore.mesh.adjacency import border_of
-from restore.mesh.measures import edge_strain, face_strain, flipped_faces, signed_areas, surface_area
+from restore.mesh.measures import (
+    edge_strain,
+    face_strain,
+    flipped_faces,
+    signed_areas,
+    straight_lengths,
+    surface_area,
+)
 from restore.mesh.network import edges_of
 from restore.outline.rectangle import page_size
 from restore.range_image.sheet import Sheet
@@ -37,7 +45,14 @@ def describe(
         "flipped_faces": flipped_faces(fine.flat, fine.faces),
         "area_ratio": float(np.abs(signed_areas(fine.flat, fine.faces)).sum())
         / surface_area(fine.vertices, fine.faces),
-        "strain": {"rms": rms, "max": float(np.abs(strain).max()), "faces": _face_strain_statistics(fine, edges)},
+        "folded_faces": int((face_signs(fine.vertices, fine.faces) < 0.0).sum()),
+        "convergence": {"converged": fine.converged, "residual": fine.residual},
+        "strain": {
+            "rms": rms,
+            "max": float(np.abs(strain).max()),
+            "faces": _face_strain_statistics(fine, edges),
+            "against_chords": _chord_strain(fine, edges),
+        },
         "page_mm": [width, height],
         "effective_ppi": painting.resolution_ppi,
         "decimation": unrolled.distance,
@@ -62,6 +77,14 @@ def _face_strain_statistics(mesh: FlatMesh, edges: Ints) -> dict[str, dict[str, 
         }
         for name, values in zip(("stretch", "shear"), strain.T, strict=True)
     }
+
+
+def _chord_strain(mesh: FlatMesh, edges: Ints) -> dict[str, float]:
+    """Strain against the straight lengths of the edges, and the rms of how far the rest lengths differ from those."""
+    chords = np.maximum(straight_lengths(mesh.vertices, edges), np.finfo(float).tiny)
+    strain, estimated = edge_strain(mesh.flat, edges, chords), mesh.lengths / chords - 1.0
+    squares = {"rms": np.mean(strain**2), "estimate_rms": np.mean(estimated**2)}
+    return {**{name: float(np.sqrt(value)) for name, value in squares.items()}, "max": float(np.abs(strain).max())}
 
 
 def _warnings(fine: SurfaceMesh, rms_strain: float) -> list[str]:

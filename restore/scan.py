@@ -65,20 +65,27 @@ class SurfaceMesh:
 class FlatMesh(SurfaceMesh):
     """A surface mesh with its flat positions on the page.
 
-    flat     (n, 2) float64 mm, x right, y up, never mirrored, upright as in the scanner's view.
-    steps    time steps that the flattening took.
-    lengths  (e,) float64 mm: rest lengths along the surface, in the order of `restore.mesh.network.edges_of`.
+    flat       (n, 2) float64 mm, x right, y up, never mirrored, upright as in the scanner's view.
+    steps      iterations or time steps that the flattening took.
+    lengths    (e,) float64 mm: rest lengths along the surface, in the order of `restore.mesh.network.edges_of`.
+    residual   rms strain that a single vertex could still be relieved of when the solver stopped.
+    converged  whether the solver reached its tolerance on every piece.
     """
 
     flat: Floats = field(default_factory=lambda: np.empty((0, 2)))
     steps: int = 0
     lengths: Floats = field(default_factory=lambda: np.empty(0))
+    residual: float = 0.0
+    converged: bool = True
 
     @classmethod
-    def of(cls, mesh: SurfaceMesh, flat: Floats, lengths: Floats, steps: int) -> Self:
-        """A flat mesh from a surface mesh, its flat positions (n, 2) mm and its rest lengths (e,) mm."""
+    def of(cls, mesh: SurfaceMesh, flat: Floats, lengths: Floats, steps: int, **convergence: Any) -> Self:
+        """A flat mesh from a surface mesh, its flat positions (n, 2) mm and its rest lengths (e,) mm.
+
+        convergence: `residual` and `converged` of the solver.
+        """
         surface: dict[str, Any] = {name: getattr(mesh, name) for name in SurfaceMesh.__dataclass_fields__}
-        return cls(**surface, flat=flat, lengths=lengths, steps=steps)
+        return cls(**surface, flat=flat, lengths=lengths, steps=steps, **convergence)
 
 
 @dataclass(frozen=True, eq=False)

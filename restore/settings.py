@@ -24,7 +24,9 @@ class Settings(BaseModel):
 
     points: int = Field(1000, ge=0, le=400_000, description="points that the sheet is reduced to, 0 for all")
     dpi: float = Field(150.0, ge=30, le=1200, description="pixels of the page for one inch of paper")
-    method: Literal["sticks", "springs", "conformal"] = Field("sticks", description="how the sheet is flattened")
+    method: Literal["isometric", "sticks", "springs", "conformal"] = Field(
+        "isometric", description="how the sheet is flattened"
+    )
     shading: Literal["keep", "remove"] = Field("keep", description="leave light and shadow, or divide them out")
     fill_hidden_mm: float = Field(0.0, ge=0, le=50, description="hidden places up to this wide are invented")
 

@@ -6,7 +6,6 @@ one linear solve with two vertices held. It knows no lengths: the true scale com
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import sqrt
 
 import numpy as np
@@ -15,6 +14,7 @@ from scipy.sparse import csc_matrix
 from scipy.sparse.linalg import splu
 
 from restore.errors import BadInput
+from restore.flattening.solution import Follow, Solution
 from restore.mesh.measures import face_shapes, signed_areas
 from restore.mesh.network import Network
 from restore.mesh.pose import Laid
@@ -22,12 +22,11 @@ from restore.scan import Floats, Ints
 
 SINGULAR = 1e-13  # smallest to largest pivot: rounding alone leaves 1e-16, sound meshes of 100,000 points 1e-8
 
-Follow = Callable[[int, Floats], None]
 Complex = NDArray[np.complex128]
 
 
-def flatten_conformal(laid: Laid, network: Network, follow: Follow | None = None) -> tuple[Floats, int]:
-    """Flat positions (n, 2) mm of a sheet laid over the table, and the number of steps: one, for there is one solve.
+def flatten_conformal(laid: Laid, network: Network, follow: Follow | None = None) -> Solution:
+    """Flat positions (n, 2) mm of a sheet laid over the table, after one linear solve.
 
     follow(step, positions (n, 3) mm) is called after it. Raises BadInput for a sheet that
     hangs together by single points, whose parts could turn and grow as they like.
@@ -39,7 +38,7 @@ def flatten_conformal(laid: Laid, network: Network, follow: Follow | None = None
     flat *= sqrt(area / abs(float(signed_areas(flat, network.faces).sum())))
     if follow:
         follow(1, np.column_stack([flat, np.zeros(len(flat))]))
-    return flat, 1
+    return Solution(flat, 1)
 
 
 def unfolded(network: Network) -> Complex:
@@ -86,4 +85,6 @@ def _solve(matrix: csc_matrix, right: Complex) -> Complex:
 
 
 def _loose() -> BadInput:
-    return BadInput("parts of the surface hang together by single points", "use the method sticks, or clean the mesh")
+    return BadInput(
+        "parts of the surface hang together by single points", "use the method isometric, or clean the mesh"
+    )

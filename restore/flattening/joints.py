@@ -12,7 +12,8 @@ from dataclasses import replace
 import numba
 import numpy as np
 
-from restore.flattening.settle import settle
+from restore.flattening.gauss_newton import minimise_strain
+from restore.flattening.solution import Solution
 from restore.mesh.adjacency import Sides, components
 from restore.mesh.measures import flipped_faces
 from restore.mesh.network import Network, Piece, part_of
@@ -22,39 +23,40 @@ from restore.scan import Floats, Ints, Mask
 JOINT = 1e3  # a point in common outweighs the vertices beside it, which tell the turn alone
 FLATTEST = 1e-6  # of its mean square: neighbours in one plane have no extent across it
 
-Solve = Callable[[Laid, Piece], tuple[Floats, int]]
+Solve = Callable[[Laid, Piece], Solution]
 
 
-def flatten_parts(vertices: Floats, piece: Piece, whole: Laid, solve: Solve) -> tuple[Floats, int]:
-    """Flat positions (k, 2) mm of a connected piece of a mesh, and the most time steps that a part of it took.
+def flatten_parts(vertices: Floats, piece: Piece, whole: Laid, solve: Solve) -> Solution:
+    """Flat positions (k, 2) mm of a connected piece of a mesh, with the convergence of the part that took longest.
 
     whole is the mesh, vertices (n, 3) mm, laid on the table: all pieces are seen from one side, and the largest part of
     each comes to lie where the scanner saw it.
     """
     vertices, seen = vertices.take(piece.vertices, axis=0), whole.seen.take(piece.vertices, axis=0)
-    flat, placed, steps, tied = np.zeros(seen.shape), np.zeros(len(seen), bool), 0, False
+    flat, placed, tied = np.zeros(seen.shape), np.zeros(len(seen), bool), False
+    worst = Solution(flat, 0)
     for part in parts(piece.network):
         if len(part.vertices) == len(whole.seen):
             laid = whole
         else:
             laid = replace(lay(vertices[part.vertices], part.faces), seen=seen[part.vertices])
-        own, taken = solve(laid, part)
+        found = solve(laid, part)
         if placed.any():
             laid = _carried_on(laid, vertices, part, piece.network.edges, flat, placed)
-        own = upright(own, laid)
+        own = upright(found.flat, laid)
         joined = placed[part.vertices]
         if joined.any():
             own += (flat[part.vertices] - own)[joined].mean(axis=0)
             tied |= joined.sum() > 1
         flat[part.vertices] = np.where(joined[:, None], flat[part.vertices], own)
         placed[part.vertices] = True
-        steps = max(steps, taken)
-    return (_closed(flat, piece.network) if tied else flat), steps
+        worst = worst.joined(found)
+    return worst._replace(flat=_closed(flat, piece.network) if tied else flat)
 
 
 def _closed(flat: Floats, network: Network) -> Floats:
     """Flat positions of least strain near by of a piece whose parts have several points in common."""
-    settled = settle(flat, network.edges, network.lengths)
+    settled = minimise_strain(flat, network).flat
     return settled if flipped_faces(settled, network.faces) <= flipped_faces(flat, network.faces) else flat
 
 

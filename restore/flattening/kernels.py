@@ -44,33 +44,3 @@ def _project(now: Floats, pairs: Ints, lengths: Floats) -> None:
         now[b, 0] -= share * x
         now[b, 1] -= share * y
         now[b, 2] -= share * z
-
-
-@numba.njit(cache=True)
-def relax_in_plane(flat: Floats, edges: Ints, lengths: Floats, sweeps: int, momentum: float) -> None:
-    """Relax sticks in the plane, flat (n, 2) in place.
-
-    Each sweep starts from where the last one was heading, by `momentum` of its way; when the strain grows it does not.
-    """
-    before = flat.copy()
-    last = np.inf
-    carried = 0.0
-    for _ in range(sweeps):
-        for i in range(len(flat)):
-            for axis in range(2):
-                velocity = flat[i, axis] - before[i, axis]
-                before[i, axis] = flat[i, axis]
-                flat[i, axis] += carried * velocity
-        error = 0.0
-        for k in range(len(edges)):
-            a, b = edges[k, 0], edges[k, 1]
-            x, y = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
-            distance = np.sqrt(x * x + y * y) + SMALL
-            share = 0.5 * (distance - lengths[k]) / distance
-            error += (distance - lengths[k]) ** 2
-            flat[a, 0] += share * x
-            flat[a, 1] += share * y
-            flat[b, 0] -= share * x
-            flat[b, 1] -= share * y
-        carried = momentum if error < last else 0.0
-        last = error

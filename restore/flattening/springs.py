@@ -9,7 +9,6 @@ rolls whose ends stand past upright fall in on themselves.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import sqrt
 
 import numba
@@ -17,7 +16,8 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.flattening.kernels import SMALL
-from restore.mesh.measures import surface_area
+from restore.flattening.solution import Follow, Solution
+from restore.mesh.measures import rms_strain, surface_area
 from restore.mesh.network import Network
 from restore.mesh.pose import Laid
 from restore.scan import Floats, Ints
@@ -38,11 +38,9 @@ AREA_CHANGE = 1e-7  # relative, in one step; at ten times as much the springs st
 QUIET_STEPS = 25  # with no more change than that; a swinging sheet stands still for a moment at every turn
 MAX_STEPS = 5000
 
-Follow = Callable[[int, Floats], None]
 
-
-def flatten_springs(laid: Laid, network: Network, follow: Follow | None = None) -> tuple[Floats, int]:
-    """Flat positions (n, 2) mm of a sheet laid over the table, and the number of time steps taken.
+def flatten_springs(laid: Laid, network: Network, follow: Follow | None = None) -> Solution:
+    """Flat positions (n, 2) mm of a sheet laid over the table; iterations are time steps, the residual the rms strain.
 
     follow(step, positions (n, 3) mm) is called after each step. Raises BadInput when the springs diverge, as they may
     where very many edges meet.
@@ -61,10 +59,11 @@ def flatten_springs(laid: Laid, network: Network, follow: Follow | None = None) 
         still = abs(area - previous) < AREA_CHANGE * area and now[:, 2].max() < FLAT_HEIGHT * PAGE_SIZE
         quiet = quiet + 1 if still else 0
         if not np.isfinite(area):
-            raise BadInput(f"the springs of the sheet diverge in step {step}", "use the method sticks")
+            raise BadInput(f"the springs of the sheet diverge in step {step}", "use the method isometric")
         if quiet == QUIET_STEPS:
             break
-    return now[:, :2] / scale, step
+    residual = rms_strain(now[:, :2], network.edges, lengths, np.inf)
+    return Solution(now[:, :2] / scale, step, residual, quiet == QUIET_STEPS)
 
 
 @numba.njit(cache=True)

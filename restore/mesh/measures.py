@@ -47,6 +47,26 @@ def face_strain(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floa
     edges (e, 2) in ascending order and lengths (e,) mm give the shape on the surface, flat (n, 2) mm that on the page.
     With σ₁ ≥ σ₂ the principal stretches, stretch is √(σ₁ σ₂) − 1, shear (σ₁ − σ₂) / 2.
     """
+    total, difference = _stretches(flat, faces, edges, lengths)
+    stretch = np.sqrt(np.abs(total**2 - difference**2)) / 2.0 - 1.0
+    return np.stack([stretch, difference / 2.0], axis=1)
+
+
+def symmetric_dirichlet(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> float:
+    """Mean of σ₁² + σ₂² + 1/σ₁² + 1/σ₂² over the faces, by area (Smith & Schaefer 2015); 4 is the least there is.
+
+    Arguments as for `face_strain`. Infinite where a face has no area on the page.
+    """
+    total, difference = _stretches(flat, faces, edges, lengths)
+    first, second = ((total + sign * difference) / 2.0 for sign in (1.0, -1.0))
+    base, _, height = face_shapes(faces, edges, lengths)
+    with np.errstate(divide="ignore"):
+        energy = first**2 + second**2 + first**-2.0 + second**-2.0
+    return float(np.average(energy, weights=base * height))
+
+
+def _stretches(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> tuple[Floats, Floats]:
+    """Sum and difference (m,) of the principal stretches of every face, σ₁ + σ₂ and σ₁ − σ₂."""
     base, along, height = face_shapes(faces, edges, lengths, MIN_STRAIN_HEIGHT_RATIO)
     first, second = (flat[faces[:, k]] - flat[faces[:, 0]] for k in (1, 2))
     right = first / base[:, None]
@@ -54,8 +74,7 @@ def face_strain(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floa
     # The map from the surface to the page has the columns right and up.
     total = np.hypot(right[:, 0] + up[:, 1], right[:, 1] - up[:, 0])
     difference = np.hypot(right[:, 0] - up[:, 1], right[:, 1] + up[:, 0])
-    stretch = np.sqrt(np.abs(total**2 - difference**2)) / 2.0 - 1.0
-    return np.stack([stretch, difference / 2.0], axis=1)
+    return total, difference
 
 
 def face_shapes(

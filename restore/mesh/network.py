@@ -108,15 +108,20 @@ def _corner(side: int, faces: Ints, sides: Sides, lengths: Floats) -> tuple[int,
 
 
 def spread(pairs: Ints, lengths: Floats) -> tuple[Ints, Floats]:
-    """The same pairs (k, 2) and lengths (k,) in an order in which neighbours in the list are none on the sheet.
+    """The same pairs (k, 2) and lengths (k,) in the order of `spread_order`."""
+    order = spread_order(len(pairs))
+    return pairs.take(order, axis=0), lengths.take(order)
+
+
+def spread_order(count: int) -> Ints:
+    """(count,) an order in which neighbours in the list are none on the sheet.
 
     Going over one pair then does not wait for the one before it, and the processor takes several at a time. Those of a
     block stay together, as it fits into the processor's cache.
     """
-    whole = len(pairs) // BLOCK * BLOCK
+    whole = count // BLOCK * BLOCK
     blocks = np.arange(0, whole, BLOCK)[:, None] + _strides(BLOCK)
-    order = np.concatenate([blocks.ravel(), whole + _strides(len(pairs) - whole)])
-    return pairs.take(order, axis=0), lengths.take(order)
+    return np.concatenate([blocks.ravel(), whole + _strides(count - whole)])
 
 
 @lru_cache(maxsize=16)

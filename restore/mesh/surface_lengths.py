@@ -15,6 +15,7 @@ from restore.mesh.jets import Rings, fit_jets, rings_of
 from restore.mesh.measures import straight_lengths
 from restore.scan import Floats, Ints
 
+SURE = 9.0  # 3σ squared: turns of less are noise
 PROBES = 100  # vertices that tell the noise
 SHRUNK = 0.87  # of the noise is left when a patch passes between a vertex and its neighbours
 LEAST_NOISE = 1e-7  # of the page's size: no file holds more digits
@@ -41,17 +42,17 @@ def surface_lengths(vertices: Floats, faces: Ints, edges: Ints) -> Floats:
     """
     rings = rings_of(vertices, faces, edges)
     noise = noise_of(vertices, rings)
-    jets = fit_jets(vertices, rings, np.arange(len(vertices)), noise)
+    jets = fit_jets(vertices, rings, np.arange(len(vertices)), noise, noise)
     points = vertices + jets.normals * jets.offsets[:, None]
     grainy = len(vertices) > MANY and noise > GRAINY * float(straight_lengths(vertices, edges).mean())
     for _ in range(SMOOTHINGS if grainy else 0):
         smooth = _beside_no_crease(jets.normals, edges)
         if len(smooth) < SMOOTH * len(vertices):
             break
-        again = fit_jets(points, rings_of(points, faces, edges), smooth, noise)
+        again = fit_jets(points, rings_of(points, faces, edges), smooth, noise, noise)
         jets.normals[smooth], jets.forms[smooth] = again.normals[smooth], again.forms[smooth]
         points += again.normals * again.offsets[:, None]
-    return _all_lengths(points, jets.normals, jets.forms, edges)
+    return _all_lengths(points, jets.normals, jets.forms, jets.variances, edges)
 
 
 def _beside_no_crease(normals: Floats, edges: Ints) -> Ints:
@@ -82,7 +83,7 @@ def bent_lengths(points: Floats, normals: Floats, edges: Ints) -> Floats:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _all_lengths(points: Floats, normals: Floats, forms: Floats, edges: Ints) -> Floats:
+def _all_lengths(points: Floats, normals: Floats, forms: Floats, variances: Floats, edges: Ints) -> Floats:
     """(e,) mm along the surface. points, normals (n, 3), forms (n, 3, 3): the patches round every vertex."""
     lengths, way, fold = np.empty(len(edges)), np.empty(3), np.empty(3)
     for k in range(len(edges)):
@@ -92,8 +93,28 @@ def _all_lengths(points: Floats, normals: Floats, forms: Floats, edges: Ints) ->
             broken = min(
                 _over_crease(way, chord, normals[a], normals[b], forms[a], forms[b], fold), MOST_STRETCH * chord
             )
-        lengths[k] = broken if broken > chord else chord * _bent(_dot(normals[a], way), _dot(normals[b], way))
+        slopes = variances[a, 0] + variances[b, 0]
+        if broken > chord:
+            height = variances[a, 1] + variances[b, 1] + chord**2 * slopes
+            height += 0.25 * chord**4 * (variances[a, 2] + variances[b, 2])
+            cosine = min(_dot(normals[a], normals[b]), 1.0)
+            lengths[k] = chord + _share_kept(broken - chord, cosine, slopes, height) * (broken - chord)
+        else:
+            bent = chord * (_bent(_dot(normals[a], way), _dot(normals[b], way)) - 1.0)
+            lengths[k] = chord + max(bent - chord * 2.0 * slopes / 30.0, 0.0)  # what noise adds to the cubic
     return lengths
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _share_kept(gain: float, cosine: float, slopes: float, height: float) -> float:
+    """How much of what a path over a crease is longer than the chord is kept (positive-part James & Stein).
+
+    cosine is that of the turn; slopes and height are the variances of the normals and, in mm², of one patch's height
+    above the other: the gain goes with the height over the sine of the turn.
+    """
+    turned, sine = 2.0 - 2.0 * cosine, max(1.0 - cosine**2, PARALLEL**2)
+    by_turn = max(0.0, 1.0 - SURE * slopes / turned)
+    return by_turn * max(0.0, 1.0 - height / sine * (1.0 - cosine) ** 2 / gain**2)
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -95,3 +95,22 @@ def test_the_filled_share_of_a_sheet_on_its_grid_is_reported(camera, page):
     assert report["samples"] == 9000
     assert report["filled_share"] == pytest.approx(0.1)
     assert "samples" not in described(page)
+
+
+def test_strain_is_also_given_against_straight_lengths_with_how_far_the_estimates_differ(page):
+    longer = replace(page, flat=page.flat, lengths=1.02 * page.lengths)
+    chords = described(longer)["strain"]["against_chords"]
+    assert chords["estimate_rms"] == pytest.approx(0.02, rel=SINGLE)
+    assert chords["max"] == pytest.approx(described(page)["strain"]["max"], rel=SINGLE)
+    assert chords["rms"] == pytest.approx(described(page)["strain"]["rms"], rel=SINGLE)
+
+
+def test_convergence_and_faces_folded_in_space_are_reported(page):
+    report = described(replace(page, residual=0.25, converged=False))
+    assert report["convergence"] == {"converged": False, "residual": 0.25}
+    assert report["folded_faces"] == 0
+    vertices = page.vertices.copy()
+    inner = int(np.argmin(np.linalg.norm(page.vertices - page.vertices.mean(axis=0), axis=1)))
+    face = next(f for f in page.faces if inner in f)
+    vertices[inner] += 1.5 * (vertices[face[face != inner]].mean(axis=0) - vertices[inner])
+    assert described(replace(page, vertices=vertices))["folded_faces"] > 0

@@ -8,7 +8,7 @@ from restore.settings import Settings
 
 
 def test_defaults_are_a_thousand_points_at_150_dpi_with_shading_kept():
-    expected = {"points": 1000, "dpi": 150.0, "method": "sticks", "shading": "keep"}
+    expected = {"points": 1000, "dpi": 150.0, "method": "isometric", "shading": "keep"}
     assert Settings().model_dump(include=set(expected)) == expected
 
 

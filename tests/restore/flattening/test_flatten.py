@@ -182,7 +182,7 @@ def test_on_step_is_told_every_step_of_every_piece_as_the_sheet_sinks(warped):
         np.vstack([page.mesh.faces, page.mesh.faces + count]),
     )
     told = []
-    flat = flatten(mesh, on_step=lambda *step: told.append(step))
+    flat = flatten(mesh, "sticks", on_step=lambda *step: told.append(step))
     numbers = [step for step, _, _ in told]
     assert numbers == [*range(1, flat.steps + 1)] * 2
     heights = [positions[:count, 2].max() for _, positions, _ in told[: flat.steps]]
@@ -259,6 +259,19 @@ def test_flaws_of_a_mesh_do_no_harm_to_the_rest(faces):
     assert np.isfinite(flat).all()
     found = np.linalg.norm(flat[[1, 2, 3]] - flat[[0, 0, 1]], axis=1)
     np.testing.assert_allclose(found, 10.0, rtol=0.02)
+
+
+def test_two_vertices_at_one_place_do_no_harm_to_the_rest(warped):
+    page = warped("curl", count=300)
+    vertices = page.mesh.vertices.copy()
+    middle = int(np.argmin(np.linalg.norm(page.flat, axis=1)))
+    face = next(f for f in page.mesh.faces if middle in f)
+    other = int(face[face != middle][0])
+    vertices[middle] = vertices[other]
+    true = page.flat.copy()
+    true[middle] = true[other]
+    flat = flatten(SurfaceMesh(vertices, page.mesh.faces)).flat
+    assert replace(page, flat=true).error(flat) < 100 * TRUE_MM
 
 
 def test_a_ball_cannot_be_flattened_but_ends_in_numbers():

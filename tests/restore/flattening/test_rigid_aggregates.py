@@ -5,9 +5,9 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from restore.flattening.aggregates import MODES, PARTICLES, STIFFEN, aggregate, move_rigidly
-from restore.flattening.settle import _linearised, spread
-from restore.mesh.network import edges_of
+from restore.flattening.gauss_newton import _linearised
+from restore.flattening.rigid_aggregates import MODES, PARTICLES, STIFFEN, aggregate, correct_rigidly
+from restore.mesh.network import edges_of, spread
 
 EXACT = 1e-4  # of the largest way: the stiffening of 1e-6 is felt where the page as a whole may move
 PARITY = 1e-9
@@ -20,7 +20,7 @@ def askew(request, warped):
     page = warped("gutter", count=request.param)
     flat = page.flat + np.random.default_rng(0).normal(0, 0.05, page.flat.shape)
     edges = edges_of(page.mesh.faces)
-    gradients, force, _, _ = _linearised(flat, edges, page.lengths)
+    gradients, force, _, _ = _linearised(flat, edges, page.lengths, np.ones(len(edges)))
     return flat, edges, gradients, force
 
 
@@ -54,7 +54,7 @@ def test_every_particle_has_an_aggregate_of_neighbours(askew):
 def test_the_way_balances_all_rigid_motions(askew):
     flat, edges, gradients, force = askew
     aggregates, way = aggregate(flat, edges, gradients), np.zeros_like(flat)
-    work = move_rigidly(aggregates, force, way)
+    work = correct_rigidly(aggregates, force, way)
     motions = rigid_motions(aggregates)
     strained = strains(edges, gradients, motions)
     stiffness = strained.T @ strained
@@ -78,32 +78,34 @@ def test_a_page_that_is_turned_has_the_same_aggregates(askew):
 def test_particles_in_one_place_or_in_a_line_give_finite_ways():
     edges = np.array([[0, 1], [1, 2], [2, 3]])
     for flat in (np.zeros((4, 2)), np.outer(np.arange(4.0), [3.0, 4.0])):
-        gradients, force, _, _ = _linearised(flat, edges, np.ones(3))
+        gradients, force, _, _ = _linearised(flat, edges, np.ones(3), np.ones(3))
         way = np.zeros_like(flat)
-        move_rigidly(aggregate(flat, edges, gradients), force, way)
+        correct_rigidly(aggregate(flat, edges, gradients), force, way)
         assert np.isfinite(way).all()
 
 
 @pytest.mark.parametrize("count", [300, 3000])
 def test_a_page_of_any_size_is_balanced_in_as_many_passes(warped, count):
     page = warped("curl", count=count)
-    settle = import_module("restore.flattening.settle")
+    solver = import_module("restore.flattening.gauss_newton")
     bent = page.flat + 2.0 * np.sin(page.flat / 60.0)  # along the whole page
     edges, lengths = spread(edges_of(page.mesh.faces), page.lengths)
-    gradients, force, inverse, _ = _linearised(bent, edges, lengths)
-    start = settle._precondition(force, inverse, np.empty_like(force))
+    gradients, force, inverse, _ = _linearised(bent, edges, lengths, np.ones(len(edges)))
+    start = solver._preconditioned(force, inverse, np.empty_like(force))
     step, together = np.zeros_like(force), aggregate(bent, edges, gradients)
-    left = settle._conjugate(step, edges, gradients, force, inverse, together, 0.0, PASSES)
+    left = solver._conjugate_gradients(step, edges, gradients, force, inverse, together, 0.0, PASSES)
     assert left < 1e-6 * start
 
 
 def test_compiled_and_plain_python_agree(warped, plain):
     page = warped("fold", count=200)
     edges, askew = edges_of(page.mesh.faces), page.flat + np.random.default_rng(0).normal(0, 0.5, page.flat.shape)
-    gradients, force, _, _ = _linearised(askew, edges, page.lengths)
+    gradients, force, _, _ = _linearised(askew, edges, page.lengths, np.ones(len(edges)))
     compiled, way = np.zeros_like(force), np.zeros_like(force)
-    module = import_module("restore.flattening.aggregates")
-    work = module.move_rigidly(module.aggregate(askew, edges, gradients), force, compiled)
-    assert {"aggregate", "move_rigidly"} <= set(plain(module))
-    assert module.move_rigidly(module.aggregate(askew, edges, gradients), force, way) == pytest.approx(work, rel=PARITY)
+    module = import_module("restore.flattening.rigid_aggregates")
+    work = module.correct_rigidly(module.aggregate(askew, edges, gradients), force, compiled)
+    assert {"aggregate", "correct_rigidly"} <= set(plain(module))
+    assert module.correct_rigidly(module.aggregate(askew, edges, gradients), force, way) == pytest.approx(
+        work, rel=PARITY
+    )
     np.testing.assert_allclose(way, compiled, atol=PARITY * np.abs(compiled).max())

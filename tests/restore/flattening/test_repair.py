@@ -1,17 +1,26 @@
-"""Corners of the border that fell on their face are mirrored back."""
+"""Inverted faces are turned back, but those that are folded over in space."""
 
 from importlib import import_module
 
 import numpy as np
 
-from restore.flattening.unfold import unfold, untangle
+from restore.flattening.repair import least_strain_page, mirror_border_corners, uninverted
 from restore.mesh.measures import edge_strain, flipped_faces, signed_areas
-from restore.mesh.network import edges_of
+from restore.mesh.network import edges_of, make_network
 
 EXACT = 1e-12
-TANGLE_MM = 25.0  # two spacings: the point comes to lie beyond its neighbours
+KNOT_MM = 25.0  # two spacings: the point comes to lie beyond its neighbours
 EASED = 0.01  # strain: its place among them is known, relaxation comes back to it
 PARITY = 1e-9
+
+
+def mirrored(flat, faces):
+    return mirror_border_corners(flat, faces, edges_of(faces), np.ones(len(faces)))
+
+
+def repaired(page, flat):
+    network = make_network(page.mesh.vertices, page.mesh.faces, page.lengths)
+    return uninverted(flat, network, np.ones(len(page.mesh.faces)))
 
 
 def folded(flat, faces, face):
@@ -28,28 +37,28 @@ def folded(flat, faces, face):
 def test_a_page_without_folds_stays_as_it_is(warped):
     page = warped(count=100)
     flat = page.flat.copy()
-    assert unfold(flat, page.mesh.faces, edges_of(page.mesh.faces)) == 0
+    assert mirrored(flat, page.mesh.faces) == 0
     np.testing.assert_array_equal(flat, page.flat)
 
 
 def test_a_folded_corner_is_mirrored_back(warped):
     page = warped(count=100)
-    faces, edges = page.mesh.faces, edges_of(page.mesh.faces)
+    faces = page.mesh.faces
     shared = np.bincount(faces.ravel())
     corners = faces[(shared[faces] == 1).any(axis=1)]  # faces with a corner of their own
     assert len(corners) > 0
     for face in corners:
         flat = folded(page.flat, faces, face)
         assert signed_areas(flat, faces).min() < 0
-        assert unfold(flat, faces, edges) == 1
+        assert mirrored(flat, faces) == 1
         np.testing.assert_allclose(flat, page.flat, atol=1e3 * EXACT)
-        assert unfold(flat, faces, edges) == 0
+        assert mirrored(flat, faces) == 0
 
 
 def test_a_corner_of_two_flipped_faces_is_mirrored_once():
     flat = np.array([[0, 0], [2, 0], [4, 0], [2, -1], [0, -2], [2, -2], [4, -2], [-2, -1]], float)
     faces = np.array([[0, 1, 3], [1, 2, 3], [4, 5, 1], [4, 1, 0], [5, 6, 2], [5, 2, 1], [7, 4, 0]])
-    assert unfold(flat, faces, edges_of(faces)) == 1
+    assert mirrored(flat, faces) == 1
     np.testing.assert_allclose(flat[3], [2.0, 1.0], atol=EXACT)
     assert signed_areas(flat, faces).min() > 0
 
@@ -62,45 +71,57 @@ def test_a_corner_inside_the_page_is_not_mirrored(warped):
     flat = folded(page.flat, faces, inside)
     spoilt = flat.copy()
     assert shared[inside].min() > 3
-    assert unfold(flat, faces, edges_of(faces)) == 0
+    assert mirrored(flat, faces) == 0
     np.testing.assert_array_equal(flat, spoilt)
 
 
-def test_a_tangle_inside_the_page_comes_undone(warped):
+def test_a_knot_inside_the_page_comes_undone(warped):
     page = warped(count=400)
-    edges = edges_of(page.mesh.faces)
     inner = np.argmin(np.linalg.norm(page.flat, axis=1))
-    tangled = page.flat.copy()
-    tangled[inner] += [40.0, 25.0]  # over its neighbours and theirs
-    assert flipped_faces(tangled, page.mesh.faces) > 0
-    flat = untangle(tangled, page.mesh.faces, edges, page.lengths)
+    knotd = page.flat.copy()
+    knotd[inner] += [40.0, 25.0]  # over its neighbours and theirs
+    assert flipped_faces(knotd, page.mesh.faces) > 0
+    flat = repaired(page, knotd)
     assert flipped_faces(flat, page.mesh.faces) == 0
     far = np.linalg.norm(page.flat, axis=1) > 100.0
-    np.testing.assert_array_equal(flat[far], tangled[far])
+    np.testing.assert_array_equal(flat[far], knotd[far])
 
 
-def test_a_page_without_a_tangle_stays_as_it_is(warped):
+def test_a_page_without_a_knot_stays_as_it_is(warped):
     page = warped(count=100)
-    np.testing.assert_array_equal(
-        untangle(page.flat, page.mesh.faces, edges_of(page.mesh.faces), page.lengths), page.flat
-    )
+    np.testing.assert_array_equal(repaired(page, page.flat), page.flat)
 
 
-def test_a_page_that_was_tangled_is_hardly_stretched(warped):
+def test_a_page_that_was_knotd_is_hardly_stretched(warped):
     page = warped(count=400)
     edges = edges_of(page.mesh.faces)
     middle = int(np.argmin(np.linalg.norm(page.flat, axis=1)))
-    tangled = page.flat.copy()
-    tangled[middle] += TANGLE_MM
-    flat = untangle(tangled, page.mesh.faces, edges, page.lengths)
+    knotd = page.flat.copy()
+    knotd[middle] += KNOT_MM
+    flat = repaired(page, knotd)
     assert np.abs(edge_strain(flat, edges, page.lengths)).max() < EASED
+
+
+def test_a_face_that_is_folded_in_space_stays_inverted(warped):
+    page = warped(count=400)
+    faces, flat = page.mesh.faces, page.flat.copy()
+    middle = int(np.argmin(np.linalg.norm(flat, axis=1)))
+    face = next(f for f in faces if middle in f)
+    beyond = flat[face[face != middle]].mean(axis=0)
+    flat[middle] += 1.2 * (beyond - flat[middle])
+    signs = np.where(signed_areas(flat, faces) < 0, -1.0, 1.0)
+    assert (signs < 0).any()
+    lengths = np.linalg.norm(np.diff(flat[edges_of(faces)], axis=1)[:, 0], axis=1)
+    network = make_network(page.mesh.vertices, faces, lengths)
+    found = least_strain_page(flat + 0.01, network, signs).flat
+    np.testing.assert_array_equal(np.sign(signed_areas(found, faces)), signs)
+    assert np.abs(edge_strain(found, network.edges, lengths)).max() < EXACT
 
 
 def test_compiled_and_plain_python_agree(warped, plain):
     page = warped(count=60)
-    edges = edges_of(page.mesh.faces)
-    tangled = page.flat.copy()
-    tangled[int(np.argmin(np.linalg.norm(page.flat, axis=1)))] += 2 * TANGLE_MM
-    compiled = untangle(tangled, page.mesh.faces, edges, page.lengths)
-    assert "ease" in plain(import_module("restore.flattening.unfold"))
-    np.testing.assert_allclose(compiled, untangle(tangled, page.mesh.faces, edges, page.lengths), atol=PARITY)
+    knotd = page.flat.copy()
+    knotd[int(np.argmin(np.linalg.norm(page.flat, axis=1)))] += 2 * KNOT_MM
+    compiled = repaired(page, knotd)
+    assert "relax_uninverted" in plain(import_module("restore.flattening.repair"))
+    np.testing.assert_allclose(compiled, repaired(page, knotd), atol=PARITY)

@@ -182,7 +182,7 @@ def _invert(block: Floats) -> None:
 
 
 @numba.njit(cache=True)
-def move_rigidly(aggregates: Aggregates, force: Floats, way: Floats) -> float:
+def correct_rigidly(aggregates: Aggregates, force: Floats, way: Floats) -> float:
     """Add to the way (n, 2) that of the rigid aggregates under forces (n, 2); the force along it."""
     owner, arms, first, start, blocks = aggregates
     modes = np.zeros((len(first), MODES))

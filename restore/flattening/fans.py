@@ -1,0 +1,127 @@
+"""Signed angle fans: the directions of all edges round a vertex, from the edge lengths alone.
+
+The faces round a vertex are laid out one after the other, each by the angle that its lengths give. A face that is
+folded over in space counts backwards. Where the fan closes, its angles are scaled to 2π. A vertex at which faces meet
+that share no edge there (a non-manifold vertex) has several fans, each with a frame of its own.
+"""
+
+from __future__ import annotations
+
+from math import acos, pi
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from restore.mesh.adjacency import Sides
+from restore.mesh.measures import face_normals, vertex_normals
+from restore.scan import Floats, Ints
+
+TINY = 1e-300  # keeps an edge without length from dividing by zero
+LEAST_ANGLE = 1.0  # rad: a closed fan of less is made of slivers or folded faces, and scaling it would invent angles
+
+
+class Fans(NamedTuple):
+    """owner (k,): the vertex of each fan. For every joint, an edge seen from the same face at both of its ends:
+
+    ends (j, 2): its vertices; fans (j, 2): the fans there; angles (j, 2) rad: its direction outward in their frames;
+    edge (j,): which edge it is. An inner edge is one joint, an edge of three faces three of them.
+    """
+
+    owner: Ints
+    ends: Ints
+    fans: Ints
+    angles: Floats
+    edge: Ints
+
+
+@numba.njit(cache=True)
+def face_signs(vertices: Floats, faces: Ints) -> Floats:
+    """(m,) −1 where a face is folded over in space, as decimators leave them: it runs against its corners' normals.
+
+    vertices (n, 3), faces (m, 3). The normal of a corner is the mean of its faces, weighed by area.
+    """
+    normals, planes, signs = vertex_normals(vertices, faces), face_normals(vertices, faces), np.ones(len(faces))
+    for f in range(len(faces)):
+        along = 0.0
+        for corner in range(3):
+            for axis in range(3):
+                along += planes[f, axis] * normals[faces[f, corner], axis]
+        if along < 0.0:
+            signs[f] = -1.0
+    return signs
+
+
+@numba.njit(cache=True)
+def angle_fans(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> Fans:
+    """The fans of the vertices of faces (m, 3), all wound the same way round, and edges of lengths (e,) mm."""
+    opposite = _opposite(faces, sides)
+    owner, fan, start, end = _laid_out(faces, opposite, _corner_angles(faces, sides, lengths, signs))
+    ends, fans = np.empty((len(opposite), 2), np.int64), np.empty((len(opposite), 2), np.int64)
+    angles, edge, found = np.empty((len(opposite), 2)), np.empty(len(opposite), np.int64), 0
+    for side in range(len(opposite)):
+        if sides.edge[side] < 0 or (opposite[side] >= 0 and opposite[side] < side):
+            continue
+        following = side - side % 3 + (side + 1) % 3
+        ends[found, 0], ends[found, 1] = faces[side // 3, side % 3], faces[side // 3, following % 3]
+        fans[found, 0], fans[found, 1] = fan[side], fan[following]
+        angles[found, 0], angles[found, 1] = start[side], end[following]
+        edge[found] = sides.edge[side]
+        found += 1
+    return Fans(owner, ends[:found].copy(), fans[:found].copy(), angles[:found].copy(), edge[:found].copy())
+
+
+@numba.njit(cache=True)
+def _opposite(faces: Ints, sides: Sides) -> Ints:
+    """(3·m,) the side that runs back along each, −1 where there is none or more than one."""
+    opposite = np.full(3 * len(faces), -1)
+    for e in range(len(sides.edges)):
+        if sides.first[e + 1] - sides.first[e] != 2:
+            continue
+        one, other = sides.at[sides.first[e]], sides.at[sides.first[e] + 1]
+        if faces[one // 3, one % 3] != faces[other // 3, other % 3]:
+            opposite[one], opposite[other] = other, one
+    return opposite
+
+
+@numba.njit(cache=True)
+def _corner_angles(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> Floats:
+    """(3·m,) rad: the signed angle at every corner."""
+    angles = np.zeros(3 * len(faces))
+    for corner in range(len(angles)):
+        first = corner - corner % 3
+        out, far, back = sides.edge[corner], sides.edge[first + (corner + 1) % 3], sides.edge[first + (corner + 2) % 3]
+        if out < 0 or far < 0 or back < 0:
+            continue
+        a, b, c = lengths[out], lengths[back], lengths[far]
+        cosine = (a * a + b * b - c * c) / (2.0 * a * b + TINY)
+        angles[corner] = signs[corner // 3] * acos(min(max(cosine, -1.0), 1.0))
+    return angles
+
+
+@numba.njit(cache=True)
+def _laid_out(faces: Ints, opposite: Ints, angles: Floats) -> tuple[Ints, Ints, Floats, Floats]:
+    """The vertex of every fan (k,), the fan of every corner (3·m,), and the directions of its two sides (3·m,) rad."""
+    fan, owner, found = np.full(len(opposite), -1), np.empty(len(opposite), np.int64), 0
+    start, end = np.zeros(len(opposite)), np.zeros(len(opposite))
+    for bordered in (True, False):  # open fans from their first face on, then what is left: closed ones
+        for corner in range(len(opposite)):
+            if fan[corner] >= 0 or (bordered and opposite[corner] >= 0):
+                continue
+            total, at, closed = 0.0, corner, False
+            while at >= 0 and fan[at] < 0:
+                fan[at] = found
+                total += angles[at]
+                at = opposite[at - at % 3 + (at + 2) % 3]
+            closed = not bordered and at == corner
+            scale, turned, at = 2.0 * pi / total if closed and total > LEAST_ANGLE else 1.0, 0.0, corner
+            while at >= 0 and fan[at] == found:
+                start[at] = turned
+                turned += scale * angles[at]
+                end[at] = turned
+                at = opposite[at - at % 3 + (at + 2) % 3]
+                if at == corner:
+                    break
+            owner[found] = faces[corner // 3, corner % 3]
+            found += 1
+    return owner[:found].copy(), fan, start, end

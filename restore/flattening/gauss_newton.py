@@ -1,0 +1,197 @@
+"""The flat positions of least strain near a start: Gauss–Newton on the sum of squared edge strains.
+
+The normal equations of a step are the page's own stiffness matrix. It is never built: conjugate gradients (Hestenes &
+Stiefel 1952) need its product with a displacement, which is one pass over the edges. A factorisation costs ten times as
+much at a thousand vertices and a gigabyte at a hundred thousand. Where block-Jacobi preconditioning does not do, rigid
+modes of vertex aggregates are added as a coarse space (`rigid_aggregates.py`).
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numba
+import numpy as np
+
+from restore.flattening.rigid_aggregates import Aggregates, aggregate, correct_rigidly
+from restore.flattening.solution import Solution
+from restore.mesh.adjacency import Sides
+from restore.mesh.network import Network, spread_order
+from restore.scan import Floats, Ints
+
+MOST_ITERATIONS = 50  # a developable sheet needs two to five
+GRADIENT_TOLERANCE = 3e-5  # rms strain that a vertex could be relieved of alone, times √n: of a strain that changes
+# along the whole page alone a vertex feels one part in √n. What is left moves a vertex by a ten-thousandth of an edge
+LEAST_DECREASE = 1e-6  # of the squared strains: less in an iteration is rounding of an energy at its minimum
+INEXACTNESS = 0.1  # of the gradient may be left by a linear solve, and less when the model was good before:
+FORCING, POWER = 0.9, (1.0 + sqrt(5.0)) / 2.0  # Eisenstat & Walker 1996, their second choice
+ENOUGH = 0.5  # of the tolerance is as exact as a linear solve need be
+HALVINGS = 8  # of a step, before the iteration stops
+JACOBI_ITERATIONS = 12  # of conjugate gradients, before the coarse space is set up
+COARSE_ITERATIONS = 1000  # more, at most
+REGULARISATION = 1e-6  # of a vertex's stiffness: one whose edges lie in one line has none across it
+LEAST_AREA = 0.01  # of the mean
+SMALL = 1e-12  # keeps two vertices at one place from dividing by zero
+TINY = 1e-300  # keeps zero over zero finite
+
+
+def minimise_strain(flat: Floats, network: Network, most: int = MOST_ITERATIONS) -> Solution:
+    """Flat positions (n, 2) mm of least Σ area · (length / rest length − 1)² over the edges of a network.
+
+    The area is that of the faces at an edge: the sum stands for the integral over the page of its squared strain.
+    """
+    flat = np.array(flat, order="C")
+    roots = np.sqrt(edge_areas(network.faces, network.sides, network.lengths))
+    order = spread_order(len(roots))
+    edges, lengths, roots = (values.take(order, axis=0) for values in (network.edges, network.lengths, roots))
+    iterations, residual, converged = _minimise(flat, edges, lengths, roots, most)
+    return Solution(flat, iterations, residual, converged)
+
+
+@numba.njit(cache=True)
+def edge_areas(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
+    """(e,) a third of the areas of the faces at each edge, from edge lengths (e,) mm, with a mean of 1.
+
+    None is less than LEAST_AREA: an edge of slivers alone would hold nothing.
+    """
+    areas = np.zeros(len(lengths))
+    for f in range(len(faces)):
+        if sides.edge[3 * f] < 0 or sides.edge[3 * f + 1] < 0 or sides.edge[3 * f + 2] < 0:
+            continue
+        a, b, c = lengths[sides.edge[3 * f]], lengths[sides.edge[3 * f + 1]], lengths[sides.edge[3 * f + 2]]
+        half = 0.5 * (a + b + c)
+        area = sqrt(max(half * (half - a) * (half - b) * (half - c), 0.0)) / 3.0  # Heron
+        for k in range(3):
+            areas[sides.edge[3 * f + k]] += area
+    return np.maximum(areas / max(areas.mean(), TINY), LEAST_AREA)
+
+
+@numba.njit(cache=True)
+def _minimise(flat: Floats, edges: Ints, lengths: Floats, roots: Floats, most: int) -> tuple[int, float, bool]:
+    """As `minimise_strain`, flat (n, 2) mm in place. A step that would strain the page more is halved."""
+    tolerance = GRADIENT_TOLERANCE / sqrt(len(flat))
+    before, step_only = 0.0, np.empty_like(flat)
+    edges = edges.astype(np.uint32)
+    jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots)
+    residual = sqrt(_preconditioned(gradient, inverse, step_only) / len(flat))
+    for iteration in range(most):
+        if residual <= tolerance:
+            return iteration, residual, True
+        forcing = min(INEXACTNESS, FORCING * (residual / before) ** POWER) if before > 0.0 else INEXACTNESS
+        step = _solved(flat, edges, jacobian, gradient, inverse, max(forcing, ENOUGH * tolerance / residual))
+        before, last = residual, energy
+        for _ in range(HALVINGS):
+            flat += step
+            jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots)
+            if energy <= last:
+                break
+            flat -= step
+            step *= 0.5
+        else:
+            jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots)
+        residual = sqrt(_preconditioned(gradient, inverse, step_only) / len(flat))
+        if energy > (1.0 - LEAST_DECREASE) * last:
+            return iteration + 1, residual, True
+    return most, residual, False
+
+
+@numba.njit(cache=True)
+def _solved(flat: Floats, edges: Ints, jacobian: Floats, gradient: Floats, inverse: Floats, forcing: float) -> Floats:
+    """The Gauss–Newton step (n, 2), up to a share `forcing` of the gradient (n, 2), which is written over."""
+    step = np.zeros_like(gradient)
+    wanted = forcing * forcing * _preconditioned(gradient, inverse, np.empty_like(gradient))
+    if _conjugate_gradients(step, edges, jacobian, gradient, inverse, None, wanted, JACOBI_ITERATIONS) > wanted:
+        coarse = aggregate(flat, edges, jacobian)
+        _conjugate_gradients(step, edges, jacobian, gradient, inverse, coarse, wanted, COARSE_ITERATIONS)
+    return step
+
+
+@numba.njit(cache=True)
+def _conjugate_gradients(
+    step: Floats,
+    edges: Ints,
+    jacobian: Floats,
+    rest: Floats,
+    inverse: Floats,
+    coarse: Aggregates | None,
+    wanted: float,
+    most: int,
+) -> float:
+    """Go on with a step (n, 2) until its rest (n, 2) is no more than wanted, or `most` times; what is left."""
+    search, product, direction = np.zeros_like(rest), np.empty_like(rest), np.empty_like(rest)
+    left, before = _preconditioned(rest, inverse, direction), np.inf
+    for _ in range(most):
+        if left <= wanted:
+            break
+        now = left
+        if coarse is not None:
+            now += correct_rigidly(coarse, rest, direction)
+        conjugate = now / before
+        for i in range(len(rest)):
+            for axis in range(2):
+                search[i, axis] = direction[i, axis] + conjugate * search[i, axis]
+        along = now / max(_stiffness_times(search, jacobian, edges, product), TINY)
+        for i in range(len(rest)):
+            for axis in range(2):
+                step[i, axis] += along * search[i, axis]
+                rest[i, axis] -= along * product[i, axis]
+        before, left = now, _preconditioned(rest, inverse, direction)
+    return left
+
+
+@numba.njit(cache=True)
+def _linearised(flat: Floats, edges: Ints, lengths: Floats, roots: Floats) -> tuple[Floats, Floats, Floats, float]:
+    """Jacobian (e, 2) of the strains, weighed by roots (e,), for the end of each edge, the negative gradient (n, 2) of
+    their sum of squares, inverse diagonal blocks (n, 3) of its stiffness: xx, xy, yy; and the sum of squares."""
+    jacobian, gradient, inverse = np.empty((len(edges), 2)), np.zeros_like(flat), np.zeros((len(flat), 3))
+    energy = 0.0
+    for k in range(len(edges)):
+        a, b = edges[k, 0], edges[k, 1]
+        x, y = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
+        distance = sqrt(x * x + y * y) + SMALL
+        x, y = roots[k] * x / (distance * lengths[k]), roots[k] * y / (distance * lengths[k])
+        jacobian[k, 0], jacobian[k, 1] = x, y
+        slack = roots[k] * (1.0 - distance / lengths[k])
+        energy += slack * slack
+        gradient[a, 0] -= slack * x
+        gradient[a, 1] -= slack * y
+        gradient[b, 0] += slack * x
+        gradient[b, 1] += slack * y
+        for i in (a, b):
+            inverse[i, 0] += x * x
+            inverse[i, 1] += x * y
+            inverse[i, 2] += y * y
+    for i in range(len(flat)):
+        more = REGULARISATION * (inverse[i, 0] + inverse[i, 2]) + TINY
+        xx, xy, yy = inverse[i, 0] + more, inverse[i, 1], inverse[i, 2] + more
+        share = 1.0 / max(xx * yy - xy * xy, TINY)
+        inverse[i, 0], inverse[i, 1], inverse[i, 2] = share * yy, -share * xy, share * xx
+    return jacobian, gradient, inverse, energy
+
+
+@numba.njit(cache=True)
+def _preconditioned(rest: Floats, inverse: Floats, direction: Floats) -> float:
+    """Write the direction (n, 2): the step of every vertex when the others stand still; its product with the rest."""
+    total = 0.0
+    for i in range(len(rest)):
+        direction[i, 0] = inverse[i, 0] * rest[i, 0] + inverse[i, 1] * rest[i, 1]
+        direction[i, 1] = inverse[i, 1] * rest[i, 0] + inverse[i, 2] * rest[i, 1]
+        total += rest[i, 0] * direction[i, 0] + rest[i, 1] * direction[i, 1]
+    return total
+
+
+@numba.njit(cache=True)
+def _stiffness_times(moved: Floats, jacobian: Floats, edges: Ints, product: Floats) -> float:
+    """Write the stiffness matrix times a displacement (n, 2); the quadratic form of the displacement."""
+    product[:] = 0.0
+    total = 0.0
+    for k in range(len(edges)):
+        a, b = edges[k, 0], edges[k, 1]
+        x, y = jacobian[k, 0], jacobian[k, 1]
+        strain = x * (moved[b, 0] - moved[a, 0]) + y * (moved[b, 1] - moved[a, 1])
+        total += strain * strain
+        product[a, 0] -= strain * x
+        product[a, 1] -= strain * y
+        product[b, 0] += strain * x
+        product[b, 1] += strain * y
+    return total

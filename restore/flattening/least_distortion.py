@@ -1,0 +1,74 @@
+"""The page of a surface that is not developable: no inverted face, the least symmetric Dirichlet energy.
+
+Scalable locally injective mapping (Rabinovich, Poranne, Panozzo & Sorkine-Hornung 2017, in libigl) from Tutte's
+embedding on a circle, which inverts no face of a disc. It knows the faces in space alone, no other lengths.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csc_matrix, diags
+from scipy.sparse.linalg import splu
+
+from restore.flattening.solution import Solution
+from restore.mesh.measures import signed_areas, straight_lengths, surface_area, symmetric_dirichlet
+from restore.mesh.network import Network
+from restore.scan import Floats, Ints
+
+LOOK = 5  # iterations between two looks at the energy
+MOST_ITERATIONS = 200
+STILL = 1e-4  # relative change of the energy in LOOK iterations: a tenth of a per cent is not seen on a page
+
+
+def is_disc(network: Network) -> bool:
+    """Whether a connected network has one border and no handle: V − E + F = 1, no border vertex met twice."""
+    counts = np.diff(network.sides.first)
+    used = len(np.unique(network.faces))
+    border = network.edges[counts == 1]
+    simple = bool(counts.max() <= 2 and (np.bincount(border.ravel())[np.unique(border)] == 2).all())
+    return simple and used - len(network.edges) + len(network.faces) == 1
+
+
+def least_distorted_page(vertices: Floats, network: Network) -> Solution:
+    """Flat positions (n, 2) mm of a disc with vertices (n, 3) mm, no face inverted, at the scale of the surface."""
+    import igl
+
+    faces = network.faces
+    loop = np.asarray(igl.boundary_loop(faces))
+    circle = np.asarray(igl.map_vertices_to_circle(np.ascontiguousarray(vertices), loop))
+    start = embedded(network.edges, len(vertices), loop, circle)
+    start = start * np.sqrt(surface_area(vertices, faces) / abs(float(signed_areas(start, faces).sum())))
+    data = igl.slim_precompute(
+        np.asfortranarray(vertices),
+        np.asfortranarray(faces, dtype=np.int32),
+        np.asfortranarray(start),
+        igl.MappingEnergyType.SYMMETRIC_DIRICHLET,
+        np.empty(0, np.int32),
+        np.asfortranarray(np.empty((0, 2))),
+        0.0,
+    )
+    flat, energy, change, chords = start, np.inf, np.inf, straight_lengths(vertices, network.edges)
+    iterations = 0
+    while iterations < MOST_ITERATIONS and change > STILL:
+        iterations += LOOK
+        flat, before = np.array(igl.slim_solve(data, LOOK))[:, :2], energy
+        energy = symmetric_dirichlet(flat, faces, network.edges, chords)
+        change = abs(before - energy) / energy
+    return Solution(flat, iterations, float(change), bool(change <= STILL))
+
+
+def embedded(edges: Ints, count: int, held: Ints, places: Floats) -> Floats:
+    """(count, 2) Tutte's embedding: each vertex at the mean of its neighbours, the held ones (k,) at places (k, 2).
+
+    Where the held vertices are the border of a disc, in order round a convex curve, no face is inverted (Tutte 1963).
+    """
+    a, b = edges.T
+    joined = csc_matrix((np.ones(2 * len(a)), (np.r_[a, b], np.r_[b, a])), shape=(count, count))
+    free = np.setdiff1d(np.arange(count), held)
+    laplacian = diags(np.asarray(joined.sum(axis=1)).ravel()) - joined
+    flat = np.zeros((count, 2))
+    flat[held] = places
+    inner = laplacian.tocsc()[free]
+    solver = splu(inner[:, free].tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    flat[free] = solver.solve(-(inner[:, held] @ places))
+    return flat

@@ -1,0 +1,59 @@
+"""From edge lengths alone to the page: exact where the lengths are those of a flat page, wherever it hangs together."""
+
+import numpy as np
+import pytest
+
+from restore.flattening.angle_synchronisation import flat_from_lengths
+from restore.flattening.fans import angle_fans
+from restore.mesh.adjacency import sides_of
+from restore.mesh.measures import edge_strain, signed_areas, straight_lengths
+
+EXACT = 1e-5  # strain: the matrix is grounded by a billionth, felt along the whole page
+NOISE = 0.01  # of every length
+NEAR_MM = 2.0  # of 280: what Gauss–Newton has to do from there
+
+
+def solved(flat, faces, lengths=None):
+    sides = sides_of(faces)
+    lengths = straight_lengths(flat, sides.edges) if lengths is None else lengths
+    fans = angle_fans(faces, sides, lengths, np.sign(signed_areas(flat, faces)))
+    return flat_from_lengths(fans, lengths, len(flat)), sides.edges, lengths
+
+
+@pytest.mark.parametrize("stretch", [1.0, 10.0])
+def test_exact_lengths_give_the_page(warped, stretch):
+    page = warped(count=500)
+    found, edges, lengths = solved(page.flat * [stretch, 1.0], page.mesh.faces)
+    assert np.abs(edge_strain(found, edges, lengths)).max() < stretch * EXACT
+    assert (signed_areas(found, page.mesh.faces) > 0).all()
+
+
+def test_a_page_with_a_hole_keeps_it(warped):
+    page = warped(count=800)
+    kept = np.linalg.norm(page.flat[page.mesh.faces].mean(axis=1), axis=1) > 40
+    used, faces = np.unique(page.mesh.faces[kept], return_inverse=True)
+    found, edges, lengths = solved(page.flat[used], faces.reshape(-1, 3).astype(np.int64))
+    assert np.abs(edge_strain(found, edges, lengths)).max() < EXACT
+
+
+def test_two_fans_at_a_pinched_vertex_do_no_harm(warped):
+    """Two faces at a vertex that share no edge are missing: what is left there are two fans."""
+    page = warped(count=800)
+    middle = int(np.argmin(np.linalg.norm(page.flat, axis=1)))
+    at_middle = np.flatnonzero((page.mesh.faces == middle).any(axis=1))
+    first = at_middle[0]
+    other = next(f for f in at_middle if len(np.intersect1d(page.mesh.faces[f], page.mesh.faces[first])) == 1)
+    flat, faces = page.flat, np.delete(page.mesh.faces, [first, other], axis=0)
+    sides = sides_of(faces)
+    owners = angle_fans(faces, sides, straight_lengths(flat, sides.edges), np.ones(len(faces))).owner
+    assert len(owners) > len(flat)
+    found, edges, lengths = solved(flat, faces)
+    assert np.abs(edge_strain(found, edges, lengths)).max() < EXACT
+
+
+def test_lengths_with_errors_give_a_page_near_the_truth(warped):
+    page = warped(count=800)
+    sides = sides_of(page.mesh.faces)
+    errors = np.random.default_rng(0).normal(1.0, NOISE, len(sides.edges))
+    found, _, _ = solved(page.flat, page.mesh.faces, errors * straight_lengths(page.flat, sides.edges))
+    assert page.error(found) < NEAR_MM

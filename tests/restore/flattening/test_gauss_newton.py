@@ -1,0 +1,83 @@
+"""Gauss–Newton finds the lengths again, says whether it converged, and survives coincident vertices."""
+
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+from restore.flattening.gauss_newton import GRADIENT_TOLERANCE, LEAST_AREA, edge_areas, minimise_strain
+from restore.mesh.measures import edge_strain
+from restore.mesh.network import make_network
+
+SQUARE = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]])
+FACES = np.array([[0, 1, 2], [0, 2, 3]])
+NETWORK = make_network(SQUARE, FACES)
+CONVERGED = 1e-4  # strain: a thousandth of the tenth that the square is pushed askew
+PARITY = 1e-9
+LEAST_MM = 1e-3  # the third iteration moves no node farther
+EXACT = 1e-12
+
+
+def network_of(page, lengths=None):
+    return make_network(page.mesh.vertices, page.mesh.faces, page.lengths if lengths is None else lengths)
+
+
+def test_a_square_pushed_askew_gets_its_lengths_back():
+    askew = SQUARE + np.random.default_rng(0).normal(0, 0.5, SQUARE.shape)
+    strain = edge_strain(minimise_strain(askew, NETWORK).flat, NETWORK.edges, NETWORK.lengths)
+    assert np.abs(strain).max() < CONVERGED
+
+
+def test_coincident_vertices_give_finite_positions():
+    collapsed = SQUARE.copy()
+    collapsed[1] = collapsed[0]
+    assert np.isfinite(minimise_strain(collapsed, NETWORK).flat).all()
+
+
+def test_no_page_near_by_has_less_strain(warped):
+    page = warped("gutter", count=300)
+    rng = np.random.default_rng(1)
+    network = network_of(page, page.lengths * rng.uniform(0.97, 1.03, len(page.lengths)))  # they contradict each other
+    areas = edge_areas(network.faces, network.sides, network.lengths)
+
+    def energy(flat):
+        return (areas * edge_strain(flat, network.edges, network.lengths) ** 2).sum()
+
+    found = minimise_strain(page.flat, network).flat
+    ways = rng.normal(0, LEAST_MM, (20, *found.shape))
+    assert all(energy(found + way) > energy(found) for way in ways)
+
+
+def test_it_tells_its_residual_and_whether_it_converged(warped):
+    page = warped("gutter", count=300)
+    bent = page.flat + 2.0 * np.sin(page.flat / 60.0)
+    stopped, done = (minimise_strain(bent, network_of(page), most) for most in (1, 50))
+    assert not stopped.converged
+    assert stopped.iterations == 1
+    assert done.converged
+    assert done.residual <= GRADIENT_TOLERANCE / np.sqrt(len(bent)) < stopped.residual
+    again = minimise_strain(done.flat, network_of(page))
+    assert again.iterations == 0
+
+
+def test_vertices_without_an_edge_stay():
+    loose = np.vstack([SQUARE, [[30.0, 40.0]]])
+    stretched = make_network(SQUARE, FACES, 1.01 * NETWORK.lengths)
+    np.testing.assert_array_equal(minimise_strain(loose, stretched).flat[-1], loose[-1])
+
+
+def test_edges_weigh_as_the_areas_of_their_faces():
+    vertices = np.array([[0, 0, 0], [4, 0, 0], [0, 3, 0], [0, -30, 0], [4.0, 0, 0]], float)
+    network = make_network(vertices, np.array([[0, 1, 2], [0, 3, 1], [1, 2, 4]]))
+    areas = dict(zip(map(tuple, network.edges), edge_areas(network.faces, network.sides, network.lengths), strict=True))
+    assert areas[0, 1] / areas[0, 2] == pytest.approx(66 / 6, rel=EXACT)
+    assert areas[2, 4] == LEAST_AREA  # of a face without area
+    assert np.mean([areas[edge] for edge in areas]) == pytest.approx(1.0, rel=2 * LEAST_AREA)
+
+
+def test_compiled_and_plain_python_agree(warped, plain):
+    page = warped("fold", count=60)
+    askew = page.flat + np.random.default_rng(0).normal(0, 1.0, page.flat.shape)
+    compiled = minimise_strain(askew, network_of(page)).flat
+    assert "_minimise" in plain(import_module("restore.flattening.gauss_newton"))
+    np.testing.assert_allclose(minimise_strain(askew, network_of(page)).flat, compiled, atol=PARITY)
