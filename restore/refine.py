@@ -32,7 +32,6 @@ def refine(sheet: Sheet, coarse: FlatMesh, nodes: Floats) -> tuple[FlatMesh, Flo
     network = make_network(vertices, faces, sheet.lengths(fine_nodes, sides.edges), sides)
     flat = interpolate_flat_positions(sheet.inside.shape, nodes, coarse.faces, coarse.flat, fine_nodes)
     found = least_strain_page(flat, network)
-    convergence = {"residual": found.residual, "converged": found.converged}
     texcoords = sheet.texcoords(fine_nodes)
     fine = replace(
         coarse,
@@ -41,7 +40,8 @@ def refine(sheet: Sheet, coarse: FlatMesh, nodes: Floats) -> tuple[FlatMesh, Flo
         texcoords=texcoords,
         flat=found.flat,
         lengths=network.lengths,
-        **convergence,
+        residual=found.residual,
+        converged=found.converged,
     )
     return fine, fine_nodes
 

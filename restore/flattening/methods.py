@@ -21,6 +21,7 @@ from restore.mesh.measures import rms_strain, straight_lengths
 from restore.mesh.network import Network, Piece, make_network, pieces
 from restore.mesh.pose import Laid, lay
 from restore.mesh.surface_lengths import surface_lengths
+from restore.mesh.topology import refuse_unflattenable
 from restore.mesh.validate import ValidMesh, validated
 from restore.scan import FlatMesh, Floats, Ints, SurfaceMesh
 
@@ -51,12 +52,13 @@ def flatten_points(
     the surface that the vertices sample (`surface_lengths`).
     Each connected piece is flattened by itself and stays where the scan had it, unless it would lie over another. Faces
     that run the wrong way round are turned.
-    Raises BadInput for an unknown method, a broken mesh or lengths that are not one for each edge, NotEnoughSurface for
-    a mesh without area or without a border.
+    Raises BadInput for an unknown method, a mesh that is broken, one-sided or a closed band, or lengths that are not
+    one for each edge, NotEnoughSurface for a mesh without area or without a border.
     """
     if method not in METHODS:
         raise BadInput(f"there is no flattening method {method!r}", f"use one of: {', '.join(METHODS)}")
     mesh = validated(mesh)
+    refuse_unflattenable(mesh.vertices, mesh.faces, mesh.sides)
     page = _with_lengths(mesh, method, on_step, lengths)
     if method == "isometric" and _energy(page.flat, mesh.sides.edges, page.lengths) > MOST_STRAIN**2:
         return _flattened(mesh, flatten_least_distorted, page.lengths, on_step)
