@@ -19,7 +19,6 @@ from restore.files import read_toml
 from restore.vivid import TEXTURE_COLS, TEXTURE_ROWS
 
 FORMAT = 1
-MAX_FILE_BYTES = 65_536  # a calibration is one screen of text
 REPLACE_CALIBRATION = "calibrate again with `planish calibrate`, or leave the file out for the manual's figures"
 MAX_SWEEP_TANGENT = (
     1.0  # tangent of the steepest stripe plane of any lens (WIDE at its nearest distance), with a margin
@@ -87,7 +86,8 @@ def read_calibration(path: Path) -> Calibration:
     try:
         table = read_toml(path)
     except OSError as error:
-        raise SettingsError(f"cannot read the calibration {path}: {error.strerror}", "check the path") from error
+        hint = f"check the path, or {REPLACE_CALIBRATION}"
+        raise SettingsError(f"cannot read the calibration {path}: {error.strerror}", hint) from error
     except ValueError as error:  # also TOMLDecodeError, UnicodeDecodeError
         raise SettingsError(f"{path} is not a calibration: {error}", REPLACE_CALIBRATION) from error
     if table.pop("format", None) != FORMAT:
