@@ -42,9 +42,9 @@ def flatten(
     Raises BadInput for an unknown method, a broken mesh or lengths that are not one for each edge, NotEnoughSurface for
     a mesh without area or without a border.
 
-    A square of 10 mm, folded over its diagonal:
+    A square of 10 mm that stands upright:
 
-    >>> corners = np.array([[0, 0, 0], [10, 0, 0], [5, 5, 50**0.5], [0, 10, 0]], float)
+    >>> corners = np.array([[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]], float)[:, [0, 2, 1]]
     >>> page = flatten(SurfaceMesh(corners, np.array([[0, 1, 3], [1, 2, 3]])))
     >>> page.flat.shape, round(float(np.linalg.norm(page.flat[0] - page.flat[2])), 3)
     ((4, 2), 14.142)

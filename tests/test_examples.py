@@ -51,8 +51,7 @@ def test_batch_goes_on_after_a_scan_that_cannot_be_read(scan, tmp_path, capsys):
 
 
 def test_own_driver(scan, tmp_path, capsys):
-    rows, cols = scan.points.shape[:2]
-    np.savez(tmp_path / "shot.npz", points=scan.points, colour=np.zeros((rows, cols, 3), np.uint8))
+    np.savez(tmp_path / "shot.npz", points=scan.points, colour=scan.texture[::2, ::2])  # FAST: every second pixel
     main_of("own_driver")(tmp_path)
     width, height = capsys.readouterr().out.removeprefix("shot.npz: ").removesuffix(" mm\n").split(" × ")
     assert (float(width), float(height)) == pytest.approx(PAGE_MM, abs=SIZE_MM)

@@ -23,7 +23,10 @@ def advance(now: Floats, before: Floats, gravity: float, drag: float, damping: f
 
 @numba.njit(cache=True)
 def relax(now: Floats, edges: Ints, lengths: Floats, hinges: Ints, spans: Floats, sweeps: int) -> None:
-    """Put sticks (eq. 3), hinges and table back in order, one after the other, `sweeps` times, in place."""
+    """Project particles now (n, 3) in place onto sticks (eq. 3), hinges and table, one after the other, `sweeps` times.
+
+    edges (e, 2) with lengths (e,) mm; hinges (b, 2) with spans (b,) mm.
+    """
     for _ in range(sweeps):
         _project(now, edges, lengths)
         _project(now, hinges, spans)

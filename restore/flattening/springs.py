@@ -112,7 +112,7 @@ def _pull(
 def advance(
     now: Floats, velocity: Floats, force: Floats, gravity: float, drag: float, restitution: float, step: float
 ) -> None:
-    """One explicit Euler step, in place: positions from the old velocities, velocities from the old forces."""
+    """One explicit Euler step in place: positions from the old velocities, velocities from old forces, all (n, 3)."""
     for i in range(len(now)):
         for axis in range(3):
             now[i, axis] += step * velocity[i, axis]

@@ -17,6 +17,7 @@ MAX_CORNERS = 256  # of a face; scanners write triangles and quads, editors no m
 EXACT_DIGITS = 2**53  # whole numbers below are exact in float64, and so is their product …
 EXACT_POWER = 22  # … with or quotient by a power of ten up to this one (W. Clinger, PLDI 1990)
 POWERS = 10.0 ** np.arange(EXACT_POWER + 1)
+LEAST_VERTEX_BYTES = len(b"v 0 0 0\n")  # more vertex lines than fit would take many times the memory of the file
 VALUES = 7  # x y z w, or x y z r g b and one to spare: more numbers on a line are left out
 KINDS = VERTEX, TEXCOORD, FACE, LIBRARY, MATERIAL = range(5)
 NUMBER_FAULT, CORNER_FAULT, INDEX_FAULT, COUNT_FAULT = 1, 2, 3, 4
@@ -53,6 +54,8 @@ def parse_obj(path: Path, data: bytes) -> ObjText:
         data = data.replace(b"\\\r\n", b"  \n").replace(b"\\\n", b"  ")
     text = np.frombuffer(data + b"\n", np.uint8)
     sizes, libraries, materials = _count(text)
+    if sizes[VERTEX] * LEAST_VERTEX_BYTES > len(text):
+        raise BadInput(f"{path}: a vertex has fewer than three coordinates", DAMAGED)
     values, counts = np.full((sizes[VERTEX], VALUES), np.nan), np.zeros(sizes[VERTEX], np.int64)
     uv = np.full((sizes[TEXCOORD], 2), np.nan)
     faces, corners = np.zeros(sizes[FACE], np.int64), np.zeros((sizes[-1], 2), np.int64)

@@ -64,7 +64,7 @@ def _beside_no_crease(normals: Floats, edges: Ints) -> Ints:
 
 
 def noise_of(vertices: Floats, rings: Rings) -> float:
-    """Standard deviation of the vertices off the surface, mm, from patches that are not tied to their vertex."""
+    """Standard deviation of the vertices (n, 3) off the surface, mm, from patches that are not tied to their vertex."""
     size = max(float(axis.max() - axis.min()) for axis in vertices.T)
     chosen = np.arange(0, len(vertices), max(len(vertices) // PROBES, 1))
     offsets = np.sort(np.abs(fit_jets(vertices, rings, chosen, size).offsets[chosen]))
