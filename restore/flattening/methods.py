@@ -10,7 +10,7 @@ import numpy as np
 from restore.errors import BadInput, NotEnoughSurface
 from restore.flattening.conformal import flatten_conformal
 from restore.flattening.fans import face_signs
-from restore.flattening.isometric import MOST_STRAIN, flatten_isometric, flatten_least_distorted
+from restore.flattening.isometric import CAP, MOST_STRAIN, flatten_isometric, flatten_least_distorted
 from restore.flattening.joints import flatten_parts
 from restore.flattening.layout import lay_out
 from restore.flattening.repair import least_strain_page
@@ -60,7 +60,7 @@ def flatten_points(
     mesh = validated(mesh)
     refuse_unflattenable(mesh.vertices, mesh.faces, mesh.sides)
     page = _with_lengths(mesh, method, on_step, lengths)
-    if method == "isometric" and _energy(page.flat, mesh.sides.edges, page.lengths) > MOST_STRAIN**2:
+    if method == "isometric" and rms_strain(page.flat, mesh.sides.edges, page.lengths, CAP) > MOST_STRAIN:
         return _flattened(mesh, flatten_least_distorted, page.lengths, on_step)
     return page
 
