@@ -55,7 +55,7 @@ def face_strain(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floa
 def symmetric_dirichlet(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> float:
     """Mean of σ₁² + σ₂² + 1/σ₁² + 1/σ₂² over the faces, by area (Smith & Schaefer 2015); 4 is the least there is.
 
-    flat (n, 2), faces (m, 3), edges (e, 2) and lengths (e,) as for `face_strain`. Infinite where a face has no area on the page.
+    flat (n, 2), faces (m, 3), edges (e, 2) and lengths (e,) as for `face_strain`. Infinite where a face has no area.
     """
     total, difference = _stretches(flat, faces, edges, lengths)
     first, second = ((total + sign * difference) / 2.0 for sign in (1.0, -1.0))
