@@ -8,7 +8,7 @@ from pathlib import Path
 from drivers.simulated import Pose, Text, Wave, shoot
 from restore import Settings, restore
 from station.export.png import encode_png
-from station.pictures.canvas import Panel, fit, side_by_side
+from station.pictures.panels import Panel, resize_to_fit, side_by_side
 
 PICTURE = Path(__file__).parent.parent / "docs" / "before-after.png"
 HEIGHT, WIDTH = 480, 640  # of a panel: the colour image as it is
@@ -22,7 +22,11 @@ def main(path: Path = PICTURE) -> None:
     width, height = page.report["page_mm"]
     panels = [
         Panel(scan.texture, "As the scanner saw it"),
-        Panel(fit(page.image, height=HEIGHT, width=WIDTH), "Restored", f"{width:.1f} × {height:.1f} mm, to scale"),
+        Panel(
+            resize_to_fit(page.image, height=HEIGHT, width=WIDTH),
+            "Restored",
+            f"{width:.1f} × {height:.1f} mm, to scale",
+        ),
     ]
     path.write_bytes(encode_png(side_by_side(panels)))
 

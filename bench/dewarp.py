@@ -21,7 +21,7 @@ from PIL import Image
 from bench.words import COLUMNS, DPI, WARPS, Task, pictures, tasks
 from oracles.similarity import page_similarity
 from restore.scan import Bytes
-from station.precision import read_words
+from station.ocr_precision import count_matching_words
 from station.words import ProgramMissing, find_tesseract, recognise
 
 HOME = Path("build") / "page-dewarp"
@@ -63,7 +63,7 @@ def _compared(task: Task, program: Path) -> tuple[str, ...]:
     seconds = time.perf_counter() - start
 
     def words(image: Bytes, dpi: float, name: str) -> str:
-        return f"{100 * read_words(page.text, recognise(image, dpi, name=name).text).precision:.1f}"
+        return f"{100 * count_matching_words(page.text, recognise(image, dpi, name=name).text).precision:.1f}"
 
     before, ours = words(raw, page.dpi[COLUMNS[0]], "raw"), words(restored, DPI, "ours")
     likeness = f"{page_similarity(restored, flat):.3f}"

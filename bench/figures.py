@@ -23,10 +23,10 @@ from restore.scan import Bytes
 from restore.texture.page import MM_PER_INCH
 from restore.texture.super_resolution import finer_scan
 from station.colour.chart import find_chart
-from station.colour.figures import before_and_after
+from station.colour.figures import mean_differences
 from station.colour.fit import fit_colours
 from station.export.icc import encode_profile, srgb_profile
-from station.precision import read_characters, read_words
+from station.ocr_precision import count_matching_characters, count_matching_words
 from station.words import recognise
 
 PAPER, INK, WRONG = (255, 255, 255), (40, 40, 40), (200, 30, 30)
@@ -48,7 +48,7 @@ def words_figure() -> Image.Image:
     for name, title in titles.items():
         image, dpi = seen.images[name], seen.dpi[name]
         read = recognise(image, dpi, name=name).text
-        share = f"{100 * read_words(seen.text, read).precision:.0f} % of the words read right"
+        share = f"{100 * count_matching_words(seen.text, read).precision:.0f} % of the words read right"
         picture = enlarged(image[: between_lines(image, SHOWN_SHARE)], 620 / image.shape[1])
         panels.append(stacked([caption(f"{title}: {share}", 620), picture, spelt(read, seen.text, 620)]))
     return beside(panels)
@@ -64,7 +64,7 @@ def colour_figure() -> Image.Image:
         ImageCms.ImageCmsProfile(io.BytesIO(data)) for data in (encode_profile(fit.profile("camera")), srgb_profile())
     )
     after = np.asarray(ImageCms.profileToProfile(Image.fromarray(codes), *profiles))
-    errors = before_and_after(fit)
+    errors = mean_differences(fit)
     titles = [f"{how}: mean ΔE2000 {error:.1f}" for how, error in errors.items()]
     panels = []
     for title, picture in zip(titles, (codes, after), strict=True):
@@ -80,7 +80,7 @@ def super_figure() -> Image.Image:
     for title, scan in (("one shot", taken[0]), (f"{SHOTS} shots", finer_scan(taken))):
         page = restore(scan, Settings(shading="remove")).image
         read = recognise(page, 150.0, name=title).text
-        right = f"{100 * read_characters(text, read).precision:.1f} % of the characters read right"
+        right = f"{100 * count_matching_characters(text, read).precision:.1f} % of the characters read right"
         part = page[: between_lines(page, 0.38), : page.shape[1] // 2]
         panels.append(stacked([caption(f"{title}, {SMALL_PT:g} pt: {right}", part.shape[1]), Image.fromarray(part)]))
     return beside(panels)

@@ -11,7 +11,7 @@ import numpy as np
 from drivers.simulated import Binding, Pose, Text, shoot
 from restore import Bytes, Settings, restore
 from station.export.png import encode_png
-from station.pictures.canvas import Panel, fit, side_by_side
+from station.pictures.panels import Panel, resize_to_fit, side_by_side
 from station.pictures.strain import strain_picture
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -29,8 +29,8 @@ def main(folder: Path = DOCS) -> None:
     assert scan.texture is not None
     width, height = page.report["page_mm"]
     panels = [
-        Panel(fit(scan.texture, height=HEIGHT, width=WIDTH), "As the scanner saw it"),
-        Panel(fit(page.image, height=HEIGHT, width=WIDTH), "Restored", f"{width:.1f} × {height:.1f} mm"),
+        Panel(resize_to_fit(scan.texture, height=HEIGHT, width=WIDTH), "As the scanner saw it"),
+        Panel(resize_to_fit(page.image, height=HEIGHT, width=WIDTH), "Restored", f"{width:.1f} × {height:.1f} mm"),
     ]
     (folder / "first-page.png").write_bytes(encode_png(side_by_side(panels)))
     strain = strain_picture(page)

@@ -22,8 +22,8 @@ from restore import RestoredPage, Settings, SurfaceMesh, restore
 from restore.scan import Bytes, Floats
 from restore.shading.relief import relief_of
 from restore.shading.remove import LIGHT_DPI, remove_shading
-from station.pictures.canvas import Panel, fit, side_by_side
-from station.pictures.review import hatched
+from station.pictures.panels import Panel, resize_to_fit, side_by_side
+from station.pictures.review import hatch_unseen
 
 DOCS = Path(__file__).parent.parent / "docs"
 HEIGHT, WIDTH = 280, 390  # of a panel
@@ -49,24 +49,30 @@ def _evened(sheet: Spread | Crumpled, artwork: Figure | Text, name: str) -> Byte
     kept, mask = found.page(found.seen)
     removed = remove_shading(kept, mask, DPI, relief_of(found.surface, found.unrolled.fine, LIGHT_DPI)).image
     panels = ((kept, "The page with its light", f"a {name} page under a desk lamp"), (removed, "The light removed", ""))
-    return side_by_side([Panel(fit(image, height=HEIGHT, width=WIDTH), *words) for image, *words in panels])
+    return side_by_side([Panel(resize_to_fit(image, height=HEIGHT, width=WIDTH), *words) for image, *words in panels])
 
 
 def hidden() -> Bytes:
     """What a pleat hides, told and filled."""
     mesh = pleated()
     assert mesh.texture is not None
-    blank, filled = (restore(mesh, Settings(points=0, fill_hidden_mm=mm)) for mm in (0.0, FILLED_MM))
+    unfilled, filled = (restore(mesh, Settings(points=0, fill_hidden_mm=mm)) for mm in (0.0, FILLED_MM))
     panels = [
-        Panel(fit(mesh.texture, height=HEIGHT, width=WIDTH), "As the camera saw it", "a pleat lies over the page"),
-        _panel(hatched(blank), blank, "Not seen is said to be so", "hidden"),
+        Panel(
+            resize_to_fit(mesh.texture, height=HEIGHT, width=WIDTH),
+            "As the camera saw it",
+            "a pleat lies over the page",
+        ),
+        _panel(hatch_unseen(unfilled), unfilled, "Not seen is said to be so", "hidden"),
         _panel(filled.image, filled, "Filled on request, and noted", "invented"),
     ]
     return side_by_side(panels)
 
 
 def _panel(image: Bytes, page: RestoredPage, title: str, kind: str) -> Panel:
-    return Panel(fit(image, height=HEIGHT, width=WIDTH), title, f"{kind}: {page.report['coverage'][kind]:.1%}")
+    return Panel(
+        resize_to_fit(image, height=HEIGHT, width=WIDTH), title, f"{kind}: {page.report['coverage'][kind]:.1%}"
+    )
 
 
 def pleated() -> SurfaceMesh:

@@ -14,7 +14,7 @@ from drivers.simulated import connect, rig
 from drivers.vivid900.lenses import FINE
 from restore import RangeScan, Settings, restore
 from restore.texture.super_resolution import finer_scan
-from station.precision import Reading, read_characters, read_words
+from station.ocr_precision import MatchCount, count_matching_characters, count_matching_words
 from station.words import recognise
 
 SIZES_PT = (8.0, 9.0, 10.0)
@@ -41,12 +41,12 @@ def printed(config: Mapping[str, Any]) -> str:
     return " ".join(word.text for word in rig(config).sensor.truth(FINE).words)
 
 
-def read(taken: Sequence[RangeScan], text: str) -> tuple[Reading, Reading]:
+def read(taken: Sequence[RangeScan], text: str) -> tuple[MatchCount, MatchCount]:
     """Words and characters read in the page that these shots give together."""
     scan = finer_scan(taken) if len(taken) > 1 else taken[0]
     page = restore(scan, Settings(dpi=DPI, shading="remove"))
     found = recognise(page.image, DPI, name="page").text
-    return read_words(text, found), read_characters(text, found)
+    return count_matching_words(text, found), count_matching_characters(text, found)
 
 
 def main() -> None:

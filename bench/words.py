@@ -5,7 +5,7 @@
 The paper's Table 1, over its mix of warps, with about its 12,000 words. Every page is 230 × 160 mm of running text
 before the MIDDLE lens at 0.9 m, 53 pixels to the inch; the size of the type is such that the raw pictures read as badly
 as the paper's (51 to 89 % of the words). The flat original is the ceiling: the same print laid flat, seen by the same
-camera. All four are read alike, by Tesseract, as `planish ocr` reads a page. Precision as in `station.precision`.
+camera. All four are read alike, by Tesseract, as `planish ocr` reads a page. Precision as in `station.ocr_precision`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from oracles.similarity import align_page, page_similarity
 from restore import RangeScan, Settings, restore
 from restore.scan import Bytes
 from restore.texture.page import MM_PER_INCH, sample
-from station.precision import Reading, read_characters, read_words
+from station.ocr_precision import MatchCount, count_matching_characters, count_matching_words
 from station.words import ProgramMissing, find_tesseract, recognise
 
 LENS, DISTANCE_MM = "MIDDLE", 900.0  # as in the paper's experiments
@@ -84,8 +84,8 @@ class Result:
     on the original, and the same without its light."""
 
     warp: str
-    words: tuple[Reading, ...]
-    characters: tuple[Reading, ...]
+    words: tuple[MatchCount, ...]
+    characters: tuple[MatchCount, ...]
     alike: tuple[float, float, float]
     printed: int
 
@@ -154,7 +154,9 @@ def measure(task: Task) -> Result:
     """Read all pictures of a page."""
     seen = pictures(task)
     texts = [recognise(seen.images[name], seen.dpi[name], name=name).text for name in COLUMNS]
-    words, characters = (tuple(how(seen.text, text) for text in texts) for how in (read_words, read_characters))
+    words, characters = (
+        tuple(how(seen.text, text) for text in texts) for how in (count_matching_words, count_matching_characters)
+    )
     flat = seen.images["flat"]
     kept, removed = (align_page(seen.images[name], flat) for name in ("restored", "light removed"))
     alike = tuple(page_similarity(page, flat) for page in (seen.images["light removed"], kept, removed))

@@ -1,17 +1,18 @@
-"""Sessions at the scanner: capture, restore, export, look.
+"""Command line and sessions at the scanner: capture, restore, export, review.
 
 cli         the command `planish`
 config      a station's TOML file, and settings checked with the option's name in the message
 session     one page: open → capture → store → restore → export
-export      what can be written, one file a format, all or nothing
-words       Tesseract: what stands on a page
-ocr         the command that reads pages: text, ALTO, PDF/A
-precision   how well a page was read
-pages       restored pages read back
-colour      a chart measured: a profile, and the levels it meets
-pictures    the pictures to look at: side by side, strain, frames
-progress    bars on a terminal, silence elsewhere
-telling     results on stdout, faults on stderr
-originals   what a run must never overwrite
-errors      every fault with its exit code and what to do now
+export      encoders of the output files, one module a format, and writing of all files or none
+words       text recognition by Tesseract
+ocr         `planish ocr`: text, ALTO and PDF/A of restored pages
+text_layer  recognised lines and words, and the invisible text of a PDF
+ocr_precision  precision of recognised words and characters against a transcript
+pages       reader of restored pages
+colour      colour chart to ICC profile, and the quality levels of guidelines
+pictures    review pictures: panels side by side, strain map, frames of the flattening
+progress    progress bars on a terminal
+terminal    results on stdout, errors on stderr
+overwrite_check  files that a run must never overwrite
+errors      every error with its exit code and remedy
 """

@@ -13,7 +13,7 @@ import typer
 
 from station.errors import UsageError
 from station.options import Debug, Force, Json
-from station.telling import faults_told, say
+from station.terminal import print_result, report_faults
 
 if TYPE_CHECKING:
     from drivers.vivid900.board import Board
@@ -39,7 +39,7 @@ def board(
     debug: Debug = False,
 ) -> None:
     """Draw a marker board to print at 100 %, glue to something flat, and calibrate by."""
-    with faults_told(debug=debug):
+    with report_faults(debug=debug):
         import cv2
 
         from station.export.atomic import write_all
@@ -47,7 +47,7 @@ def board(
 
         picture = _board(columns, rows, marker, pitch).picture(BOARD_DPI)
         write_all([(output, encode_png(cv2.cvtColor(picture, cv2.COLOR_GRAY2RGB), BOARD_DPI))], force=force)
-        say(f"{output}: print it at 100 %, then measure markers and pitch for `planish calibrate`")
+        print_result(f"{output}: print it at 100 %, then measure markers and pitch for `planish calibrate`")
 
 
 def calibrate(
@@ -70,20 +70,20 @@ def calibrate(
     debug: Debug = False,
 ) -> None:
     """Calibrate a scanner with its lens from scans of a marker board at several distances and tilts."""
-    with faults_told(debug=debug):
-        from drivers.vivid900.calibrate import calibrate as adjust
+    with report_faults(debug=debug):
+        from drivers.vivid900.calibrate import calibrate as calibrate_body
         from drivers.vivid900.calibration import encode_calibration
         from drivers.vivid900.plates import nominal_of_scans, plate_shot
         from station.export.atomic import refuse_existing, write_all
 
         refuse_existing([output], force=force)
-        printed = _board(columns, rows, marker, pitch)
-        stored = list(_load(scans))
-        shots = [plate_shot(scan, printed, front_mm=front_mm) for scan, front_mm in stored]
-        found = adjust(shots, nominal_of_scans([scan for scan, _ in stored]))
-        told = list(_summary(found, len(shots)))
-        write_all([(output, encode_calibration(found.calibration, comments=told).encode())], force=force)
-        say(json.dumps(asdict(found)) if as_json else "\n".join([*told, str(output)]))
+        printed_board = _board(columns, rows, marker, pitch)
+        loaded = list(_load(scans))
+        shots = [plate_shot(scan, printed_board, front_mm=front_mm) for scan, front_mm in loaded]
+        result = calibrate_body(shots, nominal_of_scans([scan for scan, _ in loaded]))
+        summary = list(_summary(result, len(shots)))
+        write_all([(output, encode_calibration(result.calibration, comments=summary).encode())], force=force)
+        print_result(json.dumps(asdict(result)) if as_json else "\n".join([*summary, str(output)]))
 
 
 def _board(columns: int, rows: int, marker_mm: float, pitch_mm: float) -> Board:
@@ -112,9 +112,9 @@ def _load(scans: Sequence[str]) -> Iterator[tuple[RangeScan, float | None]]:
         yield scan, front_mm
 
 
-def _summary(found: CalibrationResult, shots: int) -> Iterator[str]:
-    body = found.calibration
+def _summary(result: CalibrationResult, shots: int) -> Iterator[str]:
+    body = result.calibration
     yield f"{body.lens} {body.lens_serial} on body {body.body}".replace("  ", " ").removesuffix(" on body ")
-    yield f"{shots} shots; rms of the markers {found.markers_px:.3f} px, of the samples {found.lines:.3f} lines"
-    yield f"largest error to expect over the field, one sigma: {found.expected_mm:.2f} mm"
-    yield "sigmas: " + ", ".join(f"{name} {sigma:.2g}" for name, sigma in found.sigma.items())
+    yield f"{shots} shots; rms of the markers {result.markers_px:.3f} px, of the samples {result.lines:.3f} lines"
+    yield f"largest error to expect over the field, one sigma: {result.expected_mm:.2f} mm"
+    yield "sigmas: " + ", ".join(f"{name} {sigma:.2g}" for name, sigma in result.sigma.items())

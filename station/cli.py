@@ -28,7 +28,7 @@ from station.options import (
 )
 from station.park import park
 from station.progress import progress_on
-from station.telling import faults_told, say
+from station.terminal import print_result, report_faults
 from station.trace import trace
 from station.warm_up import warm_up
 
@@ -55,8 +55,8 @@ def _print_version(wanted: bool) -> None:
         text = f"planish {version('planish')}"
     except PackageNotFoundError:
         text = "planish, from the sources, not installed"
-    with faults_told():
-        say(text)
+    with report_faults():
+        print_result(text)
     raise typer.Exit
 
 
@@ -84,7 +84,7 @@ def _scan(
     ] = None,
 ) -> None:
     """Capture a page, store the scan, restore the page."""
-    with faults_told(debug=run.debug), progress_on(sys.stderr) as progress:
+    with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.config import load_config
         from station.session import scan_page
         from station.turntable import scan_views
@@ -97,20 +97,20 @@ def _scan(
             outcome = scan_page(station, destination, shots=shots or 1, progress=progress)
         else:
             outcome = scan_views(station, destination, turns=turns, progress=progress)
-    _report(outcome, run)
+    _print_report(outcome, run)
 
 
 @app.command("demo")
 @grouped
 def _demo(output: Out, run: Run) -> None:
     """Scan a simulated page and restore it: nothing else is needed."""
-    with faults_told(debug=run.debug), progress_on(sys.stderr) as progress:
+    with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.config import DEMONSTRATION, load_config
         from station.session import scan_page
 
         destination = _destination(output, Kinds(review=True), run)
         outcome = scan_page(load_config(DEMONSTRATION), destination, progress=progress)
-    _report(outcome, run)
+    _print_report(outcome, run)
 
 
 @app.command("merge")
@@ -121,13 +121,13 @@ def _merge(
     run: Run,
 ) -> None:
     """Merge the views of a rotary stage and restore the page."""
-    with faults_told(debug=run.debug), progress_on(sys.stderr) as progress:
+    with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from restore import Settings
         from station.turntable import merge_files
 
         destination = _destination(output, Kinds(review=True), run)
         outcome = merge_files(views, destination, settings=Settings(), progress=progress)
-    _report(outcome, run)
+    _print_report(outcome, run)
 
 
 @app.command("axis")
@@ -139,13 +139,13 @@ def _axis(
     debug: Debug = False,
 ) -> None:
     """Find the axis of the rotary stage with a flat board of markers on it."""
-    with faults_told(debug=debug), progress_on(sys.stderr) as progress:
+    with report_faults(debug=debug), progress_on(sys.stderr) as progress:
         from station.config import load_config
         from station.session import Destination
         from station.turntable import axis_table, find_axis
 
         fit, path = find_axis(load_config(config), Destination(output, force=force), turns=turns, progress=progress)
-        say(f"{path}\n{axis_table(fit).rstrip()}")
+        print_result(f"{path}\n{axis_table(fit).rstrip()}")
 
 
 @app.command("restore")
@@ -162,21 +162,21 @@ def _restore(
     run: Run,
 ) -> None:
     """Restore the page from a stored scan."""
-    with faults_told(debug=run.debug), progress_on(sys.stderr) as progress:
+    with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from restore import Settings
-        from station.config import checked
+        from station.config import build_model
         from station.session import restore_file
 
         outcome = restore_file(
             scan,
             _destination(output, kinds, run),
-            settings=checked(Settings, chosen.given, name=chosen.option, hint="see planish restore --help"),
+            settings=build_model(Settings, chosen.given, name=chosen.option, hint="see planish restore --help"),
             texture=pictures.texture,
             photos=pictures.photo,
             shots=pictures.shot,
             progress=progress,
         )
-    _report(outcome, run)
+    _print_report(outcome, run)
 
 
 @app.command("ocr")
@@ -193,11 +193,11 @@ def _ocr(
     debug: Debug = False,
 ) -> None:
     """Read the words of a restored page: text, ALTO and searchable PDF/A (needs Tesseract)."""
-    with faults_told(debug=debug), progress_on(sys.stderr) as progress:
+    with report_faults(debug=debug), progress_on(sys.stderr) as progress:
         from station.ocr import read_pages, summary_line
 
         for read in read_pages(page, output, language=language, truth=truth, force=force, progress=progress):
-            say(summary_line(read))
+            print_result(summary_line(read))
 
 
 @app.command("colour")
@@ -210,10 +210,10 @@ def _colour(
     debug: Debug = False,
 ) -> None:
     """Measure a colour chart: an ICC profile of the camera, and the levels of FADGI and ISO 19264 that it meets."""
-    with faults_told(debug=debug):
+    with report_faults(debug=debug):
         from station.colour.run import profile_colours, summary_line
 
-        say(summary_line(profile_colours(target, output, force=force)))
+        print_result(summary_line(profile_colours(target, output, force=force)))
 
 
 for command in (devices, doctor, park, trace, board, calibrate, warm_up):
@@ -221,7 +221,7 @@ for command in (devices, doctor, park, trace, board, calibrate, warm_up):
 
 
 def _destination(folder: Path, kinds: Kinds, run: Run) -> Destination:
-    """Where a run writes and what. Raises BadInput for an unusable profile."""
+    """The destination of a run from its options. Raises BadInput for an unusable profile."""
     from station.export.icc import read_profile
     from station.session import Destination
 
@@ -229,9 +229,9 @@ def _destination(folder: Path, kinds: Kinds, run: Run) -> Destination:
     return Destination(folder, kinds.wanted, run.force, kinds.language, colours)
 
 
-def _report(outcome: Outcome, run: Run) -> None:
+def _print_report(outcome: Outcome, run: Run) -> None:
     """Print the report of a run, as JSON or as a summary."""
     from station.export.report import encode_report, summary
 
-    with faults_told(debug=run.debug):
-        say(encode_report(outcome.report).rstrip() if run.as_json else summary(outcome.report, outcome.files))
+    with report_faults(debug=run.debug):
+        print_result(encode_report(outcome.report).rstrip() if run.as_json else summary(outcome.report, outcome.files))

@@ -1,4 +1,4 @@
-"""A station's configuration, and settings checked with the operator's name for them in the message."""
+"""The configuration of a station, and validation of settings under the names that the operator uses."""
 
 from __future__ import annotations
 
@@ -53,9 +53,9 @@ class StageSettings(BaseModel):
 
     model     of its controller, from the table in docs/rotary-stage.md.
     port      its serial port.
-    relative  whether the controller takes rotations from where it stands: see docs/rotary-stage.md.
-    arc_deg   what the views are spread over: a full turn, or less for a page that stands upright.
-    axis      where it turns; not needed to find just that.
+    relative  True when the controller takes rotations relative to its position: see docs/rotary-stage.md.
+    arc_deg   angle that the views cover: a full turn, or less for a page that stands upright.
+    axis      axis of rotation; not needed to calibrate it.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -85,7 +85,7 @@ class StationConfig(BaseModel):
 
 
 def load_config(path: Path) -> StationConfig:
-    """Read a station's TOML file, or one that comes along by its name. Raises UsageError that names file and key."""
+    """Read a station's TOML file, or a shipped one by its name. Raises UsageError that names file and key."""
     if path.suffix != ".toml" and not path.exists():
         path = CONFIGS / f"{path}.toml"
     try:
@@ -96,32 +96,32 @@ def load_config(path: Path) -> StationConfig:
         raise UsageError(f"cannot read {path}: {error.strerror}", hint) from error
     except ValueError as error:  # TOMLDecodeError and UnicodeDecodeError
         raise UsageError(f"{path} is not a TOML file: {error}", COMPARE) from error
-    _beside(path, table.get("scanner"))
+    _resolve_file_names(path, table.get("scanner"))
     try:
-        return checked(StationConfig, table, name=lambda key: f"{path}: {key}", hint=COMPARE)
+        return build_model(StationConfig, table, name=lambda key: f"{path}: {key}", hint=COMPARE)
     except SettingsError as error:
         raise UsageError(f"{path}: capture.{error}", error.hint) from error
 
 
-def _beside(path: Path, scanner: Any) -> None:
-    """Make the names of files in a scanner's table, which are beside the configuration, paths from here."""
+def _resolve_file_names(path: Path, scanner: Any) -> None:
+    """Resolve file names in a scanner's table against the folder of the configuration, in place."""
     if isinstance(scanner, dict):
         for key in ("profile", "calibration", "body"):
             if str(scanner.get(key, "")).endswith(".toml"):
                 scanner[key] = str(path.parent / scanner[key])
 
 
-def checked(model: type[Model], values: Mapping[str, Any], *, name: Callable[[str], str], hint: str) -> Model:
+def build_model(model: type[Model], values: Mapping[str, Any], *, name: Callable[[str], str], hint: str) -> Model:
     """Build the model. Raises UsageError for the first value that does not fit, under the name the caller knows."""
     try:
         return model.model_validate(values)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         key = ".".join(str(part) for part in first["loc"])
-        raise UsageError(f"{name(key)}: {_complaint(first)}", hint) from error
+        raise UsageError(f"{name(key)}: {_validation_message(first)}", hint) from error
 
 
-def _complaint(error: Mapping[str, Any]) -> str:
+def _validation_message(error: Mapping[str, Any]) -> str:
     match error["type"]:
         case "missing":
             return "is missing"

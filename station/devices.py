@@ -10,29 +10,29 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from station.options import Debug, Json
-from station.telling import faults_told, say
+from station.terminal import print_result, report_faults
 
 if TYPE_CHECKING:
     from drivers.vivid900.discovery import Host, NameFilter, ScsiDevice, SerialPort, UsbBridge
 
 
 @dataclass(frozen=True)
-class Found:
-    """What is plugged in.
+class ConnectedDevices:
+    """Connected devices.
 
-    probed  whether devices behind USB bridges were asked, too.
-    no_usb  why USB could not be searched, empty when it was.
+    probed     True when devices behind USB bridges were queried, too.
+    usb_error  reason for which USB could not be searched; empty when it was.
     """
 
     scsi: Sequence[ScsiDevice]
     bridges: Sequence[UsbBridge]
     serial: Sequence[SerialPort]
     probed: bool = False
-    no_usb: str = ""
+    usb_error: str = ""
 
     @property
     def scanners(self) -> list[ScsiDevice]:
-        """The SCSI devices that are taken for scanners."""
+        """The SCSI devices that match the scanner's names."""
         return [device for device in self.scsi if device.is_scanner]
 
 
@@ -43,17 +43,17 @@ Probe = Annotated[
 ]
 
 
-def search(host: Host, name_filter: NameFilter, *, probe: bool = False) -> Found:
-    """Look everywhere. probe: ask behind USB bridges, too."""
+def find_connected(host: Host, name_filter: NameFilter, *, probe: bool = False) -> ConnectedDevices:
+    """Search SCSI, USB and serial ports. probe: query devices behind USB bridges, too."""
     from drivers.scanner import TransportError
     from drivers.vivid900.discovery import find_bridges, find_scsi, find_serial_ports, probe_bridges
 
     scsi, serial = find_scsi(host, name_filter), find_serial_ports(host)
     try:
         behind = list(probe_bridges(host, name_filter)) if probe else []
-        return Found(scsi + behind, find_bridges(host), serial, probed=probe)
+        return ConnectedDevices(scsi + behind, find_bridges(host), serial, probed=probe)
     except TransportError as error:
-        return Found(scsi, [], serial, no_usb=str(error))
+        return ConnectedDevices(scsi, [], serial, usb_error=str(error))
 
 
 def devices(
@@ -67,26 +67,28 @@ def devices(
     debug: Debug = False,
 ) -> None:
     """List scanners, USB-SCSI bridges and serial ports. Nothing but INQUIRY is sent."""
-    with faults_told(debug=debug):
+    with report_faults(debug=debug):
         from drivers.vivid900 import discovery
 
         host = discovery.Host()
         if rescan:
             discovery.rescan(host)
-        found = search(host, discovery.NameFilter(vendor, product), probe=probe)
-        say(json.dumps(as_data(found)) if as_json else "\n".join(listing(found)))
+        connected = find_connected(host, discovery.NameFilter(vendor, product), probe=probe)
+        print_result(json.dumps(as_data(connected)) if as_json else "\n".join(format_listing(connected)))
 
 
-def listing(found: Found) -> Iterator[str]:
-    """Lines for the operator."""
+def format_listing(connected: ConnectedDevices) -> Iterator[str]:
+    """Lines of the listing for the operator."""
     yield "Scanners"
-    yield from _entries(_scanner_line(device) for device in found.scanners)
+    yield from _entries(_scanner_line(device) for device in connected.scanners)
     yield "Other SCSI devices (not asked anything)"
-    yield from _entries(f"{device.where}  {device.identity}" for device in found.scsi if not device.is_scanner)
-    yield "USB-SCSI bridges" + (f" (not searched: {found.no_usb})" if found.no_usb else "")
-    yield from _entries(f"{bridge}{'  waits for its firmware' * bridge.bridge.sleeping}" for bridge in found.bridges)
+    yield from _entries(f"{device.where}  {device.identity}" for device in connected.scsi if not device.is_scanner)
+    yield "USB-SCSI bridges" + (f" (not searched: {connected.usb_error})" if connected.usb_error else "")
+    yield from _entries(
+        f"{bridge}{'  waits for its firmware' * bridge.bridge.sleeping}" for bridge in connected.bridges
+    )
     yield "Serial ports"
-    yield from _entries(f"{port.node}  {port.description}" for port in found.serial)
+    yield from _entries(f"{port.node}  {port.description}" for port in connected.serial)
 
 
 def _entries(lines: Iterator[str]) -> Iterator[str]:
@@ -103,11 +105,11 @@ def _scanner_line(device: ScsiDevice) -> str:
     return f"{device.where}  {device.identity}  {state}"
 
 
-def as_data(found: Found) -> dict[str, Any]:
-    """The same for programs."""
+def as_data(connected: ConnectedDevices) -> dict[str, Any]:
+    """The listing as JSON values."""
     return {
-        "scanners": [_scsi_data(device) for device in found.scanners],
-        "other_scsi": [_scsi_data(device) for device in found.scsi if not device.is_scanner],
+        "scanners": [_scsi_data(device) for device in connected.scanners],
+        "other_scsi": [_scsi_data(device) for device in connected.scsi if not device.is_scanner],
         "bridges": [
             {
                 "vendor_id": f"{bridge.vendor:04x}",
@@ -117,12 +119,13 @@ def as_data(found: Found) -> dict[str, Any]:
                 "node": str(bridge.node),
                 "usable": bridge.usable,
             }
-            for bridge in found.bridges
+            for bridge in connected.bridges
         ],
         "serial_ports": [
-            {"node": str(port.node), "description": port.description, "usable": port.usable} for port in found.serial
+            {"node": str(port.node), "description": port.description, "usable": port.usable}
+            for port in connected.serial
         ],
-        "usb_problem": found.no_usb,
+        "usb_problem": connected.usb_error,
     }
 
 

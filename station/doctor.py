@@ -1,4 +1,4 @@
-"""`planish doctor`: what is missing before a scan can be made, and what to do about each."""
+"""`planish doctor`: checks of the requirements of a scan, each with a remedy."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from station.devices import Found, Probe, Product, Vendor, search
+from station.devices import ConnectedDevices, Probe, Product, Vendor, find_connected
 from station.options import Debug, Json
-from station.telling import faults_told, say
+from station.terminal import print_result, report_faults
 
 if TYPE_CHECKING:
     from drivers.vivid900.discovery import Host, NameFilter
@@ -37,10 +37,10 @@ OCR_PACKAGE = "tesseract-ocr"
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that was looked at.
+    """Result of one check.
 
     state  "ok", "problem" for what a scan needs, "optional" for what only some work needs.
-    hint   what to do now, where it is not ok.
+    hint   remedy, where it is not ok.
     """
 
     name: str
@@ -50,10 +50,10 @@ class Check:
 
 
 Languages = Callable[[], Sequence[str] | None]
-"""Which languages tesseract knows, None when it is not installed."""
+"""Returns the languages that Tesseract has data for, None when it is not installed."""
 
 
-def examine(
+def run_checks(
     host: Host,
     name_filter: NameFilter,
     languages: Languages,
@@ -61,20 +61,20 @@ def examine(
     *,
     probe: bool = False,
 ) -> list[Check]:
-    """Every check, in the order in which the operator should go through them.
+    """Results of all checks, in the order in which the operator should go through them.
 
     missing  libraries that the system lacks.
-    probe    ask behind USB bridges, too.
+    probe    query devices behind USB bridges, too.
     """
-    found = search(host, name_filter, probe=probe)
+    connected = find_connected(host, name_filter, probe=probe)
     return [
         *_libraries(missing),
-        _libusb(found),
+        _libusb(connected),
         _scsi_driver(host),
-        *_scanners(found, name_filter),
-        *_bridges(found),
-        *_serial_ports(found),
-        _words(languages()),
+        *_scanners(connected, name_filter),
+        *_bridges(connected),
+        *_serial_ports(connected),
+        _tesseract(languages()),
     ]
 
 
@@ -90,10 +90,10 @@ def _libraries(missing: Sequence[SystemLibrary]) -> Iterator[Check]:
             yield Check(library.file, "ok", f"{library.module} finds it")
 
 
-def _libusb(found: Found) -> Check:
-    if found.no_usb:
+def _libusb(connected: ConnectedDevices) -> Check:
+    if connected.usb_error:
         hint = "pip install --force-reinstall libusb-package"
-        return Check("libusb", "problem", found.no_usb, hint)
+        return Check("libusb", "problem", connected.usb_error, hint)
     return Check("libusb", "ok", "USB bridges can be searched and used")
 
 
@@ -104,50 +104,50 @@ def _scsi_driver(host: Host) -> Check:
     return Check("sg", "problem", "the kernel's generic SCSI driver (sg) is not loaded", hint)
 
 
-def _scanners(found: Found, name_filter: NameFilter) -> Iterator[Check]:
-    for scanner in found.scanners:
-        told = f"{scanner.identity} at {scanner.where}"
+def _scanners(connected: ConnectedDevices, name_filter: NameFilter) -> Iterator[Check]:
+    for scanner in connected.scanners:
+        label = f"{scanner.identity} at {scanner.where}"
         if not scanner.problem:
-            yield Check("scanner", "ok", f"{told} answers")
+            yield Check("scanner", "ok", f"{label} answers")
         else:
             hint = _add_rule(scsi_rule(name_filter)) if "udev" in scanner.hint else scanner.hint
-            yield Check("scanner", "problem", f"{told}: {scanner.problem}", hint)
-    if not found.scanners:
-        yield Check("scanner", "problem", "no scanner was found", PROBE if _may_hide_one(found) else LATE)
+            yield Check("scanner", "problem", f"{label}: {scanner.problem}", hint)
+    if not connected.scanners:
+        yield Check("scanner", "problem", "no scanner was found", PROBE if _has_unprobed_bridge(connected) else LATE)
 
 
-def _may_hide_one(found: Found) -> bool:
-    """Whether there is a bridge behind which nobody looked: those of Adaptec get no nodes from the kernel."""
-    awake = any(bridge.usable and not bridge.bridge.sleeping for bridge in found.bridges)
-    return awake and not found.probed
+def _has_unprobed_bridge(connected: ConnectedDevices) -> bool:
+    """True when a usable bridge was not probed: devices behind Adaptec's bridges get no nodes from the kernel."""
+    ready = any(bridge.usable and not bridge.bridge.sleeping for bridge in connected.bridges)
+    return ready and not connected.probed
 
 
-def _bridges(found: Found) -> Iterator[Check]:
-    for bridge in found.bridges:
+def _bridges(connected: ConnectedDevices) -> Iterator[Check]:
+    for bridge in connected.bridges:
         if bridge.bridge.sleeping:
             yield Check("bridge", "problem", f"{bridge} waits for its firmware", FIRMWARE)
         elif bridge.usable:
             yield Check("bridge", "ok", str(bridge))
         else:
             # Whoever reaches the scanner through a node of the kernel's needs the bridge itself no more.
-            state: Literal["optional", "problem"] = "optional" if found.scanners else "problem"
+            state: Literal["optional", "problem"] = "optional" if connected.scanners else "problem"
             rule = usb_rule(bridge.vendor, bridge.product)
             yield Check("bridge", state, f"you may not use {bridge}", _add_rule(rule))
 
 
-def _serial_ports(found: Found) -> Iterator[Check]:
-    for port in found.serial:
+def _serial_ports(connected: ConnectedDevices) -> Iterator[Check]:
+    for port in connected.serial:
         if port.usable:
             yield Check("serial port", "ok", f"{port.node} {port.description}")
         else:
             group = _group_of(port.node)
             hint = f"sudo usermod -aG {group} $USER, then log out and in again"
             yield Check("serial port", "problem", f"you may not open {port.node}", hint)
-    if not found.serial:
+    if not connected.serial:
         yield Check("serial port", "optional", "no serial port: only a rotary stage needs one")
 
 
-def _words(languages: Sequence[str] | None) -> Check:
+def _tesseract(languages: Sequence[str] | None) -> Check:
     install = f"{INSTALL} {OCR_PACKAGE}"
     if languages is None:
         return Check("tesseract", "optional", "tesseract is not installed: pages cannot be read", install)
@@ -180,7 +180,7 @@ def _group_of(node: Path) -> str:
 
 
 def tesseract_languages() -> Sequence[str] | None:
-    """See Languages."""
+    """Languages of the installed Tesseract, None when it is not installed."""
     program = shutil.which("tesseract")
     if program is None:
         return None
@@ -197,8 +197,8 @@ def missing_libraries() -> Sequence[SystemLibrary]:
 
 def missing_packages(languages: Languages, missing: Sequence[SystemLibrary]) -> list[str]:
     """Debian's names of the packages that are to be installed, in their order, each once."""
-    words = [] if languages() else [OCR_PACKAGE]
-    return list(dict.fromkeys([*(library.package for library in missing), *words]))
+    ocr = [] if languages() else [OCR_PACKAGE]
+    return list(dict.fromkeys([*(library.package for library in missing), *ocr]))
 
 
 def doctor(
@@ -212,21 +212,21 @@ def doctor(
     debug: Debug = False,
 ) -> None:
     """Tell what is missing before a real scanner can be used, and what to do about it."""
-    with faults_told(debug=debug):
+    with report_faults(debug=debug):
         if packages:
             for package in missing_packages(tesseract_languages, missing_libraries()):
-                say(package)
+                print_result(package)
             raise typer.Exit
         from drivers.vivid900.discovery import Host, NameFilter
 
-        checks = examine(Host(), NameFilter(vendor, product), tesseract_languages, missing_libraries(), probe=probe)
-        say(json.dumps([asdict(check) for check in checks]) if as_json else "\n".join(report(checks)))
+        checks = run_checks(Host(), NameFilter(vendor, product), tesseract_languages, missing_libraries(), probe=probe)
+        print_result(json.dumps([asdict(check) for check in checks]) if as_json else "\n".join(format_report(checks)))
     if any(check.state == "problem" for check in checks):
         raise typer.Exit(PROBLEM_CODE)
 
 
-def report(checks: Sequence[Check]) -> Iterator[str]:
-    """Lines for the operator: what is wrong, and under it what to do now."""
+def format_report(checks: Sequence[Check]) -> Iterator[str]:
+    """Lines for the operator: the state of each check, and below it the remedy."""
     marks = {"ok": "ok      ", "problem": "MISSING ", "optional": "optional"}
     for check in checks:
         yield f"{marks[check.state]}  {check.name}: {check.message}"

@@ -1,12 +1,12 @@
-"""What can go wrong at the station, and how every fault is told to the operator.
+"""Errors of the station, and the message, hints and exit code of every error.
 
-StationError        anything below; carries the exit code and what to do now
+StationError        base class; carries the exit code and the remedy
 ├── JournalDamaged  an interrupted run cannot be rolled back (exit code 6)
 └── UsageError      the command or the configuration asks for something that cannot be (exit code 2)
     ├── FolderInUse     another run writes to the folder
     └── OverwriteError  a file that would be written is there already
 
-Stopped             the process was asked to end
+Stopped             the process received a signal to end
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ SIGNAL_BASE = 128  # a shell reports a process that signal n has ended as 128 + 
 
 
 class StationError(Exception):
-    """A session that cannot go on. `hint` says what to do now; `exit_code` is the command's."""
+    """An error that ends a session. `hint` is the remedy; `exit_code` is the command's."""
 
     exit_code = UNEXPECTED
 
@@ -74,8 +74,8 @@ class Stopped(BaseException):
 
 
 @runtime_checkable
-class Told(Protocol):
-    """What an error of the station, of restore or of the drivers tells about itself."""
+class ReportedError(Protocol):
+    """Protocol of the errors of station, restore and drivers that carry an exit code and a hint."""
 
     exit_code: int
     hint: str
@@ -83,7 +83,7 @@ class Told(Protocol):
 
 @dataclass(frozen=True)
 class Fault:
-    """A fault in the operator's words: the command's exit code, what is wrong, what to do now (one line each)."""
+    """An error for the operator: exit code of the command, message, hints of one line each."""
 
     exit_code: int
     message: str
@@ -105,23 +105,23 @@ DISK_HINTS = {
 
 
 def explain(error: BaseException) -> Fault:
-    """Put any error into the operator's words. Notes added to the error (`add_note`) become further hints."""
-    code, message, hint = _tell(_interruption(error) or error)
+    """The fault that describes any error. Notes added to the error (`add_note`) become further hints."""
+    code, message, hint = _describe(_interruption(error) or error)
     lines = dict.fromkeys(line for line in (hint, *getattr(error, "__notes__", ())) if line)
     warning = [LASER_MAY_BE_ON] if LASER_MAY_BE_ON in lines else []  # the last line, where the eye rests
     return Fault(code, message, (*(line for line in lines if line not in warning), *warning))
 
 
 def _interruption(error: BaseException | None) -> BaseException | None:
-    """The wish to stop that led to the error, if one did: native libraries turn it into errors of their own."""
+    """The interruption that caused the error, if any: native libraries raise errors of their own on a signal."""
     while error and not isinstance(error, KeyboardInterrupt | Stopped):
         error = error.__cause__ or error.__context__
     return error
 
 
-def _tell(error: BaseException) -> tuple[int, str, str]:
+def _describe(error: BaseException) -> tuple[int, str, str]:
     match error:
-        case Told():
+        case ReportedError():
             return error.exit_code, str(error), error.hint
         case OSError():
             return DISK, _disk_message(error), _disk_hint(error)
@@ -131,12 +131,12 @@ def _tell(error: BaseException) -> tuple[int, str, str]:
             return error.exit_code, f"stopped by {error}", "run the same command again to start over"
         case MemoryError():
             return UNEXPECTED, "the memory is full", "lower --dpi or --points, or close other programs"
-    told = f"unexpected fault: {type(error).__name__}: {error}".splitlines()[0]
-    return UNEXPECTED, told, "run again with --debug to see where it happened"
+    message = f"unexpected fault: {type(error).__name__}: {error}".splitlines()[0]
+    return UNEXPECTED, message, "run again with --debug to see where it happened"
 
 
 def _disk_hint(error: OSError) -> str:
-    """What to do about a disk that refuses, with the place where it is mounted."""
+    """The hint for an I/O error, with the mount point of the disk."""
     hint = DISK_HINTS.get(error.errno or 0, "choose another folder with -o")
     return hint.format(disk=_mounted_at(error.filename))
 

@@ -1,4 +1,4 @@
-"""Read the words of restored pages: from the pages' files to text, ALTO and PDF/A."""
+"""Text recognition of stored pages: text, ALTO, hOCR and PDF/A files."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from restore import BadInput, read_bytes
-from station.export.atomic import refuse_existing, writable, write_all
+from station.export.atomic import claim_folder, refuse_existing, write_all
 from station.export.pdf import encode_pdf
+from station.ocr_precision import MatchCount, count_matching_characters, count_matching_words
 from station.pages import find_pages, read_page
-from station.precision import Reading, read_characters, read_words
 from station.progress import Progress, silent
 from station.words import find_tesseract, recognise
 
@@ -19,13 +19,13 @@ ENDINGS = (".txt", "-alto.xml", ".hocr", ".pdf")
 
 @dataclass(frozen=True)
 class PageRead:
-    """A page, the files that hold its words, how many these are; and how well it was read, where that is known."""
+    """A page, its output files, the number of recognised words, and the precision where a transcript was given."""
 
     page: Path
     files: tuple[Path, ...]
     count: int
-    words: Reading | None = None
-    characters: Reading | None = None
+    words: MatchCount | None = None
+    characters: MatchCount | None = None
 
 
 def read_pages(
@@ -37,9 +37,9 @@ def read_pages(
     force: bool = False,
     progress: Progress = silent,
 ) -> Iterator[PageRead]:
-    """Read a page or a folder of results, and write what was read to `folder`, beside the page when None.
+    """Read a page or a folder of results, and write the recognised text to `folder`, that of the page when None.
 
-    truth: a text file of what is printed on the page, to measure against.
+    truth: a text file with the transcript of the page, for the precision.
     Raises ProgramMissing, UsageError, OverwriteError and BadInput before any page is read; StationError when Tesseract
     fails, OSError when the disk refuses.
     """
@@ -58,22 +58,26 @@ def read_pages(
 
 def _read(page: Path, paths: list[Path], printed: str | None, *, language: str, force: bool) -> PageRead:
     stored = read_page(page)
-    with writable(paths[0].parent) as claim:
+    with claim_folder(paths[0].parent) as claim:
         words = recognise(stored.image, stored.dpi, name=page.name, language=language)
         pdf = encode_pdf(stored.image, stored.dpi, words, title=page.stem, profile=stored.profile)
         files = write_all(
             zip(paths, (words.text.encode(), words.alto, words.hocr, pdf), strict=True), force=force, claim=claim
         )
-    measured = () if printed is None else (read_words(printed, words.text), read_characters(printed, words.text))
+    measured = (
+        ()
+        if printed is None
+        else (count_matching_words(printed, words.text), count_matching_characters(printed, words.text))
+    )
     return PageRead(page, tuple(files), len(words.text.split()), *measured)
 
 
 def summary_line(read: PageRead) -> str:
-    """What was read, in a few lines for people."""
+    """A summary of several lines: page, number of words, precision, files."""
     lines = [f"{'page':<10} {read.page}", f"{'read':<10} {read.count} words"]
-    for name, reading in (("words", read.words), ("characters", read.characters)):
-        if reading is not None:
-            lines.append(f"{name:<10} {reading.precision:.1%} right: {reading.right} of {reading.of}")
+    for name, matches in (("words", read.words), ("characters", read.characters)):
+        if matches is not None:
+            lines.append(f"{name:<10} {matches.precision:.1%} right: {matches.correct} of {matches.total}")
     return "\n".join([*lines, *(f"{'file':<10} {path}" for path in read.files)])
 
 

@@ -38,7 +38,7 @@ FLAGS = ("tiff", "map", "mesh", "strain", "frames", "review", "ocr", "coverage")
 
 @dataclass(frozen=True)
 class Kinds:
-    """What to write besides the page and its report, and how."""
+    """Optional output files and their settings."""
 
     tiff: Tiff = False
     map: Map = False
@@ -59,7 +59,7 @@ class Kinds:
 
 @dataclass(frozen=True)
 class Run:
-    """How every command that writes a page runs and reports."""
+    """Options that all commands that write a page share."""
 
     force: Force = False
     as_json: Json = False
@@ -92,7 +92,7 @@ class Restoration:
 
 @dataclass(frozen=True)
 class Pictures:
-    """The pictures that a restoration takes its colours from."""
+    """Image files from which a restoration takes colour."""
 
     texture: Annotated[Path | None, typer.Option(help="The colour image, where the scan has none.")] = None
     photo: Annotated[

@@ -1,4 +1,4 @@
-"""Restored pages read back from their files."""
+"""Reader of restored pages."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def find_pages(path: Path) -> list[Path]:
 
 
 def read_page(path: Path) -> StoredPage:
-    """Read a page. Raises BadInput when it is missing, damaged or does not tell its resolution."""
+    """Read a page. Raises BadInput when it is missing, damaged or has no resolution."""
     image = read_picture(path)
     with warnings.catch_warnings(), Image.open(path) as file:  # it has just been read whole
         warnings.simplefilter("ignore")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from drivers.scanner import LASER_MAY_BE_ON, ScannerError
 from station.options import Config, Debug
-from station.telling import faults_told, say
+from station.terminal import print_result, report_faults
 
 if TYPE_CHECKING:
     from station.config import StationConfig
@@ -15,10 +15,10 @@ if TYPE_CHECKING:
 
 def park(config: Config, debug: Debug = False) -> None:
     """Switch the scanner's laser off and stop the rotary stage."""
-    with faults_told(debug=debug):
+    with report_faults(debug=debug):
         from station.config import load_config
 
-        park_station(load_config(config), report=say)
+        park_station(load_config(config), report=print_result)
 
 
 def park_station(config: StationConfig, *, report: Callable[[str], None]) -> None:

@@ -1,4 +1,4 @@
-"""Progress bars on a terminal, silence elsewhere."""
+"""Progress bars on a terminal; no output elsewhere."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TextIO
 COMPILING = "compiling, once"
 
 Progress = Callable[[str, float], None]
-"""Called with the name of the stage and how much of it is done, 0 to 1."""
+"""Called with the name of the stage and the fraction done, 0 to 1."""
 
 
 def silent(_stage: str, _fraction: float) -> None:
@@ -20,7 +20,7 @@ def silent(_stage: str, _fraction: float) -> None:
 def progress_on(stream: TextIO) -> Iterator[Progress]:
     """Bars on `stream` while the block runs, one a stage, if the stream is a terminal; `silent` otherwise.
 
-    A stage that has to wait until kernels are compiled says so: it takes seconds, and looks like a fault.
+    A stage that waits for the compilation of kernels is labelled: it takes seconds, and looks like a fault.
     """
     if not stream.isatty():
         yield silent

@@ -29,10 +29,10 @@ from restore import (
 from station import export
 from station.config import StationConfig
 from station.errors import UsageError
-from station.export.atomic import new_folder, refuse_captured, refuse_existing, writable, write_all
+from station.export.atomic import claim_folder, new_folder, refuse_captured, refuse_existing, write_all
 from station.export.claim import Claim, recover
 from station.export.report import finite
-from station.originals import check_outputs, superseded
+from station.overwrite_check import check_outputs, superseded
 from station.pictures.frames import Recorder
 from station.progress import Progress, silent
 from station.words import check_language, find_tesseract, recognise
@@ -44,7 +44,7 @@ Clock = Callable[[], float]
 
 @dataclass(frozen=True)
 class Destination:
-    """Where a run writes and what.
+    """Output folder and options of a run.
 
     kinds     those of `export.OUTPUTS` on top of the page and its report.
     language  of the words, as Tesseract calls it, when they are read.
@@ -61,26 +61,26 @@ class Destination:
         """The files that a run writes, the report last. colour: whether the scan has a colour image."""
         return [self.folder / name for name in export.names(stem, self.kinds, colour=colour)]
 
-    def with_what_comes_of(self, settings: Settings) -> Destination:
-        """The same with what the settings bring along: the master of a page that loses its light, and where a page
-        that is filled in was."""
-        brought = {"master": settings.shading == "remove", "coverage": settings.fill_hidden_mm > 0}
-        return replace(self, kinds=self.kinds | {kind for kind, on in brought.items() if on})
+    def with_implied_outputs(self, settings: Settings) -> Destination:
+        """The destination with the outputs that the settings imply: the master when shading is removed, the coverage
+        when hidden places are filled."""
+        implied = {"master": settings.shading == "remove", "coverage": settings.fill_hidden_mm > 0}
+        return replace(self, kinds=self.kinds | {kind for kind, on in implied.items() if on})
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """The report of a run and the files that it wrote."""
+    """The report of a run and the files written."""
 
     report: Mapping[str, Any]
     files: tuple[Path, ...]
 
 
 @dataclass(frozen=True)
-class Origin:
-    """What goes before the restoration: what the report says of it, the seconds of each stage, what is to be told."""
+class SourceRecord:
+    """Steps before the restoration: their fields of the report, seconds of each stage, warnings."""
 
-    facts: Mapping[str, Any]
+    report_fields: Mapping[str, Any]
     seconds: Mapping[str, float]
     warnings: tuple[str, ...] = ()
 
@@ -103,28 +103,28 @@ def restore_file(
     """
     _check_programs(destination)
     recover(destination.folder)
-    stem, destination = stem_of(source), destination.with_what_comes_of(settings)
-    originals = [source, *([] if texture is None else [texture]), *photos, *shots]
-    check_outputs(destination.files(stem), originals, force=destination.force)
+    stem, destination = stem_of(source), destination.with_implied_outputs(settings)
+    input_files = [source, *([] if texture is None else [texture]), *photos, *shots]
+    check_outputs(destination.files(stem), input_files, force=destination.force)
     start = clock()
     try:
         photographs = [read_photograph(path) for path in photos]
-        scan = _joined([load_scan(source, texture=texture), *(load_scan(shot) for shot in shots)])
+        scan = _combined_shots([load_scan(source, texture=texture), *(load_scan(shot) for shot in shots)])
     except OSError as error:
         raise BadInput(f"cannot read {error.filename or source}: {error.strerror}", "check the path") from error
-    facts: dict[str, Any] = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
-    facts |= {"shots": [str(shot) for shot in shots]} if shots else {}
-    origin = Origin(facts, {"load": clock() - start})
-    with writable(destination.folder) as claim:
+    report_fields: dict[str, Any] = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
+    report_fields |= {"shots": [str(shot) for shot in shots]} if shots else {}
+    source_record = SourceRecord(report_fields, {"load": clock() - start})
+    with claim_folder(destination.folder) as claim:
         return _restore(
             scan,
             destination,
             stem,
-            origin,
+            source_record,
             claim=claim,
             settings=settings,
             photos=photographs,
-            originals=originals,
+            input_files=input_files,
             progress=progress,
             clock=clock,
         )
@@ -138,7 +138,7 @@ def scan_page(
     progress: Progress = silent,
     clock: Clock = perf_counter,
 ) -> Outcome:
-    """Capture a page, store the scan in `<stem>.scan`, then restore it. What was captured outlives every later fault.
+    """Capture a page, store the scan in `<stem>.scan`, then restore it. Stored scans survive every later error.
 
     Of several shots, which make the colour image finer, the further ones are stored in `<stem>-2.scan` and so on.
     A scan of an earlier run is never replaced: where there is one, the new one is stored in `<stem>.2.scan`.
@@ -146,20 +146,20 @@ def scan_page(
     Raises OverwriteError or UsageError before any work, ScannerError, NotEnoughSurface, OSError when the disk refuses.
     """
     _check_programs(destination)
-    stem, destination = config.output.stem, destination.with_what_comes_of(config.restore)
+    stem, destination = config.output.stem, destination.with_implied_outputs(config.restore)
     recover(destination.folder)
     places = scan_folders(destination, [stem, *(f"{stem}-{i + 1}" for i in range(1, shots))])
     refuse_existing(destination.files(stem), force=destination.force)
-    with writable(destination.folder) as claim:
+    with claim_folder(destination.folder) as claim:
         start = clock()
         scans = _capture(config, shots, progress)
-        origin = Origin({}, {"load": 0.0, "capture": clock() - start})
-        return keep_and_restore(
+        source_record = SourceRecord({}, {"load": 0.0, "capture": clock() - start})
+        return store_and_restore(
             scans,
             places,
             destination,
             stem,
-            origin,
+            source_record,
             claim=claim,
             settings=config.restore,
             progress=progress,
@@ -167,19 +167,19 @@ def scan_page(
         )
 
 
-def keep_and_restore(
+def store_and_restore(
     scans: Sequence[RangeScan],
     stored: Sequence[Path],
     destination: Destination,
     stem: str,
-    origin: Origin,
+    source_record: SourceRecord,
     *,
     claim: Claim,
     settings: Settings,
     progress: Progress,
     clock: Clock,
 ) -> Outcome:
-    """Store a scan and further shots in the folders `stored`, then restore it. The scans outlive every later fault.
+    """Store a scan and further shots in the folders `stored`, then restore it. Stored scans survive every later error.
 
     Raises OverwriteError, NotEnoughSurface, OSError when the disk refuses.
     """
@@ -187,12 +187,15 @@ def keep_and_restore(
     for shot, path in zip(scans, stored, strict=True):
         with new_folder(claim, path.name) as folder:
             save_scan(shot, folder)
-    facts, seconds = {"scan": str(stored[0]), **origin.facts}, {**origin.seconds, "store": clock() - start}
-    origin = replace(origin, facts=facts, seconds=seconds)
+    report_fields, seconds = (
+        {"scan": str(stored[0]), **source_record.report_fields},
+        {**source_record.seconds, "store": clock() - start},
+    )
+    source_record = replace(source_record, report_fields=report_fields, seconds=seconds)
     try:
-        scan = _joined(scans)
+        scan = _combined_shots(scans)
         outcome = _restore(
-            scan, destination, stem, origin, claim=claim, settings=settings, progress=progress, clock=clock
+            scan, destination, stem, source_record, claim=claim, settings=settings, progress=progress, clock=clock
         )
     except BaseException as error:
         force = ["--force"] if destination.force else []
@@ -236,8 +239,8 @@ def _options(shots: Sequence[Path]) -> list[str]:
     return [word for shot in shots for word in ("--shot", str(shot))]
 
 
-def _joined(shots: Sequence[RangeScan | SurfaceMesh]) -> RangeScan | SurfaceMesh:
-    """One scan, its colour as fine as all shots together make it."""
+def _combined_shots(shots: Sequence[RangeScan | SurfaceMesh]) -> RangeScan | SurfaceMesh:
+    """One scan with the colour image reconstructed from all shots."""
     if len(shots) == 1:
         return shots[0]
     scans = [shot for shot in shots if isinstance(shot, RangeScan)]
@@ -259,43 +262,43 @@ def _restore(
     scan: RangeScan | SurfaceMesh,
     destination: Destination,
     stem: str,
-    origin: Origin,
+    source_record: SourceRecord,
     *,
     claim: Claim,
     settings: Settings,
     photos: Sequence[Photograph] = (),
-    originals: Sequence[Path] = (),
+    input_files: Sequence[Path] = (),
     progress: Progress,
     clock: Clock,
 ) -> Outcome:
     recorder = Recorder() if "frames" in destination.kinds else None
     start = clock()
     page = restore(scan, settings, photos=photos, progress=progress, on_step=recorder)
-    seconds = {**origin.seconds, **page.report["seconds"]}
+    seconds = {**source_record.seconds, **page.report["seconds"]}
     words = None
     if "ocr" in destination.kinds:
         before = clock()
         words = recognise(page.image, page.dpi, name=f"{stem}.png", language=destination.language)
         seconds["ocr"] = clock() - before
-    seconds["total"] = sum(origin.seconds.values()) + clock() - start
+    seconds["total"] = sum(source_record.seconds.values()) + clock() - start
     files = destination.files(stem, colour=page.flat.texture is not None)
     names = [path.name for path in files]
-    told = {"seconds": seconds, "peak_memory_mb": _peak_mb(), "files": names}
-    told["warnings"] = [*page.report.get("warnings", ()), *origin.warnings]
-    report = finite({**page.report, **origin.facts, **told})
-    moments = recorder.frames() if recorder else ()
-    done = export.Restoration(stem, page, scan, moments, report, words, destination.colours)
-    contents = export.encoded(done, destination.kinds)
+    run_fields = {"seconds": seconds, "peak_memory_mb": _peak_memory_mib(), "files": names}
+    run_fields["warnings"] = [*page.report.get("warnings", ()), *source_record.warnings]
+    report = finite({**page.report, **source_record.report_fields, **run_fields})
+    frames = recorder.frames() if recorder else ()
+    restoration = export.Restoration(stem, page, scan, frames, report, words, destination.colours)
+    contents = export.encode_outputs(restoration, destination.kinds)
     possible = [destination.folder / name for name in export.names(stem, export.KINDS)]
     written = write_all(
         zip(files, contents, strict=True),
         force=destination.force,
         claim=claim,
-        superseded=superseded(files[-1], possible, originals) if destination.force else (),
+        superseded=superseded(files[-1], possible, input_files) if destination.force else (),
     )
     return Outcome(report, tuple(written))
 
 
-def _peak_mb() -> float:
-    """The most memory that the process ever held, MB of 2^20 bytes."""
+def _peak_memory_mib() -> float:
+    """Peak resident memory of the process, MiB."""
     return getrusage(RUSAGE_SELF).ru_maxrss / 1024  # Linux counts in KiB

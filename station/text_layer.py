@@ -1,4 +1,4 @@
-"""Lines and words as an OCR engine found them, and as the invisible text of a PDF."""
+"""Recognised lines and words of an hOCR file, and their encoding as invisible text of a PDF."""
 
 from __future__ import annotations
 
@@ -68,12 +68,12 @@ def _words(line: ElementTree.Element, scale: float) -> Iterator[Word]:
 
 def _properties(element: ElementTree.Element) -> dict[str, tuple[float, ...]]:
     """Numbers of the title of an hOCR element by their names."""
-    found = {}
+    properties = {}
     for part in element.get("title", "").split(";"):
         name, *values = part.split()
         if values and all(re.fullmatch(r"-?\d+(\.\d+)?", value) for value in values):
-            found[name] = tuple(float(value) for value in values)
-    return found
+            properties[name] = tuple(float(value) for value in values)
+    return properties
 
 
 def content_of(paragraphs: Sequence[Paragraph], height: float, font: str) -> bytes:
@@ -81,13 +81,13 @@ def content_of(paragraphs: Sequence[Paragraph], height: float, font: str) -> byt
 
     Every word ends where its print ends; one space fills the gap to the next word of the line.
     """
-    shown = []
+    operators = []
     for number, lines in enumerate(paragraphs):
-        shown += [f"/P <</MCID {number}>> BDC", "BT", "3 Tr"]
+        operators += [f"/P <</MCID {number}>> BDC", "BT", "3 Tr"]
         for line in lines:
-            shown += [f"{font} {line.size:.3f} Tf", *_runs(line, height)]
-        shown += ["ET", "EMC"]
-    return "\n".join(shown).encode()
+            operators += [f"{font} {line.size:.3f} Tf", *_runs(line, height)]
+        operators += ["ET", "EMC"]
+    return "\n".join(operators).encode()
 
 
 def _runs(line: Line, height: float) -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""`planish trace`: what a program said to a scanner, out of a capture of the USB bus."""
+"""`planish trace`: SCSI commands of a scanner, extracted from a capture of the USB bus."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Annotated
 import typer
 
 from station.options import Debug, Force, Json
-from station.telling import faults_told, say
+from station.terminal import print_result, report_faults
 
 
 def trace(
@@ -24,7 +24,7 @@ def trace(
     debug: Debug = False,
 ) -> None:
     """List the SCSI commands in a capture of the vendor's program, and draft a command profile."""
-    with faults_told(debug=debug):
+    with report_faults(debug=debug):
         from drivers.vivid900.trace.capture import read_transfers
         from drivers.vivid900.trace.draft import draft_profile
         from drivers.vivid900.trace.exchanges import read_exchanges
@@ -37,4 +37,4 @@ def trace(
         if profile:
             draft = draft_profile(exchanges, name=profile.stem)
             write_all([(profile, draft.encode())], force=force)
-        say(json.dumps(as_data(exchanges)) if as_json else "\n".join(list_exchanges(exchanges)))
+        print_result(json.dumps(as_data(exchanges)) if as_json else "\n".join(list_exchanges(exchanges)))

@@ -1,4 +1,4 @@
-"""Several views of one page on a rotary stage: turn → shoot → store each → merge → restore."""
+"""Several views of one page on a rotary stage: rotate → capture → store each → merge → restore."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ from restore import (
 )
 from station.config import AxisSettings, StageSettings, StationConfig
 from station.errors import UsageError
-from station.export.atomic import new_folder, refuse_existing, writable, write_all
+from station.export.atomic import claim_folder, new_folder, refuse_existing, write_all
 from station.export.claim import Claim, recover
 from station.progress import Progress, silent
-from station.session import Clock, Destination, Origin, Outcome, keep_and_restore, scan_folders, stem_of
+from station.session import Clock, Destination, Outcome, SourceRecord, scan_folders, stem_of, store_and_restore
 
 VIEW = "-view-"  # between the stem and the number of a view
 AXIS_FILE = "axis.toml"
@@ -43,7 +43,7 @@ NO_AXIS = "find it with `planish axis`, and put the table [stage.axis] that it w
 
 @dataclass(frozen=True, eq=False)
 class Views:
-    """What a turn of the stage gave: scans, the folders that keep them, and the angle of each."""
+    """Captured views: scans, the folders that they are stored in, and the stage angle of each, degrees."""
 
     scans: Sequence[RangeScan]
     folders: Sequence[Path]
@@ -62,16 +62,16 @@ def scan_views(
 
     Raises UsageError or OverwriteError before any work, ScannerError, NotEnoughSurface, OSError when the disk refuses.
     """
-    stem, destination = config.output.stem, destination.with_what_comes_of(config.restore)
-    settings = _axis(_stage(config))
+    stem, destination = config.output.stem, destination.with_implied_outputs(config.restore)
+    settings = _require_axis(_require_stage(config))
     recover(destination.folder)
     scan_folders(destination, [stem])
     refuse_existing(destination.files(stem), force=destination.force)
     start = clock()
-    with writable(destination.folder) as claim:
+    with claim_folder(destination.folder) as claim:
         views = capture_views(config, destination, stem, claim=claim, turns=turns, progress=progress)
         seconds = {"load": 0.0, "capture": clock() - start}
-        axis = _axis_of(settings.point_mm, settings.direction)
+        axis = _rotation_axis(settings.point_mm, settings.direction)
         return _merge_and_restore(
             views,
             axis,
@@ -105,9 +105,9 @@ def merge_files(
     scans = [_stored_view(folder) for folder in folders]
     turned = [scan.provenance["turn"] for scan in scans]
     views = Views(scans, folders, [turn["deg"] for turn in turned])
-    axis = _axis_of(turned[0]["axis"]["point_mm"], turned[0]["axis"]["direction"])
+    axis = _rotation_axis(turned[0]["axis"]["point_mm"], turned[0]["axis"]["direction"])
     seconds = {"load": clock() - start}
-    with writable(destination.folder) as claim:
+    with claim_folder(destination.folder) as claim:
         return _merge_and_restore(
             views, axis, destination, stem, seconds, claim=claim, settings=settings, progress=progress, clock=clock
         )
@@ -118,12 +118,12 @@ def find_axis(
 ) -> tuple[AxisFit, Path]:
     """Find the axis of the stage from views of a board with markers, and write it to `axis.toml`. Returns its path.
 
-    Raises as `scan_views`, and BadInput when the board cannot be found or the stage turned otherwise than told.
+    Raises as `scan_views`, and BadInput when the board cannot be found or the stage did not reach the commanded angles.
     """
     path = destination.folder / AXIS_FILE
     recover(destination.folder)
     refuse_existing([path], force=destination.force)
-    with writable(destination.folder) as claim:
+    with claim_folder(destination.folder) as claim:
         views = capture_views(config, destination, "axis", claim=claim, turns=turns, progress=progress)
         fit = fit_axis([board_corners(scan) for scan in views.scans], views.turns_deg)
         write_all([(path, axis_table(fit).encode())], force=destination.force, claim=claim)
@@ -136,8 +136,8 @@ def axis_table(fit: AxisFit) -> str:
     return f"[stage.axis]  # corners lie {fit.rms_mm:.3f} mm rms off\npoint_mm = [{point}]\ndirection = [{direction}]\n"
 
 
-def angles(turns: int, arc_deg: float) -> list[float]:
-    """Where to shoot: evenly round, or over an arc squarely first and then to both sides in turn."""
+def view_angles(turns: int, arc_deg: float) -> list[float]:
+    """Stage angles of the views, degrees: evenly over a full turn, or over an arc from 0 to both sides alternately."""
     if arc_deg == FULL_TURN_DEG:
         return [index * FULL_TURN_DEG / turns for index in range(turns)]
     step = arc_deg / max(turns - 1, 1)
@@ -147,38 +147,38 @@ def angles(turns: int, arc_deg: float) -> list[float]:
 def capture_views(
     config: StationConfig, destination: Destination, stem: str, *, claim: Claim, turns: int, progress: Progress
 ) -> Views:
-    """Turn, shoot, store, as often as told. What was captured outlives every later fault.
+    """Rotate, capture and store `turns` views. Stored views survive every later error.
 
     Raises UsageError or OverwriteError before any work, ScannerError, OSError when the disk refuses.
     """
-    stage = _stage(config)
+    stage = _require_stage(config)
     folders = scan_folders(destination, [f"{stem}{VIEW}{number}" for number in range(1, turns + 1)])
     scans: list[RangeScan] = []
     turned: list[float] = []
 
-    def keep(angle_deg: float, scan: RangeScan) -> None:
+    def store_view(angle_deg: float, scan: RangeScan) -> None:
         turned.append(angle_deg)
-        scans.append(replace(scan, provenance={**scan.provenance, "turn": _turn(angle_deg, stage.axis)}))
+        scans.append(replace(scan, provenance={**scan.provenance, "turn": _rotation_record(angle_deg, stage.axis)}))
         with new_folder(claim, folders[len(scans) - 1].name) as folder:
             save_scan(scans[-1], folder)
 
     try:
-        with _opened(config, stage) as (scanner, rotary):
+        with _open_turntable(config, stage) as (scanner, rotary):
             rotary.start()
-            for angle in angles(turns, stage.arc_deg):
+            for angle in view_angles(turns, stage.arc_deg):
                 reached = rotary.turn_to(angle)
-                keep(reached, scanner.capture(config.capture, progress))
+                store_view(reached, scanner.capture(config.capture, progress))
             rotary.finish()
     except drivers.SettingsError as error:
         raise UsageError(f"configuration: {error}", error.hint) from error
     except BaseException as error:
         if scans:
-            error.add_note(_safe(folders[: len(scans)], destination, merge=stage.axis is not None))
+            error.add_note(_recovery_hint(folders[: len(scans)], destination, merge=stage.axis is not None))
         raise
     return Views(scans, folders, turned)
 
 
-def _opened(config: StationConfig, stage: StageSettings) -> AbstractContextManager[tuple[Scanner, RotaryStage]]:
+def _open_turntable(config: StationConfig, stage: StageSettings) -> AbstractContextManager[tuple[Scanner, RotaryStage]]:
     return drivers.open_turntable(config.scanner, model=stage.model, port=stage.port, relative=stage.relative)
 
 
@@ -199,17 +199,17 @@ def _merge_and_restore(
     try:
         merged = merge_views(views.scans, views.turns_deg, axis)
     except BaseException as error:
-        error.add_note(_safe(views.folders, destination, merge=True))
+        error.add_note(_recovery_hint(views.folders, destination, merge=True))
         raise
     progress("merge", 1.0)
-    facts = {"views": [str(folder) for folder in views.folders]}
-    origin = Origin(facts, {**seconds, "merge": clock() - start}, tuple(merged.warnings))
-    return keep_and_restore(
+    report_fields = {"views": [str(folder) for folder in views.folders]}
+    source_record = SourceRecord(report_fields, {**seconds, "merge": clock() - start}, tuple(merged.warnings))
+    return store_and_restore(
         [merged.scan],
         scan_folders(destination, [stem]),
         destination,
         stem,
-        origin,
+        source_record,
         claim=claim,
         settings=settings,
         progress=progress,
@@ -217,25 +217,25 @@ def _merge_and_restore(
     )
 
 
-def _stage(config: StationConfig) -> StageSettings:
+def _require_stage(config: StationConfig) -> StageSettings:
     if config.stage is None:
         raise UsageError("the configuration has no rotary stage", NO_STAGE)
     return config.stage
 
 
-def _axis(stage: StageSettings) -> AxisSettings:
+def _require_axis(stage: StageSettings) -> AxisSettings:
     if stage.axis is None:
         raise UsageError("the configuration does not tell where the stage's axis is", NO_AXIS)
     return stage.axis
 
 
-def _axis_of(point_mm: Sequence[float], direction: Sequence[float]) -> RotationAxis:
+def _rotation_axis(point_mm: Sequence[float], direction: Sequence[float]) -> RotationAxis:
     along = np.asarray(direction, float)
     return RotationAxis(np.asarray(point_mm, float), along / np.linalg.norm(along))
 
 
-def _turn(angle_deg: float, axis: AxisSettings | None) -> dict[str, Any]:
-    """What a view must know to be merged later."""
+def _rotation_record(angle_deg: float, axis: AxisSettings | None) -> dict[str, Any]:
+    """The provenance of a view that merging needs: stage angle in degrees and axis."""
     return {"deg": angle_deg, "axis": None if axis is None else axis.model_dump(mode="json")}
 
 
@@ -246,7 +246,7 @@ def _stored_view(folder: Path) -> RangeScan:
     return scan
 
 
-def _safe(folders: Sequence[Path], destination: Destination, *, merge: bool) -> str:
+def _recovery_hint(folders: Sequence[Path], destination: Destination, *, merge: bool) -> str:
     names = [str(folder) for folder in folders]
     verb = "merge" if merge and len(names) > 1 else "restore"
     again = shlex.join(["planish", verb, *(names if verb == "merge" else names[:1]), "-o", str(destination.folder)])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, get_args
 
 import typer
 
-from station.telling import faults_told, say
+from station.terminal import print_result, report_faults
 
 if TYPE_CHECKING:
     from restore import RangeScan
@@ -36,7 +36,7 @@ def small_page() -> RangeScan:
 
 
 def compile_kernels() -> int:
-    """Restore a small page in every way there is, as a scan and as a mesh; how many functions had to be compiled."""
+    """Restore a small page by every method, as a scan and as a mesh. Returns the number of functions compiled."""
     from restore import Settings, notify_when_compiling, save_scan
     from station.export import OUTPUTS
     from station.session import Destination, restore_file
@@ -58,6 +58,6 @@ def warm_up(
     debug: Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")] = False,
 ) -> None:
     """Compile the numerical kernels, once, so that no restoration has to wait for them."""
-    with faults_told(debug=debug):
+    with report_faults(debug=debug):
         count = compile_kernels()
-        say(f"{count} functions compiled" if count else "all kernels are compiled already")
+        print_result(f"{count} functions compiled" if count else "all kernels are compiled already")

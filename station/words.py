@@ -1,4 +1,4 @@
-"""The words on a page, read by Tesseract: as text, as ALTO, and as an invisible layer for a PDF."""
+"""Text recognition by Tesseract: text, ALTO, hOCR, and an invisible text layer for a PDF."""
 
 from __future__ import annotations
 
@@ -60,9 +60,9 @@ class ProgramMissing(UsageError):
 
 @dataclass(frozen=True)
 class Words:
-    """What stands on a page.
+    """Recognised text of a page.
 
-    text   UTF-8, a line of print a line, paragraphs apart.
+    text   UTF-8, one line for each printed line, an empty line between paragraphs.
     alto   ALTO 4.4 (Library of Congress), positions in pixels of the page.
     hocr   hOCR 1.2, likewise.
     paragraphs  with their lines and words, in pixels of the page.
@@ -79,14 +79,14 @@ class Words:
 
 
 def find_tesseract(which: Which = shutil.which) -> Path:
-    """Where Tesseract is installed. Raises ProgramMissing."""
-    found = which("tesseract")
-    if found is None:
+    """Path of the Tesseract program. Raises ProgramMissing."""
+    program = which("tesseract")
+    if program is None:
         raise ProgramMissing(
             "Tesseract, which reads the words, is not installed",
             f"install the system package {PACKAGE}; everything but --ocr and `planish ocr` works without it",
         )
-    return Path(found)
+    return Path(program)
 
 
 def recognise(image: Bytes, dpi: float, *, name: str, language: str = "eng", which: Which = shutil.which) -> Words:

@@ -24,7 +24,7 @@ CALLED_BY_OTHERS = {
     "drivers.vivid900.transports.pipes",
     "restore.flattening.isometric",
     "restore.flattening.solution",
-    "restore.formats.foreign",
+    "restore.formats.trimesh_parser",
     "restore.numerics",
     "restore.photo.dense",
     "restore.photo.features",
@@ -34,7 +34,7 @@ CALLED_BY_OTHERS = {
     "station.colour.run",
     "station.devices",
     "station.options",
-    "station.telling",
+    "station.terminal",
 }
 
 

@@ -42,9 +42,9 @@ def load_scan(path: Path | str, texture: Path | str | None = None) -> RangeScan 
     """Read a scan file or a scan folder; a mesh that is one shot of a scanner comes back on its range grid.
 
     path     a file with one of the extensions of READERS, or a folder that `save_scan` wrote.
-    texture  a picture to use instead of the file's own. Without it a file that names none takes the picture beside it
-             that is called like it.
-    Raises BadInput for whatever is wrong with them.
+    texture  a picture to use instead of the file's own. Without it a file that names none takes the picture of the
+             same name in its folder.
+    Raises BadInput for a missing, damaged or unknown file.
 
     >>> from tempfile import TemporaryDirectory
     >>> with TemporaryDirectory() as folder:
@@ -56,15 +56,15 @@ def load_scan(path: Path | str, texture: Path | str | None = None) -> RangeScan 
     ((4, 3), [[0, 1, 2], [0, 2, 3]])
     """
     path = Path(path)
-    given = None if texture is None else read_picture(Path(texture))
+    given_picture = None if texture is None else read_picture(Path(texture))
     if is_folder(path):
-        if given is not None:
+        if given_picture is not None:
             raise BadInput(f"{path}: a scan folder has its own picture", "leave --texture out")
         return read_folder(path)
-    scan = _reader(path)(path, given)
+    scan = _reader(path)(path, given_picture)
     if isinstance(scan, SurfaceMesh):
-        scan = _placed(scan)
-    if given is not None and scan.texture is None:
+        scan = _on_range_grid(scan)
+    if given_picture is not None and scan.texture is None:
         raise BadInput(
             f"{path} does not say where the picture {texture} lies on it",
             "export it with texture coordinates, or unmoved in the frame of the scanner",
@@ -83,8 +83,8 @@ def _reader(path: Path) -> Reader:
     raise BadInput(f"{path}: scans of this kind are not known", f"use a scan folder or one of: {kinds}")
 
 
-def _placed(mesh: SurfaceMesh) -> RangeScan | SurfaceMesh:
-    """The mesh on its range grid; when it has none, without a picture that has no place on it."""
+def _on_range_grid(mesh: SurfaceMesh) -> RangeScan | SurfaceMesh:
+    """The scan on the range grid of a mesh; without a grid the mesh, its texture dropped if it has no coordinates."""
     scan = organise(mesh, colours=mesh.colours if isinstance(mesh, PaintedMesh) else None)
     texture = None if mesh.texcoords is None else mesh.texture
     return scan or SurfaceMesh(mesh.vertices, mesh.faces, mesh.texcoords, texture, mesh.provenance)

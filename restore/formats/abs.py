@@ -16,8 +16,8 @@ import numpy as np
 from restore.errors import BadInput
 from restore.formats.grid import check_grid, samples_in_picture
 from restore.formats.mesh import provenance
-from restore.formats.picture import picture_beside, read_picture
-from restore.formats.source import DAMAGED, MAX_COORDINATE_MM, is_file, numbers, read_bytes
+from restore.formats.picture import adjacent_picture, read_picture
+from restore.formats.source import DAMAGED, MAX_COORDINATE_MM, is_file, parse_numbers, read_bytes
 from restore.scan import Bytes, RangeScan
 
 ABSENT = -999999.0
@@ -36,7 +36,7 @@ def read_abs(path: Path, texture: Bytes | None = None) -> RangeScan:
     data = read_bytes(path)
     rows, cols, first = _header(path, _unpack(path, data, MAX_HEADER_BYTES, whole=False))
     text = _unpack(path, data, first + rows * cols * MAX_SAMPLE_BYTES)[first:]
-    values = numbers(text, path, "the range image")
+    values = parse_numbers(text, path, "the range image")
     if values.size != 4 * rows * cols:
         raise BadInput(f"{path} holds {values.size} numbers, {rows} × {cols} samples need {4 * rows * cols}", DAMAGED)
     flag, *xyz = values.reshape(4, rows, cols)
@@ -46,9 +46,9 @@ def read_abs(path: Path, texture: Bytes | None = None) -> RangeScan:
     if (np.abs(points[~absent]) > MAX_COORDINATE_MM).any():
         raise BadInput(f"{path}: a measured point lies beyond {MAX_COORDINATE_MM:g} mm", DAMAGED)
     if texture is None:
-        texture = picture_beside(path)
+        texture = adjacent_picture(path)
     if texture is None:
-        texture = _next_picture(path)
+        texture = _paired_picture(path)
     return RangeScan(points, texture, samples_in_picture(path, rows, cols, texture), provenance(path))
 
 
@@ -64,7 +64,7 @@ def write_abs(scan: RangeScan, path: Path) -> None:
     path.write_bytes(gzip.compress(data, mtime=0) if path.suffix == ".gz" else data)
 
 
-def _next_picture(path: Path) -> Bytes | None:
+def _paired_picture(path: Path) -> Bytes | None:
     """The picture by the challenge's own naming, if it is there: 02463d562.abs.gz goes with 02463d563.ppm."""
     name = re.match(r"(.*d)(\d{1,9})\.abs", path.name)
     if name is None:
@@ -88,10 +88,10 @@ def _unpack(path: Path, data: bytes, limit: int, *, whole: bool = True) -> bytes
 
 
 def _header(path: Path, text: bytes) -> tuple[int, int, int]:
-    """Rows, columns, and where the numbers begin. Writers differ in blanks and in what follows the words."""
-    found = _HEADER.match(text, 0, MAX_HEADER_BYTES)
-    if found is None:
+    """Rows, columns, and offset of the numbers. Writers differ in blanks and in the rest of the header lines."""
+    match = _HEADER.match(text, 0, MAX_HEADER_BYTES)
+    if match is None:
         raise BadInput(f"{path} is no range image: it must begin with rows, columns and pixels", DAMAGED)
-    rows, cols = int(found[1]), int(found[2])
+    rows, cols = int(match[1]), int(match[2])
     check_grid(path, rows, cols)
-    return rows, cols, found.end()
+    return rows, cols, match.end()

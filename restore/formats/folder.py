@@ -1,4 +1,4 @@
-"""Planish's own scan folder: what the scanner saw, without loss.
+"""Planish's own scan folder: lossless storage of a range scan.
 
 points.npz    points (rows, cols, 3) and texture_xy (rows, cols, 2), float64 as in RangeScan
 texture.png   the colour image, when there is one
@@ -40,10 +40,10 @@ class Index(BaseModel):
 
 
 def save_scan(scan: RangeScan, folder: Path, *, overwrite: bool = False) -> None:
-    """Write a scan folder that `read_folder` gives back exactly.
+    """Write a scan folder; `read_folder` returns an identical scan.
 
-    Raises BadInput when the folder holds a scan already (unless told to overwrite it) or the provenance holds what JSON
-    does not, and OSError when the disk refuses.
+    Raises BadInput when the folder holds a scan already (without `overwrite`) or the provenance is not valid
+    JSON, and OSError when the disk refuses.
     """
     folder = Path(folder)
     if folder.exists() and not folder.is_dir():
@@ -63,7 +63,7 @@ def save_scan(scan: RangeScan, folder: Path, *, overwrite: bool = False) -> None
         raise BadInput(f"the scan's provenance is not plain JSON: {error}", "keep numbers, texts and lists") from error
     folder.mkdir(parents=True, exist_ok=True)
     for name, data in files.items():  # the index comes last: a scan that is cut short has none, or one that disagrees
-        _replace(folder / name, data)
+        _write_atomically(folder / name, data)
     if TEXTURE not in files:
         (folder / TEXTURE).unlink(missing_ok=True)
 
@@ -73,7 +73,7 @@ def read_folder(folder: Path) -> RangeScan:
     index = _index(folder)
     if POINTS not in index.files or not set(index.files) <= {POINTS, TEXTURE}:
         raise BadInput(f"{folder / INDEX} lists the files {sorted(index.files)}", DAMAGED)
-    files = {name: _checked(folder / name, sha256) for name, sha256 in index.files.items()}
+    files = {name: _read_verified(folder / name, sha256) for name, sha256 in index.files.items()}
     texture = decode_picture(files[TEXTURE], str(folder / TEXTURE)) if TEXTURE in files else None
     return _scan(folder / POINTS, files[POINTS], texture, index.provenance)
 
@@ -89,7 +89,7 @@ def _index(folder: Path) -> Index:
         raise BadInput(f"{folder / INDEX}: {where}: {fault['msg']}", DAMAGED) from error
 
 
-def _checked(path: Path, sha256: str) -> bytes:
+def _read_verified(path: Path, sha256: str) -> bytes:
     data = read_bytes(path)
     if _sha256(data) != sha256:
         raise BadInput(f"{path} is not the file that was saved: its SHA-256 differs", "copy the folder again")
@@ -124,7 +124,7 @@ def _array(path: Path, archive: bytes, name: str, width: int) -> Floats:
     return np.frombuffer(body, np.float64).reshape(shape).copy()
 
 
-def _replace(path: Path, data: bytes) -> None:
+def _write_atomically(path: Path, data: bytes) -> None:
     part = path.with_name(path.name + ".part")
     part.write_bytes(data)
     part.replace(path)

@@ -9,17 +9,17 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, Field, ValidationError
 
 from restore.errors import BadInput
-from restore.formats.foreign import parse
-from restore.formats.mesh import surface
+from restore.formats.mesh import checked_mesh
 from restore.formats.picture import decode_picture
 from restore.formats.source import DAMAGED, MISSING, ONE_SHOT, read_bytes
+from restore.formats.trimesh_parser import parse_mesh
 from restore.scan import Bytes, SurfaceMesh
 
 # glTF 2.0 specification, "GLB file format specification" and "Accessors".
 MAGIC, VERSION, JSON_CHUNK, BINARY_CHUNK = b"glTF", 2, b"JSON", b"BIN\0"
 COMPONENT_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
 COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
-# Interleaved and shared views may be read more than once; a file that multiplies its bytes further is made to.
+# Interleaved and shared views may be read more than once; a file that multiplies its bytes further is crafted.
 MAX_EXPANSION = 8
 # The header of one textured mesh is a page of text with a node or two; an editor adds some dozens.
 MAX_HEADER_BYTES = 2**20
@@ -44,7 +44,7 @@ class Accessor(BaseModel):
 
     @property
     def size(self) -> int:
-        """In bytes."""
+        """Size of the array, bytes."""
         return self.count * COMPONENTS[self.kind] * COMPONENT_BYTES.get(self.component, 4)
 
 
@@ -73,7 +73,7 @@ class Shading(BaseModel):
 
 
 class Material(BaseModel):
-    """How faces are painted."""
+    """A material of faces."""
 
     shading: Shading = Field(default=Shading(), alias="pbrMetallicRoughness")
 
@@ -97,7 +97,7 @@ class Mesh(BaseModel):
 
 
 class Layout(BaseModel):
-    """What of a glTF header has to be sound before anything is read by it."""
+    """The parts of a glTF header that are validated before any array is read."""
 
     views: list[View] = Field(default=[], alias="bufferViews")
     accessors: list[Accessor] = []
@@ -113,10 +113,10 @@ def read_glb(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     data = read_bytes(path)
     header, binary = _chunks(path, data)
     layout = _layout(path, header, len(binary))
-    arrays = parse(path, data, "glb")
+    arrays = parse_mesh(path, data, "glb")
     if texture is None and arrays.uv is not None:
         texture = _picture(path, layout, binary)
-    return surface(path, arrays.vertices, arrays.faces, uv=arrays.uv, texture=texture, colours=arrays.colours)
+    return checked_mesh(path, arrays.vertices, arrays.faces, uv=arrays.uv, texture=texture, colours=arrays.colours)
 
 
 def _chunks(path: Path, data: bytes) -> tuple[bytes, bytes]:

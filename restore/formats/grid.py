@@ -1,4 +1,4 @@
-"""The range grid: where its samples lie in a picture, and the polygons between them."""
+"""The range grid: texture coordinates of its samples, and the polygons between them."""
 
 from __future__ import annotations
 

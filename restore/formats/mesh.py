@@ -1,4 +1,4 @@
-"""From the raw arrays of a file to a sound SurfaceMesh. Nothing leaves here that a native library could trip over."""
+"""Validation of the raw arrays of a mesh file, so that no native library receives invalid ones."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.errors import BadInput
-from restore.formats.picture import picture_beside
+from restore.formats.picture import adjacent_picture
 from restore.formats.source import DAMAGED, MAX_COORDINATE_MM, MAX_SAMPLES, ONE_SHOT
 from restore.scan import Bytes, Floats, Ints, SurfaceMesh
 
@@ -22,7 +22,7 @@ MAX_TEXCOORD = 2.0
 
 @dataclass(frozen=True, eq=False)
 class PaintedMesh(SurfaceMesh):
-    """A surface mesh whose file gives each vertex a colour instead of a place in a picture.
+    """A surface mesh with a colour for each vertex instead of texture coordinates.
 
     colours  (n, 3) uint8 RGB, or None.
     """
@@ -30,7 +30,7 @@ class PaintedMesh(SurfaceMesh):
     colours: Bytes | None = None
 
 
-def surface(
+def checked_mesh(
     path: Path,
     vertices: NDArray[np.floating],
     faces: NDArray[np.integer],
@@ -51,11 +51,11 @@ def surface(
     _check_faces(path, corners, len(points))
     collapsed = (corners == np.roll(corners, 1, axis=1)).any(axis=1)
     corners = corners[~collapsed]
-    used, number = _used(corners, len(points))
+    used, number = _used_vertices(corners, len(points))
     if not used.size:
         raise BadInput(f"{path} holds no surface: it has no triangle", "export the scan with its faces")
     if texture is None and colours is None:
-        texture = picture_beside(path)
+        texture = adjacent_picture(path)
     return PaintedMesh(
         points[used],
         number[corners],
@@ -66,7 +66,7 @@ def surface(
     )
 
 
-def _used(corners: Ints, count: int) -> tuple[Ints, Ints]:
+def _used_vertices(corners: Ints, count: int) -> tuple[Ints, Ints]:
     """The vertices (k,) that the corners use, of `count`; and the number (count,) of each among them."""
     seen = np.zeros(count, bool)
     seen[corners] = True
@@ -74,7 +74,7 @@ def _used(corners: Ints, count: int) -> tuple[Ints, Ints]:
 
 
 def provenance(path: Path) -> dict[str, str]:
-    """What a scan that was read from a file knows of itself."""
+    """Provenance of a scan that was read from a file."""
     return {"file": path.name}
 
 
@@ -85,7 +85,7 @@ def _columns(path: Path, what: str, array: NDArray[Any], width: int) -> NDArray[
 
 
 def check_vertices(path: Path, vertices: Floats) -> None:
-    """Raise BadInput for too many vertices (n, 3) mm, or one that lies nowhere a scanner sees."""
+    """Raise BadInput for too many vertices (n, 3) mm, or one that is not finite or out of range."""
     if len(vertices) > MAX_ITEMS:
         raise BadInput(f"{path} has {len(vertices)} vertices, more than {MAX_ITEMS}", ONE_SHOT)
     bad = np.flatnonzero(~(np.abs(vertices) <= MAX_COORDINATE_MM).all(axis=1))
@@ -121,7 +121,7 @@ def texture_uv(texcoords: Floats, texture: Bytes) -> Floats:
     return np.column_stack([(texcoords[:, 0] + 0.5) / width, 1.0 - (texcoords[:, 1] + 0.5) / height])
 
 
-def fans(indices: Ints, starts: Ints, counts: Ints) -> Ints:
+def fan_triangles(indices: Ints, starts: Ints, counts: Ints) -> Ints:
     """Split polygons into triangles (m, 3), all from the polygon's first corner.
 
     Polygon k has the corners indices[starts[k] : starts[k] + counts[k]]; those with fewer than three give nothing.

@@ -8,17 +8,17 @@ from pathlib import Path
 import numpy as np
 
 from restore.errors import BadInput
-from restore.formats.mesh import check_vertices, fans, split_seams, surface, texture_uv
+from restore.formats.mesh import check_vertices, checked_mesh, fan_triangles, split_seams, texture_uv
 from restore.formats.obj_text import ObjText, parse_obj
 from restore.formats.picture import encode_png, read_picture
-from restore.formats.source import CUT_SHORT, MISSING, ONE_SHOT, beside, is_file, read_bytes
+from restore.formats.source import CUT_SHORT, MISSING, ONE_SHOT, is_file, read_bytes, resolve_reference
 from restore.scan import Bytes, Ints, SurfaceMesh
 
 MAX_MATERIAL_BYTES = 2**20  # a material file is a page of text
 MAX_LIBRARIES = 16  # a scan has one
 COLOURED = 6  # numbers of a vertex line with a colour
-DENSE = 1000  # vertices that no hand has written
-UNUSED_TAIL = 0.01  # of the vertices: a file that is cut between two faces never comes to its last vertices
+LARGE_MESH = 1000  # vertices: more than in files written by hand
+UNUSED_TAIL = 0.01  # of the vertices: the faces of a truncated file do not reach its last vertices
 
 
 def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
@@ -29,16 +29,16 @@ def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     data = read_bytes(path)
     text = parse_obj(path, data)
     starts = np.cumsum(text.sizes) - text.sizes
-    faces, uv_faces = fans(text.corners, starts, text.sizes), fans(text.uvs, starts, text.sizes)
+    faces, uv_faces = fan_triangles(text.corners, starts, text.sizes), fan_triangles(text.uvs, starts, text.sizes)
     check_vertices(path, text.values[:, :3])
-    _check_whole(path, data, text, faces)
+    _check_complete(path, data, text, faces)
     if len(faces) == 0 or uv_faces.min() < 0:
-        return surface(path, text.values[:, :3], faces, texture=texture, colours=_colours(text))
+        return checked_mesh(path, text.values[:, :3], faces, texture=texture, colours=_colours(text))
     if texture is None:
         texture = _picture(path, text)
     take, take_uv, faces = split_seams(faces, uv_faces, len(text.uv))
     colours = _colours(text)
-    return surface(
+    return checked_mesh(
         path,
         text.values[take, :3],
         faces,
@@ -63,7 +63,7 @@ def write_obj(mesh: SurfaceMesh, path: Path) -> None:
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _check_whole(path: Path, data: bytes, text: ObjText, faces: Ints) -> None:
+def _check_complete(path: Path, data: bytes, text: ObjText, faces: Ints) -> None:
     """Raise BadInput when the last face is not complete, or the faces, which follow the vertices, end before them.
 
     Scanners write as many vertices as their faces use. Where the last line has an end, a few may be left over.
@@ -74,7 +74,7 @@ def _check_whole(path: Path, data: bytes, text: ObjText, faces: Ints) -> None:
     if last[:1] == [b"f"] and len(last) < 4:
         raise BadInput(f"{path} seems cut short: its last face is not complete", CUT_SHORT)
     share = (int(faces.max()) + 1) / len(text.values)
-    allowed = UNUSED_TAIL if len(text.values) >= DENSE else 1.0
+    allowed = UNUSED_TAIL if len(text.values) >= LARGE_MESH else 1.0
     if share < 1.0 - (allowed if data.endswith(b"\n") else 0.0):
         raise BadInput(f"{path} seems cut short: its faces use the first {share:.0%} of its vertices", CUT_SHORT)
 
@@ -104,7 +104,7 @@ def _picture(path: Path, text: ObjText) -> Bytes | None:
 
 def _materials(path: Path, name: str) -> dict[bytes, str]:
     """The picture of each material of a material file that has one."""
-    file = beside(path, name)
+    file = resolve_reference(path, name)
     if not is_file(file):
         raise BadInput(f"{path}: its material file {name!r} is missing", MISSING)
     pictures, material = {}, b""
@@ -139,7 +139,7 @@ def _is_argument(word: str) -> bool:
 
 
 def _read(path: Path, name: str) -> Bytes:
-    file = beside(path, name)
+    file = resolve_reference(path, name)
     if not is_file(file):
         raise BadInput(f"{path}: its picture {name!r} is missing", MISSING)
     return read_picture(file)

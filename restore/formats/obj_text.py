@@ -1,4 +1,4 @@
-"""The numbers of Wavefront text, parsed byte by byte: time and memory grow with the file and no faster."""
+"""Parser of Wavefront text; time and memory are linear in the size of the file."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.errors import BadInput
-from restore.formats.source import CUT_SHORT, DAMAGED, numbers
+from restore.formats.source import CUT_SHORT, DAMAGED, parse_numbers
 from restore.scan import Floats, Ints
 
 MAX_CORNERS = 256  # of a face; scanners write triangles and quads, editors no more than some dozens
@@ -27,10 +27,10 @@ ZERO, NINE, LOWER_E, UPPER_E = 48, 57, 101, 69
 
 @dataclass(frozen=True, eq=False)
 class ObjText:
-    """What an OBJ file says.
+    """Contents of an OBJ file.
 
     values    (n, 7) numbers of each vertex line, NaN where the line has fewer.
-    counts    (n,) how many numbers the line has.
+    counts    (n,) number of values on the line.
     uv        (t, 2) texture coordinates.
     corners   (c,) vertex of each corner of each face, in the order of the file.
     uvs       (c,) its texture coordinate, −1 where it has none.
@@ -59,15 +59,15 @@ def parse_obj(path: Path, data: bytes) -> ObjText:
     values, counts = np.full((sizes[VERTEX], VALUES), np.nan), np.zeros(sizes[VERTEX], np.int64)
     uv = np.full((sizes[TEXCOORD], 2), np.nan)
     faces, corners = np.zeros(sizes[FACE], np.int64), np.zeros((sizes[-1], 2), np.int64)
-    slow = np.empty((0, 3), np.int64)
-    for room in (0, values.size + uv.size):  # most files have no number that needs the slow way
-        slow = np.empty((room, 3), np.int64)
-        fault, line, slow_count = _fill(text, values, counts, uv, faces, corners, slow)
-        if fault or slow_count <= room:
+    remaining = np.empty((0, 3), np.int64)
+    for room in (0, values.size + uv.size):  # most files have no number that the kernel cannot parse exactly
+        remaining = np.empty((room, 3), np.int64)
+        fault, line, remaining_count = _fill(text, values, counts, uv, faces, corners, remaining)
+        if fault or remaining_count <= room:
             break
     if fault:
-        raise _told(path, data, int(fault), int(line))
-    _parse_slowly(path, data, slow[:slow_count], values, uv)
+        raise _line_error(path, data, int(fault), int(line))
+    _parse_remaining(path, data, remaining[:remaining_count], values, uv)
     return ObjText(
         values,
         counts,
@@ -86,20 +86,20 @@ def _names(data: bytes, places: Ints) -> tuple[bytes, ...]:
     return tuple({data[start:end].strip(): None for start, end in zip(starts, ends, strict=True)})
 
 
-def _parse_slowly(path: Path, data: bytes, slow: Ints, values: Floats, uv: Floats) -> None:
+def _parse_remaining(path: Path, data: bytes, remaining: Ints, values: Floats, uv: Floats) -> None:
     """Parse the numbers of many digits, whose places are (offset, end, index), index negative for those of uv."""
-    if not len(slow):
+    if not len(remaining):
         return
-    parsed = numbers(b" ".join(data[start:end] for start, end, _ in slow.tolist()), path, "a line")
-    if len(parsed) != len(slow):
+    parsed = parse_numbers(b" ".join(data[start:end] for start, end, _ in remaining.tolist()), path, "a line")
+    if len(parsed) != len(remaining):
         raise BadInput(f"{path}: a word stands where a number should be", DAMAGED)
-    of_uv = slow[:, 2] < 0
-    values.reshape(-1)[slow[~of_uv, 2]] = parsed[~of_uv]
-    uv.reshape(-1)[-1 - slow[of_uv, 2]] = parsed[of_uv]
+    of_uv = remaining[:, 2] < 0
+    values.reshape(-1)[remaining[~of_uv, 2]] = parsed[~of_uv]
+    uv.reshape(-1)[-1 - remaining[of_uv, 2]] = parsed[of_uv]
 
 
-def _told(path: Path, data: bytes, fault: int, line: int) -> BadInput:
-    """The error for a fault on a line. The last line, where it does not end, is the sign of a cut."""
+def _line_error(path: Path, data: bytes, fault: int, line: int) -> BadInput:
+    """The error for a fault on a line. A fault on an unterminated last line is reported as a truncated file."""
     if line == data.count(b"\n") + 1 and not data.endswith(b"\n"):
         return BadInput(f"{path} seems cut short: line {line} is not complete", CUT_SHORT)
     reasons = {
@@ -188,10 +188,10 @@ def _count(text: NDArray[np.uint8]) -> tuple[Ints, Ints, Ints]:
 
 @numba.njit(cache=True)
 def _fill(
-    text: NDArray[np.uint8], values: Floats, counts: Ints, uv: Floats, faces: Ints, corners: Ints, slow: Ints
+    text: NDArray[np.uint8], values: Floats, counts: Ints, uv: Floats, faces: Ints, corners: Ints, remaining: Ints
 ) -> tuple[int, int, int]:
-    """Fill the arrays. Returns a fault or 0, the line of it, and how many numbers have to be parsed another way."""
-    at, line, vertex, texcoord, face, corner, slow_count = 0, 0, 0, 0, 0, 0, 0
+    """Fill the arrays. Returns a fault or 0, its line, and the number of values left for `_parse_remaining`."""
+    at, line, vertex, texcoord, face, corner, remaining_count = 0, 0, 0, 0, 0, 0, 0
     while at < len(text):
         line += 1
         start, _ = _next_word(text, at)
@@ -204,12 +204,12 @@ def _fill(
                 if count < width:
                     state, value = _number(text, begin, word)
                     if state == 0:
-                        return NUMBER_FAULT, line, slow_count
+                        return NUMBER_FAULT, line, remaining_count
                     place = vertex * VALUES + count if kind == VERTEX else -1 - (texcoord * 2 + count)
                     if state == 2:
-                        if slow_count < len(slow):
-                            slow[slow_count] = begin, word, place
-                        slow_count += 1
+                        if remaining_count < len(remaining):
+                            remaining[remaining_count] = begin, word, place
+                        remaining_count += 1
                     elif kind == VERTEX:
                         values[vertex, count] = value
                     else:
@@ -217,7 +217,7 @@ def _fill(
                 count += 1
                 begin, word = _next_word(text, word)
             if count < (3 if kind == VERTEX else 1):
-                return NUMBER_FAULT, line, slow_count
+                return NUMBER_FAULT, line, remaining_count
             if kind == VERTEX:
                 counts[vertex] = min(count, VALUES)
                 vertex += 1
@@ -231,23 +231,23 @@ def _fill(
             while word > begin:
                 state, a, b = _corner(text, begin, word, vertex, texcoord)
                 if state:
-                    return state, line, slow_count
+                    return state, line, remaining_count
                 if a >= len(values) or b >= len(uv):
-                    return INDEX_FAULT, line, slow_count
+                    return INDEX_FAULT, line, remaining_count
                 corners[corner] = a, b
                 corner += 1
                 faces[face] += 1
                 if faces[face] > MAX_CORNERS:
-                    return COUNT_FAULT, line, slow_count
+                    return COUNT_FAULT, line, remaining_count
                 begin, word = _next_word(text, word)
             face += 1
         at = _line_end(text, word) + 1
-    return 0, 0, slow_count
+    return 0, 0, remaining_count
 
 
 @numba.njit(cache=True)
 def _number(text: NDArray[np.uint8], at: int, end: int) -> tuple[int, float]:
-    """0 for what cannot be a number; 1 and the exact number; 2 for one that has to be parsed another way."""
+    """0 for text that cannot be a number; 1 and the exact value; 2 for one that `_parse_remaining` has to parse."""
     first = text[at]
     if not (ZERO <= first <= NINE or first in (MINUS, PLUS, POINT)):
         return (2 if first in (73, 78, 105, 110) else 0), 0.0  # inf and nan are numbers, whose place is refused later

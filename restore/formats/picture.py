@@ -26,7 +26,7 @@ def read_picture(path: Path) -> Bytes:
 
 
 def decode_picture(data: bytes, name: str) -> Bytes:
-    """Decode a picture to (h, w, 3) uint8 RGB; `name` says in errors where it came from. Raises BadInput."""
+    """Decode a picture to (h, w, 3) uint8 RGB; `name` denotes it in errors. Raises BadInput."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Pillow warns of odd tags; unreadable pixels are an error all the same
         try:
@@ -55,8 +55,8 @@ def encode_png(picture: Bytes) -> bytes:
     return out.getvalue()
 
 
-def picture_beside(path: Path) -> Bytes | None:
-    """The picture (h, w, 3) in the same folder that is called like the scan, if there is one.
+def adjacent_picture(path: Path) -> Bytes | None:
+    """The picture (h, w, 3) in the same folder with the name of the scan, if there is one.
 
     Raises BadInput when it is damaged.
     """

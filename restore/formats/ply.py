@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from restore.errors import BadInput
-from restore.formats.foreign import parse
-from restore.formats.mesh import surface, texture_uv
+from restore.formats.mesh import checked_mesh, texture_uv
 from restore.formats.picture import encode_png, read_picture
-from restore.formats.source import DAMAGED, MISSING, ONE_SHOT, beside, is_file, read_bytes
+from restore.formats.source import DAMAGED, MISSING, ONE_SHOT, is_file, read_bytes, resolve_reference
+from restore.formats.trimesh_parser import parse_mesh
 from restore.scan import Bytes, SurfaceMesh
 
 MAX_HEADER_BYTES = 2**16  # a header is a page of text
@@ -27,10 +27,10 @@ def read_ply(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     """
     data = read_bytes(path)
     header = _header(path, data)
-    arrays = parse(path, data, "ply", skip_materials=True)
+    arrays = parse_mesh(path, data, "ply", skip_materials=True)
     if texture is None and arrays.uv is not None:
         texture = _picture(path, header)
-    return surface(path, arrays.vertices, arrays.faces, uv=arrays.uv, texture=texture, colours=arrays.colours)
+    return checked_mesh(path, arrays.vertices, arrays.faces, uv=arrays.uv, texture=texture, colours=arrays.colours)
 
 
 def write_ply(mesh: SurfaceMesh, path: Path) -> None:
@@ -52,15 +52,15 @@ def write_ply(mesh: SurfaceMesh, path: Path) -> None:
 
 def _header(path: Path, data: bytes) -> bytes:
     """The header, after checking that what it promises is there: trimesh takes what comes in a text file."""
-    found = _HEADER.match(data, 0, MAX_HEADER_BYTES)
-    if found is None:
+    match = _HEADER.match(data, 0, MAX_HEADER_BYTES)
+    if match is None:
         raise BadInput(f"{path} has no PLY header", DAMAGED)
-    promised = sum(int(count) for _, count in _ELEMENT.findall(found[0]))
+    promised = sum(int(count) for _, count in _ELEMENT.findall(match[0]))
     # A vertex or a face takes a line of text, and in binary form more than a byte.
-    there = data.count(b"\n", found.end()) + 1 if b"format ascii" in found[0] else len(data) - found.end()
-    if promised > there:
+    available = data.count(b"\n", match.end()) + 1 if b"format ascii" in match[0] else len(data) - match.end()
+    if promised > available:
         raise BadInput(f"{path} promises {promised} vertices and faces and ends before", DAMAGED)
-    return found[0]
+    return match[0]
 
 
 def _picture(path: Path, header: bytes) -> Bytes | None:
@@ -69,7 +69,7 @@ def _picture(path: Path, header: bytes) -> Bytes | None:
         raise BadInput(f"{path} uses {len(names)} pictures, a scan has one", ONE_SHOT)
     if not names:
         return None
-    file = beside(path, name := names.pop())
+    file = resolve_reference(path, name := names.pop())
     if not is_file(file):
         raise BadInput(f"{path}: its picture {name!r} is missing", MISSING)
     return read_picture(file)

@@ -1,4 +1,4 @@
-"""Bytes from a file, within limits. Every fault of a file is one BadInput that names it."""
+"""Reading of files within limits. Every fault of a file raises BadInput that names it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from restore.errors import BadInput
 from restore.files import read_regular
 from restore.scan import Floats
 
-# What to do now.
+# Remedies.
 ONE_SHOT = "export one shot of the scanner"
 UNREADABLE = "check the file's permissions and its disk"
 MISSING = "put the file beside the scan, or give the picture with --texture"
@@ -49,7 +49,7 @@ def read_bytes(path: Path, limit: int = MAX_FILE_BYTES) -> bytes:
 
 
 def is_file(path: Path) -> bool:
-    """Is there a file? False also for names that no disk takes."""
+    """True when there is a file; False also for names that are invalid on the disk."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -57,7 +57,7 @@ def is_file(path: Path) -> bool:
 
 
 def is_folder(path: Path) -> bool:
-    """Is there a folder? False also for names that no disk takes."""
+    """True when there is a folder; False also for names that are invalid on the disk."""
     try:
         return path.is_dir()
     except (OSError, ValueError):
@@ -71,7 +71,7 @@ def scan_stem(path: Path) -> str:
     return Path(path.name[:-3] if path.name.lower().endswith(".abs.gz") else path.name).stem
 
 
-def beside(path: Path, name: str) -> Path:
+def resolve_reference(path: Path, name: str) -> Path:
     """The file that `path` refers to by `name`: only files inside the scan's own folder are ever opened.
 
     Raises BadInput for absolute names and names that leave the folder, by `..` or by a link.
@@ -88,7 +88,7 @@ def beside(path: Path, name: str) -> Path:
     return target
 
 
-def numbers(text: bytes, path: Path, what: str) -> Floats:
+def parse_numbers(text: bytes, path: Path, what: str) -> Floats:
     """Parse numbers (n,) between white space. Raises BadInput naming the first word that is no number."""
     text = text.strip()
     if not text:
@@ -102,9 +102,9 @@ def numbers(text: bytes, path: Path, what: str) -> Floats:
         raise BadInput(f"{path}: {what} holds {word[:40]!r}, which is no number", DAMAGED) from error
 
 
-def whole_numbers(text: bytes, path: Path, what: str) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+def parse_integers(text: bytes, path: Path, what: str) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
     """Parse whole numbers (n,) between white space. Raises BadInput for anything else."""
-    values = numbers(text, path, what)
+    values = parse_numbers(text, path, what)
     if not (np.abs(values) < 2**31).all() or (values != np.rint(values)).any():
         raise BadInput(f"{path}: {what} holds a number that cannot be an index", DAMAGED)
     return values.astype(np.int64)

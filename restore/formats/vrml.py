@@ -14,9 +14,9 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.formats.grid import grid_polygons
-from restore.formats.mesh import fans, split_seams, surface
+from restore.formats.mesh import checked_mesh, fan_triangles, split_seams
 from restore.formats.picture import encode_png, read_picture
-from restore.formats.source import DAMAGED, ONE_SHOT, beside, numbers, read_bytes, whole_numbers
+from restore.formats.source import DAMAGED, ONE_SHOT, parse_integers, parse_numbers, read_bytes, resolve_reference
 from restore.scan import Bytes, Floats, Ints, RangeScan, SurfaceMesh
 
 HEADER = b"#VRML V1.0 ascii"
@@ -41,7 +41,7 @@ def read_vrml(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     uv = np.concatenate(uvs) if len(uvs) == len(pieces) else None
     if texture is None and uv is not None:
         texture = _named_picture(path, text)
-    return surface(path, vertices, faces, uv=uv, texture=texture)
+    return checked_mesh(path, vertices, faces, uv=uv, texture=texture)
 
 
 def write_vrml(scan: RangeScan, path: Path) -> None:
@@ -90,30 +90,30 @@ def _face_set(path: Path, body: bytes, vertices: Floats, uv: Floats) -> tuple[Fl
 
 
 def _triangles(path: Path, body: bytes, field: bytes, count: int) -> Ints:
-    indices = whole_numbers(_list(path, body, field), path, field.decode())
+    indices = parse_integers(_list(path, body, field), path, field.decode())
     ends = np.flatnonzero(indices < 0)  # −1 ends a polygon; the last end may be missing
     starts = np.concatenate([[0], ends + 1])
     if indices.size and indices.max() >= count:
         raise BadInput(f"{path}: {field.decode()} uses number {indices.max()} of {count}", DAMAGED)
-    return fans(indices, starts, np.append(ends, indices.size) - starts)
+    return fan_triangles(indices, starts, np.append(ends, indices.size) - starts)
 
 
 def _tuples(path: Path, body: bytes, kind: str, width: int) -> Floats:
-    values = numbers(_list(path, body, b"point"), path, kind)
+    values = parse_numbers(_list(path, body, b"point"), path, kind)
     if values.size % width:
         raise BadInput(f"{path}: {kind} holds {values.size} numbers, not a multiple of {width}", DAMAGED)
     return values.reshape(-1, width)
 
 
 def _list(path: Path, body: bytes, field: bytes) -> bytes:
-    found = re.search(rb"\b" + field + rb"\s*\[([^\[\]]*)\]", body)
-    if found is None:
+    match = re.search(rb"\b" + field + rb"\s*\[([^\[\]]*)\]", body)
+    if match is None:
         raise BadInput(f"{path}: the list {field.decode()} is missing or does not end", DAMAGED)
-    return found[1].replace(b",", b" ")
+    return match[1].replace(b",", b" ")
 
 
 def _named_picture(path: Path, text: bytes) -> Bytes | None:
     names = {name[1].decode("utf-8", "replace") for _, body in _NODE.findall(text) if (name := _FILE_NAME.search(body))}
     if len(names) > 1:
         raise BadInput(f"{path} uses {len(names)} pictures, a scan has one", ONE_SHOT)
-    return read_picture(beside(path, names.pop())) if names else None
+    return read_picture(resolve_reference(path, names.pop())) if names else None

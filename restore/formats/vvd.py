@@ -14,7 +14,7 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.formats.grid import grid_polygons
-from restore.formats.mesh import fans, surface
+from restore.formats.mesh import checked_mesh, fan_triangles
 from restore.formats.picture import encode_png
 from restore.formats.source import DAMAGED, read_bytes
 from restore.scan import Bytes, Ints, RangeScan, SurfaceMesh
@@ -38,8 +38,8 @@ def read_vvd(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     faces, first = _count(path, data, body + VERTEX_BYTES * count, 4 * (1 + min(CORNERS)), "faces")
     longest = faces * (1 + max(CORNERS))  # behind the faces come other things
     words = np.frombuffer(data, ">i4", min(longest, (len(data) - first) // 4), first).astype(np.int64)
-    starts, counts = _walk(path, words, faces)
-    return surface(path, vertices, fans(words, starts, counts), texture=texture)
+    starts, counts = _face_offsets(path, words, faces)
+    return checked_mesh(path, vertices, fan_triangles(words, starts, counts), texture=texture)
 
 
 def write_vvd(scan: RangeScan, path: Path) -> None:
@@ -65,8 +65,8 @@ def _count(path: Path, data: bytes, offset: int, item_bytes: int, what: str) -> 
     return count, offset + 4
 
 
-def _walk(path: Path, words: Ints, faces: int) -> tuple[Ints, Ints]:
-    """Where the corners of each face start and how many they are: each face says how far it is to the next."""
+def _face_offsets(path: Path, words: Ints, faces: int) -> tuple[Ints, Ints]:
+    """Offset (m,) of the first corner of each face, and number of corners (m,), by following the counts."""
     starts, at, run = [], 1, words.tolist()
     for face in range(faces):
         if at > len(run) or run[at - 1] not in CORNERS:

@@ -1,8 +1,8 @@
-"""Colours measured on a chart: a profile that makes them true, and figures that tell how true they are.
+"""Colour calibration on a chart: an ICC profile, and quality figures of the picture.
 
 chart    finds the chart in a picture
 lab      CIE L*a*b* and colour differences
 fit      curve and matrix from the chart to an ICC profile
-figures  what was measured, and the levels of the guidelines that it meets
+figures  measured quality figures, and the levels of the guidelines that they meet
 run      the command `planish colour`
 """

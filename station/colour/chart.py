@@ -18,7 +18,7 @@ CLIPPED = 254.0  # a patch as bright as this on average has lost its colour to t
 
 @dataclass(frozen=True, eq=False)
 class Chart:
-    """What was seen of the patches, in the order of the chart.
+    """Measured codes of the patches, in the order of the chart.
 
     codes  (24, 3) mean RGB, 0 to 255.
     noise  (24, 3) standard deviation, in the same unit.

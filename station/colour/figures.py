@@ -1,4 +1,4 @@
-"""What a chart tells of a picture, and the levels of the guidelines that each figure meets."""
+"""Quality figures of a picture of a chart, and the levels of the guidelines that each meets."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Limits = Mapping[str, float]
 STARS, LEVELS = ("4 stars", "3 stars", "2 stars", "1 star"), ("level A", "level B", "level C")
 
 
-def _at_most(names: tuple[str, ...], *limits: float) -> Limits:
+def _limits(names: tuple[str, ...], *limits: float) -> Limits:
     return dict(zip(names, limits, strict=True))
 
 
@@ -45,22 +45,22 @@ class Criterion:
 
 
 CRITERIA = (
-    Criterion("colour, mean", "ΔE2000", _at_most(STARS, 2, 3.5, 5, 6.5), _at_most(LEVELS, 4, 5, 5)),
-    Criterion("colour, 90th percentile", "ΔE2000", _at_most(STARS, 4, 7, 10, 13), {}),
-    Criterion("colour, worst", "ΔE2000", {}, _at_most(LEVELS, 10, 15, 15)),
-    Criterion("tone, worst grey", "ΔL*", _at_most(STARS, 1.5, 3, 4.5, 6), _at_most(LEVELS, 2, 3, 4)),
-    Criterion("white balance, worst grey", "ΔE(a*b*)", _at_most(STARS, 2, 4, 6, 8), _at_most(LEVELS, 3, 4, 5)),
-    Criterion("noise, worst grey", "L* rms", _at_most(STARS, 1, 2, 3, 4), _at_most(LEVELS, 1.6, 2, 2.2)),
-    Criterion("sampling", "ppi", _at_most(STARS, 396, 294, 242.5, 190), {}, least=True),
+    Criterion("colour, mean", "ΔE2000", _limits(STARS, 2, 3.5, 5, 6.5), _limits(LEVELS, 4, 5, 5)),
+    Criterion("colour, 90th percentile", "ΔE2000", _limits(STARS, 4, 7, 10, 13), {}),
+    Criterion("colour, worst", "ΔE2000", {}, _limits(LEVELS, 10, 15, 15)),
+    Criterion("tone, worst grey", "ΔL*", _limits(STARS, 1.5, 3, 4.5, 6), _limits(LEVELS, 2, 3, 4)),
+    Criterion("white balance, worst grey", "ΔE(a*b*)", _limits(STARS, 2, 4, 6, 8), _limits(LEVELS, 3, 4, 5)),
+    Criterion("noise, worst grey", "L* rms", _limits(STARS, 1, 2, 3, 4), _limits(LEVELS, 1.6, 2, 2.2)),
+    Criterion("sampling", "ppi", _limits(STARS, 396, 294, 242.5, 190), {}, least=True),
 )
 
 
-def measured(fit: ColourFit, *, ppi: float | None = None) -> list[dict[str, Any]]:
-    """Every figure that was measured with the levels it meets; None in the place of a level is none.
+def quality_figures(fit: ColourFit, *, ppi: float | None = None) -> list[dict[str, Any]]:
+    """Every figure that was measured with the levels it meets; None for a level that is not met.
 
-    ppi: what the picture really resolves on the target, where that is known.
+    ppi: true resolution of the picture on the target, where known.
     """
-    colour, greys = difference(fit.seen, fit.wanted), (fit.seen - fit.wanted)[GREYS]
+    colour, greys = difference(fit.corrected, fit.reference), (fit.corrected - fit.reference)[GREYS]
     values: dict[str, float | None] = {
         "colour, mean": float(colour.mean()),
         "colour, 90th percentile": float(np.percentile(colour, 90)),
@@ -81,7 +81,7 @@ def _figure(criterion: Criterion, value: float) -> dict[str, Any]:
     return figure
 
 
-def before_and_after(fit: ColourFit) -> dict[str, float]:
+def mean_differences(fit: ColourFit) -> dict[str, float]:
     """Mean CIEDE2000 over the chart if the codes are taken for sRGB, and by the profile."""
-    seen = {"as sRGB": fit.before, "by the profile": fit.seen}
-    return {how: round(float(difference(lab, fit.wanted).mean()), 3) for how, lab in seen.items()}
+    codings = {"as sRGB": fit.uncorrected, "by the profile": fit.corrected}
+    return {how: round(float(difference(lab, fit.reference).mean()), 3) for how, lab in codings.items()}

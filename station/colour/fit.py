@@ -11,7 +11,7 @@ from scipy.optimize import minimize_scalar
 
 from restore import Floats
 from station.colour.chart import Chart
-from station.colour.lab import difference, lab_of_light
+from station.colour.lab import difference, lab_of_linear
 from station.export.icc import SRGB_CURVE, Curve, MatrixProfile, srgb_matrix
 
 EXPONENTS = (1.4, 3.4)  # of the tone curve, sRGB's being 2.4: from flat to harsh, beyond what cameras are set to
@@ -23,62 +23,62 @@ FULL = 255.0
 class ColourFit:
     """Codes through the curve of an exponent, then the matrix (3, 3) to linear sRGB.
 
-    wanted  (24, 3) L*a*b* of the chart's patches.
-    before  (24, 3) what they look like if the codes are taken for sRGB.
-    seen    (24, 3) what they look like by the fit.
-    noise   (24,) standard deviation of L* within the patches by the fit.
+    reference    (24, 3) L*a*b* of the chart's patches.
+    uncorrected  (24, 3) measured L*a*b* if the codes are taken for sRGB.
+    corrected    (24, 3) measured L*a*b* by the fit.
+    noise        (24,) standard deviation of L* within the patches by the fit.
     """
 
     exponent: float
     matrix: Floats
-    wanted: Floats
-    before: Floats
-    seen: Floats
+    reference: Floats
+    uncorrected: Floats
+    corrected: Floats
     noise: Floats
 
     def profile(self, name: str) -> MatrixProfile:
         """The fit as an ICC profile of the camera."""
-        curve = curve_of(self.exponent)
+        curve = tone_curve(self.exponent)
         return MatrixProfile(name, srgb_matrix() @ self.matrix, (curve, curve, curve), kind="scnr")
 
 
 def fit_colours(chart: Chart) -> ColourFit:
     """Find the exponent and the matrix that bring the patches nearest to the chart's colours, by CIEDE2000."""
-    found = minimize_scalar(
+    optimum = minimize_scalar(
         lambda exponent: _mean_difference(chart.codes, exponent),
         bounds=EXPONENTS,
         method="bounded",
         options={"xatol": TOLERANCE},
     )
-    exponent = float(found.x)
-    matrix, wanted = _matrix(chart.codes, exponent)
-    seen = lab_of_light(light_of(chart.codes, exponent) @ matrix.T)
-    louder = lab_of_light(light_of(chart.codes + chart.noise, exponent) @ matrix.T)
-    before = lab_of_light(light_of(chart.codes, SRGB_CURVE[0]))
-    return ColourFit(exponent, matrix, wanted, before, seen, np.abs(louder - seen)[:, 0])
+    exponent = float(optimum.x)
+    matrix, reference = _matrix(chart.codes, exponent)
+    corrected = lab_of_linear(linear_light(chart.codes, exponent) @ matrix.T)
+    with_noise = lab_of_linear(linear_light(chart.codes + chart.noise, exponent) @ matrix.T)
+    uncorrected = lab_of_linear(linear_light(chart.codes, SRGB_CURVE[0]))
+    return ColourFit(exponent, matrix, reference, uncorrected, corrected, np.abs(with_noise - corrected)[:, 0])
 
 
-def curve_of(exponent: float) -> Curve:
+def tone_curve(exponent: float) -> Curve:
     """The curve of sRGB with another exponent, its straight part as steep as to meet the rest."""
     _, a, b, _, d = SRGB_CURVE
     return exponent, a, b, (a * d + b) ** exponent / d, d
 
 
-def light_of(codes: Floats, exponent: float) -> Floats:
+def linear_light(codes: Floats, exponent: float) -> Floats:
     """(…, 3) light, 0 to 1, of codes (…, 3), 0 to 255, through the curve of an exponent."""
-    g, a, b, c, d = curve_of(exponent)
+    g, a, b, c, d = tone_curve(exponent)
     share = np.asarray(codes) / FULL
     return np.asarray(np.where(share >= d, (a * np.maximum(share, d) + b) ** g, c * share))
 
 
 def _mean_difference(codes: Floats, exponent: float) -> float:
-    matrix, wanted = _matrix(codes, exponent)
-    return float(difference(lab_of_light(light_of(codes, exponent) @ matrix.T), wanted).mean())
+    matrix, reference = _matrix(codes, exponent)
+    return float(difference(lab_of_linear(linear_light(codes, exponent) @ matrix.T), reference).mean())
 
 
 def _matrix(codes: Floats, exponent: float) -> tuple[Floats, Floats]:
     """The matrix (3, 3) from light to linear sRGB, and the L*a*b* (24, 3) of the chart's own patches."""
-    light = light_of(codes, exponent).reshape(-1, 1, 3)
+    light = linear_light(codes, exponent).reshape(-1, 1, 3)
     cv: Any = cv2.ccm  # its names changed from OpenCV 4 to 5, and the type stubs know one of them
     if hasattr(cv.ColorCorrectionModel, "compute"):
         model = cv.ColorCorrectionModel(light, cv.COLORCHECKER_MACBETH)
@@ -91,4 +91,4 @@ def _matrix(codes: Floats, exponent: float) -> tuple[Floats, Floats]:
         model.setCCM_TYPE(cv.CCM_3x3)
         model.run()
         matrix, reference = model.getCCM(), model.get_dst_rgbl()
-    return np.asarray(matrix, np.float64).T, lab_of_light(reference.reshape(-1, 3))  # OpenCV's rows are colours
+    return np.asarray(matrix, np.float64).T, lab_of_linear(reference.reshape(-1, 3))  # OpenCV's rows are colours

@@ -18,7 +18,7 @@ def lab_of_xyz(xyz: Floats) -> Floats:
     return np.stack([116 * y - 16, 500 * (x - y), 200 * (y - z)], axis=-1)
 
 
-def lab_of_light(light: Floats) -> Floats:
+def lab_of_linear(light: Floats) -> Floats:
     """(…, 3) L*a*b* of linear sRGB (…, 3)."""
     return lab_of_xyz(np.asarray(light) @ srgb_matrix().T)
 

@@ -10,12 +10,12 @@ from typing import Any
 
 from restore import PICTURE_SUFFIXES, BadInput, Bytes, Settings, load_scan, read_picture, read_regular, restore
 from station.colour.chart import find_chart
-from station.colour.figures import UNMEASURED, before_and_after, measured
+from station.colour.figures import UNMEASURED, mean_differences, quality_figures
 from station.colour.fit import fit_colours
-from station.export.atomic import refuse_existing, writable, write_all
+from station.export.atomic import claim_folder, refuse_existing, write_all
 from station.export.icc import encode_profile
 from station.export.report import encode_report
-from station.originals import MAX_REPORT_BYTES
+from station.overwrite_check import MAX_REPORT_BYTES
 
 SUFFIX = ".icc"
 
@@ -36,23 +36,23 @@ def profile_colours(target: Path, output: Path, *, force: bool = False) -> Colou
     profile = output if output.suffix.lower() == SUFFIX else output.with_name(output.name + SUFFIX)
     files = [profile, profile.with_suffix(".json")]
     refuse_existing(files, force=force)
-    image, ppi = _seen(target)
+    image, ppi = _read_target(target)
     fit = fit_colours(find_chart(image))
     report = {
         "target": str(target),
         "exponent": round(fit.exponent, 4),
         "matrix": fit.matrix.round(6).tolist(),
-        "mean_difference": before_and_after(fit),
-        "figures": measured(fit, ppi=ppi),
+        "mean_difference": mean_differences(fit),
+        "figures": quality_figures(fit, ppi=ppi),
         "not_measured": [*UNMEASURED, *([] if ppi else ["sampling"])],
     }
     contents = (encode_profile(fit.profile(profile.stem)), encode_report(report).encode())
-    with writable(profile.parent) as claim:
+    with claim_folder(profile.parent) as claim:
         return ColourRun(report, tuple(write_all(zip(files, contents, strict=True), force=force, claim=claim)))
 
 
 def summary_line(run: ColourRun) -> str:
-    """The figures in a few lines for people."""
+    """A summary of the figures, one line each."""
     change = ", ".join(f"{value:.2f} {how}" for how, value in run.report["mean_difference"].items())
     lines = [f"{'chart':<28} mean ΔE2000 {change}"]
     for figure in run.report["figures"]:
@@ -62,8 +62,8 @@ def summary_line(run: ColourRun) -> str:
     return "\n".join([*lines, *(f"{'file':<28} {path}" for path in run.files)])
 
 
-def _seen(target: Path) -> tuple[Bytes, float | None]:
-    """The picture of the target, and what it resolves, where that is known."""
+def _read_target(target: Path) -> tuple[Bytes, float | None]:
+    """The picture (h, w, 3) of the target, and its effective ppi where known."""
     if target.suffix.lower() in PICTURE_SUFFIXES:
         return read_picture(target), _resolution(target.with_suffix(".json"))
     page = restore(load_scan(target), Settings())
@@ -73,7 +73,7 @@ def _seen(target: Path) -> tuple[Bytes, float | None]:
 
 
 def _resolution(report: Path) -> float | None:
-    """What a page resolves by the report beside it; None where there is none."""
+    """Effective ppi of a page from its report; None without one."""
     try:
         return float(json.loads(read_regular(report, MAX_REPORT_BYTES))["effective_ppi"]) or None
     except (OSError, ValueError, KeyError, TypeError, RecursionError):

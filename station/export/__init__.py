@@ -1,4 +1,4 @@
-"""Everything that a run can write: one table, one file a format."""
+"""Table of the output files of a run; one module encodes each format."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from restore import RangeScan, RestoredPage, SurfaceMesh
 from station.export.coverage import encode_coverage
+from station.export.image_metadata import ImageMetadata
 from station.export.mesh import encode_flat, encode_material, encode_strain, encode_warped
 from station.export.pdf import encode_pdf
 from station.export.png import encode_png
 from station.export.report import encode_report
-from station.export.stamp import Stamp
 from station.export.tiff import encode_map, encode_tiff
 from station.pictures.frames import Frame, frames_sheet
 from station.pictures.review import review
@@ -26,14 +26,14 @@ ALWAYS = frozenset({"page", "report"})
 
 @dataclass(frozen=True, eq=False)
 class Restoration:
-    """One restored page and what it came from.
+    """One restored page, its source and its report.
 
     stem    first part of every file's name.
     page    the restored page.
     source  the scan.
-    frames  steps of the flattening; empty unless they were asked for.
+    frames  steps of the flattening; empty unless they were requested.
     report  the page's report with what the station adds (JSON values only).
-    words   what stands on the page; None unless it was asked for.
+    words   recognised text; None unless it was requested.
     colours ICC profile of the colour image; None for sRGB.
     """
 
@@ -46,9 +46,9 @@ class Restoration:
     colours: bytes | None = None
 
     @property
-    def stamp(self) -> Stamp:
-        """What the files of the page tell of its making."""
-        return Stamp.of(self.source.provenance, self.colours)
+    def metadata(self) -> ImageMetadata:
+        """Metadata of the picture files."""
+        return ImageMetadata.from_provenance(self.source.provenance, self.colours)
 
 
 @dataclass(frozen=True)
@@ -61,17 +61,17 @@ class Output:
     needs_colour: bool = False
 
 
-def _read(done: Restoration) -> Words:
+def _words(done: Restoration) -> Words:
     assert done.words is not None
     return done.words
 
 
 def _pdf(done: Restoration) -> bytes:
-    return encode_pdf(done.page.image, done.page.dpi, _read(done), title=done.stem, profile=done.colours)
+    return encode_pdf(done.page.image, done.page.dpi, _words(done), title=done.stem, profile=done.colours)
 
 
 def _master(done: Restoration) -> bytes:
-    return encode_png(done.page.master, done.page.dpi, done.stamp)
+    return encode_png(done.page.master, done.page.dpi, done.metadata)
 
 
 def _texture(done: Restoration) -> bytes:
@@ -80,12 +80,15 @@ def _texture(done: Restoration) -> bytes:
 
 
 OUTPUTS = (
-    Output("page", ".png", lambda done: encode_png(done.page.image, done.page.dpi, done.stamp)),
+    Output("page", ".png", lambda done: encode_png(done.page.image, done.page.dpi, done.metadata)),
     Output(
-        "master", "-master.png", lambda done: encode_png(done.page.master, done.page.dpi, done.stamp), needs_colour=True
+        "master",
+        "-master.png",
+        lambda done: encode_png(done.page.master, done.page.dpi, done.metadata),
+        needs_colour=True,
     ),
     Output("coverage", "-coverage.png", lambda done: encode_coverage(done.page.coverage, done.page.dpi)),
-    Output("tiff", ".tif", lambda done: encode_tiff(done.page.image, done.page.dpi, done.stamp)),
+    Output("tiff", ".tif", lambda done: encode_tiff(done.page.image, done.page.dpi, done.metadata)),
     Output("map", "-map.tif", lambda done: encode_map(done.page)),
     Output("mesh", "-flat.obj", lambda done: encode_flat(done.page.flat, f"{done.stem}-mesh.mtl")),
     Output("mesh", "-warped.obj", lambda done: encode_warped(done.page.flat, f"{done.stem}-mesh.mtl")),
@@ -95,11 +98,11 @@ OUTPUTS = (
     Output("strain", "-strain.png", lambda done: encode_png(strain_picture(done.page))),
     Output("frames", "-frames.png", lambda done: encode_png(frames_sheet(done.frames, done.page.flat))),
     Output("review", "-review.png", lambda done: encode_png(review(done.page, done.source.texture))),
-    Output("ocr", ".txt", lambda done: _read(done).text.encode()),
-    Output("ocr", "-alto.xml", lambda done: _read(done).alto),
-    Output("ocr", ".hocr", lambda done: _read(done).hocr),
+    Output("ocr", ".txt", lambda done: _words(done).text.encode()),
+    Output("ocr", "-alto.xml", lambda done: _words(done).alto),
+    Output("ocr", ".hocr", lambda done: _words(done).hocr),
     Output("ocr", ".pdf", _pdf),
-    Output("report", ".json", lambda done: encode_report(done.report).encode()),  # last: its presence tells of the rest
+    Output("report", ".json", lambda done: encode_report(done.report).encode()),  # last: it marks a complete run
 )
 
 KINDS = frozenset(output.kind for output in OUTPUTS)
@@ -110,7 +113,7 @@ def names(stem: str, kinds: frozenset[str], *, colour: bool = True) -> list[str]
     return [stem + output.suffix for output in _wanted(kinds, colour=colour)]
 
 
-def encoded(done: Restoration, kinds: frozenset[str]) -> Iterator[bytes]:
+def encode_outputs(done: Restoration, kinds: frozenset[str]) -> Iterator[bytes]:
     """The contents of the files of `names`, made one at a time."""
     return (output.encode(done) for output in _wanted(kinds, colour=done.page.flat.texture is not None))
 

@@ -1,4 +1,4 @@
-"""Write all files of a run or none: staged in a hidden folder, flushed, put in their places in one step."""
+"""Atomic output: all files of a run are staged in a hidden folder, flushed and moved in one step, or none is."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from itertools import chain
 from pathlib import Path
 
 from station.errors import OverwriteError
-from station.export.claim import Claim, claimed
+from station.export.claim import Claim, lock_folder
 from station.export.disk import sync_folder, sync_tree, write_file
 from station.export.journal import replace_files
 
@@ -28,7 +28,7 @@ def write_all(
     """Write every file, or, whatever goes wrong on the way, none of them. Returns the paths, all in one folder.
 
     The files come one at a time, so that a generator keeps one of them in memory and no more.
-    claim       of the folder, where the run has one already, as `writable` gives it.
+    claim       of the folder, where the run has one already, as `claim_folder` gives it.
     superseded  files of an earlier run in the same folder that go in the same step.
     Raises OverwriteError when a file is there and `force` is not set, FolderInUse when another run writes to the
     folder, OSError when the disk refuses.
@@ -38,7 +38,7 @@ def write_all(
     if first is None:
         return []
     if claim is None:
-        with writable(first[0].parent) as own:
+        with claim_folder(first[0].parent) as own:
             return _write_all(chain([first], files), own, force, superseded)
     return _write_all(chain([first], files), claim, force, superseded)
 
@@ -60,7 +60,7 @@ def _write_all(
 
 @contextmanager
 def new_folder(claim: Claim, name: str) -> Iterator[Path]:
-    """A folder to fill that appears complete as `name` in the claimed folder, when the block ends, or not at all.
+    """Yields a staging folder that becomes `name` in the claimed folder when the block ends without an error.
 
     Raises OverwriteError when something of that name is there: a folder holds a capture, which is never replaced.
     """
@@ -90,8 +90,8 @@ def refuse_captured(folders: Iterable[Path]) -> None:
 
 
 @contextmanager
-def writable(folder: Path) -> Iterator[Claim]:
-    """Make the folder, and hold it for this run alone while the block runs.
+def claim_folder(folder: Path) -> Iterator[Claim]:
+    """Create the folder, and lock it for this run while the block runs.
 
     A disk that refuses is better met before the work than after it. When the block fails, no folder that was made for
     it stays behind empty. Raises FolderInUse when another run writes to the folder, OSError when the disk refuses.
@@ -99,7 +99,7 @@ def writable(folder: Path) -> Iterator[Claim]:
     made = [path for path in (folder, *folder.parents) if not path.exists()]
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        with claimed(folder) as claim:
+        with lock_folder(folder) as claim:
             yield claim
     except BaseException:
         with suppress(OSError):  # what was written stays, and its folder with it

@@ -1,4 +1,4 @@
-"""One run at a time in a folder: a lock that ends with its process, and a hidden folder for what is not finished."""
+"""Exclusive use of an output folder: a lock that ends with its process, and a hidden staging folder."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from station.errors import FolderInUse
-from station.export.disk import named
+from station.export.disk import add_path_to_errors
 from station.export.journal import JOURNAL, NEW, OLD, roll_back
 
 WORK = ".planish-run"
@@ -36,15 +36,15 @@ class Claim:
 
     @property
     def new(self) -> Path:
-        """Where new files are staged."""
+        """Staging folder of new files."""
         return self.work / NEW
 
 
 @contextmanager
-def claimed(folder: Path) -> Iterator[Claim]:
-    """Hold an existing folder for this run alone, after rolling back what a dead run has left unfinished in it.
+def lock_folder(folder: Path) -> Iterator[Claim]:
+    """Lock an existing folder for this run, after rolling back an unfinished replacement of a dead run.
 
-    Raises FolderInUse when another run holds it, OSError when the disk refuses.
+    Raises FolderInUse when another run has locked it, OSError when the disk refuses.
     """
     claim = Claim(folder)
     try:
@@ -64,14 +64,14 @@ def claimed(folder: Path) -> Iterator[Claim]:
 
 
 def recover(folder: Path) -> bool:
-    """Roll back what a dead run has left unfinished in a folder. Returns whether there was anything.
+    """Roll back the unfinished replacement of a dead run in a folder. Returns True when there was one.
 
     Does nothing where nothing was left, or where a live run is at work. Raises OSError when the disk refuses.
     """
     if not (folder / WORK).is_dir():
         return False
     try:
-        with claimed(folder):
+        with lock_folder(folder):
             return True
     except FolderInUse:
         return False
@@ -107,7 +107,7 @@ def _is_taken(claim: Claim, path: Path, descriptor: int) -> bool:
     if not _is_open_file(path, descriptor):
         return False
     try:
-        with named(path):
+        with add_path_to_errors(path):
             os.ftruncate(descriptor, 0)
             os.pwrite(descriptor, str(os.getpid()).encode(), 0)
             os.fsync(descriptor)  # a disk that refuses is better met before the work than after it

@@ -1,4 +1,4 @@
-"""What was seen of the page, as a picture whose values are exact and whose colours tell."""
+"""Coverage of the page as a palette PNG: exact values of `Seen`, one colour for each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Writing that has reached the disk when it returns, with the path in every error."""
+"""Durable writes (fsync), with the path in every error."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ from typing import BinaryIO
 
 def write_file(path: Path, data: bytes) -> None:
     """Write a new file and flush it to the disk. Raises OSError that names it."""
-    with named(path), path.open("wb") as file:
-        flush_out(file, data)
+    with add_path_to_errors(path), path.open("wb") as file:
+        write_and_sync(file, data)
 
 
-def flush_out(file: BinaryIO, data: bytes) -> None:
+def write_and_sync(file: BinaryIO, data: bytes) -> None:
     """Write all data and flush it to the disk."""
     file.write(data)
     file.flush()
@@ -24,7 +24,7 @@ def flush_out(file: BinaryIO, data: bytes) -> None:
 
 def sync_folder(folder: Path) -> None:
     """Flush the names in a folder to the disk: a file is found again after a power cut only then."""
-    with named(folder):
+    with add_path_to_errors(folder):
         descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
         try:
             os.fsync(descriptor)
@@ -38,14 +38,14 @@ def sync_tree(folder: Path) -> None:
         if path.is_dir():
             sync_folder(path)
         else:
-            with named(path), path.open("rb") as file:
+            with add_path_to_errors(path), path.open("rb") as file:
                 os.fsync(file.fileno())
     sync_folder(folder)
 
 
 @contextmanager
-def named(path: Path) -> Iterator[None]:
-    """Put the path into OSErrors that name no file, as those of write and fsync."""
+def add_path_to_errors(path: Path) -> Iterator[None]:
+    """Set the path in OSErrors that have none, as those of write and fsync."""
     try:
         yield
     except OSError as error:

@@ -1,8 +1,8 @@
 """Replace several files of a folder in one step, with an undo journal.
 
 The files that will be replaced or removed are kept under a second name, the journal lists them, then the new files
-take their places. Unlinking the journal commits. Whoever finds a journal rolls back: the earlier files return, the
-files that were not there before go. Rolling back may itself be interrupted and started again.
+take their places. Unlinking the journal commits. A run that finds a journal rolls back: the earlier files return,
+and files that did not exist before are removed. Rolling back may itself be interrupted and started again.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ NO_LINKS = {errno.EPERM, errno.EOPNOTSUPP, errno.ENOSYS, errno.EMLINK}
 
 @dataclass(frozen=True)
 class Journal:
-    """Names of files in the folder: put in place, removed; and which of them were there before."""
+    """Names of files in the folder: those to put in place, those to remove, and those of both that existed before."""
 
     put: list[str]
     removed: list[str]
@@ -63,7 +63,7 @@ def replace_files(folder: Path, work: Path, put: Sequence[str], removed: Sequenc
 
 
 def roll_back(folder: Path, work: Path) -> None:
-    """Bring back what stood before an unfinished replacement, if the journal of one is there.
+    """Restore the files from before an unfinished replacement, if there is a journal.
 
     Raises JournalDamaged, OSError when the disk refuses.
     """

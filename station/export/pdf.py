@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING
 
 from restore import Bytes
 from station.export.icc import srgb_profile
+from station.export.image_metadata import software
 from station.export.png import encode_png
-from station.export.stamp import software
 from station.text_layer import content_of
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def encode_pdf(image: Bytes, dpi: float, words: Words, *, title: str, profile: b
 
 
 def _picture(pdf: pikepdf.Pdf, image: Bytes, colours: pikepdf.Object) -> pikepdf.Stream:
-    """The picture as it is compressed in a PNG file: PDF stores rows the same way."""
+    """The picture as the compressed stream of a PNG file: PDF stores rows in the same way."""
     import pikepdf
 
     height, width = image.shape[:2]
@@ -98,7 +98,7 @@ def _tag(pdf: pikepdf.Pdf, page: pikepdf.Page, paragraphs: int, language: str) -
 
 
 def _declare(pdf: pikepdf.Pdf, intent: pikepdf.Object, title: str) -> None:
-    """Say that the file is PDF/A-2b, and under what colours it is to be seen."""
+    """Declare conformance to PDF/A-2b, the output intent and the title."""
     import pikepdf
 
     pdf.Root.OutputIntents = pikepdf.Array(
@@ -112,7 +112,7 @@ def _declare(pdf: pikepdf.Pdf, intent: pikepdf.Object, title: str) -> None:
             )
         ]
     )
-    del pdf.docinfo  # what is said there must be said in XMP, too, and the same: XMP is enough
+    del pdf.docinfo  # its entries would have to be repeated in XMP: XMP alone suffices
     with pdf.open_metadata(set_pikepdf_as_editor=False, update_docinfo=False) as metadata:
         metadata["dc:title"] = title
         metadata["xmp:CreatorTool"] = software()

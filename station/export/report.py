@@ -1,4 +1,4 @@
-"""The report of a run: as a JSON file, and as a few lines for people."""
+"""The report of a run: a JSON file, and a summary of several lines."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def encode_report(report: Report) -> str:
 
 
 def summary(report: Report, files: Iterable[Path]) -> str:
-    """The report in a few lines for people."""
+    """The summary of a report, one line a value."""
     width, height = report["page_mm"]
     ppi, strain = report["effective_ppi"], report["strain"]
     rows = [
@@ -43,7 +43,7 @@ def _photo(photo: Report) -> str:
 
 
 def finite(value: Any) -> Any:
-    """The value with None in the place of every number that JSON cannot hold: NaN, infinity."""
+    """The value with None for every number that JSON cannot represent: NaN, infinity."""
     if isinstance(value, Mapping):
         return {str(key): finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

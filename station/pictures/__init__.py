@@ -1,9 +1,8 @@
-"""Pictures to look at.
+"""Review pictures.
 
-raster   which triangle a pixel shows: a z-buffer
-view     the page in space, from an oblique viewpoint
+view     rendering of the mesh from an oblique viewpoint
 review   colour image, 3D view and restored page side by side
-strain   how much the flattening stretched the page, and where
+strain   map of stretch and shear
 frames   eight frames of the flattening
-canvas   captions and panels
+panels   pictures with captions, side by side
 """

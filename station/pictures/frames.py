@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from restore import Bytes, FlatMesh, Floats, Ints, SurfaceMesh
-from station.pictures.canvas import FAINT_INK, blank, write
-from station.pictures.view import draw, oblique
+from station.pictures.panels import FAINT_INK, blank_picture, draw_text
+from station.pictures.view import oblique_camera, render_mesh
 
 FRAMES = 8
 COLUMNS = 4
@@ -28,7 +28,7 @@ class Frame(NamedTuple):
 
 
 class Recorder:
-    """Called after every step of the flattening; keeps an even choice of steps, and always the last one."""
+    """Callback of the flattening that keeps evenly spaced steps and the last one, in bounded memory."""
 
     def __init__(self) -> None:
         self._kept: list[Frame] = []
@@ -65,12 +65,12 @@ class Recorder:
 def frames_sheet(frames: Sequence[Frame], mesh: FlatMesh) -> Bytes:
     """The frames, painted, all through the same camera: (h, w, 3) uint8 RGB."""
     everything = np.concatenate([frame.positions for frame in frames])
-    camera = oblique(everything)
-    sheet = blank(HEIGHT * -(-len(frames) // COLUMNS), WIDTH * COLUMNS)
+    camera = oblique_camera(everything)
+    sheet = blank_picture(HEIGHT * -(-len(frames) // COLUMNS), WIDTH * COLUMNS)
     for i, frame in enumerate(frames):
         top, left = HEIGHT * (i // COLUMNS), WIDTH * (i % COLUMNS)
-        picture = draw(_painted(frame, mesh), camera, height=HEIGHT, width=WIDTH, extent=everything)
-        picture = write(picture, f"step {frame.step}", 16, HEIGHT - 36, ink=FAINT_INK)
+        picture = render_mesh(_painted(frame, mesh), camera, height=HEIGHT, width=WIDTH, extent=everything)
+        picture = draw_text(picture, f"step {frame.step}", 16, HEIGHT - 36, ink=FAINT_INK)
         sheet[top : top + HEIGHT, left : left + WIDTH] = picture
     return sheet
 

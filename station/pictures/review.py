@@ -1,12 +1,12 @@
-"""Colour image, 3D view and restored page side by side: what the operator looks at after a scan."""
+"""Colour image, 3D view and restored page side by side, for the operator after a scan."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from restore import Bytes, RestoredPage, Seen
-from station.pictures.canvas import Panel, fit, side_by_side
-from station.pictures.view import draw, oblique
+from station.pictures.panels import Panel, resize_to_fit, side_by_side
+from station.pictures.view import oblique_camera, render_mesh
 
 # Red lines rising to the right where nothing was seen, violet ones falling where something was invented.
 HATCHES = {Seen.HIDDEN: ((192, 48, 40), 1), Seen.INVENTED: ((96, 56, 168), -1)}
@@ -15,32 +15,32 @@ HEIGHT, WIDTH = 720, 960  # pixels of a panel: the colour image's own shape, hal
 
 
 def review(page: RestoredPage, colour: Bytes | None) -> Bytes:
-    """The review picture (h, w, 3) uint8 RGB. colour (h, w, 3): what the scanner's camera saw, None if nothing."""
-    panels = [_space(page), _flat(page)]
+    """The review picture (h, w, 3) uint8 RGB. colour (h, w, 3): the scanner's colour image, or None."""
+    panels = [_mesh_panel(page), _page_panel(page)]
     if colour is not None:
-        panels.insert(0, _seen(colour))
+        panels.insert(0, _colour_panel(colour))
     return side_by_side(panels)
 
 
-def _seen(colour: Bytes) -> Panel:
+def _colour_panel(colour: Bytes) -> Panel:
     rows, cols = colour.shape[:2]
-    return Panel(fit(colour, height=HEIGHT, width=WIDTH), "As the scanner saw it", f"{cols} × {rows} pixels")
+    return Panel(resize_to_fit(colour, height=HEIGHT, width=WIDTH), "As the scanner saw it", f"{cols} × {rows} pixels")
 
 
-def _space(page: RestoredPage) -> Panel:
+def _mesh_panel(page: RestoredPage) -> Panel:
     mesh = page.flat
-    picture = draw(mesh, oblique(mesh.vertices), height=HEIGHT, width=WIDTH)
+    picture = render_mesh(mesh, oblique_camera(mesh.vertices), height=HEIGHT, width=WIDTH)
     return Panel(picture, "As it was measured", f"{len(mesh.vertices)} points, {len(mesh.faces)} triangles")
 
 
-def _flat(page: RestoredPage) -> Panel:
+def _page_panel(page: RestoredPage) -> Panel:
     width, height = page.report["page_mm"]
     text = f"{width:.1f} × {height:.1f} mm, {page.dpi:g} dpi, shading: {page.report['shading']}"
-    return Panel(fit(hatched(page), height=HEIGHT, width=WIDTH), "Restored", text + _missing(page))
+    return Panel(resize_to_fit(hatch_unseen(page), height=HEIGHT, width=WIDTH), "Restored", text + _unseen_shares(page))
 
 
-def hatched(page: RestoredPage) -> Bytes:
-    """The page (h, w, 3) with hatches on what was not seen, and on what was invented there."""
+def hatch_unseen(page: RestoredPage) -> Bytes:
+    """The page (h, w, 3) uint8 RGB with hatching on hidden and on invented pixels."""
     picture = page.image.copy()
     lines = round(max(picture.shape[0] / HEIGHT, picture.shape[1] / WIDTH, 1.0) * HATCH)
     rows, cols = np.indices(page.coverage.shape)
@@ -50,6 +50,6 @@ def hatched(page: RestoredPage) -> Bytes:
     return picture
 
 
-def _missing(page: RestoredPage) -> str:
+def _unseen_shares(page: RestoredPage) -> str:
     shares = {kind: float((page.coverage == kind).sum() / max((page.coverage > 0).sum(), 1)) for kind in HATCHES}
     return "".join(f", {kind.name.lower()}: {share:.1%}" for kind, share in shares.items() if share > 0)

@@ -1,4 +1,4 @@
-"""How much the flattening stretched and sheared the page, and where."""
+"""Map of the stretch and shear of the flattened page."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from restore import Bytes, FlatMesh, Floats, RestoredPage, edges_of, face_strain, rasterise
-from station.pictures.canvas import FAINT_INK, GAP, TITLE_SIZE, blank, write
+from station.pictures.panels import FAINT_INK, GAP, TITLE_SIZE, blank_picture, draw_text
 
 HEIGHT, WIDTH = 900, 900  # the page fits into this
 BAR_WIDTH, LEGEND_WIDTH, LINE = 28, 230, 30
@@ -50,7 +50,7 @@ def _map(
     rows, cols = picture.shape[:2]
     grey = cv2.resize(cv2.cvtColor(page.image, cv2.COLOR_RGB2GRAY), (cols, rows), interpolation=cv2.INTER_AREA)
     picture = (picture * (1.0 - FAINT + FAINT * grey[..., None] / 255.0)).astype(np.uint8)
-    sheet = blank(rows + 2 * GAP, cols + LEGEND_WIDTH + 3 * GAP)
+    sheet = blank_picture(rows + 2 * GAP, cols + LEGEND_WIDTH + 3 * GAP)
     sheet[GAP : GAP + rows, GAP : GAP + cols] = picture
     lines = (
         f"{len(values)} faces",
@@ -68,7 +68,7 @@ def _paint(mesh: FlatMesh, share: Floats, colours: Floats) -> Bytes:
     corners, triangles = xy[mesh.faces.ravel()], np.arange(mesh.faces.size).reshape(-1, 3)
     seen = rasterise(corners, triangles, np.repeat(share, 3)[:, None], height, width)[..., 0]
     covered = np.isfinite(seen)
-    picture = blank(height, width)
+    picture = blank_picture(height, width)
     picture[covered] = _colour(seen[covered].astype(np.float64), colours)
     return picture
 
@@ -81,14 +81,14 @@ def _colour(share: Floats, colours: Floats) -> Bytes:
 def _legend(
     sheet: Bytes, left: int, title: str, colours: Floats, scale: tuple[float, float], lines: Sequence[str]
 ) -> Bytes:
-    sheet = write(sheet, title, left, GAP, size=TITLE_SIZE)
+    sheet = draw_text(sheet, title, left, GAP, size=TITLE_SIZE)
     for i, line in enumerate(lines):
-        sheet = write(sheet, line, left, GAP + 42 + LINE * i)
+        sheet = draw_text(sheet, line, left, GAP + 42 + LINE * i)
     top, bottom = GAP + 42 + LINE * (len(lines) + 1), sheet.shape[0] - GAP - LINE
     sheet[top:bottom, left : left + BAR_WIDTH] = _colour(np.linspace(1, 0, bottom - top), colours)[:, None]
     for share in np.linspace(0, 1, TICKS):
         row = round(bottom - share * (bottom - top)) - LINE // 2
         value = 100 * (scale[0] + share * (scale[1] - scale[0]))
         sign = "+" if value > 0 > scale[0] else ""
-        sheet = write(sheet, f"{sign}{value:.3g} %", left + BAR_WIDTH + 12, row, ink=FAINT_INK)
+        sheet = draw_text(sheet, f"{sign}{value:.3g} %", left + BAR_WIDTH + 12, row, ink=FAINT_INK)
     return sheet

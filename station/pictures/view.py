@@ -1,4 +1,4 @@
-"""The page in space, from an oblique viewpoint."""
+"""Rendering of a mesh in perspective, with shading and a cast shadow."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from restore import Bytes, Floats, Mask, SurfaceMesh, rasterise, vertex_normals
 
-GROUND = np.array([58.0, 63.0, 70.0])  # darker than any paper, so that the page stands out
+BACKGROUND = np.array([58.0, 63.0, 70.0])  # darker than any paper, so that the page stands out
 UNPAINTED = np.array([205.0, 203.0, 198.0])  # paper of a mesh without colour, and the back of any page
 LAMP = np.array([-0.4, 0.25, 0.9])  # direction to the lamp in the page's frame: above, from the left and the far side
 AMBIENT = 0.4  # light on a surface that is edge-on to the lamp
@@ -24,20 +24,20 @@ EYE_DISTANCE = 3.0  # in radii of the page: perspective as of a photograph
 
 @dataclass(frozen=True)
 class Camera:
-    """Looks at `centre` (3,) mm. rotation (3, 3): the page's frame → right, up, towards the eye; radius mm."""
+    """Camera aimed at `centre` (3,) mm. rotation (3, 3): the page's frame → right, up, towards the eye; radius mm."""
 
     centre: Floats
     rotation: Floats
     radius: float
 
-    def see(self, points: Floats) -> tuple[Floats, Floats]:
+    def project(self, points: Floats) -> tuple[Floats, Floats]:
         """Points (n, 3) mm → position in the picture (n, 2), x right and y up, without unit; depth (n,) mm."""
         right, up, towards = self.rotation @ (points - self.centre).T
         depth = EYE_DISTANCE * self.radius - towards
         return np.column_stack([right, up]) / depth[:, None], depth
 
 
-def oblique(points: Floats, *, azimuth: float = 28.0, elevation: float = 42.0) -> Camera:
+def oblique_camera(points: Floats, *, azimuth: float = 28.0, elevation: float = 42.0) -> Camera:
     """A camera before the page: points (n, 3) mm whose z points to the scanner, angles in degrees.
 
     elevation 90 looks straight down on the page as the scanner does, 0 along it from its lower edge.
@@ -49,7 +49,7 @@ def oblique(points: Floats, *, azimuth: float = 28.0, elevation: float = 42.0) -
     return Camera((low + high) / 2, about_x @ about_z, float(np.linalg.norm(high - low)) / 2)
 
 
-def draw(mesh: SurfaceMesh, camera: Camera, *, height: int, width: int, extent: Floats | None = None) -> Bytes:
+def render_mesh(mesh: SurfaceMesh, camera: Camera, *, height: int, width: int, extent: Floats | None = None) -> Bytes:
     """The mesh as the camera sees it, lit, with its shadow on the ground: (height, width, 3) uint8 RGB.
 
     extent (k, 3) mm: points that have to fit into the picture, and whose lowest lies on the ground; the mesh's own
@@ -58,27 +58,29 @@ def draw(mesh: SurfaceMesh, camera: Camera, *, height: int, width: int, extent: 
     rows, cols = height * SUPERSAMPLING, width * SUPERSAMPLING
     extent = mesh.vertices if extent is None else extent
     ground = float(extent[:, 2].min())
-    frame, _ = camera.see(np.concatenate([extent, _shadow_points(extent, ground)]))
+    frame, _ = camera.project(np.concatenate([extent, _shadow_points(extent, ground)]))
 
-    def cast(points: Floats, values: Floats) -> Floats:
+    def rasterise_corners(points: Floats, values: Floats) -> Floats:
         """(rows, cols, k) values (3·m, k) at the corners of the faces, as seen; NaN where no face is."""
-        seen, depth = camera.see(points[mesh.faces.ravel()])
-        return _perspective(_fit(seen, frame, rows, cols), 1.0 / depth, values, rows, cols)
+        projected, depth = camera.project(points[mesh.faces.ravel()])
+        return _perspective(_to_pixels(projected, frame, rows, cols), 1.0 / depth, values, rows, cols)
 
-    covered = np.isfinite(cast(_shadow_points(mesh.vertices, ground), np.ones((mesh.faces.size, 1)))[..., 0])
+    covered = np.isfinite(
+        rasterise_corners(_shadow_points(mesh.vertices, ground), np.ones((mesh.faces.size, 1)))[..., 0]
+    )
     shadow = cv2.GaussianBlur(covered.astype(np.float32), (0, 0), PENUMBRA * cols)
-    picture = GROUND * (1 - (1 - SHADOW) * shadow)[..., None]
-    visible = cast(mesh.vertices, _appearance(mesh, camera))
+    picture = BACKGROUND * (1 - (1 - SHADOW) * shadow)[..., None]
+    visible = rasterise_corners(mesh.vertices, _appearance(mesh, camera))
     covered = np.isfinite(visible[..., 0])
     picture[covered] = visible[covered][:, :1] * _colour(mesh.texture, visible[covered][:, 1:])
     shrunk = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
     return np.clip(np.rint(shrunk), 0, 255).astype(np.uint8)
 
 
-def _fit(seen: Floats, frame: Floats, height: int, width: int) -> Floats:
+def _to_pixels(projected: Floats, frame: Floats, height: int, width: int) -> Floats:
     low, high, size = frame.min(axis=0), frame.max(axis=0), np.array([width, height])
     scale = (size * (1 - 2 * MARGIN) / (high - low)).min()
-    return (seen - (low + high) / 2) * [scale, -scale] + (size - 1) / 2
+    return (projected - (low + high) / 2) * [scale, -scale] + (size - 1) / 2
 
 
 def _perspective(xy: Floats, inverse_depth: Floats, values: Floats, rows: int, cols: int) -> Floats:
@@ -97,7 +99,7 @@ def _shadow_points(points: Floats, ground: float) -> Floats:
     return points - LAMP * ((points[:, 2:] - ground) / LAMP[2])
 
 
-def _light(mesh: SurfaceMesh) -> Floats:
+def _illumination(mesh: SurfaceMesh) -> Floats:
     """(n, 1) 0 to 1. A sheet is thin: its back takes the light that its front would."""
     cosine = np.abs(vertex_normals(mesh.vertices, mesh.faces) @ LAMP) / np.linalg.norm(LAMP)
     lit: Floats = AMBIENT + (1 - AMBIENT) * cosine[:, None]
@@ -108,15 +110,15 @@ def _appearance(mesh: SurfaceMesh, camera: Camera) -> Floats:
     """(3·m, 4) at every corner of the faces: light, whether the printed side is seen, texture pixel (x, y)."""
     texcoords = np.zeros((len(mesh.vertices), 2)) if mesh.texcoords is None else mesh.texcoords
     at = mesh.faces.ravel()
-    return np.column_stack([_light(mesh)[at], np.repeat(_front(mesh, camera), 3), texcoords[at]])
+    return np.column_stack([_illumination(mesh)[at], np.repeat(_front_facing(mesh, camera), 3), texcoords[at]])
 
 
-def _colour(texture: Bytes | None, seen: Floats) -> Floats:
+def _colour(texture: Bytes | None, visible: Floats) -> Floats:
     """(p, 3) RGB of pixels with (p, 3): whether the printed side is seen, texture pixel (x, y)."""
-    colour = np.tile(UNPAINTED, (len(seen), 1))
+    colour = np.tile(UNPAINTED, (len(visible), 1))
     if texture is not None:
-        front = seen[:, 0] > 0.5
-        colour[front] = _sample(texture, seen[front, 1:].astype(np.float32)[:, None])
+        front = visible[:, 0] > 0.5
+        colour[front] = _sample(texture, visible[front, 1:].astype(np.float32)[:, None])
     return colour
 
 
@@ -125,7 +127,7 @@ def _sample(texture: Bytes, at: NDArray[np.float32]) -> Floats:
     return np.concatenate([cv2.remap(texture, strip, None, cv2.INTER_LINEAR)[:, 0] for strip in strips]).astype(float)
 
 
-def _front(mesh: SurfaceMesh, camera: Camera) -> Mask:
+def _front_facing(mesh: SurfaceMesh, camera: Camera) -> Mask:
     a, b, c = (mesh.vertices[mesh.faces[:, k]] for k in range(3))
     eye = camera.centre + camera.rotation[2] * EYE_DISTANCE * camera.radius
     front: Mask = np.einsum("fk,fk->f", np.cross(b - a, c - a), eye - a) > 0

@@ -14,8 +14,8 @@ import pytest
 
 from station.errors import FolderInUse, JournalDamaged, OverwriteError
 from station.export import disk
-from station.export.atomic import new_folder, writable, write_all
-from station.export.claim import WORK, claimed, recover
+from station.export.atomic import claim_folder, new_folder, write_all
+from station.export.claim import WORK, lock_folder, recover
 from station.export.journal import JOURNAL
 
 EVENTS = {"os.rename", "os.remove", "os.link", "os.mkdir", "os.rmdir", "open"}
@@ -26,8 +26,8 @@ AFTER = {"page": b"new page", "report": b"new report", "more": b"new more"}
 HOLDER = """
 import sys, time
 from pathlib import Path
-from station.export.atomic import writable
-with writable(Path(sys.argv[1])):
+from station.export.atomic import claim_folder
+with claim_folder(Path(sys.argv[1])):
     print("held", flush=True)
     sys.stdin.read()
 """
@@ -83,7 +83,7 @@ def test_a_write_that_stops_halfway_leaves_nothing_and_names_the_file(tmp_path, 
         file.write(data[: len(data) // 2])
         raise OSError(errno.ENOSPC, "disk full")
 
-    monkeypatch.setattr(disk, "flush_out", half)
+    monkeypatch.setattr(disk, "write_and_sync", half)
     with pytest.raises(OSError, match="disk full") as caught:
         write_all([(tmp_path / "a", b"1234")])
     assert caught.value.filename.endswith("/a")
@@ -220,7 +220,7 @@ def test_two_runs_never_write_into_one_folder(tmp_path):
 
 
 def test_one_process_does_not_claim_a_folder_twice(tmp_path):
-    with claimed(tmp_path), pytest.raises(FolderInUse, match=str(os.getpid())), claimed(tmp_path):
+    with lock_folder(tmp_path), pytest.raises(FolderInUse, match=str(os.getpid())), lock_folder(tmp_path):
         pass
     assert listing(tmp_path) == []
 
@@ -246,12 +246,12 @@ def test_a_link_in_the_place_of_the_hidden_folder_is_not_followed(tmp_path):
 
 
 def test_a_folder_appears_complete_or_not_at_all(tmp_path):
-    with writable(tmp_path) as claim, new_folder(claim, "scan") as part:
+    with claim_folder(tmp_path) as claim, new_folder(claim, "scan") as part:
         part.mkdir()
         (part / "a").write_bytes(b"1")
         assert not (tmp_path / "scan").exists()
     assert (tmp_path / "scan" / "a").read_bytes() == b"1"
-    with pytest.raises(ZeroDivisionError), writable(tmp_path) as claim, new_folder(claim, "other") as part:
+    with pytest.raises(ZeroDivisionError), claim_folder(tmp_path) as claim, new_folder(claim, "other") as part:
         part.mkdir()
         raise ZeroDivisionError
     assert listing(tmp_path) == ["scan"]
@@ -260,30 +260,30 @@ def test_a_folder_appears_complete_or_not_at_all(tmp_path):
 def test_a_capture_is_never_replaced(tmp_path):
     (tmp_path / "scan").mkdir()
     (tmp_path / "scan" / "old").touch()
-    with pytest.raises(OverwriteError), writable(tmp_path) as claim, new_folder(claim, "scan") as part:
+    with pytest.raises(OverwriteError), claim_folder(tmp_path) as claim, new_folder(claim, "scan") as part:
         part.mkdir()
     assert listing(tmp_path / "scan") == ["old"]
     assert listing(tmp_path) == ["scan"]
 
 
 def test_a_folder_is_tried_before_the_work(tmp_path, monkeypatch):
-    with writable(tmp_path / "deep" / "out"):
+    with claim_folder(tmp_path / "deep" / "out"):
         assert listing(tmp_path / "deep" / "out") == [WORK]
 
     def full(_descriptor):
         raise OSError(errno.ENOSPC, "disk full")
 
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(OSError, match="disk full"), writable(tmp_path / "deep" / "other"):
+    with pytest.raises(OSError, match="disk full"), claim_folder(tmp_path / "deep" / "other"):
         pass
     assert listing(tmp_path / "deep") == ["out"]
 
 
 def test_a_folder_made_for_work_that_fails_does_not_stay_behind_empty(tmp_path):
-    with pytest.raises(RuntimeError), writable(tmp_path / "deep" / "out"):
+    with pytest.raises(RuntimeError), claim_folder(tmp_path / "deep" / "out"):
         raise RuntimeError
     assert listing(tmp_path) == []
-    with pytest.raises(RuntimeError), writable(tmp_path / "deep" / "out"):
+    with pytest.raises(RuntimeError), claim_folder(tmp_path / "deep" / "out"):
         (tmp_path / "deep" / "out" / "scan").touch()
         raise RuntimeError
     assert listing(tmp_path / "deep" / "out") == ["scan"]

@@ -135,7 +135,7 @@ def test_a_disk_that_refuses(library, scan_file, tmp_path, capsys, monkeypatch, 
             file.write(data[: len(data) // 2])
             raise OSError(number, os.strerror(number), file.name)
 
-    monkeypatch.setattr(disk, "flush_out", write)
+    monkeypatch.setattr(disk, "write_and_sync", write)
     assert main(["restore", str(scan_file), "-o", str(tmp_path / "out")]) == 6
     message, hint = fault(capsys.readouterr().err)
     assert os.strerror(number) in message

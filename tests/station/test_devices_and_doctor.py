@@ -23,7 +23,7 @@ from drivers.vivid900.transports.sg import SgDevice
 from restore.native import SYSTEM_LIBRARIES
 from station import doctor
 from station.cli import main
-from station.doctor import examine
+from station.doctor import run_checks
 
 VIVID = Identity(6, "MINOLTA", "VIVID 900", "1.00")
 USB2XCHANGE, ASLEEP = (0x03F3, 0x2003), (0x03F3, 0x2002)
@@ -69,7 +69,7 @@ def this_computer(monkeypatch):
 
 
 def checks_of(host: Host, languages=("eng",), **options):
-    return {check.name: check for check in examine(host, NameFilter(), lambda: languages, **options)}
+    return {check.name: check for check in run_checks(host, NameFilter(), lambda: languages, **options)}
 
 
 def may_not(host: Host, part: str) -> Host:
@@ -163,7 +163,7 @@ def test_the_reader_of_words_is_no_device(whole, languages, state, hint):
 
 
 def test_libraries_that_the_system_lacks_are_named_with_their_packages(bare):
-    checks = {check.name: check for check in examine(bare, NameFilter(), lambda: ["eng"], SYSTEM_LIBRARIES)}
+    checks = {check.name: check for check in run_checks(bare, NameFilter(), lambda: ["eng"], SYSTEM_LIBRARIES)}
     for library in SYSTEM_LIBRARIES:
         assert checks[library.file].hint == f"sudo apt install {library.package}"
     states = [checks[library.file].state for library in SYSTEM_LIBRARIES]

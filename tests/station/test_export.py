@@ -100,7 +100,7 @@ def test_obj_reads_back_as_the_library_reads_scans(page, scan, tmp_path):
     from restore.formats import load_scan
 
     done = export.Restoration("page", page, scan, (), {})
-    for name, data in zip(export.names("page", {"mesh"}), export.encoded(done, {"mesh"}), strict=True):
+    for name, data in zip(export.names("page", {"mesh"}), export.encode_outputs(done, {"mesh"}), strict=True):
         (tmp_path / name).write_bytes(data)
     mesh = load_scan(tmp_path / "page-flat.obj")
     assert isinstance(mesh, SurfaceMesh)
@@ -112,7 +112,7 @@ def test_obj_without_colour_refers_to_none(page, scan):
     bare = replace(page, flat=replace(page.flat, texture=None, texcoords=None))
     assert b"mtl" not in encode_flat(bare.flat, "m.mtl")
     done = export.Restoration("page", bare, scan, (), {})
-    assert len(list(export.encoded(done, {"mesh"}))) == len(export.names("page", {"mesh"}, colour=False)) == 5
+    assert len(list(export.encode_outputs(done, {"mesh"}))) == len(export.names("page", {"mesh"}, colour=False)) == 5
 
 
 def test_page_and_report_are_always_written():

@@ -11,9 +11,9 @@ from restore import SurfaceMesh
 from restore.mesh.measures import vertex_normals
 from restore.texture.coverage import Seen
 from station.pictures import view
-from station.pictures.canvas import Panel, fit, side_by_side
 from station.pictures.frames import COLUMNS, FRAMES, HEIGHT, KEPT, WIDTH, Recorder, frames_sheet
-from station.pictures.review import HATCHES, hatched, review
+from station.pictures.panels import Panel, resize_to_fit, side_by_side
+from station.pictures.review import HATCHES, hatch_unseen, review
 from station.pictures.strain import SIGNED, round_up, strain_picture
 
 ROUNDING = 1e-9  # of sums of a few numbers of size 1 to 100
@@ -23,8 +23,8 @@ TWO = np.array([[0, 1, 2], [0, 2, 3]])
 
 def test_the_camera_sees_the_page_upright_and_not_mirrored(page):
     vertices = page.flat.vertices
-    camera = view.oblique(vertices, azimuth=0)
-    seen, depth = camera.see(vertices)
+    camera = view.oblique_camera(vertices, azimuth=0)
+    seen, depth = camera.project(vertices)
     grid, far = seen.reshape(16, 24, 2), depth.reshape(16, 24)
     assert (np.diff(grid[..., 0], axis=1) > 0).all()  # left to right
     assert (np.diff(grid[..., 1], axis=0) < 0).all()  # top to bottom
@@ -36,10 +36,10 @@ def test_the_view_shows_the_texture_on_the_front_and_paper_on_the_back(page):
     red = np.zeros_like(page.image)
     red[..., 0] = 255
     mesh = replace(page.flat, texture=red)
-    camera = view.oblique(mesh.vertices)
+    camera = view.oblique_camera(mesh.vertices)
 
     def red_pixels(mesh: SurfaceMesh) -> int:
-        picture = view.draw(mesh, camera, height=90, width=120).astype(int)
+        picture = view.render_mesh(mesh, camera, height=90, width=120).astype(int)
         return int((picture[..., 0] > picture[..., 1] + 60).sum())
 
     front = red_pixels(mesh)
@@ -69,7 +69,7 @@ def test_side_by_side_keeps_every_picture_whole():
 
 @pytest.mark.parametrize(("shape", "fitted"), [((480, 640), (75, 100)), ((1000, 10), (80, 1)), ((8, 4), (80, 40))])
 def test_fit_keeps_the_proportions(shape, fitted):
-    assert fit(np.zeros((*shape, 3), np.uint8), height=80, width=100).shape[:2] == fitted
+    assert resize_to_fit(np.zeros((*shape, 3), np.uint8), height=80, width=100).shape[:2] == fitted
 
 
 def test_strain_picture_shows_stretch_in_red_and_compression_in_blue(page):
@@ -147,7 +147,7 @@ def test_what_was_not_seen_is_hatched_and_told_in_the_review(page, scan):
     coverage[:30, :40] = Seen.HIDDEN
     coverage[40:, 60:] = Seen.INVENTED
     image = np.full_like(page.image, 255)
-    marked = hatched(replace(page, image=image, coverage=coverage))
+    marked = hatch_unseen(replace(page, image=image, coverage=coverage))
     for kind, part in ((Seen.HIDDEN, marked[:30, :40]), (Seen.INVENTED, marked[40:, 60:])):
         assert 0.15 < (part == HATCHES[kind][0]).all(axis=2).mean() < 0.5
     untouched = coverage == Seen.MEASURED

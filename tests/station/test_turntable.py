@@ -23,7 +23,7 @@ from station.cli import main
 from station.config import AxisSettings, StageSettings, StationConfig
 from station.errors import OverwriteError, UsageError
 from station.session import Destination
-from station.turntable import angles, axis_table, merge_files, scan_views
+from station.turntable import axis_table, merge_files, scan_views, view_angles
 
 DIGITS = 1e-5  # relative: what the written axis keeps
 AXIS = AxisSettings(point_mm=(0.0, 0.0, -900.0), direction=(0.0, 0.0, 2.0))
@@ -145,9 +145,9 @@ def test_a_stage_and_its_axis_must_be_told(tmp_path, stage_settings, missing) ->
 
 
 def test_views_go_round_or_to_both_sides() -> None:
-    assert angles(4, 360.0) == [0.0, 90.0, 180.0, 270.0]
-    assert angles(3, 60.0) == [0.0, 30.0, -30.0]
-    assert angles(2, 40.0) == [0.0, 40.0]
+    assert view_angles(4, 360.0) == [0.0, 90.0, 180.0, 270.0]
+    assert view_angles(3, 60.0) == [0.0, 30.0, -30.0]
+    assert view_angles(2, 40.0) == [0.0, 40.0]
 
 
 def test_the_axis_is_written_as_the_configuration_reads_it() -> None:

@@ -25,8 +25,8 @@ from station.export.pdf import encode_pdf
 from station.export.png import encode_png
 from station.export.tiff import encode_tiff
 from station.ocr import ENDINGS
+from station.ocr_precision import count_matching_characters, count_matching_words
 from station.pages import find_pages, read_page
-from station.precision import read_characters, read_words
 from station.words import ALTO, ProgramMissing, check_language, find_tesseract, recognise
 
 needs_tesseract = pytest.mark.skipif(not shutil.which("tesseract"), reason="needs the system package tesseract-ocr")
@@ -84,8 +84,8 @@ def result(tmp_path, image):
 
 @needs_tesseract
 def test_a_clean_page_is_read_whole(words, truth):
-    assert read_words(truth, words.text).precision == 1.0
-    assert read_characters(truth, words.text).precision == 1.0
+    assert count_matching_words(truth, words.text).precision == 1.0
+    assert count_matching_characters(truth, words.text).precision == 1.0
 
 
 @needs_tesseract

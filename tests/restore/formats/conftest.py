@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from restore.formats.grid import grid_polygons
-from restore.formats.mesh import fans
+from restore.formats.mesh import fan_triangles
 from restore.scan import RangeScan, SurfaceMesh
 
 MIDDLE_PX = 1942.8  # focal length of the MIDDLE lens in pixels of the 640 × 480 image
@@ -41,7 +41,7 @@ def as_mesh(scan: RangeScan) -> SurfaceMesh:
     """The quads and triangles between the samples of a scan, split to triangles; every measured sample is a vertex."""
     quads, triangles = grid_polygons(scan.measured)
     corners = np.arange(0, quads.size, 4)
-    faces = np.concatenate([fans(quads.ravel(), corners, np.full(len(quads), 4)), triangles])
+    faces = np.concatenate([fan_triangles(quads.ravel(), corners, np.full(len(quads), 4)), triangles])
     seen = scan.measured
     return SurfaceMesh(scan.points[seen], faces, scan.texture_xy[seen], scan.texture)
 

@@ -17,9 +17,9 @@ from restore.formats import save_scan
 from station.cli import main
 from station.colour.chart import Chart as SeenChart
 from station.colour.chart import find_chart
-from station.colour.figures import CRITERIA, measured
-from station.colour.fit import curve_of, fit_colours, light_of
-from station.colour.lab import difference, lab_of_light
+from station.colour.figures import CRITERIA, quality_figures
+from station.colour.fit import fit_colours, linear_light, tone_curve
+from station.colour.lab import difference, lab_of_linear
 from station.export.icc import encode_profile, srgb_profile
 from station.export.png import encode_png
 
@@ -42,8 +42,8 @@ def camera(
     image: np.ndarray, *, exponent: float = 2.4, matrix: np.ndarray = CROSSTALK, gain: float = 0.9
 ) -> np.ndarray:
     """What a camera of that curve and matrix makes of an sRGB picture."""
-    light = gain * light_of(image.astype(float), 2.4) @ matrix.T
-    table = light_of(np.arange(256.0), exponent)
+    light = gain * linear_light(image.astype(float), 2.4) @ matrix.T
+    table = linear_light(np.arange(256.0), exponent)
     return np.interp(light, table, np.arange(256.0)).round().astype(np.uint8)
 
 
@@ -53,7 +53,7 @@ def patches(printed_chart: np.ndarray) -> np.ndarray:
 
 def test_the_chart_is_found_whole_and_in_order(printed):
     wanted = np.array(list(PATCHES.values()))
-    seen = lab_of_light(light_of(patches(printed), 2.4))
+    seen = lab_of_linear(linear_light(patches(printed), 2.4))
     off = difference(seen, wanted)
     assert np.delete(off, CYAN).max() < ROUNDED
     assert find_chart(printed).noise.max() < 1.0
@@ -66,14 +66,14 @@ def test_a_chart_that_lies_otherwise_is_read_alike(printed, turns):
 
 def test_the_reference_is_the_chart_as_published(printed):
     fit = fit_colours(find_chart(printed))
-    assert difference(fit.wanted, np.array(list(PATCHES.values()))).max() < SAME_DATA
+    assert difference(fit.reference, np.array(list(PATCHES.values()))).max() < SAME_DATA
 
 
 @pytest.mark.parametrize("exponent", [1.8, 2.4, 2.9])
 def test_the_fit_finds_the_camera(printed, exponent):
     fit = fit_colours(find_chart(camera(printed, exponent=exponent)))
-    assert difference(fit.before, fit.wanted).mean() > 3
-    assert np.delete(difference(fit.seen, fit.wanted), CYAN).mean() < EXACT
+    assert difference(fit.uncorrected, fit.reference).mean() > 3
+    assert np.delete(difference(fit.corrected, fit.reference), CYAN).mean() < EXACT
     assert fit.exponent == pytest.approx(exponent, abs=0.1)
 
 
@@ -88,17 +88,17 @@ def test_the_profile_makes_others_see_the_true_colours(printed):
         "RGB",
     )
     turned = np.asarray(ImageCms.applyTransform(Image.fromarray(seen), turn))
-    wanted, before, after = (lab_of_light(light_of(patches(p), 2.4)) for p in (printed, seen, turned))
+    wanted, before, after = (lab_of_linear(linear_light(patches(p), 2.4)) for p in (printed, seen, turned))
     assert difference(before, wanted).mean() > 4
     assert np.delete(difference(after, wanted), CYAN).mean() < 2 * EXACT  # once more through whole numbers
 
 
 def test_the_curve_is_one_piece():
     for exponent in (1.4, 2.4, 3.4):
-        _, _, _, _, knee = curve_of(exponent)
+        _, _, _, _, knee = tone_curve(exponent)
         around = np.array([knee - 1e-9, knee + 1e-9]) * 255
-        assert np.ptp(light_of(around, exponent)) < 1e-6
-        assert light_of(np.array([0.0, 255.0]), exponent) == pytest.approx([0, 1])
+        assert np.ptp(linear_light(around, exponent)) < 1e-6
+        assert linear_light(np.array([0.0, 255.0]), exponent) == pytest.approx([0, 1])
 
 
 def test_noise_and_wrong_colours_are_measured(printed):
@@ -111,7 +111,7 @@ def test_noise_and_wrong_colours_are_measured(printed):
 
 
 def figures_of(fit, **known):
-    return {figure["figure"]: figure for figure in measured(fit, **known)}
+    return {figure["figure"]: figure for figure in quality_figures(fit, **known)}
 
 
 def test_what_is_not_measured_is_not_claimed(printed):
@@ -153,7 +153,7 @@ def test_an_overexposed_chart_is_refused(printed):
 def test_noise_of_a_made_up_chart_is_its_standard_deviation_in_lightness(printed):
     codes = patches(printed)
     fit = fit_colours(SeenChart(codes, np.ones_like(codes)))
-    step = lab_of_light(light_of(codes + 1, 2.4))[:, 0] - lab_of_light(light_of(codes, 2.4))[:, 0]
+    step = lab_of_linear(linear_light(codes + 1, 2.4))[:, 0] - lab_of_linear(linear_light(codes, 2.4))[:, 0]
     np.testing.assert_allclose(fit.noise, step, rtol=0.1)
 
 

@@ -1,4 +1,4 @@
-"""What a picture's file tells of its making: colours, device, lens, time, software (as ICC, EXIF and XMP)."""
+"""Metadata of picture files: colour profile, device, lens, time, software (ICC, EXIF and XMP)."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from PIL import ExifTags, Image
 from station.export.icc import srgb_profile
 
 # XMP specification part 1, 7 and part 2, 8; exifEX from CIPA DC-010 (Exif metadata for XMP).
-SPACES = {
+NAMESPACES = {
     "x": "adobe:ns:meta/",
     "rdf": "http://www.w3.org/1999/02/22-rdf-syntax-ns#",
     "xmp": "http://ns.adobe.com/xap/1.0/",
@@ -33,8 +33,8 @@ def software() -> str:
 
 
 @dataclass(frozen=True)
-class Stamp:
-    """profile: ICC; device, lens, time: None where the scan does not tell them."""
+class ImageMetadata:
+    """profile: ICC; device, lens, time: None where the provenance of the scan has none."""
 
     profile: bytes
     software: str
@@ -43,31 +43,33 @@ class Stamp:
     time: datetime | None = None
 
     @classmethod
-    def of(cls, provenance: Mapping[str, Any], profile: bytes | None = None) -> Stamp:
-        """From what is known of a shot. profile: sRGB when None."""
+    def from_provenance(cls, provenance: Mapping[str, Any], profile: bytes | None = None) -> ImageMetadata:
+        """Metadata of a shot from its provenance. profile: sRGB when None."""
         device, lens = (str(provenance[key]) if key in provenance else None for key in ("device", "lens"))
         return cls(profile or srgb_profile(), software(), device, lens, _time(provenance.get("time")))
 
     def xmp(self) -> bytes:
         """An XMP packet."""
-        for prefix, space in SPACES.items():
+        for prefix, space in NAMESPACES.items():
             ElementTree.register_namespace(prefix, space)
-        meta = ElementTree.Element(f"{{{SPACES['x']}}}xmpmeta")
-        rdf = ElementTree.SubElement(meta, f"{{{SPACES['rdf']}}}RDF")
-        about = ElementTree.SubElement(rdf, f"{{{SPACES['rdf']}}}Description", {f"{{{SPACES['rdf']}}}about": ""})
-        told: dict[tuple[str, str], str | None] = {
+        meta = ElementTree.Element(f"{{{NAMESPACES['x']}}}xmpmeta")
+        rdf = ElementTree.SubElement(meta, f"{{{NAMESPACES['rdf']}}}RDF")
+        about = ElementTree.SubElement(
+            rdf, f"{{{NAMESPACES['rdf']}}}Description", {f"{{{NAMESPACES['rdf']}}}about": ""}
+        )
+        fields: dict[tuple[str, str], str | None] = {
             ("xmp", "CreatorTool"): self.software,
             ("xmp", "CreateDate"): None if self.time is None else self.time.isoformat(),
             ("tiff", "Model"): self.device,
             ("exifEX", "LensModel"): self.lens,
         }
-        for (prefix, name), value in told.items():
+        for (prefix, name), value in fields.items():
             if value is not None:
-                ElementTree.SubElement(about, f"{{{SPACES[prefix]}}}{name}").text = value
+                ElementTree.SubElement(about, f"{{{NAMESPACES[prefix]}}}{name}").text = value
         return PACKET.format(ElementTree.tostring(meta, encoding="unicode")).encode("utf-8")
 
     def exif(self) -> bytes:
-        """EXIF, as PNG and JPEG carry it."""
+        """The EXIF block of PNG and JPEG."""
         exif = Image.Exif()
         exif[ExifTags.Base.Software] = self.software
         if self.device is not None:
@@ -83,12 +85,12 @@ class Stamp:
 
 
 def exif_time(time: datetime) -> str:
-    """A time as EXIF and TIFF write it."""
+    """A time in the notation of EXIF and TIFF."""
     return time.strftime("%Y:%m:%d %H:%M:%S")
 
 
-def _time(told: Any) -> datetime | None:
+def _time(value: Any) -> datetime | None:
     try:
-        return datetime.fromisoformat(told)
-    except (TypeError, ValueError):  # a scan of others may tell its time in any form
+        return datetime.fromisoformat(value)
+    except (TypeError, ValueError):  # other programs write times in any form
         return None

@@ -15,8 +15,8 @@ from PIL import ExifTags, Image
 from restore.errors import BadInput
 from station.cli import main
 from station.export.icc import MatrixProfile, encode_profile, read_profile, srgb_matrix, srgb_profile
+from station.export.image_metadata import NAMESPACES, ImageMetadata, software
 from station.export.png import encode_png
-from station.export.stamp import SPACES, Stamp, software
 from station.export.tiff import encode_tiff
 
 SHOT = {"device": "Vivid 900", "lens": "MIDDLE", "time": "2026-05-04T03:02:01+00:00", "seed": 1}
@@ -30,7 +30,7 @@ def xmp_of(packet: bytes) -> dict[str, str]:
 
 @pytest.mark.parametrize("profile", [None, OTHER])
 def test_png_tells_of_its_making(page, profile):
-    with Image.open(io.BytesIO(encode_png(page.image, 150, Stamp.of(SHOT, profile)))) as file:
+    with Image.open(io.BytesIO(encode_png(page.image, 150, ImageMetadata.from_provenance(SHOT, profile)))) as file:
         exif = file.getexif()
         assert file.info["icc_profile"] == (profile or srgb_profile())
         assert xmp_of(file.info["XML:com.adobe.xmp"].encode())["LensModel"] == "MIDDLE"
@@ -43,7 +43,9 @@ def test_png_tells_of_its_making(page, profile):
 
 
 def test_tiff_tells_of_its_making(page):
-    with tifffile.TiffFile(io.BytesIO(encode_tiff(page.image, 150.0, Stamp.of(SHOT, OTHER)))) as file:
+    with tifffile.TiffFile(
+        io.BytesIO(encode_tiff(page.image, 150.0, ImageMetadata.from_provenance(SHOT, OTHER)))
+    ) as file:
         tags = {tag.name: tag.value for tag in file.pages[0].tags}
         np.testing.assert_array_equal(file.asarray(), page.image)
     assert tags["InterColorProfile"] == OTHER
@@ -60,16 +62,16 @@ def test_tiff_tells_of_its_making(page):
 
 @pytest.mark.parametrize("shot", [{}, {"time": "yesterday", "device": None}, {"time": 5}])
 def test_what_is_not_known_is_not_told(page, shot):
-    stamp = Stamp.of(shot)
-    assert stamp.time is None
-    assert "CreateDate" not in xmp_of(stamp.xmp())
-    assert encode_tiff(page.image, 150.0, stamp)
+    metadata = ImageMetadata.from_provenance(shot)
+    assert metadata.time is None
+    assert "CreateDate" not in xmp_of(metadata.xmp())
+    assert encode_tiff(page.image, 150.0, metadata)
 
 
 def test_xmp_escapes_what_xml_would_misread():
-    stamp = Stamp(b"", "planish", device='<Vivid & "900">', time=datetime(2026, 1, 2, tzinfo=UTC))
-    assert xmp_of(stamp.xmp())["Model"] == '<Vivid & "900">'
-    assert SPACES["exifEX"].encode() not in stamp.xmp()  # no lens, no namespace
+    metadata = ImageMetadata(b"", "planish", device='<Vivid & "900">', time=datetime(2026, 1, 2, tzinfo=UTC))
+    assert xmp_of(metadata.xmp())["Model"] == '<Vivid & "900">'
+    assert NAMESPACES["exifEX"].encode() not in metadata.xmp()  # no lens, no namespace
 
 
 def test_a_profile_reaches_every_file_of_the_page(library, scan_file, tmp_path):

@@ -1,6 +1,6 @@
-"""The border to trimesh: its mesh parsers on one side, whole arrays and BadInput on the other.
+"""Adapter to trimesh's mesh parsers: bytes in, arrays or BadInput out.
 
-trimesh gets bytes that were read within limits and never sees the disk; pictures are read by us.
+trimesh gets bytes that were read within limits and opens no file; `restore.formats.picture` reads pictures.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from restore.scan import Bytes
 # A full 640 × 480 shot has 1.5 million lines with normals and texture coordinates. A parser takes 100 bytes a line, be
 # it empty.
 MAX_LINES = 8_000_000
-NO_NUMBER = "string or file could not be read to its end"  # how NumPy complains of text
+NUMPY_PARSE_ERROR = "string or file could not be read to its end"  # NumPy's message for text that is not a number
 
 
 @dataclass(frozen=True, eq=False)
-class Arrays:
+class MeshArrays:
     """One mesh as trimesh gives it, its values not checked yet: (n, 3), (m, 3), (n, 2) or None, (n, 3) or None."""
 
     vertices: NDArray[np.float64]
@@ -38,7 +38,7 @@ class Arrays:
     colours: Bytes | None
 
 
-class NoFiles:
+class NoFileResolver:
     """A trimesh resolver that opens nothing."""
 
     def get(self, name: str) -> NoReturn:
@@ -48,30 +48,32 @@ class NoFiles:
     __getitem__ = get
 
 
-def parse(path: Path, data: bytes, kind: str, **options: Any) -> Arrays:
-    """Let trimesh parse the bytes of a mesh file and join its pieces, in their places, to one mesh. Raises BadInput."""
+def parse_mesh(path: Path, data: bytes, kind: str, **options: Any) -> MeshArrays:
+    """Arrays of the mesh in the bytes of a file, all its parts transformed and concatenated. Raises BadInput."""
     import trimesh
 
     if kind != "glb" and data.count(b"\n") > MAX_LINES:
         raise BadInput(f"{path} has more than {MAX_LINES} lines", ONE_SHOT)
-    with _quiet(), warnings.catch_warnings():
+    with _silence_trimesh(), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         # NumPy before 2.3 only warns of text that is no number, and goes on with what came before it.
-        warnings.filterwarnings("error", message=NO_NUMBER, category=DeprecationWarning)
+        warnings.filterwarnings("error", message=NUMPY_PARSE_ERROR, category=DeprecationWarning)
         try:
-            scene = trimesh.load_scene(io.BytesIO(data), file_type=kind, resolver=NoFiles(), process=False, **options)
-            return _joined(path, _pieces(scene, trimesh))
+            scene = trimesh.load_scene(
+                io.BytesIO(data), file_type=kind, resolver=NoFileResolver(), process=False, **options
+            )
+            return _concatenate(path, _pieces(scene, trimesh))
         except BadInput:
             raise
-        except Exception as error:  # parsers raise whatever they trip over: IndexError, KeyError, AttributeError, …
-            words = NO_NUMBER in str(error)
+        except Exception as error:  # parsers raise any exception: IndexError, KeyError, AttributeError, …
+            words = NUMPY_PARSE_ERROR in str(error)
             reason = "a word stands where a number should be" if words else str(error) or type(error).__name__
             raise BadInput(f"{path} is no readable {kind.upper()} file: {reason[:200]}", DAMAGED) from error
 
 
 @contextmanager
-def _quiet() -> Iterator[None]:
-    """trimesh logs what it trips over, tracebacks and all; the caller gets it as the error."""
+def _silence_trimesh() -> Iterator[None]:
+    """Disable trimesh's log, which prints tracebacks of errors that the caller receives anyway."""
     logger = logging.getLogger("trimesh")
     before, logger.disabled = logger.disabled, True
     try:
@@ -91,22 +93,22 @@ def _pieces(scene: Any, trimesh: Any) -> list[tuple[NDArray[np.float64], Any]]:
     return [(trimesh.transform_points(mesh.vertices, matrix), mesh) for matrix, mesh in meshes]
 
 
-def _joined(path: Path, pieces: list[tuple[NDArray[np.float64], Any]]) -> Arrays:
+def _concatenate(path: Path, pieces: list[tuple[NDArray[np.float64], Any]]) -> MeshArrays:
     if not pieces:
         raise BadInput(f"{path} holds no surface: it has no triangle", "export the scan with its faces")
     firsts = np.cumsum([0] + [len(vertices) for vertices, _ in pieces])
     for vertices, mesh in pieces:  # a wrong number must not become a right one of the next piece
         if mesh.faces.min() < 0 or mesh.faces.max() >= len(vertices):
             raise BadInput(f"{path}: a face uses vertex {mesh.faces.max()} of {len(vertices)}", DAMAGED)
-    return Arrays(
+    return MeshArrays(
         np.concatenate([vertices for vertices, _ in pieces]),
         np.concatenate([mesh.faces + first for (_, mesh), first in zip(pieces, firsts[:-1], strict=True)]),
-        _of_all(pieces, _uv),
-        _of_all(pieces, _colours),
+        _concatenate_attribute(pieces, _uv),
+        _concatenate_attribute(pieces, _colours),
     )
 
 
-def _of_all(pieces: list[Any], attribute: Callable[[Any], Any]) -> Any:
+def _concatenate_attribute(pieces: list[Any], attribute: Callable[[Any], Any]) -> Any:
     """A vertex attribute of all pieces together, None when one of them lacks it."""
     values = [attribute(mesh) for _, mesh in pieces]
     whole = all(value is not None and len(value) == len(v) for value, (v, _) in zip(values, pieces, strict=True))

@@ -1,4 +1,4 @@
-"""Captions and panels."""
+"""Pictures with captions, side by side."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from restore import Bytes
-from station.pictures.view import GROUND
+from station.pictures.view import BACKGROUND
 
 INK, FAINT_INK = (244, 244, 242), (176, 181, 188)
 GAP = 32  # pixels between panels
@@ -21,7 +21,7 @@ TITLE_SIZE, TEXT_SIZE = 28, 22
 
 
 class Panel(NamedTuple):
-    """A picture (h, w, 3) uint8 RGB with a line that names it and a line that tells of it."""
+    """A picture (h, w, 3) uint8 RGB with a title and a line of text."""
 
     picture: Bytes
     title: str
@@ -32,24 +32,24 @@ def side_by_side(panels: Sequence[Panel]) -> Bytes:
     """The panels in a row with their captions below: (h, w, 3) uint8 RGB. Pictures may differ in size."""
     height = max(panel.picture.shape[0] for panel in panels)
     width = sum(panel.picture.shape[1] for panel in panels) + GAP * (len(panels) + 1)
-    sheet = blank(height + CAPTION + 2 * GAP, width)
+    sheet = blank_picture(height + CAPTION + 2 * GAP, width)
     left = GAP
     for panel in panels:
         rows, cols = panel.picture.shape[:2]
         top = GAP + (height - rows) // 2
         sheet[top : top + rows, left : left + cols] = panel.picture
-        sheet = write(sheet, panel.title, left, GAP + height + 12, size=TITLE_SIZE)
-        sheet = write(sheet, panel.text, left, GAP + height + 48, ink=FAINT_INK)
+        sheet = draw_text(sheet, panel.title, left, GAP + height + 12, size=TITLE_SIZE)
+        sheet = draw_text(sheet, panel.text, left, GAP + height + 48, ink=FAINT_INK)
         left += cols + GAP
     return sheet
 
 
-def blank(height: int, width: int) -> Bytes:
-    """An empty picture (height, width, 3)."""
-    return np.full((height, width, 3), GROUND, np.uint8)
+def blank_picture(height: int, width: int) -> Bytes:
+    """A picture (height, width, 3) uint8 of the background colour."""
+    return np.full((height, width, 3), BACKGROUND, np.uint8)
 
 
-def write(
+def draw_text(
     picture: Bytes, text: str, left: int, top: int, *, size: int = TEXT_SIZE, ink: tuple[int, int, int] = INK
 ) -> Bytes:
     """The picture with a line of text on it, its upper left corner at the pixel (left, top)."""
@@ -58,7 +58,7 @@ def write(
     return np.asarray(image).copy()
 
 
-def fit(picture: Bytes, *, height: int, width: int) -> Bytes:
+def resize_to_fit(picture: Bytes, *, height: int, width: int) -> Bytes:
     """The picture (h, w, 3) scaled, in proportion, to fit into height × width pixels."""
     scale = min(height / picture.shape[0], width / picture.shape[1])
     size = max(1, round(picture.shape[1] * scale)), max(1, round(picture.shape[0] * scale))

@@ -6,13 +6,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from station.precision import Reading, read_characters, read_words
+from station.ocr_precision import MatchCount, count_matching_characters, count_matching_words
 
 TEXT = st.lists(st.text("abc", min_size=1, max_size=4), max_size=12).map(" ".join)
 
 
 @pytest.mark.parametrize(
-    ("printed", "read", "right"),
+    ("printed", "read", "correct"),
     [
         ("the quick brown fox", "the quick brown fox", 4),
         ("the quick brown fox", "the quick\n\n  brown fox\f", 4),  # where the lines break does not matter
@@ -24,34 +24,34 @@ TEXT = st.lists(st.text("abc", min_size=1, max_size=4), max_size=12).map(" ".joi
         ("fine ﬁgures", "ﬁne figures", 2),  # a ligature is the letters it joins
     ],
 )
-def test_words_read_right(printed, read, right):
-    assert read_words(printed, read).right == right
+def test_words_read_right(printed, read, correct):
+    assert count_matching_words(printed, read).correct == correct
 
 
 def test_characters_read_right():
-    reading = read_characters("quick fox", "qu1ck f ox")
-    assert (reading.right, reading.of) == (8, 10)
+    reading = count_matching_characters("quick fox", "qu1ck f ox")
+    assert (reading.correct, reading.total) == (8, 10)
     assert reading.precision == 0.8
 
 
 def test_made_up_words_do_not_help():
     printed = "one two three four"
-    assert read_words(printed, printed + " one two three four").precision == 0.5
-    assert read_words(printed, "one two").precision == 0.5
+    assert count_matching_words(printed, printed + " one two three four").precision == 0.5
+    assert count_matching_words(printed, "one two").precision == 0.5
 
 
 def test_a_blank_page_read_as_blank_is_read_right():
-    assert read_words("", " \n").precision == 1.0
-    assert read_words("", "x").precision == 0.0
+    assert count_matching_words("", " \n").precision == 1.0
+    assert count_matching_words("", "x").precision == 0.0
 
 
 def test_readings_of_pages_add_up():
-    assert Reading(1, 2) + Reading(10, 20) == Reading(11, 22)
+    assert MatchCount(1, 2) + MatchCount(10, 20) == MatchCount(11, 22)
 
 
 @given(TEXT, TEXT)
 def test_precision_is_a_share_and_the_same_both_ways(a, b):
-    for measure in (read_words, read_characters):
-        assert 0 <= measure(a, b).right <= measure(a, b).of
+    for measure in (count_matching_words, count_matching_characters):
+        assert 0 <= measure(a, b).correct <= measure(a, b).total
         assert measure(a, b) == measure(b, a)
         assert measure(a, a).precision == 1.0

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from station.errors import OverwriteError
-from station.originals import check_outputs, superseded
+from station.overwrite_check import check_outputs, superseded
 
 
 @pytest.fixture

@@ -1,4 +1,4 @@
-"""What the command says: results on stdout, faults on stderr."""
+"""Output of the command: results on stdout, errors on stderr."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ ENDING_SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") i
 
 
 @contextmanager
-def faults_told(*, debug: bool = False) -> Iterator[None]:
-    """Run the block; tell a fault on stderr in the operator's words and leave with its exit code, without a traceback.
+def report_faults(*, debug: bool = False) -> Iterator[None]:
+    """Run the block; report an error on stderr in the operator's words and exit with its code, without a traceback.
 
     With `debug` the traceback comes first.
     """
@@ -36,8 +36,8 @@ def faults_told(*, debug: bool = False) -> Iterator[None]:
         raise typer.Exit(fault.exit_code) from None
 
 
-def say(text: str) -> None:
-    """Print on stdout, whatever letters it can show. Raises OSError when it goes to a disk that is full."""
+def print_result(text: str) -> None:
+    """Print on stdout, with escapes for characters outside its encoding. Raises OSError when the disk is full."""
     encoding = getattr(sys.stdout, "encoding", None) or "utf-8"  # a closed stdout is None, and print leaves it alone
     try:
         print(text.encode(encoding, "backslashreplace").decode(encoding), flush=True)
