@@ -1,4 +1,4 @@
-"""`python -m bench.calibration`: a body whose geometry the driver is not told, calibrated from scans of a board.
+"""`python -m bench.calibration`: a body whose geometry is unknown to the driver, calibrated from scans of a board.
 
 Every scan goes the whole way: command bytes, sums of the CCD, driver, scan folder, `planish calibrate`.
 """
@@ -44,24 +44,24 @@ def scan_boards(folder: Path) -> list[str]:
     return named
 
 
-def field_errors(found: Calibration) -> dict[float, tuple[float, float]]:
+def field_errors(calibrated: Calibration) -> dict[float, tuple[float, float]]:
     """Distance → rms and largest error, mm, of points over the whole field and window."""
     errors = {}
     for distance in (600.0, 900.0, 1200.0):
-        off = []
+        offsets = []
         for lines in (-40.0, 0.0, 40.0):
             pitch = np.arange(480.0)[:, None] + 62 + lines + np.zeros((1, 640))
-            off.append(points_of(pitch, found, FINE, distance) - points_of(pitch, HIDDEN_BODY, FINE, distance))
-        length = np.linalg.norm(off, axis=-1)
+            offsets.append(points_of(pitch, calibrated, FINE, distance) - points_of(pitch, HIDDEN_BODY, FINE, distance))
+        length = np.linalg.norm(offsets, axis=-1)
         errors[distance] = float(np.sqrt((length**2).mean())), float(length.max())
     return errors
 
 
-def shape_error(found: Calibration) -> float:
+def shape_error(calibrated: Calibration) -> float:
     """Largest error, mm, of the shape of a scene that fills field and window at 900 mm: after the best rigid motion."""
     lines = np.linspace(-40, 40, 480 * 640).reshape(480, 640, order="F")
     pitch = np.arange(480.0)[:, None] + 62 + lines
-    here, there = (points_of(pitch, body, FINE, 900.0)[::16, ::16].reshape(-1, 3) for body in (HIDDEN_BODY, found))
+    here, there = (points_of(pitch, body, FINE, 900.0)[::16, ::16].reshape(-1, 3) for body in (HIDDEN_BODY, calibrated))
     here, there = here - here.mean(axis=0), there - there.mean(axis=0)
     turn, _ = Rotation.align_vectors(here, there)
     return float(np.linalg.norm(turn.apply(there) - here, axis=1).max())
@@ -98,15 +98,15 @@ def main() -> None:
         if planish(["calibrate", *shots, "-o", str(output)]):
             raise RuntimeError("the calibration failed")
         print(f"calibrated from {len(shots)} scans in {perf_counter() - start:.1f} s")
-        found = read_calibration(output)
+        calibrated = read_calibration(output)
     for name, true in HIDDEN_BODY.as_json().items():
-        print(f"  {name:12} true {true}  found {getattr(found, name)}  manual {getattr(NOMINAL, name)}")
+        print(f"  {name:12} true {true}  found {getattr(calibrated, name)}  manual {getattr(NOMINAL, name)}")
     print("error over field and window, mm (rms, largest)")
-    for label, calibration in (("manual", NOMINAL), ("calibrated", found)):
+    for label, calibration in (("manual", NOMINAL), ("calibrated", calibrated)):
         cells = "  ".join(f"{d:.0f} mm: {rms:.3f} {most:.3f}" for d, (rms, most) in field_errors(calibration).items())
         print(f"  {label:10}  {cells}  shape at 900 mm: {shape_error(calibration):.3f}")
     print("restored marker page, rms mm")
-    for label, calibration in (("manual", NOMINAL), ("calibrated", found), ("true", HIDDEN_BODY)):
+    for label, calibration in (("manual", NOMINAL), ("calibrated", calibrated), ("true", HIDDEN_BODY)):
         print(f"  {label:10}  {page_error(calibration):.3f}")
 
 

@@ -1,4 +1,4 @@
-"""What every kind of run writes, as digests: two versions of the sources restore alike where their lists are equal.
+"""Digests of all outputs: two versions of the sources give the same results where their lists are equal.
 
 `python -m bench.digests OUT` runs the demo and one restoration for every option and every format of scan, with the
 results in OUT, and prints a line for each file. Times, memory and paths in the reports do not count.

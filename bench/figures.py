@@ -49,9 +49,9 @@ def words_figure() -> Image.Image:
         image, dpi = seen.images[name], seen.dpi[name]
         read = recognise(image, dpi, name=name).text
         share = f"{100 * count_matching_words(seen.text, read).precision:.0f} % of the words read right"
-        picture = enlarged(image[: between_lines(image, SHOWN_SHARE)], 620 / image.shape[1])
-        panels.append(stacked([caption(f"{title}: {share}", 620), picture, spelt(read, seen.text, 620)]))
-    return beside(panels)
+        picture = resize(image[: between_lines(image, SHOWN_SHARE)], 620 / image.shape[1])
+        panels.append(stack([caption(f"{title}: {share}", 620), picture, draw_recognised_words(read, seen.text, 620)]))
+    return side_by_side(panels)
 
 
 def colour_figure() -> Image.Image:
@@ -68,8 +68,8 @@ def colour_figure() -> Image.Image:
     titles = [f"{how}: mean ΔE2000 {error:.1f}" for how, error in errors.items()]
     panels = []
     for title, picture in zip(titles, (codes, after), strict=True):
-        panels.append(stacked([caption(title, 384), enlarged(with_truth(picture, truth), 0.6)]))
-    return beside(panels)
+        panels.append(stack([caption(title, 384), resize(with_truth(picture, truth), 0.6)]))
+    return side_by_side(panels)
 
 
 def super_figure() -> Image.Image:
@@ -82,8 +82,8 @@ def super_figure() -> Image.Image:
         read = recognise(page, 150.0, name=title).text
         right = f"{100 * count_matching_characters(text, read).precision:.1f} % of the characters read right"
         part = page[: between_lines(page, 0.38), : page.shape[1] // 2]
-        panels.append(stacked([caption(f"{title}, {SMALL_PT:g} pt: {right}", part.shape[1]), Image.fromarray(part)]))
-    return beside(panels)
+        panels.append(stack([caption(f"{title}, {SMALL_PT:g} pt: {right}", part.shape[1]), Image.fromarray(part)]))
+    return side_by_side(panels)
 
 
 def between_lines(image: Bytes, share: float) -> int:
@@ -114,7 +114,7 @@ def caption(text: str, width: int) -> Image.Image:
     return strip
 
 
-def spelt(read: str, printed: str, width: int) -> Image.Image:
+def draw_recognised_words(read: str, printed: str, width: int) -> Image.Image:
     """The beginning of what was read, words that are not as printed in red."""
     words, font, line = read.split(), typeface("sans", WORDS_PT), 23
     wrong = {
@@ -133,13 +133,13 @@ def spelt(read: str, printed: str, width: int) -> Image.Image:
     return strip.crop((0, 0, width, y + line))
 
 
-def enlarged(image: Bytes, scale: float) -> Image.Image:
+def resize(image: Bytes, scale: float) -> Image.Image:
     """The picture at another size."""
     by = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
     return Image.fromarray(cv2.resize(image, None, fx=scale, fy=scale, interpolation=by))
 
 
-def stacked(parts: Sequence[Image.Image]) -> Image.Image:
+def stack(parts: Sequence[Image.Image]) -> Image.Image:
     """One below the other."""
     sheet = Image.new("RGB", (max(p.width for p in parts), sum(p.height for p in parts)), PAPER)
     top = 0
@@ -149,7 +149,7 @@ def stacked(parts: Sequence[Image.Image]) -> Image.Image:
     return sheet
 
 
-def beside(parts: Sequence[Image.Image]) -> Image.Image:
+def side_by_side(parts: Sequence[Image.Image]) -> Image.Image:
     """One beside the other, on white."""
     sheet = Image.new("RGB", (sum(p.width + GAP for p in parts) + GAP, max(p.height for p in parts) + 2 * GAP), PAPER)
     left = GAP

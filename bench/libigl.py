@@ -1,7 +1,7 @@
-"""What libigl's users flatten with: LSCM, ARAP (Liu et al. 2008) and SLIM (Rabinovich et al. 2017).
+"""Flattening methods of libigl: LSCM, ARAP (Liu et al. 2008) and SLIM (Rabinovich et al. 2017).
 
-All start from the conformal map at the true scale. ARAP and SLIM go on until they move no more: till between two looks,
-LOOK iterations apart, the vertices have moved less than STILL_MM rms; at most MOST iterations, on large meshes half.
+All start from the conformal map at the true scale. ARAP and SLIM iterate until converged: until the vertices move
+less than CONVERGED_MM rms in ITERATIONS_PER_CHECK iterations; at most MAX_ITERATIONS, on large meshes half.
 """
 
 from __future__ import annotations
@@ -15,27 +15,27 @@ from restore.flattening.conformal import far_apart
 from restore.mesh.measures import surface_area
 from restore.scan import Floats, SurfaceMesh
 
-LOOK = 5
-MOST = 100
+ITERATIONS_PER_CHECK = 5
+MAX_ITERATIONS = 100
 LARGE = 20_000  # vertices
-STILL_MM = 0.0005  # what tells two results apart in these tables
+CONVERGED_MM = 0.0005  # the smallest difference that these tables show
 
 
 def lscm(mesh: SurfaceMesh) -> Floats:
     """The conformal map, scaled to the area of the surface, as ours is."""
-    held = np.array(far_apart(mesh.vertices))
-    found, _ = igl.lscm(mesh.vertices, mesh.faces, held, np.array([[0.0, 0.0], [1.0, 0.0]]))
-    area = surface_area(np.column_stack([found, np.zeros(len(found))]), mesh.faces)
-    return np.asarray(found * np.sqrt(surface_area(mesh.vertices, mesh.faces) / area))
+    fixed = np.array(far_apart(mesh.vertices))
+    flat, _ = igl.lscm(mesh.vertices, mesh.faces, fixed, np.array([[0.0, 0.0], [1.0, 0.0]]))
+    area = surface_area(np.column_stack([flat, np.zeros(len(flat))]), mesh.faces)
+    return np.asarray(flat * np.sqrt(surface_area(mesh.vertices, mesh.faces) / area))
 
 
 def arap(mesh: SurfaceMesh) -> Floats:
     """As rigid as possible from the conformal map, one vertex held, without which libigl refuses."""
     start = lscm(mesh)
     data = igl.ARAPData()
-    data.max_iter = LOOK
+    data.max_iter = ITERATIONS_PER_CHECK
     igl.arap_precomputation(mesh.vertices, mesh.faces, 2, np.array([0], np.int32), data)
-    return _until_still(lambda flat: np.asarray(igl.arap_solve(start[:1], data, flat)), start)
+    return _iterate_until_converged(lambda flat: np.asarray(igl.arap_solve(start[:1], data, flat)), start)
 
 
 def slim(mesh: SurfaceMesh) -> Floats:
@@ -50,12 +50,12 @@ def slim(mesh: SurfaceMesh) -> Floats:
         np.asfortranarray(np.empty((0, 2))),
         0.0,
     )
-    return _until_still(lambda _: np.array(igl.slim_solve(data, LOOK))[:, :2], start)
+    return _iterate_until_converged(lambda _: np.array(igl.slim_solve(data, ITERATIONS_PER_CHECK))[:, :2], start)
 
 
-def _until_still(iterate: Callable[[Floats], Floats], flat: Floats) -> Floats:
-    for _ in range((MOST if len(flat) < LARGE else MOST // 2) // LOOK):
+def _iterate_until_converged(iterate: Callable[[Floats], Floats], flat: Floats) -> Floats:
+    for _ in range((MAX_ITERATIONS if len(flat) < LARGE else MAX_ITERATIONS // 2) // ITERATIONS_PER_CHECK):
         before, flat = flat, iterate(flat)
-        if np.sqrt(((flat - before) ** 2).sum(axis=1).mean()) < STILL_MM:
+        if np.sqrt(((flat - before) ** 2).sum(axis=1).mean()) < CONVERGED_MM:
             break
     return flat

@@ -1,4 +1,4 @@
-"""How much the process grows while something runs."""
+"""Growth of the resident set of the process while a block runs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ RESET_PEAK = "5"  # man 5 proc, clear_refs: the peak of the resident set starts 
 
 @contextmanager
 def peak_growth_mb() -> Iterator[Callable[[], float]]:
-    """Yields what tells, after the block, by how many MB the resident set had grown at its peak.
+    """Yields a function that returns, after the block, the peak growth of the resident set, MB.
 
     Linux only; memory that was freed but kept for reuse counts as the process's own from the start.
     """

@@ -1,4 +1,4 @@
-"""Photographs registered to scans, against exact projection; 24 megapixels timed; what is refused; a picture for docs.
+"""Photographs registered to scans, against exact projection; 24 megapixels timed; refusals; a picture for docs.
 
 `python -m bench.photo` prints the tables; `python -m bench.photo picture` draws docs/photograph.png.
 """
@@ -68,13 +68,13 @@ def _registration(sheet: Sheet, artwork: Artwork, camera: Camera) -> tuple[str, 
     scene, _, truth = scan_page(sheet, artwork)
     page = restored_mesh(sheet, artwork)
     try:
-        found = register(make_reference(page), Photograph(take_photograph(scene, camera)))
+        registration = register(make_reference(page), Photograph(take_photograph(scene, camera)))
     except Refused as refusal:
         return "refused", "", "", "", str(refusal)
-    off = reprojection_errors(page, truth, camera, found)
-    figures = float(np.sqrt(np.mean(off**2))), float(np.percentile(off, 99)), found.residual_px
-    focal = f"{found.camera.focal_px / camera.focal_px - 1:+.1%}"
-    return *(f"{figure:.2f}" for figure in figures), f"{found.alike:.0%}", focal
+    errors_px = reprojection_errors(page, truth, camera, registration)
+    figures = float(np.sqrt(np.mean(errors_px**2))), float(np.percentile(errors_px, 99)), registration.residual_px
+    focal = f"{registration.camera.focal_px / camera.focal_px - 1:+.1%}"
+    return *(f"{figure:.2f}" for figure in figures), f"{registration.alike:.0%}", focal
 
 
 def _refusals() -> None:
@@ -82,11 +82,11 @@ def _refusals() -> None:
     scene, _, _ = scan_page(SHEETS["binding"], ARTWORK["text"])
     reference = make_reference(restored_mesh(SHEETS["binding"], ARTWORK["text"]))
     camera = VIEWS["above"].camera(SMALL)
-    right = take_photograph(scene, camera)
+    correct = take_photograph(scene, camera)
     other = take_photograph(scan_page(SHEETS["binding"], Text(seed=9))[0], camera)
-    black = np.zeros_like(right)
-    flipped = np.ascontiguousarray(right[:, ::-1])
-    for name, image in {"right": right, "other page": other, "black": black, "mirrored": flipped}.items():
+    black = np.zeros_like(correct)
+    flipped = np.ascontiguousarray(correct[:, ::-1])
+    for name, image in {"right": correct, "other page": other, "black": black, "mirrored": flipped}.items():
         try:
             register(reference, Photograph(image))
             print(f"{name:<12} accepted")
@@ -96,10 +96,12 @@ def _refusals() -> None:
 
 def _large() -> None:
     """Time and memory of the command for 24 megapixels, in a process of its own."""
-    report, wall, seconds, off = _restored_large()
+    report, wall, seconds, errors_px = _restored_large()
     photo = report["photos"][0]
     print(f"\n{LARGE[0]} × {LARGE[1]} photograph, A4 at 400 dpi, `planish restore --photo`")
-    print(f"registration {np.sqrt(np.mean(off**2)):.2f} pixels rms, 99 % within {np.percentile(off, 99):.2f}")
+    print(
+        f"registration {np.sqrt(np.mean(errors_px**2)):.2f} pixels rms, 99 % within {np.percentile(errors_px, 99):.2f}"
+    )
     print(f"effective ppi {photo['effective_ppi']:.0f} from the photograph, painted {photo['painted_share']:.1%}")
     stages = ", ".join(f"{stage} {taken:.2f}" for stage, taken in report["seconds"].items())
     print(f"seconds: {stages}")
@@ -114,20 +116,20 @@ def _restored_large() -> tuple[Mapping[str, Any], float, float, Floats]:
     camera = FILLING.camera(LARGE)
     image = take_photograph(scene, camera)
     with tempfile.TemporaryDirectory() as folder:
-        photo, stored, out = (Path(folder) / name for name in ("photo.jpg", "page.scan", "out"))
+        photo, scan_folder, out = (Path(folder) / name for name in ("photo.jpg", "page.scan", "out"))
         Image.fromarray(image).save(photo, quality=92)
-        stored.mkdir()
-        save_scan(scan, stored)
+        scan_folder.mkdir()
+        save_scan(scan, scan_folder)
         # Through a shell: a process starts with the peak memory of the one that started it, and this one is large.
-        command = ["sh", "-c", '"$@"; exit $?', "sh", sys.executable, "-m", "station", "restore", str(stored)]
+        command = ["sh", "-c", '"$@"; exit $?', "sh", sys.executable, "-m", "station", "restore", str(scan_folder)]
         command += ["--photo", str(photo), "--dpi", "400"]
         before, start = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter()
         done = subprocess.run([*command, "--json", "-o", str(out)], capture_output=True, text=True, check=True)
         after, wall = resource.getrusage(resource.RUSAGE_CHILDREN), time.perf_counter() - start
     page = restored_mesh(sheet, SMALL_PRINT)
-    found = register(make_reference(page), Photograph(image))
+    registration = register(make_reference(page), Photograph(image))
     seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    return json.loads(done.stdout), wall, seconds, reprojection_errors(page, truth, camera, found)
+    return json.loads(done.stdout), wall, seconds, reprojection_errors(page, truth, camera, registration)
 
 
 def picture(target: Path) -> None:

@@ -40,20 +40,20 @@ def main(what: str, path: Path | None = None) -> None:
 
 def shading() -> Bytes:
     """Two pages, each with its light and without."""
-    rows = [_evened(Spread(slope_deg=40.0), Figure(), "bound"), _evened(Crumpled(), Text(), "crumpled")]
+    rows = [_shading_row(Spread(slope_deg=40.0), Figure(), "bound"), _shading_row(Crumpled(), Text(), "crumpled")]
     return np.concatenate(rows)
 
 
-def _evened(sheet: Spread | Crumpled, artwork: Figure | Text, name: str) -> Bytes:
-    found = case(sheet, artwork, LIGHTS["desk lamp"])
-    kept, mask = found.page(found.seen)
-    removed = remove_shading(kept, mask, DPI, relief_of(found.surface, found.unrolled.fine, LIGHT_DPI)).image
+def _shading_row(sheet: Spread | Crumpled, artwork: Figure | Text, name: str) -> Bytes:
+    lit_case = case(sheet, artwork, LIGHTS["desk lamp"])
+    kept, mask = lit_case.page(lit_case.seen)
+    removed = remove_shading(kept, mask, DPI, relief_of(lit_case.surface, lit_case.unrolled.fine, LIGHT_DPI)).image
     panels = ((kept, "The page with its light", f"a {name} page under a desk lamp"), (removed, "The light removed", ""))
     return side_by_side([Panel(resize_to_fit(image, height=HEIGHT, width=WIDTH), *words) for image, *words in panels])
 
 
 def hidden() -> Bytes:
-    """What a pleat hides, told and filled."""
+    """A page with a pleat: colour image, hidden places hatched, hidden places filled."""
     mesh = pleated()
     assert mesh.texture is not None
     unfilled, filled = (restore(mesh, Settings(points=0, fill_hidden_mm=mm)) for mm in (0.0, FILLED_MM))

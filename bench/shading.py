@@ -1,4 +1,4 @@
-"""How well light is taken out of a page: colour differences to the same page in even light, before and after.
+"""Accuracy of shading removal: colour differences to the same page in even light, before and after.
 
 The truth is the flat print seen by the same camera through the same lens at the same resolution, lit everywhere as
 paper is that faces the scanner in the middle of the picture, and carried to the page through the same map. What is
@@ -87,7 +87,7 @@ class Case:
 
 def case(sheet: Sheet, artwork: Artwork, light: Light) -> Case:
     """Shoot a page in some light, and lay it flat."""
-    surface, unrolled = laid(sheet, artwork)
+    surface, unrolled = measured_and_unrolled(sheet, artwork)
     lens = LENSES["MIDDLE"]
     scene = place_sheet(sheet, printed(artwork, PAGE_MM), depth_mm=DISTANCE_MM + lens.pupil_mm, light=light)
     caster, maps, body = RayCaster(scene.vertices, scene.faces), FaceMaps.of(scene), nominal(lens)
@@ -100,7 +100,7 @@ def case(sheet: Sheet, artwork: Artwork, light: Light) -> Case:
 
 
 @cache
-def laid(sheet: Sheet, artwork: Artwork) -> tuple[Surface | SurfaceMesh, Unrolled]:
+def measured_and_unrolled(sheet: Sheet, artwork: Artwork) -> tuple[Surface | SurfaceMesh, Unrolled]:
     """The surface of a page as the scanner measured it, and unrolled: the same in any light."""
     lens = LENSES["MIDDLE"]
     scene = place_sheet(sheet, printed(artwork, PAGE_MM), depth_mm=DISTANCE_MM + lens.pupil_mm)
@@ -110,7 +110,7 @@ def laid(sheet: Sheet, artwork: Artwork) -> tuple[Surface | SurfaceMesh, Unrolle
 
 
 def areas(even: Bytes, mask: Mask, dpi: float) -> tuple[Mask, Mask]:
-    """Where a page in even light is bare paper, and where it is printed: two masks (h, w)."""
+    """Masks (h, w) of bare paper and of print on a page in even light."""
     white = np.median(even[mask & (even.min(axis=2) > np.percentile(even[mask].min(axis=1), 60))], axis=0)
     paper = mask & (np.abs(even - white).max(axis=2) <= PAPER_CODES)
     reach = 2 * round(INK_MM * dpi / MM_PER_INCH) + 1
@@ -124,12 +124,12 @@ def difference(one: Bytes, other: Bytes, where: Mask) -> Floats:
     return np.asarray(deltaE_ciede2000(*(rgb2lab(picture[where][None] / 255.0)[0] for picture in (one, other))))
 
 
-def judge(found: Case) -> list[float]:
+def judge(lit_case: Case) -> list[float]:
     """Mean ΔE2000 on paper, then on print: with the light, without it, and of noise alone; and how far the level of the
     evened paper is off, as a share."""
-    kept, mask = found.page(found.seen)
-    even, noisy = found.page(found.even)[0], found.page(found.even_noisy)[0]
-    relief = relief_of(found.surface, found.unrolled.fine, LIGHT_DPI)
+    kept, mask = lit_case.page(lit_case.seen)
+    even, noisy = lit_case.page(lit_case.even)[0], lit_case.page(lit_case.even_noisy)[0]
+    relief = relief_of(lit_case.surface, lit_case.unrolled.fine, LIGHT_DPI)
     removed = remove_shading(kept, mask, DPI, relief).image
     paper, ink = areas(even, mask, DPI)
     levels = [brightness(page, paper) / brightness(even, paper) for page in (kept, removed, noisy)]
@@ -176,12 +176,12 @@ def lines(sheets: Sequence[str], lights: Sequence[str]) -> Iterator[tuple[str, .
 
 def a4_seconds() -> float:
     """Median seconds of removing the light from an A4 page, its shape known as the range grid knows it."""
-    found = case(SHEETS["binding"], ARTWORK["text"], LIGHTS["desk lamp"])
+    lit_case = case(SHEETS["binding"], ARTWORK["text"], LIGHTS["desk lamp"])
     dpi = A4_DPI * float(np.sqrt(np.prod(A4_MM) / np.prod(PAGE_MM)))  # as many pixels as A4 has
-    image, mask = found.page(found.seen, dpi)
+    image, mask = lit_case.page(lit_case.seen, dpi)
 
     def run() -> None:
-        remove_shading(image, mask, dpi, relief_of(found.surface, found.unrolled.fine, LIGHT_DPI))
+        remove_shading(image, mask, dpi, relief_of(lit_case.surface, lit_case.unrolled.fine, LIGHT_DPI))
 
     return median_seconds(run)
 

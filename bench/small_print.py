@@ -31,13 +31,13 @@ def station(size_pt: float) -> Mapping[str, Any]:
 
 
 def shots(config: Mapping[str, Any], count: int) -> list[RangeScan]:
-    """So many captures of the page."""
+    """`count` captures of the page."""
     with connect(config) as scanner:
         return [scanner.capture(CaptureSettings()) for _ in range(count)]
 
 
 def printed(config: Mapping[str, Any]) -> str:
-    """What stands on it."""
+    """The text of the page."""
     return " ".join(word.text for word in rig(config).sensor.truth(FINE).words)
 
 
@@ -45,8 +45,8 @@ def read(taken: Sequence[RangeScan], text: str) -> tuple[MatchCount, MatchCount]
     """Words and characters read in the page that these shots give together."""
     scan = finer_scan(taken) if len(taken) > 1 else taken[0]
     page = restore(scan, Settings(dpi=DPI, shading="remove"))
-    found = recognise(page.image, DPI, name="page").text
-    return count_matching_words(text, found), count_matching_characters(text, found)
+    recognised = recognise(page.image, DPI, name="page").text
+    return count_matching_words(text, recognised), count_matching_characters(text, recognised)
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""How long something takes."""
+"""Median run times, interleaved."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def median_seconds(run: Callable[[], object]) -> float:
 
 
 def in_turns(*runs: Callable[[], object]) -> list[float]:
-    """Median seconds of each of several, which take turns: a machine that slows down slows all of them."""
+    """Median seconds of each function, their runs interleaved: a machine that slows down slows all of them."""
     taken = []
     for _ in range(REPEATS + 1):
         seconds = []

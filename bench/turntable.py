@@ -1,6 +1,6 @@
-"""A book that shadows itself: what one view misses, what a merged pair of views brings back, and how true it is.
+"""Two merged views of a book that shadows itself: missing and filled shares, errors of the filled samples.
 
-Then the same through the restoration, and the axis as a board of markers tells it.
+Then the same through the restoration, and the axis fitted to a board of markers.
 """
 
 from __future__ import annotations
@@ -48,11 +48,11 @@ CASES = {
 def main() -> None:
     """Print a line for every case, then the pages, then the axis."""
     print(f"turntable: two views half a turn apart, FINE, MIDDLE lens at {DISTANCE_MM:g} mm, simulated noise")
-    told = ("missing", "shadow", "filled", "ink", "filled", "seen rms", "rms", *(f"p{p}" for p in PERCENTILES))
-    row = "{:<12}" + "{:>9}" * (len(told) + 3)
+    headings = ("missing", "shadow", "filled", "ink", "filled", "seen rms", "rms", *(f"p{p}" for p in PERCENTILES))
+    row = "{:<12}" + "{:>9}" * (len(headings) + 3)
     print("shares of the page that one view misses, and of that what the other fills: shadow, and ink that drops out;")
     print("mm off the truth along the normal, of what one view saw, and of what filled the shadow")
-    print(row.format("sheet", *told, "residual", "regist.", "s"))
+    print(row.format("sheet", *headings, "residual", "regist.", "s"))
     for name, case in CASES.items():
         scene = _scene(case.sheet, case.pose, Text())
         scans, truths = _views(scene, (0.0, 180.0))
@@ -70,17 +70,20 @@ def _merging(scans: Sequence[RangeScan], truths: Sequence[Truth], lit: Mask) -> 
     page = np.isfinite(truth.flat[..., 0])
     shadow, ink = page & ~seen & ~lit, page & ~seen & lit
     filled = shadow & merged.scan.measured
-    off, off_seen = _off(merged.scan, truth, filled), _off(scans[0], truth, page & seen)
-    near = [np.percentile(off, percentile) for percentile in PERCENTILES]
+    distances, distances_seen = (
+        _normal_distances(merged.scan, truth, filled),
+        _normal_distances(scans[0], truth, page & seen),
+    )
+    percentiles = [np.percentile(distances, percentile) for percentile in PERCENTILES]
     shares = [(shadow | ink).sum() / page.sum(), shadow.sum() / page.sum(), filled.sum() / shadow.sum()]
     shares += [ink.sum() / page.sum(), (ink & merged.scan.measured).sum() / ink.sum()]
-    rms = [_rms(values[values < FAR_MM]) for values in (off_seen, off)]
-    moved = _registration_error(scans, axis)
+    rms = [_rms(values[values < FAR_MM]) for values in (distances_seen, distances)]
+    registration_mm = _registration_error(scans, axis)
     return [
         *(f"{share:.2%}" for share in shares),
-        *(f"{value:.4f}" for value in (*rms, *near)),
+        *(f"{value:.4f}" for value in (*rms, *percentiles)),
         f"{merged.views[1].residual_mm:.4f}",
-        f"{moved:.3f}",
+        f"{registration_mm:.3f}",
         f"{seconds:.1f}",
     ]
 
@@ -113,10 +116,10 @@ def _axis() -> None:
     for turns in ((0.0, 120.0, 240.0), (0.0, 90.0, 180.0, 270.0), (0.0, 20.0, -20.0)):
         scans, _ = _views(_scene(Flat(), Pose(), Markers()), turns)
         fit, true = fit_axis([board_corners(scan) for scan in scans], turns), _axis_of(AXLE)
-        off = fit.axis.point - true.point
-        lean = np.degrees(np.arcsin(np.linalg.norm(np.cross(fit.axis.direction, true.direction))))
-        away = np.linalg.norm(off - true.direction * (off @ true.direction))
-        print(f"{turns!s:<28} {lean:.4f}° {away:.4f} mm, corners {fit.rms_mm:.3f} mm", flush=True)
+        distances = fit.axis.point - true.point
+        tilt_deg = np.degrees(np.arcsin(np.linalg.norm(np.cross(fit.axis.direction, true.direction))))
+        offset_mm = np.linalg.norm(distances - true.direction * (distances @ true.direction))
+        print(f"{turns!s:<28} {tilt_deg:.4f}° {offset_mm:.4f} mm, corners {fit.rms_mm:.3f} mm", flush=True)
 
 
 def _scene(sheet: Sheet, pose: Pose, artwork: Artwork) -> Scene:
@@ -141,12 +144,12 @@ def _axis_of(axle: Axle) -> RotationAxis:
     return RotationAxis(np.asarray(axle.point_mm), np.asarray(axle.direction) / np.linalg.norm(axle.direction))
 
 
-def _off(scan: RangeScan, truth: Truth, where: Mask) -> Floats:
+def _normal_distances(scan: RangeScan, truth: Truth, where: Mask) -> Floats:
     """(n,) mm by which samples lie off the true surface, along its normal."""
     normal = np.cross(np.gradient(truth.points, axis=0), np.gradient(truth.points, axis=1))
     normal /= np.linalg.norm(normal, axis=2, keepdims=True)
-    off = np.abs(((scan.points - truth.points) * normal).sum(axis=2)[where])
-    return np.asarray(off[np.isfinite(off)])
+    distances = np.abs(((scan.points - truth.points) * normal).sum(axis=2)[where])
+    return np.asarray(distances[np.isfinite(distances)])
 
 
 def _rms(values: Floats) -> float:

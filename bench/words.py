@@ -64,9 +64,9 @@ WARPS: dict[str, tuple[Sheet, ...]] = {
     "crumpled": tuple(Crumpled(seed=seed, tilt_deg=8.0) for seed in range(6)),
 }
 COLUMNS = ("raw", "restored", "light removed", "flat")
-MAY_LACK_WORDS, MAY_LACK_CHARACTERS = 2.0, 1.0  # points below the flat original
-MUST_GAIN_WORDS, MUST_GAIN_CHARACTERS = 18.8, 16.5  # points over the raw picture, on average: the paper's gains
-MUST_BE_ALIKE = 0.95  # MS-SSIM; flattened photographs reach 0.60 to 0.82
+MAX_DEFICIT_WORDS, MAX_DEFICIT_CHARACTERS = 2.0, 1.0  # points below the flat original
+MIN_GAIN_WORDS, MIN_GAIN_CHARACTERS = 18.8, 16.5  # points over the raw picture, on average: the paper's gains
+MIN_MS_SSIM = 0.95  # MS-SSIM; flattened photographs reach 0.60 to 0.82
 
 
 @dataclass(frozen=True)
@@ -80,13 +80,13 @@ class Task:
 
 @dataclass(frozen=True)
 class Result:
-    """What was read in the pictures of COLUMNS, and how alike to the flat original the restored page is: as it is, laid
-    on the original, and the same without its light."""
+    """Precision in the pictures of COLUMNS, and MS-SSIM with the flat original: of the page without its light as it is,
+    of the page with its light aligned to the original, and of the page without its light aligned."""
 
     warp: str
     words: tuple[MatchCount, ...]
     characters: tuple[MatchCount, ...]
-    alike: tuple[float, float, float]
+    ms_ssim: tuple[float, float, float]
     printed: int
 
 
@@ -108,8 +108,8 @@ def tasks() -> list[Task]:
     ]
 
 
-def some(pages: Sequence[Task], count: int) -> list[Task]:
-    """So many of them, spread over the warps."""
+def evenly_chosen(pages: Sequence[Task], count: int) -> list[Task]:
+    """`count` of the pages, evenly spaced over the warps."""
     return [pages[i] for i in np.unique(np.linspace(0, len(pages) - 1, count).round().astype(int))]
 
 
@@ -155,21 +155,21 @@ def measure(task: Task) -> Result:
     seen = pictures(task)
     texts = [recognise(seen.images[name], seen.dpi[name], name=name).text for name in COLUMNS]
     words, characters = (
-        tuple(how(seen.text, text) for text in texts) for how in (count_matching_words, count_matching_characters)
+        tuple(count(seen.text, text) for text in texts) for count in (count_matching_words, count_matching_characters)
     )
     flat = seen.images["flat"]
     kept, removed = (align_page(seen.images[name], flat) for name in ("restored", "light removed"))
-    alike = tuple(page_similarity(page, flat) for page in (seen.images["light removed"], kept, removed))
-    return Result(task.warp, words, characters, alike, len(seen.text.split()))
+    ms_ssim = tuple(page_similarity(page, flat) for page in (seen.images["light removed"], kept, removed))
+    return Result(task.warp, words, characters, ms_ssim, len(seen.text.split()))
 
 
 def measured(pages: Sequence[Task], workers: int) -> Iterator[Result]:
     """The results in the order of the pages, by several processes."""
-    with ProcessPoolExecutor(workers, get_context("spawn"), initializer=_alone) as pool:
+    with ProcessPoolExecutor(workers, get_context("spawn"), initializer=_limit_to_one_thread) as pool:
         yield from pool.map(measure, pages)
 
 
-def _alone() -> None:
+def _limit_to_one_thread() -> None:
     os.environ["OMP_THREAD_LIMIT"] = "1"  # Tesseract's own threads would only be in the way of the other pages
 
 
@@ -186,22 +186,22 @@ def table(results: Sequence[Result]) -> Iterator[str]:
     for name, group in [(warp, [r for r in results if r.warp == warp]) for warp in warps] + [("all", list(results))]:
         words, characters = (_points(group, kind) for kind in ("words", "characters"))
         cells = [f"{w:.1f} / {c:.1f}" for w, c in zip(words, characters, strict=True)]
-        alike = " / ".join(f"{value:.3f}" for value in np.mean([r.alike for r in group], axis=0))
-        yield ROW.format(name, sum(r.printed for r in group), *cells, alike)
+        ms_ssim = " / ".join(f"{value:.3f}" for value in np.mean([r.ms_ssim for r in group], axis=0))
+        yield ROW.format(name, sum(r.printed for r in group), *cells, ms_ssim)
 
 
-def verdicts(results: Sequence[Result]) -> Iterator[str]:
-    """What falls short, a line each."""
+def failed_criteria(results: Sequence[Result]) -> Iterator[str]:
+    """Criteria that are not met, a line each."""
     for warp in dict.fromkeys(result.warp for result in results):
         group = [r for r in results if r.warp == warp]
-        for kind, may_lack in (("words", MAY_LACK_WORDS), ("characters", MAY_LACK_CHARACTERS)):
+        for kind, max_deficit in (("words", MAX_DEFICIT_WORDS), ("characters", MAX_DEFICIT_CHARACTERS)):
             _, _, removed, flat = _points(group, kind)
-            if flat - removed > may_lack:
-                yield f"{warp}: {kind} {flat - removed:.1f} points below the flat original (allowed {may_lack})"
-        alike = float(np.mean([r.alike[0] for r in group]))
-        if alike < MUST_BE_ALIKE:
-            yield f"{warp}: MS-SSIM {alike:.3f} (wanted {MUST_BE_ALIKE})"
-    for kind, wanted in (("words", MUST_GAIN_WORDS), ("characters", MUST_GAIN_CHARACTERS)):
+            if flat - removed > max_deficit:
+                yield f"{warp}: {kind} {flat - removed:.1f} points below the flat original (allowed {max_deficit})"
+        ms_ssim = float(np.mean([r.ms_ssim[0] for r in group]))
+        if ms_ssim < MIN_MS_SSIM:
+            yield f"{warp}: MS-SSIM {ms_ssim:.3f} (wanted {MIN_MS_SSIM})"
+    for kind, wanted in (("words", MIN_GAIN_WORDS), ("characters", MIN_GAIN_CHARACTERS)):
         raw, _, removed, _ = _points(results, kind)
         if removed - raw < wanted:
             yield f"all: {kind} gain {removed - raw:.1f} points over the raw picture (wanted {wanted})"
@@ -226,14 +226,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         return
     start = time.perf_counter()
     results = []
-    for result in measured(some(tasks(), options.pages), options.workers):
+    for result in measured(evenly_chosen(tasks(), options.pages), options.workers):
         results.append(result)
         points = (f"{100 * reading.precision:.1f}" for reading in result.words)
-        print(f"{len(results):>3} {result.warp:<14} words", *points, f"MS-SSIM {result.alike[0]:.3f}", flush=True)
+        print(f"{len(results):>3} {result.warp:<14} words", *points, f"MS-SSIM {result.ms_ssim[0]:.3f}", flush=True)
     print(
         f"\nwords / characters read right, per cent, {TYPE_PT:g} pt at {len(results)} pages", *table(results), sep="\n"
     )
-    print(*(list(verdicts(results)) or ["nothing falls short"]), sep="\n")
+    print(*(list(failed_criteria(results)) or ["nothing falls short"]), sep="\n")
     print(f"{time.perf_counter() - start:.0f} s")
 
 
