@@ -21,7 +21,7 @@ from hypothesis import settings
 
 from restore.errors import LibraryMissing
 from restore.native import missing_libraries
-from station import errors, telling
+from station import errors, terminal
 
 settings.register_profile("no clock", deadline=None)  # how long a test takes is the machine's business
 settings.load_profile("no clock")
@@ -67,7 +67,7 @@ def _commands_are_skipped_without_libraries(monkeypatch: pytest.MonkeyPatch) -> 
         return errors.explain(error)
 
     if MISSING:
-        monkeypatch.setattr(telling, "explain", explain)
+        monkeypatch.setattr(terminal, "explain", explain)
 
 
 GRACE_SECONDS = 2.0  # a thread that was told to end may need a moment
