@@ -1,7 +1,8 @@
-"""`python -m bench.pictures shading|hidden [OUT]`: the pictures of docs/, before and after.
+"""`python -m bench.pictures shading|hidden|flattening [OUT]`: the pictures of docs/, before and after.
 
 shading  a bound figure and a crumpled letter under a desk lamp, as painted and with the light divided out.
 hidden   a page pleated over itself: as the scanner saw it, what it could not see, and small holes filled on request.
+flattening  eight frames of the particle system on a multi-fold sheet.
 """
 
 from __future__ import annotations
@@ -15,13 +16,14 @@ import numpy as np
 from PIL import Image
 
 from bench.shading import DPI, LIGHTS, case
-from drivers.simulated import Crumpled, Figure, Spread, Text
+from drivers.simulated import Crumpled, Figure, MultiFold, Spread, Text, shoot
 from drivers.simulated.shot import printed
 from drivers.vivid900.lenses import LENSES
 from restore import RestoredPage, Settings, SurfaceMesh, restore
 from restore.scan import Bytes, Floats
 from restore.shading.relief import relief_of
 from restore.shading.remove import LIGHT_DPI, remove_shading
+from station.pictures.frames import Recorder, frames_sheet
 from station.pictures.panels import Panel, resize_to_fit, side_by_side
 from station.pictures.review import hatch_unseen
 
@@ -106,7 +108,16 @@ def _seen(points: Floats, faces: Floats, texcoords: Floats, flat: Floats, print_
     return np.asarray(picture)
 
 
-PICTURES: dict[str, Callable[[], Bytes]] = {"shading": shading, "hidden": hidden}
+def flattening() -> Bytes:
+    """Eight frames of the particle system, small."""
+    scan, _ = shoot(MultiFold(), Text(), seed=3)
+    recorder = Recorder()
+    page = restore(scan, Settings(method="sticks"), on_step=recorder)
+    frames = frames_sheet(recorder.frames(), page.flat)
+    return resize_to_fit(frames, height=frames.shape[0] // 2, width=frames.shape[1] // 2)
+
+
+PICTURES: dict[str, Callable[[], Bytes]] = {"shading": shading, "hidden": hidden, "flattening": flattening}
 
 if __name__ == "__main__":
     main(sys.argv[1], *map(Path, sys.argv[2:]))
