@@ -28,7 +28,7 @@ from restore.flattening.springs import flatten_springs
 from restore.flattening.sticks import flatten_sticks
 from restore.mesh.measures import edge_strain, flipped_faces
 from restore.mesh.network import Network
-from restore.mesh.pose import Laid
+from restore.mesh.pose import PosedSheet
 from restore.scan import Floats
 
 SEED = 1
@@ -89,10 +89,10 @@ def table_2() -> None:
     print(row.format("sheet", "points", *timed, "mm", "springs mm", "isometric s, mm"))
     for name, (sheet, points, paper) in TABLE_2.items():
         warped = exact_sheet(sheet, points, seed=SEED)
-        laid, network = warped.laid(), warped.network()
+        posed, network = warped.posed(), warped.network()
         solvers = (flatten_sticks, flatten_springs, flatten_isometric)
-        ours, theirs, shipped = (outcome(solver, warped, laid, network) for solver in solvers)
-        runs = [partial(solver, laid, network, None) for solver in solvers]
+        ours, theirs, shipped = (outcome(solver, warped, posed, network) for solver in solvers)
+        runs = [partial(solver, posed, network, None) for solver in solvers]
         bending, falling, springing, whole = in_turns(warped.network, *runs)
         measured = (bending, falling, bending + falling, bending + springing)
         cells = [f"{here:.4f} ({there:.2f})" for here, there in zip(measured, paper, strict=True)]
@@ -115,7 +115,7 @@ def fig_7() -> None:
     steps = {}
     for name, (solver, module, constants, paper_seconds, paper_step) in methods.items():
         changed = with_constants(solver, module, **constants)
-        found = median_outcome(changed, warped, warped.laid(), warped.network())
+        found = median_outcome(changed, warped, warped.posed(), warped.network())
         step = steps[name] = largest_stable_step(warped, solver, module, **constants, **AT_REST.get(module, {}))
         cells = (f"{found.seconds:.4f} ({paper_seconds})", found.steps, found.end_flips, f"{found.rms_mm:.4f}")
         print(row.format(name, *cells, f"{step:.3f} ({paper_step})"), flush=True)
@@ -132,11 +132,11 @@ def figs_3_4() -> None:
     print(row.format("sheet", "hinges", *(f"sticks, {name}" for name in drags), "springs"))
     for name, (sheet, points) in FIG_3_4.items():
         warped = exact_sheet(sheet, points, seed=SEED)
-        laid, network = warped.laid(), warped.network()
+        posed, network = warped.posed(), warped.network()
         loose = replace(network, hinges=network.hinges[:0], spans=network.spans[:0])
         solvers = [with_constants(flatten_sticks, sticks, DRAG=drag) for drag in drags.values()] + [flatten_springs]
         for hinges, joined in (("with", network), ("without", loose)):
-            found = [outcome(solver, warped, laid, joined) for solver in solvers]
+            found = [outcome(solver, warped, posed, joined) for solver in solvers]
             print(row.format(name, hinges, *(f"{f.flips} → {f.end_flips} ({f.rms_mm:.3f})" for f in found)), flush=True)
 
 
@@ -156,10 +156,10 @@ def with_constants(solver: Solver, module: ModuleType, **constants: float) -> So
 
 def largest_stable_step(warped: ExactSheet, solver: Solver, module: ModuleType, **constants: float) -> float:
     """The time step in seconds up to which the sheet comes to rest unstretched: climbing, then bisection."""
-    laid, network = warped.laid(), warped.network()
+    posed, network = warped.posed(), warped.network()
 
     def stable(step: float) -> bool:
-        found = outcome(with_constants(solver, module, TIME_STEP=step, **constants), warped, laid, network)
+        found = outcome(with_constants(solver, module, TIME_STEP=step, **constants), warped, posed, network)
         return found.steps < module.MAX_STEPS and found.strain < STABLE_STRAIN
 
     low = high = float(module.TIME_STEP)
@@ -171,15 +171,15 @@ def largest_stable_step(warped: ExactSheet, solver: Solver, module: ModuleType, 
     return low
 
 
-def median_outcome(solver: Solver, warped: ExactSheet, laid: Laid, network: Network) -> Outcome:
+def median_outcome(solver: Solver, warped: ExactSheet, posed: PosedSheet, network: Network) -> Outcome:
     """How a flattening ends, with the median of its seconds, unobserved."""
-    found = outcome(solver, warped, laid, network)
-    return replace(found, seconds=median_seconds(partial(solver, laid, network, None)))
+    found = outcome(solver, warped, posed, network)
+    return replace(found, seconds=median_seconds(partial(solver, posed, network, None)))
 
 
-def outcome(solver: Solver, warped: ExactSheet, laid: Laid, network: Network) -> Outcome:
+def outcome(solver: Solver, warped: ExactSheet, posed: PosedSheet, network: Network) -> Outcome:
     """Flatten and compare; a run that diverges ends with infinite strain."""
-    last = laid.positions
+    last = posed.positions
 
     def follow(_: int, positions: Floats) -> None:
         nonlocal last
@@ -187,7 +187,7 @@ def outcome(solver: Solver, warped: ExactSheet, laid: Laid, network: Network) ->
 
     start = time.perf_counter()
     try:
-        flat, steps, *_ = solver(laid, network, follow)
+        flat, steps, *_ = solver(posed, network, follow)
     except BadInput:
         return Outcome(np.nan, 0, np.inf, len(network.faces), len(network.faces), np.inf)
     seconds = time.perf_counter() - start

@@ -31,8 +31,8 @@ def main() -> None:
     ratios = []
     for name, (sheet, points, _) in TABLE_2.items():
         warped = exact_sheet(sheet, points, seed=SEED)
-        laid, network = warped.laid(), warped.network()
-        flat = flatten_sticks(laid, network).flat
+        posed, network = warped.posed(), warped.network()
+        flat = flatten_sticks(posed, network).flat
         wanted = _rms(flat, network.edges, network.lengths)
         seen: list[float] = []
 
@@ -40,12 +40,12 @@ def main() -> None:
             seen.append(_rms(now[:, :2], network.edges, network.lengths))
 
         with mock.patch.multiple(springs, QUIET_STEPS=np.inf, MAX_STEPS=LONGEST):
-            flatten_springs(laid, network, look)
+            flatten_springs(posed, network, look)
         reached = next((step for step, strain in enumerate(seen, 1) if strain <= wanted), None)
         with mock.patch.multiple(springs, QUIET_STEPS=np.inf, MAX_STEPS=reached or LONGEST):
             ours, theirs = in_turns(
-                lambda laid=laid, network=network: flatten_sticks(laid, network),
-                lambda laid=laid, network=network: flatten_springs(laid, network),
+                lambda posed=posed, network=network: flatten_sticks(posed, network),
+                lambda posed=posed, network=network: flatten_springs(posed, network),
             )
         ratios.append(theirs / ours)
         at = f"{seen[reached - 1 if reached else -1]:.1e}"

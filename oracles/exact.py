@@ -11,7 +11,7 @@ from scipy.stats.qmc import Halton
 from drivers.simulated.sheets import PageSize, Sheet
 from restore.mesh.measures import straight_lengths
 from restore.mesh.network import Network, edges_of, make_network
-from restore.mesh.pose import Laid, lay
+from restore.mesh.pose import PosedSheet, pose_on_table
 from restore.scan import Floats, Ints, SurfaceMesh
 
 PAGE_MM: PageSize = (280.0, 200.0)
@@ -32,9 +32,9 @@ class ExactSheet:
         """Sticks of the true lengths, or of the straight distances between the points, shorter over a bend."""
         return make_network(self.mesh.vertices, self.mesh.faces, None if chords else self.lengths)
 
-    def laid(self) -> Laid:
+    def posed(self) -> PosedSheet:
         """The sheet over the table."""
-        return lay(self.mesh.vertices, self.mesh.faces)
+        return pose_on_table(self.mesh.vertices, self.mesh.faces)
 
 
 def exact_sheet(

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from restore.flattening.layout import lay_out
+from restore.flattening.layout import arrange_pieces
 from restore.flattening.methods import METHODS, OnStep, flatten_points
 from restore.flattening.repair import least_strain_page, uninverted
 from restore.mesh.clean import select
@@ -15,8 +15,8 @@ from restore.mesh.decimate import patch_and_smooth
 from restore.mesh.jets import rings_of
 from restore.mesh.measures import flipped_faces, straight_lengths
 from restore.mesh.network import edges_of, make_network, pieces
-from restore.mesh.pose import lay, upright
-from restore.mesh.surface_lengths import noise_of, surface_lengths
+from restore.mesh.pose import move_upright, pose_on_table
+from restore.mesh.surface_lengths import estimate_noise_sigma, surface_lengths
 from restore.mesh.validate import validated
 from restore.prepare import MESH_PRECISION, fit_sheet
 from restore.range_image.resample import MIN_VERTICES, resample
@@ -55,14 +55,14 @@ def flatten(
     network = make_network(mesh.vertices, mesh.faces, sides=mesh.sides)
     parts = list(pieces(network))
     flat, rest, steps = np.zeros((len(mesh.vertices), 2)), network.lengths.copy(), 0
-    seen = lay(mesh.vertices, mesh.faces).seen  # from one side for all pieces
+    seen = pose_on_table(mesh.vertices, mesh.faces).seen  # from one side for all pieces
     for part in parts:
         piece = _flatten_piece(select(mesh, part.vertices[part.faces]), method, on_step)
-        laid = lay(piece.vertices, piece.faces)
-        flat[part.vertices] = upright(piece.flat, replace(laid, seen=seen[part.vertices]))
+        posed = pose_on_table(piece.vertices, piece.faces)
+        flat[part.vertices] = move_upright(piece.flat, replace(posed, seen=seen[part.vertices]))
         rest[np.isin(network.edges[:, 0], part.vertices)] = piece.lengths
         steps = max(steps, piece.steps)
-    lay_out(flat, [(part.vertices, part.faces) for part in parts])
+    arrange_pieces(flat, [(part.vertices, part.faces) for part in parts])
     return FlatMesh.of(mesh, flat, rest, steps)
 
 
@@ -106,5 +106,5 @@ def _over_points(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> Flat
 
 def _clean(mesh: SurfaceMesh, edges: Ints, lengths: Floats) -> bool:
     """Whether the vertices of a mesh are where its surface is; lengths (e,) mm of its edges (e, 2)."""
-    noise = noise_of(mesh.vertices, rings_of(mesh.vertices, mesh.faces, edges))
+    noise = estimate_noise_sigma(mesh.vertices, rings_of(mesh.vertices, mesh.faces, edges))
     return bool(noise < CLEAN * lengths.mean())

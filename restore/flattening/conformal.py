@@ -17,7 +17,7 @@ from restore.errors import BadInput
 from restore.flattening.solution import Follow, Solution
 from restore.mesh.measures import face_shapes, signed_areas
 from restore.mesh.network import Network
-from restore.mesh.pose import Laid
+from restore.mesh.pose import PosedSheet
 from restore.scan import Floats, Ints
 
 SINGULAR = 1e-13  # smallest to largest pivot: rounding alone leaves 1e-16, sound meshes of 100,000 points 1e-8
@@ -25,7 +25,7 @@ SINGULAR = 1e-13  # smallest to largest pivot: rounding alone leaves 1e-16, soun
 Complex = NDArray[np.complex128]
 
 
-def flatten_conformal(laid: Laid, network: Network, follow: Follow | None = None) -> Solution:
+def flatten_conformal(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
     """Flat positions (n, 2) mm of a sheet laid over the table, after one linear solve.
 
     follow(step, positions (n, 3) mm) is called after it. Raises BadInput for a sheet that
@@ -33,7 +33,7 @@ def flatten_conformal(laid: Laid, network: Network, follow: Follow | None = None
     """
     corners = unfolded(network)
     area = float(corners[:, 2].imag @ corners[:, 1].real / 2.0)
-    mapped = conformal_map(network.faces, corners, far_apart(laid.positions))
+    mapped = conformal_map(network.faces, corners, far_apart(posed.positions))
     flat = np.stack([mapped.real, mapped.imag], axis=1)
     flat *= sqrt(area / abs(float(signed_areas(flat, network.faces).sum())))
     if follow:

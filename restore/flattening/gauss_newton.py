@@ -16,7 +16,7 @@ import numpy as np
 from restore.flattening.rigid_aggregates import Aggregates, aggregate, correct_rigidly
 from restore.flattening.solution import Solution
 from restore.mesh.adjacency import Sides
-from restore.mesh.network import Network, spread_order
+from restore.mesh.network import Network, interleaved_order
 from restore.scan import Floats, Ints
 
 MOST_ITERATIONS = 50  # a developable sheet needs two to five
@@ -42,7 +42,7 @@ def minimise_strain(flat: Floats, network: Network, most: int = MOST_ITERATIONS)
     """
     flat = np.array(flat, order="C")
     roots = np.sqrt(edge_areas(network.faces, network.sides, network.lengths))
-    order = spread_order(len(roots))
+    order = interleaved_order(len(roots))
     edges, lengths, roots = (values.take(order, axis=0) for values in (network.edges, network.lengths, roots))
     iterations, residual, converged = _minimise(flat, edges, lengths, roots, most)
     return Solution(flat, iterations, residual, converged)

@@ -15,20 +15,20 @@ from restore.flattening.repair import least_strain_page
 from restore.flattening.solution import Follow, Solution
 from restore.mesh.measures import rms_strain
 from restore.mesh.network import Network
-from restore.mesh.pose import Laid
+from restore.mesh.pose import PosedSheet
 
 MOST_STRAIN = 0.03  # rms: no paper stretches so far; what does is not developable, or not a mesh of one sheet
 
 CAP = 0.1  # of the strain of an edge that counts there: a few edges of slivers do not make a surface undevelopable
 
 
-def flatten_isometric(laid: Laid, network: Network, follow: Follow | None = None) -> Solution:
+def flatten_isometric(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
     """Flat positions (n, 2) mm of a connected sheet with its convergence; the global start counts as an iteration.
 
     follow(step, positions (n, 3) mm) is called with the start and with the result.
     """
-    faces, sides, lengths, count = network.faces, network.sides, network.lengths, len(laid.positions)
-    signs = face_signs(laid.positions, faces)
+    faces, sides, lengths, count = network.faces, network.sides, network.lengths, len(posed.positions)
+    signs = face_signs(posed.positions, faces)
     start = flat_from_lengths(angle_fans(faces, sides, lengths, signs), lengths, count)
     found = least_strain_page(start, network, signs)
     if follow:
@@ -37,8 +37,8 @@ def flatten_isometric(laid: Laid, network: Network, follow: Follow | None = None
     return found._replace(iterations=1 + found.iterations)
 
 
-def flatten_least_distorted(laid: Laid, network: Network, follow: Follow | None = None) -> Solution:
+def flatten_least_distorted(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
     """As `flatten_isometric`, and a disc that is strained by more than MOST_STRAIN the least distorted page instead."""
-    found = flatten_isometric(laid, network, follow)
+    found = flatten_isometric(posed, network, follow)
     strain = rms_strain(found.flat, network.edges, network.lengths, CAP)
-    return least_distorted_page(laid.positions, network) if strain > MOST_STRAIN and is_disc(network) else found
+    return least_distorted_page(posed.positions, network) if strain > MOST_STRAIN and is_disc(network) else found

@@ -17,16 +17,16 @@ from restore.flattening.solution import Solution
 from restore.mesh.adjacency import Sides, components
 from restore.mesh.measures import flipped_faces
 from restore.mesh.network import Network, Piece, part_of
-from restore.mesh.pose import Laid, lay, upright
+from restore.mesh.pose import PosedSheet, move_upright, pose_on_table
 from restore.scan import Floats, Ints, Mask
 
 JOINT = 1e3  # a point in common outweighs the vertices beside it, which tell the turn alone
 FLATTEST = 1e-6  # of its mean square: neighbours in one plane have no extent across it
 
-Solve = Callable[[Laid, Piece], Solution]
+Solve = Callable[[PosedSheet, Piece], Solution]
 
 
-def flatten_parts(vertices: Floats, piece: Piece, whole: Laid, solve: Solve) -> Solution:
+def flatten_parts(vertices: Floats, piece: Piece, whole: PosedSheet, solve: Solve) -> Solution:
     """Flat positions (k, 2) mm of a connected piece of a mesh, with the convergence of the part that took longest.
 
     whole is the mesh, vertices (n, 3) mm, laid on the table: all pieces are seen from one side, and the largest part of
@@ -37,13 +37,13 @@ def flatten_parts(vertices: Floats, piece: Piece, whole: Laid, solve: Solve) -> 
     worst = Solution(flat, 0)
     for part in parts(piece.network):
         if len(part.vertices) == len(whole.seen):
-            laid = whole
+            posed = whole
         else:
-            laid = replace(lay(vertices[part.vertices], part.faces), seen=seen[part.vertices])
-        found = solve(laid, part)
+            posed = replace(pose_on_table(vertices[part.vertices], part.faces), seen=seen[part.vertices])
+        found = solve(posed, part)
         if placed.any():
-            laid = _carried_on(laid, vertices, part, piece.network.edges, flat, placed)
-        own = upright(found.flat, laid)
+            posed = _carried_on(posed, vertices, part, piece.network.edges, flat, placed)
+        own = move_upright(found.flat, posed)
         joined = placed[part.vertices]
         if joined.any():
             own += (flat[part.vertices] - own)[joined].mean(axis=0)
@@ -60,7 +60,9 @@ def _closed(flat: Floats, network: Network) -> Floats:
     return settled if flipped_faces(settled, network.faces) <= flipped_faces(flat, network.faces) else flat
 
 
-def _carried_on(laid: Laid, vertices: Floats, part: Piece, edges: Ints, flat: Floats, placed: Mask) -> Laid:
+def _carried_on(
+    posed: PosedSheet, vertices: Floats, part: Piece, edges: Ints, flat: Floats, placed: Mask
+) -> PosedSheet:
     """A part as the page, flat (k, 2) mm where placed (k,), would see it that the surface goes on from their joints."""
     joined = placed[part.vertices]
     joints = part.vertices[joined]
@@ -74,7 +76,7 @@ def _carried_on(laid: Laid, vertices: Floats, part: Piece, edges: Ints, flat: Fl
     weights = np.zeros(len(seen))
     weights[own[joined[own[:, 0]], 1]] = 1.0
     weights[joined] = JOINT
-    return replace(laid, seen=seen, weights=weights / weights.sum())
+    return replace(posed, seen=seen, weights=weights / weights.sum())
 
 
 def _onward(flat_ways: Floats, ways: Floats) -> Floats:

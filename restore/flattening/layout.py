@@ -13,7 +13,7 @@ from restore.scan import Floats, Ints, Mask
 CELLS = 400  # of a side of the layout: the pieces come to lie at least one such cell apart
 
 
-def lay_out(flat: Floats, parts: Sequence[tuple[Ints, Ints]]) -> None:
+def arrange_pieces(flat: Floats, parts: Sequence[tuple[Ints, Ints]]) -> None:
     """Move pieces that overlap away from those before them, in place; the rest stays where it is.
 
     flat (n, 2) mm; of each piece its vertices (k,) and its own faces (m, 3), the largest first.

@@ -12,14 +12,14 @@ from restore.flattening.conformal import flatten_conformal
 from restore.flattening.fans import face_signs
 from restore.flattening.isometric import CAP, MOST_STRAIN, flatten_isometric, flatten_least_distorted
 from restore.flattening.joints import flatten_parts
-from restore.flattening.layout import lay_out
+from restore.flattening.layout import arrange_pieces
 from restore.flattening.repair import least_strain_page
 from restore.flattening.solution import Follow, Solution
 from restore.flattening.springs import flatten_springs
 from restore.flattening.sticks import flatten_sticks
 from restore.mesh.measures import rms_strain, straight_lengths
 from restore.mesh.network import Network, Piece, make_network, pieces
-from restore.mesh.pose import Laid, lay
+from restore.mesh.pose import PosedSheet, pose_on_table
 from restore.mesh.surface_lengths import surface_lengths
 from restore.mesh.topology import refuse_unflattenable
 from restore.mesh.validate import ValidMesh, validated
@@ -28,7 +28,7 @@ from restore.scan import FlatMesh, Floats, Ints, SurfaceMesh
 OnStep = Callable[[int, Floats, Ints], None]
 """Called after each step with its number, the positions (n, 3) mm and the faces (m, 3)."""
 
-Solver = Callable[[Laid, Network, Follow | None], Solution]
+Solver = Callable[[PosedSheet, Network, Follow | None], Solution]
 
 # method → solver of one connected piece over the table.
 METHODS: dict[str, Solver] = {
@@ -90,18 +90,18 @@ def _flattened(mesh: ValidMesh, solver: Solver, lengths: Floats, on_step: OnStep
     network = make_network(mesh.vertices, mesh.faces, lengths, mesh.sides)
     if len(network.hinges) == len(network.edges):
         raise NotEnoughSurface("the surface is closed all round: a page has a border", "cut the page out of the mesh")
-    flat, laid_out = np.zeros((len(mesh.vertices), 2)), list[tuple[Ints, Ints]]()
-    whole, worst = lay(mesh.vertices, mesh.faces), Solution(flat, 0)
+    flat, arranged = np.zeros((len(mesh.vertices), 2)), list[tuple[Ints, Ints]]()
+    whole, worst = pose_on_table(mesh.vertices, mesh.faces), Solution(flat, 0)
     for piece in pieces(network):
 
-        def solve(laid: Laid, part: Piece, among: Ints = piece.vertices) -> Solution:
+        def solve(posed: PosedSheet, part: Piece, among: Ints = piece.vertices) -> Solution:
             follow = _follower(on_step, mesh, among[part.vertices]) if on_step else None
-            return solver(laid, part.network, follow)
+            return solver(posed, part.network, follow)
 
         found = flatten_parts(mesh.vertices, piece, whole, solve)
         flat[piece.vertices], worst = found.flat, worst.joined(found)
-        laid_out.append((piece.vertices, piece.faces))
-    lay_out(flat, laid_out)
+        arranged.append((piece.vertices, piece.faces))
+    arrange_pieces(flat, arranged)
     steps, convergence = worst.iterations, {"residual": worst.residual, "converged": worst.converged}
     return FlatMesh.of(mesh, flat, network.lengths, steps, **convergence)
 

@@ -19,7 +19,7 @@ from restore.flattening.kernels import SMALL
 from restore.flattening.solution import Follow, Solution
 from restore.mesh.measures import rms_strain, surface_area
 from restore.mesh.network import Network
-from restore.mesh.pose import Laid
+from restore.mesh.pose import PosedSheet
 from restore.scan import Floats, Ints
 
 GRAVITY = 9.81
@@ -39,15 +39,15 @@ QUIET_STEPS = 25  # with no more change than that; a swinging sheet stands still
 MAX_STEPS = 5000
 
 
-def flatten_springs(laid: Laid, network: Network, follow: Follow | None = None) -> Solution:
+def flatten_springs(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
     """Flat positions (n, 2) mm of a sheet laid over the table; iterations are time steps, the residual the rms strain.
 
     follow(step, positions (n, 3) mm) is called after each step. Raises BadInput when the springs diverge, as they may
     where very many edges meet.
     """
-    scale = PAGE_SIZE / sqrt(max(surface_area(laid.positions, network.faces), np.finfo(float).tiny))
+    scale = PAGE_SIZE / sqrt(max(surface_area(posed.positions, network.faces), np.finfo(float).tiny))
     lengths, spans = network.lengths * scale, network.spans * scale
-    now = laid.positions * scale
+    now = posed.positions * scale
     velocity, force = np.zeros_like(now), np.empty_like(now)
     area, quiet, step = 0.0, 0, 0
     for step in range(1, MAX_STEPS + 1):

@@ -19,8 +19,8 @@ from restore.flattening.kernels import advance, relax
 from restore.flattening.repair import least_strain_page
 from restore.flattening.solution import Follow, Solution
 from restore.mesh.measures import surface_area
-from restore.mesh.network import Network, spread
-from restore.mesh.pose import Laid
+from restore.mesh.network import Network, interleave
+from restore.mesh.pose import PosedSheet
 from restore.scan import Floats
 
 GRAVITY = 9.81  # §3.3.3
@@ -35,22 +35,22 @@ FLAT_HEIGHT = 1e-6  # mm: a sheet that rises less is flat already, and gets no d
 SWEEPS = 0.25  # in each step, of √n: a pull crosses a sheet of n in √n sweeps; with half as many corners fold
 
 
-def flatten_sticks(laid: Laid, network: Network, follow: Follow | None = None) -> Solution:
+def flatten_sticks(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
     """Flat positions (n, 2) mm of a sheet laid over the table; the iterations are the time steps.
 
     follow(step, positions (n, 3) mm) is called after each time step.
     """
-    landed, steps = simulate_drop(laid, network, follow)
-    signs = face_signs(laid.positions, network.faces)
+    landed, steps = simulate_drop(posed, network, follow)
+    signs = face_signs(posed.positions, network.faces)
     return least_strain_page(landed, network, signs)._replace(iterations=steps)
 
 
-def simulate_drop(laid: Laid, network: Network, follow: Follow | None) -> tuple[Floats, int]:
+def simulate_drop(posed: PosedSheet, network: Network, follow: Follow | None) -> tuple[Floats, int]:
     """Positions (n, 2) mm where the particles land on the table, and the time steps taken."""
-    scale = PAGE_SIZE / sqrt(max(surface_area(laid.positions, network.faces), np.finfo(float).tiny))
-    edges, lengths = spread(network.edges, network.lengths * scale)
-    hinges, spans = spread(network.hinges, network.spans * scale)
-    now = laid.positions * scale
+    scale = PAGE_SIZE / sqrt(max(surface_area(posed.positions, network.faces), np.finfo(float).tiny))
+    edges, lengths = interleave(network.edges, network.lengths * scale)
+    hinges, spans = interleave(network.hinges, network.spans * scale)
+    now = posed.positions * scale
     before = now.copy()
     sweeps = round(max(SWEEPS * sqrt(len(now)), 1.0))
     height, area, step = float(now[:, 2].max()), 0.0, 0

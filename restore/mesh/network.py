@@ -107,13 +107,13 @@ def _corner(side: int, faces: Ints, sides: Sides, lengths: Floats) -> tuple[int,
     return faces[face, (k + 2) % 3], along, sqrt(max(near**2 - along**2, 0.0))
 
 
-def spread(pairs: Ints, lengths: Floats) -> tuple[Ints, Floats]:
-    """The same pairs (k, 2) and lengths (k,) in the order of `spread_order`."""
-    order = spread_order(len(pairs))
+def interleave(pairs: Ints, lengths: Floats) -> tuple[Ints, Floats]:
+    """The same pairs (k, 2) and lengths (k,) in the order of `interleaved_order`."""
+    order = interleaved_order(len(pairs))
     return pairs.take(order, axis=0), lengths.take(order)
 
 
-def spread_order(count: int) -> Ints:
+def interleaved_order(count: int) -> Ints:
     """(count,) an order in which neighbours in the list are none on the sheet.
 
     Going over one pair then does not wait for the one before it, and the processor takes several at a time. Those of a

@@ -1,4 +1,4 @@
-"""Lay a warped sheet on the table, printed side up, and put the flat page back upright."""
+"""The pose of a warped sheet over the table z = 0, printed side up, and of the flat page as the scanner saw it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ TINY = 1e-300  # keeps a sheet without area from dividing by zero
 
 
 @dataclass(frozen=True, eq=False)
-class Laid:
+class PosedSheet:
     """A sheet over the table z = 0.
 
     positions (n, 3) mm; the origin lies under the centre of the sheet, its lowest point on the table.
@@ -33,8 +33,8 @@ class Laid:
     weights: Floats
 
 
-def lay(vertices: Floats, faces: Ints) -> Laid:
-    """Turn a connected sheet, vertices (n, 3) mm, printed side up over the table.
+def pose_on_table(vertices: Floats, faces: Ints) -> PosedSheet:
+    """A connected sheet, vertices (n, 3) mm, turned printed side up over the table.
 
     The printed side is where its faces (m, 3) run counter-clockwise.
     """
@@ -42,7 +42,7 @@ def lay(vertices: Floats, faces: Ints) -> Laid:
     centre = weights @ vertices
     out = mean if sqrt(mean @ mean) > LEVEL else _least_extent(vertices - centre, weights, mean)
     positions, axes, origin, seen = _put(vertices, centre, out / sqrt(out @ out))
-    return Laid(positions, axes, origin, seen, weights)
+    return PosedSheet(positions, axes, origin, seen, weights)
 
 
 @numba.njit(cache=True)
@@ -95,9 +95,9 @@ def _put(vertices: Floats, centre: Floats, out: Floats) -> tuple[Floats, Floats,
     return positions, axes, centre + lowest * out, seen
 
 
-def upright(flat: Floats, laid: Laid) -> Floats:
+def move_upright(flat: Floats, posed: PosedSheet) -> Floats:
     """Move the flat page (n, 2) mm, without scaling or mirroring, to where the scanner saw it."""
-    return _moved(flat, laid.seen, laid.weights)
+    return _moved(flat, posed.seen, posed.weights)
 
 
 @numba.njit(cache=True)

@@ -19,7 +19,9 @@ SURE = 9.0  # 3σ squared: turns of less are noise
 PROBES = 100  # vertices that tell the noise
 SHRUNK = 0.87  # of the noise is left when a patch passes between a vertex and its neighbours
 LEAST_NOISE = 1e-7  # of the page's size: no file holds more digits
-GRAINY = 0.013  # of the mean edge, as `noise_of` sees it: noise that makes ways longer by more than creases would lose
+GRAINY = (
+    0.013  # of the mean edge, as `estimate_noise_sigma` gives it: more noise lengthens edges by more than creases do
+)
 MANY = 2500  # vertices: of fewer a patch is a tenth of the page, and bends within it look like noise
 SMOOTHINGS = 2  # of grainy vertices: a third to two thirds of what noise adds is gone
 SMOOTH = 0.6  # of the vertices lie beside no crease; where fewer do, what looks like noise may be creases
@@ -41,7 +43,7 @@ def surface_lengths(vertices: Floats, faces: Ints, edges: Ints) -> Floats:
     patches, and patches fitted to those again, but beside creases, which that would round off.
     """
     rings = rings_of(vertices, faces, edges)
-    noise = noise_of(vertices, rings)
+    noise = estimate_noise_sigma(vertices, rings)
     jets = fit_jets(vertices, rings, np.arange(len(vertices)), noise, noise)
     points = vertices + jets.normals * jets.offsets[:, None]
     grainy = len(vertices) > MANY and noise > GRAINY * float(straight_lengths(vertices, edges).mean())
@@ -63,7 +65,7 @@ def _beside_no_crease(normals: Floats, edges: Ints) -> Ints:
     return np.flatnonzero(~beside)
 
 
-def noise_of(vertices: Floats, rings: Rings) -> float:
+def estimate_noise_sigma(vertices: Floats, rings: Rings) -> float:
     """Standard deviation of the vertices (n, 3) off the surface, mm, from patches that are not tied to their vertex."""
     size = max(float(axis.max() - axis.min()) for axis in vertices.T)
     chosen = np.arange(0, len(vertices), max(len(vertices) // PROBES, 1))

@@ -7,7 +7,7 @@ from math import ceil, sqrt
 import numpy as np
 
 from restore.mesh.measures import signed_areas, surface_area
-from restore.mesh.pose import Laid, lay
+from restore.mesh.pose import PosedSheet, pose_on_table
 from restore.mesh.raster import rasterise
 from restore.mesh.validate import validated
 from restore.numerics import TINY
@@ -33,13 +33,13 @@ def resample(mesh: SurfaceMesh) -> tuple[RangeScan, Rays] | None:
         return None
     mesh = validated(mesh)
     faces = mesh.faces
-    laid = lay(mesh.vertices, faces)
-    size = float(np.ptp(laid.positions, axis=0).max())
-    camera_centre = np.array([0.0, 0.0, laid.positions[:, 2].max() + CAMERA_DISTANCE * size])
-    in_camera = laid.positions - camera_centre
+    posed = pose_on_table(mesh.vertices, faces)
+    size = float(np.ptp(posed.positions, axis=0).max())
+    camera_centre = np.array([0.0, 0.0, posed.positions[:, 2].max() + CAMERA_DISTANCE * size])
+    in_camera = posed.positions - camera_centre
     tangents = in_camera[:, :2] / -in_camera[:, 2:]
     spacing = sqrt(surface_area(mesh.vertices, faces) / len(mesh.vertices))
-    steep = max(spacing * _foreshortening(mesh.normals, laid), size / MAX_STEEP_GRID)
+    steep = max(spacing * _foreshortening(mesh.normals, posed), size / MAX_STEEP_GRID)
     pitch = max(min(spacing, steep), size / MAX_GRID) / (CAMERA_DISTANCE * size)
     low = tangents.min(axis=0)
     cols, rows = (ceil(extent / pitch) + 1 for extent in np.ptp(tangents, axis=0))
@@ -57,16 +57,16 @@ def resample(mesh: SurfaceMesh) -> tuple[RangeScan, Rays] | None:
     y = (low[1] + pitch * (rows - 1 - row_index)) * depth
     scan = RangeScan(np.dstack([x, y, -depth]), mesh.texture, grid[..., 1:] * depth[..., None], mesh.provenance)
     y0 = low[1] + pitch * (rows - 1)
-    return scan, Rays(low[0], pitch, y0, -pitch, laid.axes, laid.origin + camera_centre @ laid.axes)
+    return scan, Rays(low[0], pitch, y0, -pitch, posed.axes, posed.origin + camera_centre @ posed.axes)
 
 
-def _foreshortening(normals: Floats, laid: Laid) -> float:
+def _foreshortening(normals: Floats, posed: PosedSheet) -> float:
     """The ratio, at most 1, of the vertices' spacing in the view to that on the surface where the page is steep.
 
     normals (m, 3) of the faces, twice as long as their areas.
     """
     areas = np.sqrt((normals**2).sum(axis=1))
-    slopes = normals @ laid.axes[2] / np.maximum(areas, TINY)
+    slopes = normals @ posed.axes[2] / np.maximum(areas, TINY)
     order = np.argsort(slopes)
     steep = np.searchsorted(np.cumsum(areas[order]), STEEP_SHARE * areas.sum())
     return float(np.clip(slopes[order[steep]], MIN_PITCH, 1.0))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.mesh.measures import vertex_normals
-from restore.mesh.pose import lay
+from restore.mesh.pose import pose_on_table
 from restore.range_image.sheet import Sheet
 from restore.scan import FlatMesh, Floats, Ints, Mask, SurfaceMesh
 from restore.texture.page import page_map
@@ -53,8 +53,8 @@ def relief_of(surface: Sheet | SurfaceMesh, fine: FlatMesh, dpi: float) -> Relie
 
     On a range grid every sample has a facet of its own, so a crease is sharp; a mesh has the normals of its vertices.
     """
-    laid = lay(fine.vertices, fine.faces)
-    vertices, axes = laid.positions, laid.axes
+    posed = pose_on_table(fine.vertices, fine.faces)
+    vertices, axes = posed.positions, posed.axes
     if isinstance(surface, Sheet):
         rows, cols = surface.rays.grid(fine.vertices)
         over = page_map(fine.flat, fine.faces, np.column_stack([vertices, cols, rows]), dpi)
@@ -66,7 +66,7 @@ def relief_of(surface: Sheet | SurfaceMesh, fine: FlatMesh, dpi: float) -> Relie
         over = page_map(fine.flat, fine.faces, np.column_stack([vertices, own @ axes.T]), dpi)
         normals = over[..., 3:] / np.maximum(np.linalg.norm(over[..., 3:], axis=2, keepdims=True), TINY)
     normals[np.isnan(over[..., 0])] = np.nan
-    return Relief(over[..., :3], normals, dpi, vertices, fine.faces, axes, laid.origin)
+    return Relief(over[..., :3], normals, dpi, vertices, fine.faces, axes, posed.origin)
 
 
 def facet_normals(sheet: Sheet) -> Field:

@@ -15,7 +15,7 @@ from restore.errors import BadInput
 from restore.flattening.conformal import conformal_map, flatten_conformal, unfolded
 from restore.mesh.measures import flipped_faces, signed_areas, surface_area
 from restore.mesh.network import make_network
-from restore.mesh.pose import lay
+from restore.mesh.pose import pose_on_table
 
 POINTS = 1000
 EXACT_MM = 1e-6  # rms; with true lengths the map is exact: what the solve rounds off is left
@@ -35,7 +35,7 @@ SHEETS = {
 @pytest.mark.parametrize("name", SHEETS)
 def test_true_lengths_give_the_page_exactly(name):
     sheet = exact_sheet(SHEETS[name], POINTS)
-    flat, steps, *_ = flatten_conformal(sheet.laid(), sheet.network())
+    flat, steps, *_ = flatten_conformal(sheet.posed(), sheet.network())
     assert steps == 1
     assert rms_mm(flat, sheet) < EXACT_MM
     assert flipped_faces(flat, sheet.mesh.faces) == 0
@@ -44,7 +44,7 @@ def test_true_lengths_give_the_page_exactly(name):
 @pytest.mark.parametrize("name", SHEETS)
 def test_chords_give_the_page_nearly_and_the_area_of_the_surface(name):
     sheet = exact_sheet(SHEETS[name], POINTS)
-    flat, *_ = flatten_conformal(sheet.laid(), sheet.network(chords=True))
+    flat, *_ = flatten_conformal(sheet.posed(), sheet.network(chords=True))
     assert EXACT_MM < rms_mm(flat, sheet) < CHORD_MM
     area = surface_area(sheet.mesh.vertices, sheet.mesh.faces)
     assert signed_areas(flat, sheet.mesh.faces).sum() == pytest.approx(area, rel=ROUNDING)
@@ -52,7 +52,7 @@ def test_chords_give_the_page_nearly_and_the_area_of_the_surface(name):
 
 def test_a_flat_sheet_stays_and_is_not_mirrored():
     sheet = exact_sheet(Flat(), POINTS)
-    flat, *_ = flatten_conformal(sheet.laid(), sheet.network())
+    flat, *_ = flatten_conformal(sheet.posed(), sheet.network())
     assert rms_mm(flat, sheet) < EXACT_MM
     assert rms_mm(flat * [-1, 1], sheet) > A_MILLIMETRE  # the measure would see a mirrored page
 
@@ -65,7 +65,7 @@ def test_moved_and_scaled_sheets_give_the_same_page(turn, shift, scale):
     mesh = sheet.mesh
     moved = scale * mesh.vertices @ Rotation.from_rotvec(turn).as_matrix().T + shift
     pages = [
-        flatten_conformal(lay(vertices, mesh.faces), make_network(vertices, mesh.faces))[0]
+        flatten_conformal(pose_on_table(vertices, mesh.faces), make_network(vertices, mesh.faces))[0]
         for vertices in (mesh.vertices, moved)
     ]
     assert np.abs(rigid_residual(pages[1] / scale, pages[0])[0]).max() < EXACT_MM
@@ -73,7 +73,7 @@ def test_moved_and_scaled_sheets_give_the_same_page(turn, shift, scale):
 
 def test_the_only_step_can_be_followed():
     sheet, seen = exact_sheet(MultiFold(), POINTS), []
-    flat, *_ = flatten_conformal(sheet.laid(), sheet.network(), lambda step, positions: seen.append((step, positions)))
+    flat, *_ = flatten_conformal(sheet.posed(), sheet.network(), lambda step, positions: seen.append((step, positions)))
     [(step, positions)] = seen
     assert step == 1
     np.testing.assert_array_equal(positions, np.column_stack([flat, np.zeros(len(flat))]))
@@ -104,7 +104,7 @@ def test_sheets_that_meet_in_a_single_point_are_refused():
     vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0.0]])
     faces = np.array([[0, 1, 2], [0, 3, 4]])
     with pytest.raises(BadInput, match="single points"):
-        flatten_conformal(lay(vertices, faces), make_network(vertices, faces))
+        flatten_conformal(pose_on_table(vertices, faces), make_network(vertices, faces))
 
 
 def test_lengths_that_no_triangle_has_give_a_finite_page():
@@ -112,7 +112,7 @@ def test_lengths_that_no_triangle_has_give_a_finite_page():
     lengths = sheet.lengths.copy()
     lengths[::17] *= 4.0  # longer than the two other sides together
     network = make_network(sheet.mesh.vertices, sheet.mesh.faces, lengths)
-    flat, *_ = flatten_conformal(sheet.laid(), network)
+    flat, *_ = flatten_conformal(sheet.posed(), network)
     assert np.isfinite(flat).all()
 
 

@@ -5,7 +5,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from oracles.overlaps import overlapping_pairs
-from restore.flattening.layout import lay_out
+from restore.flattening.layout import arrange_pieces
 
 ROUNDING = 1e-9
 SIDE = 5  # vertices along a side of a piece
@@ -40,7 +40,7 @@ def between(flat, parts):
 def test_pieces_apart_stay_where_they_are():
     flat, parts = pieces(((0, 0), (50, 50), 0), ((60, 0), (20, 80), 0.0), ((0, 100), (40, 10), 0.3))
     before = flat.copy()
-    lay_out(flat, parts)
+    arrange_pieces(flat, parts)
     np.testing.assert_array_equal(flat, before)
 
 
@@ -48,7 +48,7 @@ def test_the_smaller_of_two_over_each_other_moves_off_by_the_shorter_way():
     flat, parts = pieces(((0, 0), (100, 100), 0), ((80, 40), (40, 20), 0.0))
     before = flat.copy()
     assert between(flat, parts) > 0
-    lay_out(flat, parts)
+    arrange_pieces(flat, parts)
     assert between(flat, parts) == 0
     np.testing.assert_array_equal(flat[parts[0][0]], before[parts[0][0]])
     shift = (flat - before)[parts[1][0]]
@@ -58,7 +58,7 @@ def test_the_smaller_of_two_over_each_other_moves_off_by_the_shorter_way():
 
 def test_pieces_at_one_place_come_apart():
     flat, parts = pieces(*[((0, 0), (30, 30), 0.0)] * 4)
-    lay_out(flat, parts)
+    arrange_pieces(flat, parts)
     assert between(flat, parts) == 0
 
 
@@ -67,7 +67,7 @@ def test_pieces_at_one_place_come_apart():
 def test_whatever_lay_over_another_does_so_no_more(found):
     flat, parts = pieces(*sorted(found, key=lambda r: -r[1][0] * r[1][1]))
     before = flat.copy()
-    lay_out(flat, parts)
+    arrange_pieces(flat, parts)
     assert between(flat, parts) == 0
     for vertices, _ in parts:
         shift = (flat - before)[vertices]
@@ -77,5 +77,5 @@ def test_whatever_lay_over_another_does_so_no_more(found):
 def test_one_piece_is_left_alone():
     flat, parts = pieces(((5, 5), (30, 30), 0.4))
     before = flat.copy()
-    lay_out(flat, parts)
+    arrange_pieces(flat, parts)
     np.testing.assert_array_equal(flat, before)

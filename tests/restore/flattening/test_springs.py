@@ -34,7 +34,7 @@ SHEETS = {
 def test_comes_to_rest_unstretched_near_the_truth(name):
     sheet = exact_sheet(SHEETS[name], POINTS)
     network = sheet.network()
-    flat, steps, *_ = flatten_springs(sheet.laid(), network)
+    flat, steps, *_ = flatten_springs(sheet.posed(), network)
     assert steps < module.MAX_STEPS
     assert rms_mm(flat, sheet) < NEAR_MM
     assert flipped_faces(flat, network.faces) == 0
@@ -43,14 +43,14 @@ def test_comes_to_rest_unstretched_near_the_truth(name):
 
 def test_the_page_is_not_mirrored():
     sheet = exact_sheet(Curl(), POINTS)
-    flat, *_ = flatten_springs(sheet.laid(), sheet.network())
+    flat, *_ = flatten_springs(sheet.posed(), sheet.network())
     assert (signed_areas(flat, sheet.mesh.faces) > 0).all()
     assert rms_mm(flat * [-1, 1], sheet) > A_MILLIMETRE  # the measure would see it
 
 
 def test_a_flat_sheet_stays():
     sheet = exact_sheet(Flat(), POINTS)
-    flat, steps, *_ = flatten_springs(sheet.laid(), sheet.network())
+    flat, steps, *_ = flatten_springs(sheet.posed(), sheet.network())
     assert steps == module.QUIET_STEPS + 1  # the first step has nothing to compare with
     assert rms_mm(flat, sheet) < EXACT_MM
 
@@ -59,23 +59,23 @@ def test_a_step_too_long_is_told(monkeypatch):
     monkeypatch.setattr(module, "TIME_STEP", 3 * module.TIME_STEP)
     sheet = exact_sheet(Curl(), POINTS)
     with pytest.raises(BadInput, match="diverge"):
-        flatten_springs(sheet.laid(), sheet.network())
+        flatten_springs(sheet.posed(), sheet.network())
 
 
 def test_springs_over_hinges_keep_a_roll_from_folding_over():
     sheet = exact_sheet(Curl(radius_mm=100.0, taper=0.0), POINTS)
     network = sheet.network()
     loose = replace(network, hinges=network.hinges[:0], spans=network.spans[:0])
-    kept, folded = (flipped_faces(flatten_springs(sheet.laid(), n)[0], n.faces) for n in (network, loose))
+    kept, folded = (flipped_faces(flatten_springs(sheet.posed(), n)[0], n.faces) for n in (network, loose))
     assert kept == 0 < folded
 
 
 def test_every_step_can_be_followed():
     sheet, seen = exact_sheet(MultiFold(), POINTS), []
-    laid = sheet.laid()
-    flat, steps, *_ = flatten_springs(laid, sheet.network(), lambda step, positions: seen.append((step, positions)))
+    posed = sheet.posed()
+    flat, steps, *_ = flatten_springs(posed, sheet.network(), lambda step, positions: seen.append((step, positions)))
     assert [step for step, _ in seen] == list(range(1, steps + 1))
-    assert np.abs(seen[0][1] - laid.positions).max() < A_MILLIMETRE < np.abs(seen[-1][1] - laid.positions).max()
+    assert np.abs(seen[0][1] - posed.positions).max() < A_MILLIMETRE < np.abs(seen[-1][1] - posed.positions).max()
     np.testing.assert_array_equal(seen[-1][1][:, :2], flat)
 
 

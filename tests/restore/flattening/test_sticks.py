@@ -9,7 +9,7 @@ from oracles.warped import SHAPES, make_warped
 from restore.flattening.sticks import MAX_STEPS, flatten_sticks
 from restore.mesh.measures import flipped_faces, rms_strain
 from restore.mesh.network import make_network
-from restore.mesh.pose import lay
+from restore.mesh.pose import pose_on_table
 
 RMS_MM = 0.05  # lengths are exact and the shape developable, so only the stop of the relaxation is left
 STRAIN = 1e-4  # rms: a tenth of what the paper's drag leaves at 1,000 points
@@ -18,7 +18,7 @@ SCALED = 1e-6  # relative: steps are taken on a page scaled to one size, so only
 
 def flattened(mesh, lengths, follow=None):
     network = make_network(mesh.vertices, mesh.faces, lengths)
-    solution = flatten_sticks(lay(mesh.vertices, mesh.faces), network, follow)
+    solution = flatten_sticks(pose_on_table(mesh.vertices, mesh.faces), network, follow)
     return solution.flat, solution.iterations, network
 
 
@@ -52,7 +52,7 @@ def test_a_page_of_another_size_comes_out_alike(scale):
     warped = make_warped("gutter", count=300)
     flat, steps, _ = flattened(warped.mesh, warped.lengths)
     network = make_network(warped.mesh.vertices * scale, warped.mesh.faces, warped.lengths * scale)
-    other = flatten_sticks(lay(warped.mesh.vertices * scale, warped.mesh.faces), network)
+    other = flatten_sticks(pose_on_table(warped.mesh.vertices * scale, warped.mesh.faces), network)
     assert other.iterations == steps
     np.testing.assert_allclose(other.flat / scale, flat, atol=SCALED * 280)
 
@@ -63,7 +63,7 @@ def test_rest_lengths_rule_over_distances():
 
     sheet = exact_sheet(Curl(), 300)
     network = sheet.network(chords=True)
-    flat = flatten_sticks(sheet.laid(), network).flat
+    flat = flatten_sticks(sheet.posed(), network).flat
     _, scale = rigid_residual(flat, sheet.flat)
     assert scale == pytest.approx((sheet.lengths / network.lengths).mean(), abs=2e-3)
     assert scale > 1.0

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from restore.mesh.pose import lay, upright
+from restore.mesh.pose import move_upright, pose_on_table
 
 EXACT = 1e-9  # mm
 
@@ -23,14 +23,14 @@ def moved(page, turn, shift):
 def test_a_laid_sheet_is_the_same_sheet_on_the_table_and_centred(warped, turn, shift):
     page = warped("curl", count=60)
     vertices = moved(page, turn, shift)
-    laid = lay(vertices, page.mesh.faces)
-    np.testing.assert_allclose(laid.axes @ laid.axes.T, np.eye(3), atol=EXACT)
-    assert np.linalg.det(laid.axes) == pytest.approx(1.0)
-    np.testing.assert_allclose(laid.positions @ laid.axes + laid.origin, vertices, atol=1e3 * EXACT)
-    np.testing.assert_allclose(laid.positions[:, 2].min(), 0.0, atol=1e3 * EXACT)
-    np.testing.assert_allclose(laid.weights @ laid.positions[:, :2], 0.0, atol=1e3 * EXACT)
-    assert laid.weights.sum() == pytest.approx(1.0)
-    a, b, c = (laid.positions[page.mesh.faces[:, k]] for k in range(3))
+    posed = pose_on_table(vertices, page.mesh.faces)
+    np.testing.assert_allclose(posed.axes @ posed.axes.T, np.eye(3), atol=EXACT)
+    assert np.linalg.det(posed.axes) == pytest.approx(1.0)
+    np.testing.assert_allclose(posed.positions @ posed.axes + posed.origin, vertices, atol=1e3 * EXACT)
+    np.testing.assert_allclose(posed.positions[:, 2].min(), 0.0, atol=1e3 * EXACT)
+    np.testing.assert_allclose(posed.weights @ posed.positions[:, :2], 0.0, atol=1e3 * EXACT)
+    assert posed.weights.sum() == pytest.approx(1.0)
+    a, b, c = (posed.positions[page.mesh.faces[:, k]] for k in range(3))
     assert np.cross(b - a, c - a)[:, 2].sum() > 0  # printed side up
 
 
@@ -38,7 +38,9 @@ def test_a_laid_sheet_is_the_same_sheet_on_the_table_and_centred(warped, turn, s
 @given(turns, shifts)
 def test_however_the_sheet_was_turned_it_lies_on_the_table_in_the_same_shape(warped, turn, shift):
     page = warped("gutter", count=60)
-    heights = [lay(v, page.mesh.faces).positions[:, 2] for v in (page.mesh.vertices, moved(page, turn, shift))]
+    heights = [
+        pose_on_table(v, page.mesh.faces).positions[:, 2] for v in (page.mesh.vertices, moved(page, turn, shift))
+    ]
     np.testing.assert_allclose(*heights, atol=1e3 * EXACT)
 
 
@@ -46,19 +48,19 @@ def test_however_the_sheet_was_turned_it_lies_on_the_table_in_the_same_shape(war
 def test_a_page_before_the_scanner_keeps_its_right_and_its_up(warped, tilt):
     page = warped("curl", count=60)
     rotation = Rotation.from_euler(tilt, [25.0] * len(tilt), degrees=True).as_matrix()
-    laid = lay(page.mesh.vertices @ rotation.T, page.mesh.faces)
-    assert laid.axes[0] @ [1, 0, 0] > 0.85
-    assert laid.axes[1] @ [0, 1, 0] > 0.85
-    assert abs(laid.axes[0][1]) < 0.25  # as level as the tilt allows
-    np.testing.assert_allclose(laid.axes[2], rotation @ [0, 0, 1], atol=0.05)  # the curl's points are irregular
+    posed = pose_on_table(page.mesh.vertices @ rotation.T, page.mesh.faces)
+    assert posed.axes[0] @ [1, 0, 0] > 0.85
+    assert posed.axes[1] @ [0, 1, 0] > 0.85
+    assert abs(posed.axes[0][1]) < 0.25  # as level as the tilt allows
+    np.testing.assert_allclose(posed.axes[2], rotation @ [0, 0, 1], atol=0.05)  # the curl's points are irregular
 
 
 def test_a_page_seen_edge_on_has_a_right_too(warped):
     page = warped(count=60)
     for degrees in (90.0, -90.0):
         turn = Rotation.from_euler("y", degrees, degrees=True).as_matrix()
-        laid = lay(page.mesh.vertices @ turn.T, page.mesh.faces)
-        np.testing.assert_allclose(laid.axes, turn.T, atol=EXACT)
+        posed = pose_on_table(page.mesh.vertices @ turn.T, page.mesh.faces)
+        np.testing.assert_allclose(posed.axes, turn.T, atol=EXACT)
 
 
 def test_a_tube_lies_on_its_principal_axes():
@@ -69,26 +71,26 @@ def test_a_tube_lies_on_its_principal_axes():
     k = np.arange(24)
     after = (k + 1) % 24
     faces = np.vstack([np.column_stack([k, k + 24, after]), np.column_stack([after, k + 24, after + 24])])
-    laid = lay(vertices, faces)
-    assert abs(laid.axes[2] @ [0, 0, 1]) == pytest.approx(1.0)
-    assert np.isfinite(laid.positions).all()
+    posed = pose_on_table(vertices, faces)
+    assert abs(posed.axes[2] @ [0, 0, 1]) == pytest.approx(1.0)
+    assert np.isfinite(posed.positions).all()
 
 
 @settings(max_examples=30, deadline=None)
 @given(st.floats(-np.pi, np.pi), st.tuples(*[st.floats(-300.0, 300.0)] * 2))
 def test_upright_puts_a_flat_page_back_wherever_the_solver_left_it(warped, angle, shift):
     page = warped(count=60)
-    laid = lay(page.mesh.vertices, page.mesh.faces)
+    posed = pose_on_table(page.mesh.vertices, page.mesh.faces)
     turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
-    np.testing.assert_allclose(upright(page.flat @ turn + shift, laid), page.flat, atol=1e3 * EXACT)
+    np.testing.assert_allclose(move_upright(page.flat @ turn + shift, posed), page.flat, atol=1e3 * EXACT)
 
 
 def test_upright_never_scales_and_never_mirrors(warped):
     page = warped(count=60)
-    laid = lay(page.mesh.vertices, page.mesh.faces)
-    half = upright(page.flat * 0.5, laid)
+    posed = pose_on_table(page.mesh.vertices, page.mesh.faces)
+    half = move_upright(page.flat * 0.5, posed)
     found, before = (np.linalg.norm(flat - flat[0], axis=1) for flat in (half, page.flat))
     np.testing.assert_allclose(found, 0.5 * before)
-    mirrored = upright(page.flat * [-1, 1], laid)
+    mirrored = move_upright(page.flat * [-1, 1], posed)
     sides = [np.linalg.det(flat[[1, 40]] - flat[0]) for flat in (page.flat * [-1, 1], mirrored)]
     assert sides[0] == pytest.approx(sides[1])

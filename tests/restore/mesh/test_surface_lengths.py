@@ -7,7 +7,7 @@ from oracles.exact import scatter_points
 from restore.mesh import surface_lengths as module
 from restore.mesh.jets import rings_of
 from restore.mesh.network import edges_of
-from restore.mesh.surface_lengths import bent_lengths, noise_of, surface_lengths
+from restore.mesh.surface_lengths import bent_lengths, estimate_noise_sigma, surface_lengths
 
 PATCH_MM = (60.0, 40.0)
 RADIUS_MM = 60.0
@@ -96,14 +96,14 @@ def test_noise_does_not_inflate_them_as_it_does_the_chords(patch):
     flat, faces, edges, true = patch
     vertices = np.column_stack([flat, np.random.default_rng(1).normal(scale=NOISE_MM, size=len(flat))])
     grown, chords = (np.mean(x / true - 1) for x in (surface_lengths(vertices, faces, edges), length(vertices, edges)))
-    assert abs(noise_of(vertices, rings_of(vertices, faces, edges)) / NOISE_MM - 1) < NOISE_KNOWN
+    assert abs(estimate_noise_sigma(vertices, rings_of(vertices, faces, edges)) / NOISE_MM - 1) < NOISE_KNOWN
     assert 0 < grown < INFLATED * chords
 
 
 def test_a_surface_without_noise_is_told(patch):
     flat, faces, edges, _ = patch
     vertices = np.column_stack([flat, 0.5 * flat[:, 0] ** 2 / RADIUS_MM])
-    assert noise_of(vertices, rings_of(vertices, faces, edges)) < 0.1 * NOISE_MM
+    assert estimate_noise_sigma(vertices, rings_of(vertices, faces, edges)) < 0.1 * NOISE_MM
 
 
 def test_they_scale_with_the_surface(patch):
