@@ -1,5 +1,8 @@
-"""Limits of floating-point arithmetic."""
+"""Limits of floating-point arithmetic: what replaces a divisor of zero, far below every quantity that is divided by."""
 
-# Replaces a divisor of zero. It is far below every quantity of a scan, such as the variances of inverse depths (about
-# 1e-18 mm⁻²) and their squares; and a quotient with it stays finite for numerators up to 1e8.
+# The variances of inverse depths are about 1e-18 mm⁻², their squares the least there is; a quotient with it stays
+# finite for numerators up to 1e8.
 TINY = 1e-300
+SQUARE_TINY = 1e-30  # of what is squared again before it is divided by
+SMALL = 1e-12  # of lengths in mm and their squares: particles at one place
+SINGLE_TINY = 1e-6  # of light, shares and areas in pixels in single precision, whose least step near 1 is 1e-7

@@ -15,9 +15,9 @@ import numpy as np
 
 from restore.mesh.adjacency import Sides
 from restore.mesh.measures import face_normals, vertex_normals
+from restore.numerics import TINY
 from restore.scan import Floats, Ints
 
-TINY = 1e-300  # keeps an edge without length from dividing by zero
 LEAST_ANGLE = 1.0  # rad: a closed fan of less is made of slivers or folded faces, and scaling it would invent angles
 
 

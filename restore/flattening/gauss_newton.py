@@ -17,6 +17,7 @@ from restore.flattening.rigid_aggregates import Aggregates, aggregate, correct_r
 from restore.flattening.solution import Solution
 from restore.mesh.adjacency import Sides
 from restore.mesh.network import Network, interleaved_order
+from restore.numerics import SMALL, TINY
 from restore.scan import Floats, Ints
 
 MOST_ITERATIONS = 50  # a developable sheet needs two to five
@@ -31,8 +32,6 @@ JACOBI_ITERATIONS = 12  # of conjugate gradients, before the coarse space is set
 COARSE_ITERATIONS = 1000  # more, at most
 REGULARISATION = 1e-6  # of a vertex's stiffness: one whose edges lie in one line has none across it
 LEAST_AREA = 0.01  # of the mean
-SMALL = 1e-12  # keeps two vertices at one place from dividing by zero
-TINY = 1e-300  # keeps zero over zero finite
 
 
 def minimise_strain(flat: Floats, network: Network, most: int = MOST_ITERATIONS) -> Solution:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numba
 import numpy as np
 
+from restore.numerics import SMALL
 from restore.scan import Floats, Ints
-
-SMALL = 1e-12  # keeps two particles at one place from dividing by zero
 
 
 @numba.njit(cache=True)

@@ -10,11 +10,12 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from restore.flattening.gauss_newton import SMALL, minimise_strain
+from restore.flattening.gauss_newton import minimise_strain
 from restore.flattening.solution import Solution
 from restore.mesh.adjacency import Adjacency, adjacency, faces_around
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import Network
+from restore.numerics import SMALL
 from restore.scan import Floats, Ints, Mask
 
 MIRRORINGS = 5  # each frees the corners that the last one still held

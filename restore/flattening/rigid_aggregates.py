@@ -13,13 +13,13 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from restore.numerics import TINY
 from restore.scan import Floats, Ints
 
 PARTICLES = 40  # in one of them: with half as many, passes are a third fewer and cost twice as much
 MOST = 2000  # of them: to factorise their stiffness takes as long as the passes that it saves
 MODES = 3  # right, up, and a turn
 STIFFEN = 1e-6  # of the stiffness: the page as a whole has none, nor has a single particle against a turn
-TINY = 1e-300  # keeps zero over zero finite
 
 
 class Aggregates(NamedTuple):

@@ -15,11 +15,11 @@ import numba
 import numpy as np
 
 from restore.errors import BadInput
-from restore.flattening.kernels import SMALL
 from restore.flattening.solution import Follow, Solution
 from restore.mesh.measures import rms_strain, surface_area
 from restore.mesh.network import Network
 from restore.mesh.pose import PosedSheet
+from restore.numerics import SMALL
 from restore.scan import Floats, Ints
 
 GRAVITY = 9.81

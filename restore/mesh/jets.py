@@ -14,6 +14,7 @@ import numpy as np
 
 from restore.mesh.adjacency import Adjacency, faces_around, neighbours_of
 from restore.mesh.measures import face_normals, vertex_normals
+from restore.numerics import SQUARE_TINY
 from restore.scan import Floats, Ints
 
 MOST_NEIGHBOURS = 32  # two rings have 18 on average
@@ -27,7 +28,6 @@ TERMS = 6  # height, two slopes, three second derivatives
 PRODUCTS = TERMS * (TERMS + 1) // 2 + TERMS  # of the terms with each other and with the height
 LANES = 4  # points added up at a time; beyond the last are so many of no weight
 MOST_TIED = 1e9  # weight of its own vertex in a patch of a surface without noise
-TINY = 1e-30
 
 
 class Jets(NamedTuple):
@@ -57,7 +57,7 @@ def rings_of(vertices: Floats, faces: Ints, edges: Ints) -> Rings:
     """The rings of vertices (n, 3) with faces (m, 3) and edges (e, 2)."""
     count, planes = len(vertices), face_normals(vertices, faces)
     for f in range(len(planes)):
-        length = max(sqrt(planes[f, 0] ** 2 + planes[f, 1] ** 2 + planes[f, 2] ** 2), TINY)
+        length = max(sqrt(planes[f, 0] ** 2 + planes[f, 1] ** 2 + planes[f, 2] ** 2), SQUARE_TINY)
         for k in range(3):
             planes[f, k] /= length
     _turn_folded(planes, vertex_normals(vertices, faces), faces)
@@ -111,7 +111,7 @@ def _fit_all(
         grain = known_noise / reach
         _set_frame(planes[_own_face(i, around, planes, points, nearness, far, weights, grain)], frame)
         _turn(points, far, frame)
-        own = min(1.0 + (ON_PATCH * reach / max(3.0 * noise, TINY)) ** 2, MOST_TIED)
+        own = min(1.0 + (ON_PATCH * reach / max(3.0 * noise, SQUARE_TINY)) ** 2, MOST_TIED)
         _fit(points, nearness, far, products, weights, own, sums, jet, grain)
         _shrink(jet, sums, grain, reach, variances[i])
         steep = 1.0 / sqrt(1.0 + jet[1] ** 2 + jet[2] ** 2)
@@ -151,12 +151,12 @@ def _beside(i: int, vertices: Floats, found: Ints, near: int, far: int, points: 
 
     That is of the first `near` of them, and returned in mm.
     """
-    reach = TINY
+    reach = SQUARE_TINY
     for k in range(far):
         for axis in range(3):
             points[axis, k] = vertices[found[k], axis] - vertices[i, axis]
     for k in range(far):
-        nearness[k] = sqrt(points[0, k] ** 2 + points[1, k] ** 2 + points[2, k] ** 2) + TINY
+        nearness[k] = sqrt(points[0, k] ** 2 + points[1, k] ** 2 + points[2, k] ** 2) + SQUARE_TINY
     for k in range(near):
         reach += nearness[k] / near
     for k in range(far):
@@ -281,7 +281,7 @@ def _shrink(jet: Floats, triangle: Floats, grain: float, reach: float, variances
         else:
             curved += total * (2.0 if p == 4 else 1.0)
     bends = jet[3] ** 2 + 2.0 * jet[4] ** 2 + jet[5] ** 2
-    kept = max(0.0, 1.0 - curved / max(bends, TINY))
+    kept = max(0.0, 1.0 - curved / max(bends, SQUARE_TINY))
     variances[2] = kept * curved / reach**2 / 3.0
     for p in range(3, TERMS):
         jet[p] *= kept
@@ -317,7 +317,7 @@ def _solve(triangle: Floats, found: Floats) -> None:
             for k in range(q):
                 rest -= triangle[row + k] * triangle[col + k]
             # The diagonal is kept as what the others are multiplied by.
-            triangle[row + q] = rest * triangle[col + q] if q < p else 1.0 / sqrt(max(rest, TINY))
+            triangle[row + q] = rest * triangle[col + q] if q < p else 1.0 / sqrt(max(rest, SQUARE_TINY))
     for p in range(TERMS - 1, -1, -1):
         rest = triangle[row_of(TERMS) + p]
         for k in range(p + 1, TERMS):

@@ -17,7 +17,7 @@ from restore.scan import Floats, Ints, Mask
 
 GOLDEN = (5.0**0.5 - 1.0) / 2.0
 BLOCK = 8192  # pairs of a quarter of a megabyte
-TINY = 1e-9  # of the mean edge: shorter edges would divide by zero
+SHORTEST = 1e-9  # of the mean edge: shorter edges would divide by zero
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +73,7 @@ def make_network(vertices: Floats, faces: Ints, lengths: Floats | None = None, s
     count = len(sides.edges)
     if lengths.shape != (count,) or not lengths.min(initial=0.0) >= 0.0 or not 0.0 < (total := lengths.sum()) < np.inf:
         raise BadInput(f"{count} edges need {count} finite lengths", "give them in the order of `edges_of`")
-    lengths = np.maximum(lengths, TINY * total / count)
+    lengths = np.maximum(lengths, SHORTEST * total / count)
     return Network(faces, sides, lengths, *_hinges(faces, sides, lengths))
 
 

@@ -9,11 +9,11 @@ import numba
 import numpy as np
 
 from restore.mesh.measures import face_normals
+from restore.numerics import TINY
 from restore.scan import Floats, Ints
 
 LEVEL = 0.2  # a sheet closed to a tube has no mean normal; below this share of its area we ask its principal axes
 EDGE_ON = 0.9  # cosine of the page's normal with the scanner's right
-TINY = 1e-300  # keeps a sheet without area from dividing by zero
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,6 +13,8 @@ import numpy as np
 
 from restore.mesh.jets import Rings, fit_jets, rings_of
 from restore.mesh.measures import straight_lengths
+from restore.numerics import SQUARE_TINY
+from restore.robust import MAD_TO_SIGMA
 from restore.scan import Floats, Ints
 
 SURE = 9.0  # 3σ squared: turns of less are noise
@@ -29,7 +31,6 @@ SHARP = cos(radians(10.0))  # cosine of a turn between neighbours that may be a 
 CREASE = 0.1  # radians, 6°: a turn that the curvature of both patches does not explain is a crease
 LEVEL = cos(CREASE)
 CREASE_SHARE = 0.35  # of the whole turn: the rest of it may be curvature
-TINY = 1e-30  # keeps what has no extent from dividing by zero
 PARALLEL = 1e-3  # sine of the turn: two patches that meet at less than 0.06° have no line in common
 STEEPEST = 0.9  # slope of a patch against its tangent plane at the crease: beyond, its curvature is a guess
 BENDINGS = 3  # of the tangents towards the crease, by Newton's method; a fourth changes no digit that counts
@@ -70,7 +71,7 @@ def estimate_noise_sigma(vertices: Floats, rings: Rings) -> float:
     size = max(float(axis.max() - axis.min()) for axis in vertices.T)
     chosen = np.arange(0, len(vertices), max(len(vertices) // PROBES, 1))
     offsets = np.sort(np.abs(fit_jets(vertices, rings, chosen, size).offsets[chosen]))
-    return max(1.4826 * float(offsets[len(offsets) // 2]) / SHRUNK, LEAST_NOISE * size)
+    return max(MAD_TO_SIGMA * float(offsets[len(offsets) // 2]) / SHRUNK, LEAST_NOISE * size)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -124,7 +125,7 @@ def _set_way(start: Floats, end: Floats, way: Floats) -> float:
     """Write the unit vector (3,) from one point to the other; how far it is."""
     for axis in range(3):
         way[axis] = end[axis] - start[axis]
-    chord = max(sqrt(_dot(way, way)), TINY)
+    chord = max(sqrt(_dot(way, way)), SQUARE_TINY)
     for axis in range(3):
         way[axis] /= chord
     return chord
@@ -190,7 +191,7 @@ def _meet(x: float, y: float, turn: float, first: float, second: float) -> tuple
         off_y = 0.5 * bend * near - y - far * s - 0.5 * back * far * c
         by_far_x, by_far_y = c - back * s, -s - back * c
         determinant = by_far_y - bend * by_far_x
-        if abs(determinant) < TINY:
+        if abs(determinant) < SQUARE_TINY:
             return -1.0, -1.0
         near -= (off_x * by_far_y - off_y * by_far_x) / determinant
         far -= (off_y - bend * off_x) / determinant

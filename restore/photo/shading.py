@@ -11,6 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from restore.numerics import SINGLE_TINY
 from restore.photo.page import Registered, sources_of
 from restore.photo.paint import LEAST_SHARE, enlarged, lit, paint
 from restore.photo.sources import LINEAR, Plan, Source, plan
@@ -19,7 +20,6 @@ from restore.shading.relief import Field, Relief
 from restore.shading.remove import ShadingResult, remove_shading
 
 SPARED = 97  # of the pixels that two pictures share, one in so many tells how they compare
-TINY = 1e-6
 
 
 def remove_registered_shading(
@@ -59,5 +59,5 @@ def _painted_from(page: FlatMesh, sources: Sequence[Source], planned: Plan, k: i
 def _gain(wanted: Bytes, given: Bytes, both: Mask) -> Field:
     """(3,) by what the light of one picture must be multiplied to have the level and colour of another."""
     some = np.flatnonzero(both)[::SPARED]
-    light = [LINEAR[picture.reshape(-1, 3)[some]].sum(axis=0, dtype=float) + TINY for picture in (wanted, given)]
+    light = [LINEAR[picture.reshape(-1, 3)[some]].sum(axis=0, dtype=float) + SINGLE_TINY for picture in (wanted, given)]
     return np.asarray(light[0] / light[1], dtype=np.float32)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
 from restore.mesh.measures import vertex_normals
+from restore.numerics import SINGLE_TINY
 from restore.photo.camera import PhotoCamera
 from restore.photo.visible import clipped_share, glare_mask, visible_points
 from restore.scan import Bytes, FlatMesh, Floats, Mask
@@ -27,7 +28,6 @@ GLARE_MM = 25.0  # surroundings of a glare
 OVERSAMPLING = 1.2  # of the smaller copies that are read for it
 SETTLE_MM = 5.0  # changes of the better photograph over less than this are not worth a seam
 MAX_GAIN = 8.0  # between the light of two pictures; more is a hole in one of them
-TINY = 1e-6
 
 _CODE = np.arange(256) / 255
 LINEAR = np.where(_CODE <= 0.04045, _CODE / 12.92, ((_CODE + 0.055) / 1.055) ** 2.4).astype(np.float32)
@@ -134,11 +134,11 @@ def _weights(views: Sequence[CoarseView], inside: Mask) -> Floats:
     ]
     best = np.argmax([np.where(edge > 0, ppi, -1.0) for edge, ppi in zip(edges, smoothed, strict=True)], axis=0)
     chosen = [
-        edge * (cv2.GaussianBlur((best == k).astype(float), (0, 0), FEATHER_MM / 2 * pixels_per_mm) + TINY)
+        edge * (cv2.GaussianBlur((best == k).astype(float), (0, 0), FEATHER_MM / 2 * pixels_per_mm) + SINGLE_TINY)
         for k, edge in enumerate(edges)
     ]
     covered = np.max(edges, axis=0)
-    photographs = np.stack(chosen) / np.maximum(np.sum(chosen, axis=0), TINY**2) * covered
+    photographs = np.stack(chosen) / np.maximum(np.sum(chosen, axis=0), SINGLE_TINY**2) * covered
     weights = np.concatenate([1.0 - covered[None], photographs])
     rows, cols = distance_transform_edt(~inside, return_distances=False, return_indices=True)
     return np.asarray(weights[:, rows, cols])
@@ -173,5 +173,5 @@ def _gain(light: Floats, wanted: Floats, both: Mask) -> Floats:
         sigma = width / MM_PER_INCH * COARSE_DPI
         total += share * cv2.GaussianBlur(wanted * mask, (0, 0), sigma)
         given += share * cv2.GaussianBlur(light * mask, (0, 0), sigma)
-    mean = (wanted * mask).sum(axis=(0, 1)) / np.maximum((light * mask).sum(axis=(0, 1)), TINY)
-    return np.asarray(np.clip((total + TINY * mean) / (given + TINY), 1 / MAX_GAIN, MAX_GAIN))
+    mean = (wanted * mask).sum(axis=(0, 1)) / np.maximum((light * mask).sum(axis=(0, 1)), SINGLE_TINY)
+    return np.asarray(np.clip((total + SINGLE_TINY * mean) / (given + SINGLE_TINY), 1 / MAX_GAIN, MAX_GAIN))

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from restore.mesh.raster import rasterise
+from restore.numerics import SINGLE_TINY
 from restore.photo.camera import PhotoCamera
 from restore.scan import Bytes, Floats, Ints, Mask
 
@@ -21,7 +22,6 @@ GLARE_GAIN = 1.25  # of the spot's light over that of its surroundings, against 
 # that little is no blacker black.
 INK_GAIN, INK_LIGHT = 3.0, 0.05
 HAZE_GAIN = 1.1  # of the haze round it, which is not full
-TINY = 1e-6
 
 
 def visible_points(camera: PhotoCamera, vertices: Floats, faces: Ints, points: Floats, normals: Floats) -> Mask:
@@ -34,7 +34,7 @@ def visible_points(camera: PhotoCamera, vertices: Floats, faces: Ints, points: F
     pixels = small.project(points)
     inside = np.asarray(((pixels >= 0) & (pixels <= np.array(small.size) - 1)).all(axis=1))
     cols, rows = np.rint(np.where(inside[:, None], pixels, 0)).astype(int).T
-    behind = 1.0 / camera.inverse_depth(points) - 1.0 / np.maximum(nearest[rows, cols], TINY)
+    behind = 1.0 / camera.inverse_depth(points) - 1.0 / np.maximum(nearest[rows, cols], SINGLE_TINY)
     ways = camera.position - points
     facing = (ways * normals).sum(axis=1) / np.linalg.norm(ways, axis=1)
     return np.asarray(inside & (behind < OCCLUSION_MM) & (facing > LEAST_FACING))
@@ -51,12 +51,12 @@ def glare_mask(clipped: Floats, light: Floats, expected: Floats, seen: Mask, rea
     clipped (h, w): share of full pixels. light and expected (h, w): what the photograph and the scanner saw, linear.
     seen (h, w): where both did. reach: pixels that the surroundings extend.
     """
-    gain = np.where(seen, light / np.maximum(expected, TINY), 0.0)
+    gain = np.where(seen, light / np.maximum(expected, SINGLE_TINY), 0.0)
     unclipped = (seen & (clipped < GLARE_SHARE)).astype(float)
     total = cv2.GaussianBlur(unclipped, (0, 0), reach)
     # Twice: the haze round a glare is no part of what is usual.
     for _ in range(2):
-        usual = cv2.GaussianBlur(gain * unclipped, (0, 0), reach) / np.maximum(total, TINY)
+        usual = cv2.GaussianBlur(gain * unclipped, (0, 0), reach) / np.maximum(total, SINGLE_TINY)
         unclipped = unclipped * (gain < HAZE_GAIN * usual)
         total = cv2.GaussianBlur(unclipped, (0, 0), reach)
     haze = seen & (gain > HAZE_GAIN * usual)

@@ -11,6 +11,7 @@ import numba
 import numpy as np
 
 from restore.bands import in_bands
+from restore.numerics import SINGLE_TINY
 from restore.scan import Mask
 from restore.shading.relief import Field
 
@@ -26,7 +27,6 @@ PASSES = 2  # the second time the sides are free of the lines that lie in them
 LEAST, MOST = 0.45, 1.6  # of its sides: what is less or more is a printed line, or the gap between two figures
 SAME = 0.2  # of one another: light does alike to the darkest channel and to the brightest, ink does not
 SOFT = 0.5  # cells
-TINY = 1e-6
 
 
 def crease_light(darkest: Field, brightest: Field, expected: Field, inside: Mask) -> Field:
@@ -59,7 +59,7 @@ def _compared(brightness: Field, across: Field, found: Mask, inside: Mask) -> Fi
 
 def _directions(light: Field, inside: Mask) -> tuple[Field, Mask]:
     """(r, c, 2) = (right, down) unit vectors across the creases, and where those are."""
-    level = np.log(np.maximum(light, TINY))
+    level = np.log(np.maximum(light, SINGLE_TINY))
     right, down = (cv2.Sobel(level, cv2.CV_32F, *order, ksize=3, scale=1 / 8) for order in ((1, 0), (0, 1)))
     xx, xy, yy = (cv2.GaussianBlur(part, (0, 0), TENSOR) for part in (right * right, right * down, down * down))
     turn = np.arctan2(2 * xy, xx - yy) / 2

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from restore.mesh.measures import vertex_normals
 from restore.mesh.pose import pose_on_table
+from restore.numerics import SINGLE_TINY
 from restore.range_image.sheet import Sheet
 from restore.scan import FlatMesh, Floats, Ints, Mask, SurfaceMesh
 from restore.texture.page import page_map
 
-TINY = 1e-12
 DENSE_OVER = 9  # samples: what a facet is fitted to, and a little more
 SPARSE, DENSE = 0.5, 0.9  # of them measured: too few for a slope of one's own, and enough
 SMOOTHING = 8.0  # samples, 4 mm: how far the slopes round it are asked then
@@ -64,7 +64,7 @@ def relief_of(surface: Sheet | SurfaceMesh, fine: FlatMesh, dpi: float) -> Relie
     else:
         own = vertex_normals(fine.vertices, fine.faces)
         over = page_map(fine.flat, fine.faces, np.column_stack([vertices, own @ axes.T]), dpi)
-        normals = over[..., 3:] / np.maximum(np.linalg.norm(over[..., 3:], axis=2, keepdims=True), TINY)
+        normals = over[..., 3:] / np.maximum(np.linalg.norm(over[..., 3:], axis=2, keepdims=True), SINGLE_TINY)
     normals[np.isnan(over[..., 0])] = np.nan
     return Relief(over[..., :3], normals, dpi, vertices, fine.faces, axes, posed.origin)
 
@@ -99,7 +99,7 @@ def _normals(planes: Floats, x0: float, dx: float, y0: float, dy: float) -> Fiel
 def _smoothed_where_sparse(normals: Field, measured: Mask) -> Field:
     density = cv2.boxFilter(measured.astype(np.float32), -1, (DENSE_OVER, DENSE_OVER))
     own = np.clip((density - SPARSE) / (DENSE - SPARSE), 0.0, 1.0)
-    trust = np.maximum(own, np.float32(TINY))
+    trust = np.maximum(own, np.float32(SINGLE_TINY))
     # Over so many samples every fourth is enough.
     size = tuple(-(-n // SHRINK) for n in density.shape[::-1])
     total, weight = (

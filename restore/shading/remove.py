@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.bands import in_bands
+from restore.numerics import SINGLE_TINY
 from restore.robust import MAD_TO_SIGMA
 from restore.scan import Bytes, Floats, Mask
 from restore.shading.crease_residual import crease_light
@@ -42,7 +43,6 @@ BLUR_MM = 0.5  # of a camera with 50 pixels to the inch
 BRIGHTEST = 1.3  # of the paper's light in one channel: printed on white, no ink gives back more
 CLIPPED = 252  # code above which the sensor may be full and the light unknown
 SPARED = 7  # of the cells one in so many tells how uneven they are
-TINY = 1e-6
 CODES = 4096  # steps of light for the way back to codes: half a code at the dark end, far less elsewhere
 
 _CODE = np.arange(256) / 255
@@ -72,7 +72,7 @@ def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Shad
     chosen = chosen[:: max(1, len(chosen) // SAMPLES)]
     light = fit_light(_as_list(colour)[chosen], places[chosen], horizon)
     # From here on light is measured in the level light.
-    relative = 1 / np.maximum(light.level, TINY)
+    relative = 1 / np.maximum(light.level, SINGLE_TINY)
     expected = np.maximum(_scaled(light.irradiance(places).reshape(colour.shape), relative), 1 / DIMMEST)
     # The camera has blurred the light of a crease with everything else.
     expected = cv2.GaussianBlur(fill_nearest(expected, inside), (0, 0), BLUR_MM / MM_PER_INCH * relief.dpi)
@@ -81,7 +81,7 @@ def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Shad
     surface = expected * rest
     reflectance = seen / surface
     surface *= crease_light(_lowest(reflectance), _highest(reflectance), _sum(expected), inside)[..., None]
-    gain = fill_nearest(np.clip(1 / np.maximum(surface, TINY), 1 / MAX_GAIN, MAX_GAIN), inside)
+    gain = fill_nearest(np.clip(1 / np.maximum(surface, SINGLE_TINY), 1 / MAX_GAIN, MAX_GAIN), inside)
     evened, scale, codes = np.empty_like(image), relief.dpi / dpi, _codes()
     in_bands(lambda band: _multiply(image, mask, gain, scale, LINEAR, codes, band.start, evened[band]), len(image))
     return ShadingResult(evened, _shading_report(light, colour, gain, paper, inside))
@@ -181,7 +181,7 @@ def _mode(values: Field) -> float:
 def _smooth(value: Field, weight: Field) -> Field:
     """The weighted mean round every cell of every SHRINK-th row and column: value (r, c, 3) is that of paper times
     weight (r, c), the share of paper; under ink and figures it is continued."""
-    total, count = TINY * np.ones_like(value), np.full_like(weight, TINY)
+    total, count = SINGLE_TINY * np.ones_like(value), np.full_like(weight, SINGLE_TINY)
     for width, share in ((NEAR_MM, 1.0), (FAR_MM, FAR_SHARE)):
         sigma = width / MM_PER_INCH * LIGHT_DPI / SHRINK
         total += share * cv2.GaussianBlur(value, (0, 0), sigma)
@@ -212,7 +212,7 @@ def _unevenness(brightness: Floats) -> float:
     if not len(brightness):
         return 0.0
     centre = np.median(brightness)
-    return float(MAD_TO_SIGMA * np.median(np.abs(brightness - centre)) / max(centre, TINY))
+    return float(MAD_TO_SIGMA * np.median(np.abs(brightness - centre)) / max(centre, SINGLE_TINY))
 
 
 def _codes() -> NDArray[np.uint8]:
