@@ -70,10 +70,6 @@ def _pdf(done: Restoration) -> bytes:
     return encode_pdf(done.page.image, done.page.dpi, _words(done), title=done.stem, profile=done.colours)
 
 
-def _master(done: Restoration) -> bytes:
-    return encode_png(done.page.master, done.page.dpi, done.metadata)
-
-
 def _texture(done: Restoration) -> bytes:
     assert done.page.flat.texture is not None
     return encode_png(done.page.flat.texture)
