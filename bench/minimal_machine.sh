@@ -34,8 +34,10 @@ main() {
     command -v debootstrap >/dev/null || { echo "debootstrap is missing: apt install debootstrap" >&2; exit 2; }
     if [ -z "$root" ]; then
         root=$(mktemp -d -t minimal-machine.XXXXXX)
-        trap 'rm -rf --one-file-system "$root"' EXIT
+        trap "rm -rf --one-file-system '$root'" EXIT  # expanded now: the name is local to this function
     fi
+    mkdir -p "$root"
+    chmod 755 "$root"  # mktemp lets nobody else in, and the guest's / is here
     mkdir -p "$(dirname "$log")"
     build "$root"
     configure_pip "$root"
