@@ -22,7 +22,6 @@ CALLED_BY_OTHERS = {
     "drivers.vivid900.shot_parameters",
     "drivers.vivid900.transports.command",
     "drivers.vivid900.transports.pipes",
-    "restore.flattening.isometric",
     "restore.flattening.solution",
     "restore.formats.trimesh_parser",
     "restore.numerics",

@@ -15,10 +15,12 @@ import numpy as np
 
 from restore.mesh.adjacency import Sides
 from restore.mesh.measures import face_normals, vertex_normals
-from restore.numerics import TINY
+from restore.numerics import SMALL, TINY
 from restore.scan import Floats, Ints
 
 LEAST_ANGLE = 1.0  # rad: a closed fan of less is made of slivers or folded faces, and scaling it would invent angles
+SIGN_SWEEPS = 20  # over all faces; a sign that is turned may free those of its neighbours
+EVIDENCE = 0.5  # of what a sign that is wrong alone would close
 
 
 class Fans(NamedTuple):
@@ -50,6 +52,44 @@ def face_signs(vertices: Floats, faces: Ints) -> Floats:
         if along < 0.0:
             signs[f] = -1.0
     return signs
+
+
+@numba.njit(cache=True)
+def closing_signs(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> Floats:
+    """(m,) the signs of faces with which the fans of inner vertices close best: to 2π, or 0 outside their neighbours.
+
+    A sign is turned where that closes the three fans of the face by at least half as much as it would if it were the
+    only one that is wrong; the other half speaks for the normals, which gave the signs.
+    """
+    angles, signs = _corner_angles(faces, sides, lengths, np.ones(len(faces))), signs.copy()
+    gaps, inner = np.zeros(faces.max() + 1), np.ones(faces.max() + 1, np.bool_)
+    for e in range(len(sides.edges)):
+        if sides.first[e + 1] - sides.first[e] != 2:
+            inner[sides.edges[e, 0]] = inner[sides.edges[e, 1]] = False
+    for corner in range(len(angles)):
+        gaps[faces[corner // 3, corner % 3]] += signs[corner // 3] * angles[corner]
+    for _ in range(SIGN_SWEEPS):
+        turned = 0
+        for f in range(len(faces)):
+            gain, most = 0.0, SMALL
+            for c in range(3):
+                i, change = faces[f, c], 2.0 * signs[f] * angles[3 * f + c]
+                if inner[i]:
+                    gain += _gap(gaps[i]) - _gap(gaps[i] - change)
+                    most += _gap(change)
+            if gain > EVIDENCE * most:
+                for c in range(3):
+                    gaps[faces[f, c]] -= 2.0 * signs[f] * angles[3 * f + c]
+                signs[f], turned = -signs[f], turned + 1
+        if turned == 0:
+            break
+    return signs
+
+
+@numba.njit(cache=True)
+def _gap(angle: float) -> float:
+    """How far an angle is from the nearest multiple of 2π."""
+    return abs(angle - 2.0 * pi * round(angle / (2.0 * pi)))
 
 
 @numba.njit(cache=True)

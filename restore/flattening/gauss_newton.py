@@ -16,14 +16,17 @@ import numpy as np
 from restore.flattening.rigid_aggregates import Aggregates, aggregate, correct_rigidly
 from restore.flattening.solution import Solution
 from restore.mesh.adjacency import Sides
+from restore.mesh.measures import edge_strain
 from restore.mesh.network import Network, interleaved_order
 from restore.numerics import SMALL, TINY
+from restore.robust import robust_sigma
 from restore.scan import Floats, Ints
 
 MOST_ITERATIONS = 50  # a developable sheet needs two to five
 GRADIENT_TOLERANCE = 3e-5  # rms strain that a vertex could be relieved of alone, times √n: of a strain that changes
 # along the whole page alone a vertex feels one part in √n. What is left moves a vertex by a ten-thousandth of an edge
 LEAST_DECREASE = 1e-6  # of the squared strains: less in an iteration is rounding of an energy at its minimum
+LEAST_REWEIGHTED = 3e-3  # the same where weights change, and steps get slowly shorter
 INEXACTNESS = 0.1  # of the gradient may be left by a linear solve, and less when the model was good before:
 FORCING, POWER = 0.9, (1.0 + sqrt(5.0)) / 2.0  # Eisenstat & Walker 1996, their second choice
 ENOUGH = 0.5  # of the tolerance is as exact as a linear solve need be
@@ -32,19 +35,58 @@ JACOBI_ITERATIONS = 12  # of conjugate gradients, before the coarse space is set
 COARSE_ITERATIONS = 1000  # more, at most
 REGULARISATION = 1e-6  # of a vertex's stiffness: one whose edges lie in one line has none across it
 LEAST_AREA = 0.01  # of the mean
+LEAST_SIGMA = 1e-9  # of strains: what rounding leaves of exact lengths
 
 
-def minimise_strain(flat: Floats, network: Network, most: int = MOST_ITERATIONS) -> Solution:
-    """Flat positions (n, 2) mm of least Σ area · (length / rest length − 1)² over the edges of a network.
+def minimise_strain(
+    flat: Floats, network: Network, most: int = MOST_ITERATIONS, corner: float = np.inf, other: Floats | None = None
+) -> Solution:
+    """Flat positions (n, 2) mm of least Σ area · ρ(length / rest length − 1) over the edges of a network.
 
-    The area is that of the faces at an edge: the sum stands for the integral over the page of its squared strain.
+    The area is that of the faces at an edge: the sum stands for the integral over the page. ρ(s) is s², and beyond the
+    corner, a strain, becomes 2 · corner · |s| (pseudo-Huber): a few wrong rest lengths then hardly move the page.
+    Where other (e,) mm are given, each edge has two rest lengths: any length between them costs nearly the same.
     """
     flat = np.array(flat, order="C")
-    roots = np.sqrt(edge_areas(network.faces, network.sides, network.lengths))
+    edges, lengths = network.edges, network.lengths
+    roots = np.sqrt(edge_areas(network.faces, network.sides, lengths))
     order = interleaved_order(len(roots))
-    edges, lengths, roots = (values.take(order, axis=0) for values in (network.edges, network.lengths, roots))
-    iterations, residual, converged = _minimise(flat, edges, lengths, roots, most)
+    edges, roots = edges.take(order, axis=0), roots.take(order)
+    lengths = lengths.take(order)
+    if other is not None:
+        edges, roots, lengths = np.r_[edges, edges], np.r_[roots, roots], np.r_[lengths, other.take(order)]
+    iterations, residual, converged = _minimise(flat, edges, lengths, roots, corner, most)
     return Solution(flat, iterations, residual, converged)
+
+
+def least_absolute_strain(found: Solution, network: Network, other: Floats | None = None) -> Solution:
+    """From the page of least squared strain to the one of least absolute strain.
+
+    The corner of the pseudo-Huber loss is the robust standard deviation of the strains that least squares leave. Where
+    other lengths (e,) mm are given, both lengths of an edge count.
+    """
+    sigma = robust_sigma(edge_strain(found.flat, network.edges, network.lengths))
+    again = minimise_strain(found.flat, network, corner=max(sigma, LEAST_SIGMA), other=other)
+    return again._replace(iterations=found.iterations + again.iterations)
+
+
+def mean_strain(flat: Floats, network: Network) -> float:
+    """By what share the edges of flat (n, 2) mm miss their rest lengths, over the length of all of them."""
+    strain = np.abs(edge_strain(flat, network.edges, network.lengths))
+    return float(network.lengths @ strain) / float(network.lengths.sum())
+
+
+@numba.njit(cache=True)
+def rest_areas(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
+    """(m,) mm² areas of faces (m, 3) whose edges have lengths (e,) mm; 0 for one that has no two different corners."""
+    areas = np.zeros(len(faces))
+    for f in range(len(faces)):
+        if sides.edge[3 * f] < 0 or sides.edge[3 * f + 1] < 0 or sides.edge[3 * f + 2] < 0:
+            continue
+        a, b, c = lengths[sides.edge[3 * f]], lengths[sides.edge[3 * f + 1]], lengths[sides.edge[3 * f + 2]]
+        half = 0.5 * (a + b + c)
+        areas[f] = sqrt(max(half * (half - a) * (half - b) * (half - c), 0.0))  # Heron
+    return areas
 
 
 @numba.njit(cache=True)
@@ -53,25 +95,24 @@ def edge_areas(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
 
     None is less than LEAST_AREA: an edge of slivers alone would hold nothing.
     """
-    areas = np.zeros(len(lengths))
+    of_faces, areas = rest_areas(faces, sides, lengths), np.zeros(len(lengths))
     for f in range(len(faces)):
-        if sides.edge[3 * f] < 0 or sides.edge[3 * f + 1] < 0 or sides.edge[3 * f + 2] < 0:
-            continue
-        a, b, c = lengths[sides.edge[3 * f]], lengths[sides.edge[3 * f + 1]], lengths[sides.edge[3 * f + 2]]
-        half = 0.5 * (a + b + c)
-        area = sqrt(max(half * (half - a) * (half - b) * (half - c), 0.0)) / 3.0  # Heron
         for k in range(3):
-            areas[sides.edge[3 * f + k]] += area
+            if sides.edge[3 * f + k] >= 0:
+                areas[sides.edge[3 * f + k]] += of_faces[f] / 3.0
     return np.maximum(areas / max(areas.mean(), TINY), LEAST_AREA)
 
 
 @numba.njit(cache=True)
-def _minimise(flat: Floats, edges: Ints, lengths: Floats, roots: Floats, most: int) -> tuple[int, float, bool]:
+def _minimise(
+    flat: Floats, edges: Ints, lengths: Floats, roots: Floats, corner: float, most: int
+) -> tuple[int, float, bool]:
     """As `minimise_strain`, flat (n, 2) mm in place. A step that would strain the page more is halved."""
     tolerance = GRADIENT_TOLERANCE / sqrt(len(flat))
     before, step_only = 0.0, np.empty_like(flat)
+    decrease = LEAST_DECREASE if corner == np.inf else LEAST_REWEIGHTED
     edges = edges.astype(np.uint32)
-    jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots)
+    jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots, corner)
     residual = sqrt(_preconditioned(gradient, inverse, step_only) / len(flat))
     for iteration in range(most):
         if residual <= tolerance:
@@ -81,15 +122,15 @@ def _minimise(flat: Floats, edges: Ints, lengths: Floats, roots: Floats, most: i
         before, last = residual, energy
         for _ in range(HALVINGS):
             flat += step
-            jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots)
+            jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots, corner)
             if energy <= last:
                 break
             flat -= step
             step *= 0.5
         else:
-            jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots)
+            jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots, corner)
         residual = sqrt(_preconditioned(gradient, inverse, step_only) / len(flat))
-        if energy > (1.0 - LEAST_DECREASE) * last:
+        if energy > (1.0 - decrease) * last:
             return iteration + 1, residual, True
     return most, residual, False
 
@@ -139,7 +180,9 @@ def _conjugate_gradients(
 
 
 @numba.njit(cache=True)
-def _linearised(flat: Floats, edges: Ints, lengths: Floats, roots: Floats) -> tuple[Floats, Floats, Floats, float]:
+def _linearised(
+    flat: Floats, edges: Ints, lengths: Floats, roots: Floats, corner: float
+) -> tuple[Floats, Floats, Floats, float]:
     """Jacobian (e, 2) of the strains, weighed by roots (e,), for the end of each edge, the negative gradient (n, 2) of
     their sum of squares, inverse diagonal blocks (n, 3) of its stiffness: xx, xy, yy; and the sum of squares."""
     jacobian, gradient, inverse = np.empty((len(edges), 2)), np.zeros_like(flat), np.zeros((len(flat), 3))
@@ -148,10 +191,13 @@ def _linearised(flat: Floats, edges: Ints, lengths: Floats, roots: Floats) -> tu
         a, b = edges[k, 0], edges[k, 1]
         x, y = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
         distance = sqrt(x * x + y * y) + SMALL
-        x, y = roots[k] * x / (distance * lengths[k]), roots[k] * y / (distance * lengths[k])
+        slack = 1.0 - distance / lengths[k]
+        bend = sqrt(1.0 + (slack / corner) ** 2)
+        energy += 2.0 * (roots[k] * slack) ** 2 / (1.0 + bend)
+        root = roots[k] / sqrt(bend)
+        x, y = root * x / (distance * lengths[k]), root * y / (distance * lengths[k])
         jacobian[k, 0], jacobian[k, 1] = x, y
-        slack = roots[k] * (1.0 - distance / lengths[k])
-        energy += slack * slack
+        slack *= root
         gradient[a, 0] -= slack * x
         gradient[a, 1] -= slack * y
         gradient[b, 0] += slack * x

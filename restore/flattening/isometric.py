@@ -6,20 +6,37 @@ Gauss–Newton on the edge strains to convergence; repair of faces that inverted
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import suppress
+from typing import NamedTuple
+
 import numpy as np
 
+from restore.errors import BadInput
 from restore.flattening.angle_synchronisation import flat_from_lengths
-from restore.flattening.fans import angle_fans, face_signs
+from restore.flattening.conformal import flatten_conformal
+from restore.flattening.fans import angle_fans, closing_signs, face_signs
+from restore.flattening.gauss_newton import least_absolute_strain, mean_strain, minimise_strain
 from restore.flattening.least_distortion import is_disc, least_distorted_page
-from restore.flattening.repair import least_strain_page
+from restore.flattening.repair import inverted_count, repaired, with_corners_mirrored
 from restore.flattening.solution import Follow, Solution
 from restore.mesh.measures import rms_strain
 from restore.mesh.network import Network
 from restore.mesh.pose import PosedSheet
+from restore.scan import Floats
 
 MOST_STRAIN = 0.03  # rms: no paper stretches so far; what does is not developable, or not a mesh of one sheet
 
 CAP = 0.1  # of the strain of an edge that counts there: a few edges of slivers do not make a surface undevelopable
+
+
+class Candidate(NamedTuple):
+    """A page from one start (n, 2) mm and signs (m,) of the faces, and its mean strain."""
+
+    start: Floats
+    signs: Floats
+    found: Solution
+    strain: float
 
 
 def flatten_isometric(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
@@ -27,14 +44,37 @@ def flatten_isometric(posed: PosedSheet, network: Network, follow: Follow | None
 
     follow(step, positions (n, 3) mm) is called with the start and with the result.
     """
-    faces, sides, lengths, count = network.faces, network.sides, network.lengths, len(posed.positions)
-    signs = face_signs(posed.positions, faces)
-    start = flat_from_lengths(angle_fans(faces, sides, lengths, signs), lengths, count)
-    found = least_strain_page(start, network, signs)
+    best = min(_candidates(posed, network), key=lambda candidate: candidate.strain)
+    flat = repaired(best.found.flat, network, best.signs)
     if follow:
-        for step, flat in enumerate((start, found.flat), 1):
-            follow(step, np.column_stack([flat, np.zeros(count)]))
-    return found._replace(iterations=1 + found.iterations)
+        for step, positions in enumerate((best.start, flat), 1):
+            follow(step, np.column_stack([positions, np.zeros(len(positions))]))
+    return best.found._replace(flat=flat, iterations=1 + best.found.iterations)
+
+
+def _candidates(posed: PosedSheet, network: Network) -> Iterator[Candidate]:
+    """The page from the fans; where faces are in doubt also from other signs, and from a map that inverts few faces."""
+    signs = face_signs(posed.positions, network.faces)
+    first = _candidate(_start(network, signs), network, signs)
+    yield first
+    closing = closing_signs(network.faces, network.sides, network.lengths, signs)
+    if (closing != signs).any():
+        yield _candidate(_start(network, closing), network, closing)
+    if inverted_count(first.found.flat, network.faces, signs):
+        with suppress(BadInput):  # parts that hang together by single points, or faces without an area
+            yield _candidate(flatten_conformal(posed, network).flat, network, closing)
+
+
+def _start(network: Network, signs: Floats) -> Floats:
+    fans = angle_fans(network.faces, network.sides, network.lengths, signs)
+    return flat_from_lengths(fans, network.lengths, int(network.faces.max()) + 1)
+
+
+def _candidate(start: Floats, network: Network, signs: Floats) -> Candidate:
+    found = with_corners_mirrored(minimise_strain(start, network), network, signs)
+    found = least_absolute_strain(found, network)
+    strain = mean_strain(found.flat, network)
+    return Candidate(start, signs, found, strain if np.isfinite(strain) else np.inf)
 
 
 def flatten_least_distorted(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
 from restore.errors import BadInput, NotEnoughSurface
 from restore.flattening.conformal import flatten_conformal
-from restore.flattening.fans import face_signs
 from restore.flattening.isometric import CAP, MOST_STRAIN, flatten_isometric, flatten_least_distorted
 from restore.flattening.joints import flatten_parts
 from restore.flattening.layout import arrange_pieces
-from restore.flattening.repair import least_strain_page
 from restore.flattening.solution import Follow, Solution
 from restore.flattening.springs import flatten_springs
 from restore.flattening.sticks import flatten_sticks
+from restore.flattening.two_lengths import with_surface_lengths
 from restore.mesh.measures import rms_strain, straight_lengths
 from restore.mesh.network import Network, Piece, make_network, pieces
 from restore.mesh.pose import PosedSheet, pose_on_table
@@ -38,13 +36,11 @@ METHODS: dict[str, Solver] = {
     "conformal": flatten_conformal,
 }
 
-LEAST_STRAIN = ("isometric", "sticks")  # end where the edges are strained least
-SIMPLER = 0.5  # of the squared strain that estimated lengths leave: chords, which no noise or crease can mislead by
-# more than they cut short, are taken where they contradict each other no more than half as much
+DEFAULT = "isometric"
 
 
 def flatten_points(
-    mesh: SurfaceMesh, method: str = "isometric", *, lengths: Floats | None = None, on_step: OnStep | None = None
+    mesh: SurfaceMesh, method: str = DEFAULT, *, lengths: Floats | None = None, on_step: OnStep | None = None
 ) -> FlatMesh:
     """The page of least strain of all vertices of a mesh, every edge as near to its length on the surface as can be.
 
@@ -59,30 +55,22 @@ def flatten_points(
         raise BadInput(f"there is no flattening method {method!r}", f"use one of: {', '.join(METHODS)}")
     mesh = validated(mesh)
     refuse_unflattenable(mesh.vertices, mesh.faces, mesh.sides)
-    page = _with_lengths(mesh, method, on_step, lengths)
-    if method == "isometric" and rms_strain(page.flat, mesh.sides.edges, page.lengths, CAP) > MOST_STRAIN:
+    if lengths is None:
+        lengths = _first_lengths(mesh, method)
+        page = _flattened(mesh, METHODS[method], lengths, on_step)
+        page = with_surface_lengths(page, mesh) if method == DEFAULT else page
+    else:
+        page = _flattened(mesh, METHODS[method], lengths, on_step)
+    if method == DEFAULT and rms_strain(page.flat, mesh.sides.edges, page.lengths, CAP) > MOST_STRAIN:
         return _flattened(mesh, flatten_least_distorted, page.lengths, on_step)
     return page
 
 
-def _with_lengths(mesh: ValidMesh, method: str, on_step: OnStep | None, lengths: Floats | None) -> FlatMesh:
-    """The page with the lengths given, or estimated along the surface, or chords where those fit better."""
-    solver = METHODS[method]
-    if lengths is not None:
-        return _flattened(mesh, solver, lengths, on_step)
-    edges, chords = mesh.sides.edges, straight_lengths(mesh.vertices, mesh.sides.edges)
-    page = _flattened(mesh, solver, surface_lengths(mesh.vertices, mesh.faces, edges), on_step)
-    if method not in LEAST_STRAIN:
-        return page
-    network = make_network(mesh.vertices, mesh.faces, chords, mesh.sides)
-    chords = network.lengths  # none of them is zero
-    other = least_strain_page(page.flat, network, face_signs(mesh.vertices, mesh.faces))
-    energy, of_chords = _energy(page.flat, edges, page.lengths), _energy(other.flat, edges, chords)
-    return replace(page, flat=other.flat, lengths=chords) if of_chords < SIMPLER * energy else page
-
-
-def _energy(flat: Floats, edges: Ints, lengths: Floats) -> float:
-    return float(rms_strain(flat, edges, lengths, np.inf) ** 2)
+def _first_lengths(mesh: ValidMesh, method: str) -> Floats:
+    """(e,) mm straight lengths, from which the default method goes on, and those along the surface for the others."""
+    if method == DEFAULT:
+        return straight_lengths(mesh.vertices, mesh.sides.edges)
+    return surface_lengths(mesh.vertices, mesh.faces, mesh.sides.edges)
 
 
 def _flattened(mesh: ValidMesh, solver: Solver, lengths: Floats, on_step: OnStep | None) -> FlatMesh:

@@ -10,20 +10,21 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from restore.flattening.gauss_newton import minimise_strain
+from restore.flattening.gauss_newton import minimise_strain, rest_areas
 from restore.flattening.solution import Solution
 from restore.mesh.adjacency import Adjacency, adjacency, faces_around
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import Network
-from restore.numerics import SMALL
+from restore.numerics import SMALL, TINY
 from restore.scan import Floats, Ints, Mask
 
 MIRRORINGS = 5  # each frees the corners that the last one still held
-AVERAGINGS = 10  # between two searches for what is still inverted
-SEARCHES = 12  # each may take in more of what lies round an inversion
+OPENINGS = 100  # of all inverted faces; opening one may close its neighbours
+OPEN = 0.02  # of its area on the surface is a face opened to, or rounding could turn it over
+ENOUGH = 0.5  # of that is left when its neighbours are opened
+CONTRADICTED = 0.5  # of its area on the surface: a face that lengths invert by so much is folded, whatever its normal
 SWEEPS = 50  # of Gauss–Seidel over an inversion and its neighbours, a few vertices wide
 HALVINGS = 6  # of the step of a vertex, before it stays where it is
-SLIMMEST = 0.02  # of the median face: no face gets smaller, or rounding could turn it over
 
 
 def least_strain_page(flat: Floats, network: Network, signs: Floats | None = None) -> Solution:
@@ -31,22 +32,45 @@ def least_strain_page(flat: Floats, network: Network, signs: Floats | None = Non
 
     signs (m,) are −1 for the faces that are folded in space; all are 1 when None.
     """
-    faces, edges = network.faces, network.edges
-    signs = np.ones(len(faces)) if signs is None else signs
-    found = minimise_strain(flat, network)
-    iterations, inverted = found.iterations, inverted_count(found.flat, faces, signs)
+    signs = np.ones(len(network.faces)) if signs is None else signs
+    found = with_corners_mirrored(minimise_strain(flat, network), network, signs)
+    return found._replace(flat=repaired(found.flat, network, signs))
+
+
+def with_corners_mirrored(found: Solution, network: Network, signs: Floats) -> Solution:
+    """A page of least strain, with corners of the border mirrored back as long as that inverts fewer faces.
+
+    signs (m,) are −1 for the faces that are folded in space.
+    """
+    inverted = inverted_count(found.flat, network.faces, signs)
     for _ in range(MIRRORINGS if inverted else 0):
         mirrored = found.flat.copy()
-        if not mirror_border_corners(mirrored, faces, edges, signs):
+        if not mirror_border_corners(mirrored, network.faces, network.edges, signs):
             break
         again = minimise_strain(mirrored, network)
-        iterations += again.iterations
-        left = inverted_count(again.flat, faces, signs)
+        again = again._replace(iterations=found.iterations + again.iterations)
+        left = inverted_count(again.flat, network.faces, signs)
         if left >= inverted:
             break
         found, inverted = again, left
-    repaired = uninverted(found.flat, network, signs) if inverted else found.flat
-    return found._replace(flat=repaired, iterations=iterations)
+    return found
+
+
+def repaired(flat: Floats, network: Network, signs: Floats) -> Floats:
+    """Flat positions (n, 2) mm near a page of least strain without the inverted faces that the lengths leave open.
+
+    signs (m,) are −1 for the faces that are folded in space.
+    """
+    if not inverted_count(flat, network.faces, signs):
+        return flat
+    return uninverted(flat, network, _signs_on_page(flat, network, signs))
+
+
+def _signs_on_page(flat: Floats, network: Network, signs: Floats) -> Floats:
+    """The signs (m,), turned where the lengths contradict them."""
+    areas = signed_areas(flat, network.faces) * signs
+    wrong = areas < -CONTRADICTED * rest_areas(network.faces, network.sides, network.lengths)
+    return np.where(wrong, -signs, signs)
 
 
 @numba.njit(cache=True)
@@ -81,47 +105,48 @@ def mirror_border_corners(flat: Floats, faces: Ints, edges: Ints, signs: Floats)
 def uninverted(flat: Floats, network: Network, signs: Floats) -> Floats:
     """Flat positions (n, 2) mm with fewer inverted faces, if that can be; only vertices near them are moved.
 
-    Their corners go to the mean of their neighbours until nothing is inverted, then each to where its edges are
-    strained least without inverting a face again.
+    Inverted faces are opened by the least displacement of their corners, one after the other, until none is left. Then
+    each vertex near them goes to where its edges are strained least without inverting a face again.
     """
-    faces, edges, lengths = network.faces, network.edges, network.lengths
-    before, flat, count = flat, flat.copy(), len(flat)
-    edges_at = adjacency(edges.ravel(), np.repeat(np.arange(len(edges)), 2), count)
-    around = faces_around(faces, count)
-    inner = np.diff(edges_at.start) == np.diff(around.start)  # at the border is an edge more; it would be drawn in
-    moved = average_inverted(flat, faces, signs, edges, edges_at, inner)
-    near = moved.copy()
-    near[edges[moved[edges].any(axis=1)]] = True
-    least = float(SLIMMEST * np.median(np.abs(signed_areas(flat, faces))))
-    relax_uninverted(flat, faces, signs, edges, lengths, edges_at, around, np.flatnonzero(near), least, SWEEPS)
+    faces, edges, before, flat = network.faces, network.edges, flat, flat.copy()
+    least = OPEN * rest_areas(faces, network.sides, network.lengths)
+    near = open_inverted(flat, faces, signs, least)
+    near[edges[near[edges].any(axis=1)]] = True
+    edges_at = adjacency(edges.ravel(), np.repeat(np.arange(len(edges)), 2), len(flat))
+    around = faces_around(faces, len(flat))
+    relax_uninverted(flat, faces, signs, edges, network.lengths, edges_at, around, np.flatnonzero(near), least)
     return flat if inverted_count(flat, faces, signs) < inverted_count(before, faces, signs) else before
 
 
 @numba.njit(cache=True)
-def average_inverted(flat: Floats, faces: Ints, signs: Floats, edges: Ints, edges_at: Adjacency, inner: Mask) -> Mask:
-    """Move the corners of inverted faces to the mean of their neighbours, in place; which vertices (n,) were moved.
+def open_inverted(flat: Floats, faces: Ints, signs: Floats, least: Floats) -> Mask:
+    """Move the corners of inverted faces, in place, until no area is below its least (m,); the vertices (n,) moved.
 
-    Those that are not inner (n,) stay as long as that may do.
+    flat (n, 2) mm. A face is opened along the gradient of its area: the least displacement that does it.
     """
-    loose = np.zeros(len(flat), np.bool_)
-    for search in range(SEARCHES):
-        inverted = signed_areas(flat, faces) * signs < 0.0
-        if not inverted.any():
+    moved, way = np.zeros(len(flat), np.bool_), np.empty((3, 2))
+    for _ in range(OPENINGS):
+        inverted = 0
+        for f in range(len(faces)):
+            area = _signed_area(f, flat, faces, signs)
+            a, b, c = faces[f]
+            if area >= (ENOUGH * least[f] if moved[a] or moved[b] or moved[c] else 0.0):
+                continue
+            inverted += 1
+            squares = TINY
+            for k in range(3):
+                p, q = faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
+                way[k, 0], way[k, 1] = 0.5 * (flat[p, 1] - flat[q, 1]), 0.5 * (flat[q, 0] - flat[p, 0])
+                squares += way[k, 0] ** 2 + way[k, 1] ** 2
+            step = signs[f] * (least[f] - area) / squares
+            for k in range(3):
+                i = faces[f, k]
+                moved[i] = True
+                flat[i, 0] += step * way[k, 0]
+                flat[i, 1] += step * way[k, 1]
+        if inverted == 0:
             break
-        for f in np.flatnonzero(inverted):
-            for i in faces[f]:
-                loose[i] = True
-        moving = np.flatnonzero(loose & (inner if search <= SEARCHES // 2 else loose))
-        for _ in range(AVERAGINGS):
-            for i in moving:
-                x, y, count = 0.0, 0.0, edges_at.start[i + 1] - edges_at.start[i]
-                for q in range(edges_at.start[i], edges_at.start[i + 1]):
-                    k = edges_at.items[q]
-                    other = edges[k, 0] + edges[k, 1] - i
-                    x += flat[other, 0] / count
-                    y += flat[other, 1] / count
-                flat[i, 0], flat[i, 1] = x, y
-    return loose
+    return moved
 
 
 @numba.njit(cache=True)
@@ -134,11 +159,10 @@ def relax_uninverted(
     edges_at: Adjacency,
     around: Adjacency,
     moving: Ints,
-    least: float,
-    sweeps: int,
+    least: Floats,
 ) -> None:
-    """Relax the edges at the moving vertices (k,), flat (n, 2) in place, each as far as no face gets below `least`."""
-    for _ in range(sweeps):
+    """Relax the edges at the moving vertices (k,), flat (n, 2) in place, while no face gets below its least (m,)."""
+    for _ in range(SWEEPS):
         for i in moving:
             x, y, count = 0.0, 0.0, max(edges_at.start[i + 1] - edges_at.start[i], 1)
             for q in range(edges_at.start[i], edges_at.start[i + 1]):
@@ -149,11 +173,11 @@ def relax_uninverted(
                 x += share * off_x / count
                 y += share * off_y / count
             was_x, was_y = flat[i, 0], flat[i, 1]
-            before = _smallest(i, flat, faces, signs, around)
+            before = _room(i, flat, faces, signs, around, least)
             step = 1.0
             for _ in range(HALVINGS):
                 flat[i, 0], flat[i, 1] = was_x + step * x, was_y + step * y
-                if _smallest(i, flat, faces, signs, around) >= min(least, before):
+                if _room(i, flat, faces, signs, around, least) >= min(0.0, before):
                     break
                 step *= 0.5
             else:
@@ -161,12 +185,19 @@ def relax_uninverted(
 
 
 @numba.njit(cache=True)
-def _smallest(i: int, flat: Floats, faces: Ints, signs: Floats, around: Adjacency) -> float:
-    """The least area of the faces at vertex i, negative for one that lies against its sign."""
-    least = np.inf
+def _room(i: int, flat: Floats, faces: Ints, signs: Floats, around: Adjacency, least: Floats) -> float:
+    """By how much, mm², the faces at vertex i are larger than their least at least; negative where one is not."""
+    room = np.inf
     for q in range(around.start[i], around.start[i + 1]):
-        a, b, c = faces[around.items[q]]
-        ux, uy = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
-        vx, vy = flat[c, 0] - flat[a, 0], flat[c, 1] - flat[a, 1]
-        least = min(least, 0.5 * signs[around.items[q]] * (ux * vy - uy * vx))
-    return least
+        f = around.items[q]
+        room = min(room, _signed_area(f, flat, faces, signs) - least[f])
+    return room
+
+
+@numba.njit(cache=True)
+def _signed_area(f: int, flat: Floats, faces: Ints, signs: Floats) -> float:
+    """The area of face f, mm², negative where it lies against its sign."""
+    a, b, c = faces[f]
+    ux, uy = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
+    vx, vy = flat[c, 0] - flat[a, 0], flat[c, 1] - flat[a, 1]
+    return float(0.5 * signs[f] * (ux * vy - uy * vx))

@@ -5,7 +5,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from restore.flattening.fans import angle_fans, face_signs
+from restore.flattening.fans import angle_fans, closing_signs, face_signs
 from restore.mesh.adjacency import sides_of
 from restore.mesh.measures import signed_areas, straight_lengths
 
@@ -51,6 +51,23 @@ def test_a_folded_face_counts_backwards(warped):
         assert np.abs(wrapped(np.array(turns) - turns[0])).max() < ROUNDING
     blind = frames(fans_of(flat, faces, np.ones(len(faces))), flat)
     assert max(np.abs(wrapped(np.array(turns) - turns[0])).max() for turns in blind) > 0.1
+
+
+def test_fans_that_do_not_close_give_a_wrong_sign_away(warped, rng):
+    page = warped(count=400)
+    flat, faces = page.flat.copy(), page.mesh.faces
+    middle = int(np.argmin(np.linalg.norm(flat, axis=1)))
+    face = next(f for f in faces if middle in f)
+    flat[middle] += 1.2 * (flat[face[face != middle]].mean(axis=0) - flat[middle])
+    true, sides = np.sign(signed_areas(flat, faces)), sides_of(faces)
+    assert (true < 0).any()
+    lengths = straight_lengths(flat, sides.edges)
+    np.testing.assert_array_equal(closing_signs(faces, sides, lengths, true), true)
+    inner = np.flatnonzero((np.abs(flat[faces]) < [100, 70]).all(axis=(1, 2)))  # at the border fans need not close
+    for wrong in rng.choice(inner, 20, replace=False):
+        signs = true.copy()
+        signs[wrong] = -signs[wrong]
+        np.testing.assert_array_equal(closing_signs(faces, sides, lengths, signs), true)
 
 
 def test_a_vertex_where_two_squares_touch_has_two_fans():

@@ -5,7 +5,14 @@ from importlib import import_module
 import numpy as np
 import pytest
 
-from restore.flattening.gauss_newton import GRADIENT_TOLERANCE, LEAST_AREA, edge_areas, minimise_strain
+from restore.flattening.gauss_newton import (
+    GRADIENT_TOLERANCE,
+    LEAST_AREA,
+    edge_areas,
+    least_absolute_strain,
+    minimise_strain,
+    rest_areas,
+)
 from restore.mesh.measures import edge_strain
 from restore.mesh.network import make_network
 
@@ -16,6 +23,8 @@ CONVERGED = 1e-4  # strain: a thousandth of the tenth that the square is pushed 
 PARITY = 1e-9
 LEAST_MM = 1e-3  # the third iteration moves no node farther
 EXACT = 1e-12
+FEW = 0.01  # of the lengths
+SAME_MM = 1e-3  # with weights that may change the iteration stops earlier
 
 
 def network_of(page, lengths=None):
@@ -46,6 +55,38 @@ def test_no_page_near_by_has_less_strain(warped):
     found = minimise_strain(page.flat, network).flat
     ways = rng.normal(0, LEAST_MM, (20, *found.shape))
     assert all(energy(found + way) > energy(found) for way in ways)
+
+
+def test_a_few_wrong_lengths_hardly_move_the_page_of_least_absolute_strain(warped):
+    page = warped("gutter", count=300)
+    rng = np.random.default_rng(2)
+    wrong = rng.random(len(page.lengths)) < FEW
+    network = network_of(page, np.where(wrong, 1.5, 1.0) * page.lengths)
+    squares = minimise_strain(page.flat, network)
+    found = least_absolute_strain(squares, network)
+    assert found.iterations > squares.iterations
+    misplaced = [np.median(np.linalg.norm(solution.flat - page.flat, axis=1)) for solution in (found, squares)]
+    assert misplaced[0] < 0.5 * misplaced[1]
+
+
+def test_a_far_corner_is_none(warped):
+    page = warped("gutter", count=300)
+    network = network_of(page, page.lengths * np.random.default_rng(3).uniform(0.97, 1.03, len(page.lengths)))
+    squares, far = (minimise_strain(page.flat, network, corner=corner).flat for corner in (np.inf, 1e6))
+    np.testing.assert_allclose(far, squares, atol=SAME_MM)
+
+
+def test_between_two_lengths_of_its_edges_a_page_may_be_as_it_likes(warped):
+    page = warped("gutter", count=300)
+    shorter, longer = network_of(page, 0.9 * page.lengths), 1.1 * page.lengths
+    found = minimise_strain(page.flat, shorter, corner=1e-3, other=longer).flat
+    on_page = np.linalg.norm(np.diff(found[shorter.edges], axis=1)[:, 0], axis=1)
+    assert (on_page > shorter.lengths).all()
+    assert (on_page < longer).all()
+
+
+def test_rest_areas_are_those_of_the_faces():
+    np.testing.assert_allclose(rest_areas(FACES, NETWORK.sides, NETWORK.lengths), [50.0, 50.0])
 
 
 def test_it_tells_its_residual_and_whether_it_converged(warped):

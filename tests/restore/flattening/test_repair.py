@@ -5,6 +5,7 @@ from importlib import import_module
 import numpy as np
 
 from restore.flattening.repair import least_strain_page, mirror_border_corners, uninverted
+from restore.flattening.repair import repaired as repaired_page
 from restore.mesh.measures import edge_strain, flipped_faces, signed_areas
 from restore.mesh.network import edges_of, make_network
 
@@ -12,6 +13,7 @@ EXACT = 1e-12
 KNOT_MM = 25.0  # two spacings: the point comes to lie beyond its neighbours
 EASED = 0.01  # strain: its place among them is known, relaxation comes back to it
 PARITY = 1e-9
+SLIVER_MM = 0.01  # ten times the sliver's height
 
 
 def mirrored(flat, faces):
@@ -100,6 +102,28 @@ def test_a_page_that_was_knotd_is_hardly_stretched(warped):
     knotd[middle] += KNOT_MM
     flat = repaired(page, knotd)
     assert np.abs(edge_strain(flat, edges, page.lengths)).max() < EASED
+
+
+def test_an_inverted_sliver_is_opened_without_moving_the_rest():
+    flat = np.array([[0, 0], [10, 0], [10, 10], [0, 10], [5, -0.001]], float)
+    faces = np.array([[0, 1, 2], [0, 2, 3], [0, 4, 1]])  # the last is a sliver along the border
+    vertices = np.column_stack([flat, np.zeros(5)])
+    turned = flat.copy()
+    turned[4, 1] = 0.001
+    found = uninverted(turned, make_network(vertices, faces), np.ones(3))
+    assert flipped_faces(found, faces) == 0
+    assert np.abs(found - flat).max() < SLIVER_MM
+
+
+def test_a_face_that_its_lengths_turn_over_is_folded(warped):
+    page = warped(count=400)
+    faces, flat = page.mesh.faces, page.flat.copy()
+    middle = int(np.argmin(np.linalg.norm(flat, axis=1)))
+    face = next(f for f in faces if middle in f)
+    flat[middle] += 1.8 * (flat[face[face != middle]].mean(axis=0) - flat[middle])
+    edges = edges_of(faces)
+    network = make_network(page.mesh.vertices, faces, np.linalg.norm(np.diff(flat[edges], axis=1)[:, 0], axis=1))
+    np.testing.assert_array_equal(repaired_page(flat, network, np.ones(len(faces))), flat)
 
 
 def test_a_face_that_is_folded_in_space_stays_inverted(warped):

@@ -20,7 +20,7 @@ def askew(request, warped):
     page = warped("gutter", count=request.param)
     flat = page.flat + np.random.default_rng(0).normal(0, 0.05, page.flat.shape)
     edges = edges_of(page.mesh.faces)
-    gradients, force, _, _ = _linearised(flat, edges, page.lengths, np.ones(len(edges)))
+    gradients, force, _, _ = _linearised(flat, edges, page.lengths, np.ones(len(edges)), np.inf)
     return flat, edges, gradients, force
 
 
@@ -78,7 +78,7 @@ def test_a_page_that_is_turned_has_the_same_aggregates(askew):
 def test_particles_in_one_place_or_in_a_line_give_finite_ways():
     edges = np.array([[0, 1], [1, 2], [2, 3]])
     for flat in (np.zeros((4, 2)), np.outer(np.arange(4.0), [3.0, 4.0])):
-        gradients, force, _, _ = _linearised(flat, edges, np.ones(3), np.ones(3))
+        gradients, force, _, _ = _linearised(flat, edges, np.ones(3), np.ones(3), np.inf)
         way = np.zeros_like(flat)
         correct_rigidly(aggregate(flat, edges, gradients), force, way)
         assert np.isfinite(way).all()
@@ -90,7 +90,7 @@ def test_a_page_of_any_size_is_balanced_in_as_many_passes(warped, count):
     solver = import_module("restore.flattening.gauss_newton")
     bent = page.flat + 2.0 * np.sin(page.flat / 60.0)  # along the whole page
     edges, lengths = interleave(edges_of(page.mesh.faces), page.lengths)
-    gradients, force, inverse, _ = _linearised(bent, edges, lengths, np.ones(len(edges)))
+    gradients, force, inverse, _ = _linearised(bent, edges, lengths, np.ones(len(edges)), np.inf)
     start = solver._preconditioned(force, inverse, np.empty_like(force))
     step, together = np.zeros_like(force), aggregate(bent, edges, gradients)
     left = solver._conjugate_gradients(step, edges, gradients, force, inverse, together, 0.0, PASSES)
@@ -100,7 +100,7 @@ def test_a_page_of_any_size_is_balanced_in_as_many_passes(warped, count):
 def test_compiled_and_plain_python_agree(warped, plain):
     page = warped("fold", count=200)
     edges, askew = edges_of(page.mesh.faces), page.flat + np.random.default_rng(0).normal(0, 0.5, page.flat.shape)
-    gradients, force, _, _ = _linearised(askew, edges, page.lengths, np.ones(len(edges)))
+    gradients, force, _, _ = _linearised(askew, edges, page.lengths, np.ones(len(edges)), np.inf)
     compiled, way = np.zeros_like(force), np.zeros_like(force)
     module = import_module("restore.flattening.rigid_aggregates")
     work = module.correct_rigidly(module.aggregate(askew, edges, gradients), force, compiled)
