@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from station.errors import UsageError
-from station.options import Debug, Force, Json
+from station.options import Debug, Force, Json, output_path
 from station.terminal import print_result, report_faults
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ Pitch = Annotated[float, typer.Option(min=1, max=1000, help="From one marker to 
 
 
 def board(
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="PNG", show_default=False)],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="PNG", show_default=False, parser=output_path)],
     columns: Columns = 12,
     rows: Rows = 9,
     marker: Marker = 16.002,
@@ -60,7 +60,10 @@ def calibrate(
             show_default=False,
         ),
     ],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="Calibration.", show_default=False)],
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", metavar="FILE", help="Calibration.", show_default=False, parser=output_path),
+    ],
     columns: Columns = 12,
     rows: Rows = 9,
     marker: Marker = 16.002,

@@ -5,7 +5,8 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import PackageNotFoundError
+from importlib.metadata import version as installed_version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -14,6 +15,7 @@ import typer
 from station.calibrate import board, calibrate
 from station.devices import devices
 from station.doctor import doctor
+from station.errors import USAGE
 from station.options import (
     Config,
     Debug,
@@ -25,10 +27,19 @@ from station.options import (
     Restoration,
     Run,
     grouped,
+    output_path,
 )
 from station.park import park
 from station.progress import progress_on
-from station.terminal import print_result, report_faults
+from station.terminal import (
+    READER_GONE,
+    CommandLineError,
+    occupy_standard_streams,
+    print_fault,
+    print_result,
+    report_faults,
+    usage_fault,
+)
 from station.trace import trace
 from station.warm_up import warm_up
 
@@ -36,37 +47,42 @@ if TYPE_CHECKING:
     from station.session import Destination, Outcome
 
 # `session` and what it needs take a second to import: inside the commands, so that `--help` answers at once.
-app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False, rich_markup_mode=None)
+app = typer.Typer(
+    add_completion=False, invoke_without_command=True, pretty_exceptions_enable=False, rich_markup_mode=None
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command with the given arguments, the process's own when None. Returns the exit code."""
+    occupy_standard_streams()
     try:
-        app(None if arguments is None else list(arguments), prog_name="planish")
-    except SystemExit as end:
-        return int(end.code or 0)
-    return 0
-
-
-def _print_version(wanted: bool) -> None:
-    if not wanted:
-        return
-    try:
-        text = f"planish {version('planish')}"
-    except PackageNotFoundError:
-        text = "planish, from the sources, not installed"
-    with report_faults():
-        print_result(text)
-    raise typer.Exit
+        code = app(None if arguments is None else list(arguments), prog_name="planish", standalone_mode=False)
+    except SystemExit as end:  # typer ends so when nobody reads its help
+        return READER_GONE if isinstance(end.__context__, BrokenPipeError) else int(end.code or 0)
+    except Exception as error:
+        if not isinstance(error, CommandLineError):
+            raise
+        print_fault(usage_fault(error))
+        return USAGE
+    return int(code or 0)
 
 
 @app.callback()
 def _planish(
-    version: Annotated[
-        bool, typer.Option("--version", help="Print the version.", callback=_print_version, is_eager=True)
-    ] = False,
+    context: typer.Context, version: Annotated[bool, typer.Option("--version", help="Print the version.")] = False
 ) -> None:
     """Turn a 3D scan of a warped page into the flat page it once was."""
+    if version or context.invoked_subcommand is None:
+        with report_faults():
+            print_result(_version() if version else context.get_help())
+        raise typer.Exit(0 if version else USAGE)
+
+
+def _version() -> str:
+    try:
+        return f"planish {installed_version('planish')}"
+    except PackageNotFoundError:
+        return "planish, from the sources, not installed"
 
 
 @app.command("scan")
@@ -183,7 +199,10 @@ def _restore(
 def _ocr(
     page: Annotated[Path, typer.Argument(metavar="PAGE", help="A restored page, or the folder of results it is in.")],
     output: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="OUT", help="Folder for what is read (the page's own).")
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="OUT", help="Folder for what is read (the page's own).", parser=output_path
+        ),
     ] = None,
     language: Language = "eng",
     truth: Annotated[
@@ -205,7 +224,10 @@ def _colour(
     target: Annotated[
         Path, typer.Argument(metavar="TARGET", help="A picture, a restored page or a scan of a ColorChecker Classic.")
     ],
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="PROFILE", help="The ICC profile to write.")],
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", metavar="PROFILE", help="The ICC profile to write.", parser=output_path),
+    ],
     force: Force = False,
     debug: Debug = False,
 ) -> None:

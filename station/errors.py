@@ -20,6 +20,7 @@ from typing import Protocol, runtime_checkable
 from drivers.scanner import LASER_MAY_BE_ON
 
 UNEXPECTED, USAGE, DISK = 1, 2, 6
+STANDARD_OUTPUT = "standard output"  # in place of a file's name
 SIGNAL_BASE = 128  # a shell reports a process that signal n has ended as 128 + n
 
 
@@ -142,10 +143,10 @@ def _disk_hint(error: OSError) -> str:
 
 
 def _mounted_at(path: object) -> str:
-    """ " on the disk at <mount point>" for the path of a file, empty where there is none."""
-    if not isinstance(path, str) or not Path(path).parent.is_dir():
+    """ " on the disk at <mount point>" for the path of a file, also one in a folder that is gone; empty without one."""
+    if not isinstance(path, str) or path == STANDARD_OUTPUT:
         return ""
-    folder = Path(path).resolve()
+    folder = next(folder for folder in Path(path).resolve().parents if folder.is_dir())
     while not folder.is_mount():
         folder = folder.parent
     return f" on the disk at {folder}"

@@ -14,7 +14,20 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
-Out = Annotated[Path, typer.Option("--output", "-o", metavar="OUT", help="Folder for the results.", show_default=False)]
+
+def output_path(text: str) -> Path:
+    """The path that an output option names. Raises BadParameter for an empty one, as of an unset shell variable."""
+    if not text.strip():
+        raise typer.BadParameter("the name is empty: give a path, or . for this folder")
+    return Path(text)
+
+
+Out = Annotated[
+    Path,
+    typer.Option(
+        "--output", "-o", metavar="OUT", help="Folder for the results.", show_default=False, parser=output_path
+    ),
+]
 Config = Annotated[
     Path,
     typer.Option(help="The station's configuration (TOML), or `simulated`, which comes along.", show_default=False),

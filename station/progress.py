@@ -17,12 +17,14 @@ def silent(_stage: str, _fraction: float) -> None:
 
 
 @contextmanager
-def progress_on(stream: TextIO) -> Iterator[Progress]:
+def progress_on(stream: TextIO | None) -> Iterator[Progress]:
     """Bars on `stream` while the block runs, one a stage, if the stream is a terminal; `silent` otherwise.
+
+    A stream that was closed before the program began is None.
 
     A stage that waits for the compilation of kernels is labelled: it takes seconds, and looks like a fault.
     """
-    if not stream.isatty():
+    if stream is None or not stream.isatty():
         yield silent
         return
     from rich.console import Console

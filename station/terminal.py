@@ -2,19 +2,44 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import sys
 import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import Protocol, runtime_checkable
 
 import typer
 
-from station.errors import Stopped, explain
+from station.errors import SIGNAL_BASE, STANDARD_OUTPUT, USAGE, Fault, Stopped, explain
 
 # Sent by a service manager, and by a terminal that closes: both leave time to let the scanner go.
 ENDING_SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
+READER_GONE = SIGNAL_BASE + signal.SIGPIPE  # as a shell reports a program that writes to a pipe without a reader
+
+
+@runtime_checkable
+class CommandLineError(Protocol):
+    """Protocol of typer's errors about options and arguments, which it keeps private."""
+
+    exit_code: int
+
+    def format_message(self) -> str:
+        """What is wrong with the command line."""
+
+
+def occupy_standard_streams() -> None:
+    """Open the null device in place of standard streams that are closed.
+
+    The next file would otherwise get one of their numbers, and with it whatever a native library prints.
+    """
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # gets the smallest free number, which is this one
 
 
 @contextmanager
@@ -26,24 +51,51 @@ def report_faults(*, debug: bool = False) -> Iterator[None]:
     try:
         with _ending_signals_raise():
             yield
-    except (typer.Exit, SystemExit, BrokenPipeError):  # BrokenPipeError: whoever read the output has gone
+    except (typer.Exit, SystemExit):
         raise
     except BaseException as error:
         if debug:
-            traceback.print_exception(error)
+            _print_error("".join(traceback.format_exception(error)).rstrip())
         fault = explain(error)
-        print(f"planish: {fault.message}", *(f"  {hint}" for hint in fault.hints), sep="\n", file=sys.stderr)
+        print_fault(fault)
         raise typer.Exit(fault.exit_code) from None
 
 
+def usage_fault(error: CommandLineError) -> Fault:
+    """The fault that describes an error about options or arguments."""
+    message = error.format_message().rstrip(".")
+    context = getattr(error, "ctx", None)
+    command = context.command_path if context else "planish"
+    return Fault(USAGE, message[:1].lower() + message[1:], (f"see {command} --help",))
+
+
+def print_fault(fault: Fault) -> None:
+    """Print a fault on stderr, if it is open and somebody reads it."""
+    _print_error("\n".join([f"planish: {fault.message}", *(f"  {hint}" for hint in fault.hints)]))
+
+
+def _print_error(text: str) -> None:
+    if sys.stderr is None:  # print would write on stdout
+        return
+    try:
+        print(text, file=sys.stderr, flush=True)
+    except OSError:
+        sys.stderr = None  # the interpreter would try again at exit, and change the exit code
+
+
 def print_result(text: str) -> None:
-    """Print on stdout, with escapes for characters outside its encoding. Raises OSError when the disk is full."""
+    """Print on stdout, with escapes for characters outside its encoding.
+
+    Raises typer.Exit when nobody reads it any more, OSError when the disk is full.
+    """
     encoding = getattr(sys.stdout, "encoding", None) or "utf-8"  # a closed stdout is None, and print leaves it alone
     try:
         print(text.encode(encoding, "backslashreplace").decode(encoding), flush=True)
     except OSError as error:
         sys.stdout = None  # the interpreter would try again at exit, and change the exit code
-        error.filename = "what there is to tell"
+        if isinstance(error, BrokenPipeError):
+            raise typer.Exit(READER_GONE) from None
+        error.filename = STANDARD_OUTPUT
         raise
 
 

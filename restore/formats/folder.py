@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
 from restore.errors import BadInput
 from restore.formats.grid import check_grid
@@ -27,7 +27,44 @@ from restore.scan import Bytes, Floats, RangeScan
 VERSION = 1
 INDEX, POINTS, TEXTURE = "scan.json", "points.npz", "texture.png"
 MAX_INDEX_BYTES = 2**20  # provenance is a page of settings, never a megabyte
+MAX_SUPER_FACTOR = 16  # shots on a grid of sixteenths of a pixel: finer than any registration
 MAX_ARRAY_HEADER = 1024  # NumPy pads the header of a plain array to 128 bytes
+
+
+class SuperRecord(BaseModel):
+    """Record of the super-resolution of a colour image: its pixels per pixel of the camera, along one side."""
+
+    factor: int = Field(default=1, ge=1, le=MAX_SUPER_FACTOR)
+
+
+class AxisRecord(BaseModel):
+    """Record of the axis of the rotary stage: a point on it, mm, and its direction."""
+
+    model_config = ConfigDict(allow_inf_nan=False)
+    point_mm: tuple[float, float, float]
+    direction: tuple[float, float, float]
+
+    @field_validator("direction")
+    @classmethod
+    def _has_length(cls, direction: tuple[float, float, float]) -> tuple[float, float, float]:
+        if not any(direction):
+            raise ValueError("direction has no length")
+        return direction
+
+
+class TurnRecord(BaseModel):
+    """Record of the stage's angle, degrees, and of its axis."""
+
+    model_config = ConfigDict(allow_inf_nan=False)
+    deg: float
+    axis: AxisRecord | None = None
+
+
+class KnownProvenance(BaseModel):
+    """The provenance that the restoration reads; the rest is free."""
+
+    super: SuperRecord = SuperRecord()
+    turn: TurnRecord | None = None
 
 
 class Index(BaseModel):
@@ -37,6 +74,12 @@ class Index(BaseModel):
     version: int = Field(default=VERSION, ge=1, le=VERSION)
     files: dict[str, str]
     provenance: dict[str, Any] = {}
+
+    @field_validator("provenance")
+    @classmethod
+    def _is_usable(cls, provenance: dict[str, Any]) -> dict[str, Any]:
+        KnownProvenance.model_validate(provenance)
+        return provenance
 
 
 def save_scan(scan: RangeScan, folder: Path, *, overwrite: bool = False) -> None:
@@ -119,7 +162,8 @@ def _array(path: Path, archive: bytes, name: str, width: int) -> Floats:
         body = member.read()
     except Exception as error:  # zipfile, zlib and the parser of array headers raise whatever they trip over
         raise BadInput(f"{path}: its array {name} cannot be read: {error}", DAMAGED) from error
-    if fortran or dtype != np.float64 or shape[2:] != (width,) or len(body) != 8 * math.prod(shape):
+    proper = len(shape) == 3 and min(shape) >= 0 and shape[2] == width  # the product of two negative sides is positive
+    if fortran or dtype != np.float64 or not proper or len(body) != 8 * math.prod(shape):
         raise BadInput(f"{path}: {name} is not a whole array of float64 (rows, cols, {width})", DAMAGED)
     return np.frombuffer(body, np.float64).reshape(shape).copy()
 

@@ -85,7 +85,8 @@ def find_rays(scan: RangeScan) -> Rays | None:
     rows, cols = np.nonzero(scan.measured)
     if len(rows) < MIN_SAMPLES or np.ptp(rows) < 2 or np.ptp(cols) < 2:
         raise NotEnoughSurface(
-            f"the scan holds {len(rows)} samples", "check laser power, distance and lens, and scan again"
+            f"the scan holds {len(rows)} samples, a page takes {MIN_SAMPLES} and more",
+            "check laser power, distance and lens, and scan again; export a mesh with more vertices",
         )
     x, y, z = scan.points[rows, cols].T
     if z.max() >= 0:

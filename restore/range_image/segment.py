@@ -14,6 +14,9 @@ from restore.scan import Floats, Ints, Mask, RangeScan
 MAX_SLOPE = 6.0  # 80.5°: steeper than any wall that both camera and laser see, less steep than the step to the table
 MAX_GAP = 2  # samples: drop-outs inside ink leave gaps of one or two
 MIN_SHARE = 0.02  # of the grid: a smaller piece is no page
+ONE_PIECE = 0.5  # of the samples off the table: with more in one piece the laser was strong enough
+SMALL_HINT = "move the scanner nearer or take a lens of longer focal length, so that the page fills more of the picture"
+SPARSE_HINT = "bring the page into the depth window, raise the laser power for dark paper, and scan again"
 CLOSING_DIAMETER = 5  # samples: notches that ink leaves in the outline
 
 
@@ -33,9 +36,9 @@ def find_sheet(scan: RangeScan, rays: Rays, *, framed: bool = True) -> tuple[Mas
     inside = fill_outline(samples)
     share = min(samples.mean(), inside.mean())  # for a comb of single lines the second is small
     if share < MIN_SHARE:
+        small = samples.mean() < MIN_SHARE and samples.sum() > ONE_PIECE * measured.sum()
         raise NotEnoughSurface(
-            f"the largest connected surface covers {share:.1%} of the picture",
-            "bring the page into the depth window, raise the laser power for dark paper, and scan again",
+            f"the largest connected surface covers {share:.1%} of the picture", SMALL_HINT if small else SPARSE_HINT
         )
     return samples, inside
 

@@ -49,7 +49,11 @@ def _write_all(
     claim.new.mkdir(exist_ok=True)
     paths = []
     for path, data in files:
-        write_file(claim.new / path.name, data)
+        try:
+            write_file(claim.new / path.name, data)
+        except OSError as error:
+            error.filename = str(path)  # the staging folder is none of the operator's
+            raise
         paths.append(path)
     refuse_existing(paths, force=force)
     names = [path.name for path in paths]

@@ -14,6 +14,7 @@ from station.pictures.panels import FAINT_INK, GAP, TITLE_SIZE, blank_picture, d
 HEIGHT, WIDTH = 900, 900  # the page fits into this
 BAR_WIDTH, LEGEND_WIDTH, LINE = 28, 230, 30
 TICKS = 5
+LEGEND_HEIGHT = 320  # of the title, three lines of numbers and a scale with room for its ticks
 SHOWN = 99.0  # percentile of strain at the end of the scale: a single sliver must not hide the rest
 STEPS = (1.0, 2.0, 5.0, 10.0)
 FAINT = 0.5  # of its contrast the page keeps under the colours: enough to find one's place
@@ -50,7 +51,7 @@ def _map(
     rows, cols = picture.shape[:2]
     grey = cv2.resize(cv2.cvtColor(page.image, cv2.COLOR_RGB2GRAY), (cols, rows), interpolation=cv2.INTER_AREA)
     picture = (picture * (1.0 - FAINT + FAINT * grey[..., None] / 255.0)).astype(np.uint8)
-    sheet = blank_picture(rows + 2 * GAP, cols + LEGEND_WIDTH + 3 * GAP)
+    sheet = blank_picture(max(rows, LEGEND_HEIGHT) + 2 * GAP, cols + LEGEND_WIDTH + 3 * GAP)
     sheet[GAP : GAP + rows, GAP : GAP + cols] = picture
     lines = (
         f"{len(values)} faces",

@@ -82,7 +82,10 @@ def test_a_bad_option_is_named(library, scan_file, tmp_path, capsys, option, val
 )
 def test_a_command_that_cannot_be_is_refused(arguments, capsys):
     assert main(arguments) == 2
-    assert capsys.readouterr().out == ""
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "--help" in fault(err)[1]
+    assert len(fault(err)) == 2
 
 
 @pytest.mark.parametrize(
@@ -289,3 +292,64 @@ def test_a_photograph_is_never_overwritten(library, scan_file, tmp_path, capsys)
     assert main(command) == 2
     assert "original" in fault(capsys.readouterr().err)[0]
     assert photo.read_bytes() == before
+
+
+def test_a_setting_is_called_by_its_option(library, scan_file, tmp_path, capsys):
+    assert main(["restore", str(scan_file), "-o", str(tmp_path / "out"), "--fill-hidden", "-3"]) == 2
+    assert fault(capsys.readouterr().err)[0].startswith("--fill-hidden: ")
+
+
+@pytest.mark.parametrize("name", ["", " "])
+@pytest.mark.parametrize("command", [["restore", "SCAN"], ["ocr", "SCAN"], ["colour", "SCAN"], ["board"]])
+def test_an_empty_name_of_an_output_is_refused(library, scan_file, tmp_path, capsys, monkeypatch, command, name):
+    monkeypatch.chdir(tmp_path)
+    assert main([*(word.replace("SCAN", str(scan_file)) for word in command), "-o", name]) == 2
+    assert "the name is empty" in fault(capsys.readouterr().err)[0]
+    assert [path.name for path in tmp_path.iterdir()] == ["scans"]
+
+
+@pytest.mark.parametrize("value", ['["a"]', "3", "{}"])
+def test_a_driver_of_another_type_is_named(config_file, tmp_path, capsys, value):
+    config_file.write_text(f"[scanner]\ndriver = {value}\n")
+    assert main(["scan", "--config", str(config_file), "-o", str(tmp_path / "out")]) == 2
+    assert "is not known" in fault(capsys.readouterr().err)[0]
+
+
+@pytest.mark.parametrize("text", ["x = " + "[" * 500, "x = " + "[" * 500 + "]" * 500, ".".join("a" * 400) + " = 1"])
+def test_a_configuration_nested_deeply_is_refused(tmp_path, capsys, text):
+    (tmp_path / "station.toml").write_text(text)
+    assert main(["scan", "--config", str(tmp_path / "station.toml"), "-o", str(tmp_path / "out")]) == 2
+    assert "station.toml" in fault(capsys.readouterr().err)[0]
+
+
+def test_a_full_disk_is_named_by_its_folder(library, scan_file, tmp_path, capsys, monkeypatch):
+    def write(file, _data):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC), file.name)
+
+    monkeypatch.setattr(disk, "write_and_sync", write)
+    assert main(["restore", str(scan_file), "-o", str(tmp_path / "out")]) == 6
+    message, hint = fault(capsys.readouterr().err)
+    assert str(tmp_path / "out" / "book.png") in message
+    assert "on the disk at /" in hint
+
+
+def test_without_arguments_the_help_is_printed(capsys):
+    assert main([]) == 2
+    assert "restore" in capsys.readouterr().out
+
+
+def test_as_a_process_nobody_reads_stdout(repository, tmp_path):
+    for argument in ("--version", "--help"):
+        reading, writing = os.pipe()
+        os.close(reading)
+        done = run(argument, cwd=repository, stdout=writing)
+        os.close(writing)
+        assert (done.returncode, done.stderr) == (128 + signal.SIGPIPE, "")
+
+
+@pytest.mark.parametrize("option", ["--points", "--debug"])
+def test_as_a_process_a_closed_stderr_keeps_the_exit_code(repository, tmp_path, option):
+    """Neither a fault nor a usage error is printed on stdout instead."""
+    words = ["restore", str(tmp_path / "none.obj"), "-o", str(tmp_path / "out"), option]
+    done = run(*words, cwd=repository, stdout=subprocess.PIPE, preexec_fn=lambda: os.close(2))
+    assert (done.returncode, done.stdout) == (2 if option == "--points" else 3, "")

@@ -152,3 +152,10 @@ def test_what_was_not_seen_is_hatched_and_told_in_the_review(page, scan):
         assert 0.15 < (part == HATCHES[kind][0]).all(axis=2).mean() < 0.5
     untouched = coverage == Seen.MEASURED
     assert (marked[untouched] == 255).all()
+
+
+@pytest.mark.parametrize("size_mm", [(400.0, 45.0), (45.0, 400.0), (400.0, 3.0)])
+def test_strain_is_drawn_of_a_page_of_any_shape(page, size_mm):
+    flat = page.fine.flat / np.ptp(page.fine.flat, axis=0) * size_mm
+    picture = strain_picture(replace(page, fine=replace(page.fine, flat=flat)))
+    assert picture.shape[0] > 0 < picture.shape[1]

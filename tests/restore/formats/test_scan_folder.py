@@ -158,3 +158,38 @@ def test_a_damaged_index_is_named(shot, tmp_path, text, fault):
 def test_a_folder_without_an_index_is_no_scan(tmp_path):
     with pytest.raises(BadInput, match=r"is no scan folder: it has no scan\.json"):
         load_scan(tmp_path)
+
+
+def test_an_array_of_negative_sides_is_refused(shot, tmp_path):
+    """The product of two negative sides is the number of values that are there."""
+    save_scan(RangeScan(np.zeros((1, 1, 3)), None, np.zeros((1, 1, 2))), tmp_path / "a")
+    path = tmp_path / "a" / "points.npz"
+    with zipfile.ZipFile(path) as archive:
+        arrays_ = {name: archive.read(name) for name in archive.namelist()}
+    with zipfile.ZipFile(path, "w") as archive:
+        for name, data in arrays_.items():
+            archive.writestr(name, data.replace(b"(1, 1, ", b"(-1,-1,").replace(b")", b") ", 1)[: len(data)])
+    index = json.loads((tmp_path / "a" / "scan.json").read_text())
+    index["files"]["points.npz"] = _sha256(path.read_bytes())
+    (tmp_path / "a" / "scan.json").write_text(json.dumps(index))
+    with pytest.raises(BadInput, match="not a whole array"):
+        load_scan(tmp_path / "a")
+
+
+@pytest.mark.parametrize(
+    "provenance",
+    [
+        {"super": 5},
+        {"super": {"factor": "many"}},
+        {"super": {"factor": 10**9}},
+        {"turn": [1]},
+        {"turn": {"deg": 30, "axis": {"point_mm": [0, 0], "direction": [0, 1, 0]}}},
+        {"turn": {"deg": 30, "axis": {"point_mm": [0, 0, 0], "direction": [0, 0, 0]}}},
+    ],
+)
+def test_provenance_that_is_read_is_checked(shot, tmp_path, provenance):
+    save_scan(shot(), tmp_path / "a")
+    index = json.loads((tmp_path / "a" / "scan.json").read_text())
+    (tmp_path / "a" / "scan.json").write_text(json.dumps(index | {"provenance": provenance}))
+    with pytest.raises(BadInput, match="provenance"):
+        load_scan(tmp_path / "a")

@@ -191,3 +191,13 @@ def test_the_outline_fills_holes_and_closes_notches_and_adds_nothing_outside(cam
     assert not (filled & ~area).any()
     assert (area & ~filled).sum() <= 4 * CLOSING_DIAMETER  # corners of the sheet are rounded off
     np.testing.assert_array_equal(fill_outline(filled), filled)
+
+
+@pytest.mark.parametrize(("scattered", "hint"), [(False, "nearer"), (True, "laser power")])
+def test_the_hint_for_too_little_surface_follows_from_its_cause(camera, scattered, hint):
+    """A small patch measured whole asks for another distance, single samples all over the picture for more light."""
+    rows, cols = (grid.astype(int) for grid in camera.indices)
+    area = (rows % 12 == 0) & (cols % 12 == 0) if scattered else sheet_area(camera, width=20.0, height=12.0)
+    with pytest.raises(NotEnoughSurface, match=r"covers \d") as raised:
+        find(camera.shot(np.where(area, camera.plane(), np.nan), on_paper(camera)))
+    assert hint in raised.value.hint
