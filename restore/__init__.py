@@ -16,6 +16,7 @@ from restore.photo import Photograph, read_photograph
 from restore.pipeline import restore
 from restore.scan import Bytes, FlatMesh, Floats, Ints, Mask, RangeScan, RestoredPage, SurfaceMesh
 from restore.settings import Settings
+from restore.sheets import ScannedSheet, is_rectangular, separate_sheets
 from restore.texture.coverage import Seen
 from restore.texture.super_resolution import finer_scan
 from restore.turntable import AxisFit, RotationAxis, board_corners, fit_axis, merge_views
@@ -37,6 +38,7 @@ __all__ = [
     "RestoreError",
     "RestoredPage",
     "RotationAxis",
+    "ScannedSheet",
     "Seen",
     "Settings",
     "SurfaceMesh",
@@ -48,6 +50,7 @@ __all__ = [
     "finer_scan",
     "fit_axis",
     "flatten",
+    "is_rectangular",
     "load_scan",
     "merge_views",
     "missing_libraries",
@@ -61,5 +64,6 @@ __all__ = [
     "restore",
     "save_scan",
     "scan_stem",
+    "separate_sheets",
     "vertex_normals",
 ]

@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 
 from restore.errors import BadInput
+from restore.formats.unit import GIVEN, UNIT_MM, UNSTATED
 from restore.mesh.clean import weld
 from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import validated
@@ -20,7 +21,9 @@ from restore.range_image.sheet import Sheet, make_sheet
 from restore.scan import Floats, Mask, RangeScan, SurfaceMesh
 
 EXTRAPOLATION_BLUR = 3.0  # samples: Gaussian σ, wider than a drop-out
-MIN_PAGE_MM = 5.0  # mm: a postage stamp has 20; an A3 page in metres looks like this
+MIN_PAGE_MM = 20.0  # mm of the longest side: a postage stamp has 24, an A3 page in inches 16.5
+MAX_PAGE_MM = 10_000.0  # mm: four times what the scanner sees; a Letter page in inches, read as metres, has 11,000
+MIN_SIDE_MM = 1.0  # mm, whatever the unit: less than two samples of the scanner at its nearest
 MARGIN = 4  # samples: one cell of the lattices
 MESH_PRECISION = 2e-5  # of the depth: error of the linear interpolation between the vertices of a mesh, beside creases
 AFFINE_SUBSET = 7  # every seventh sample determines three unknowns well enough
@@ -43,10 +46,31 @@ def prepare(scan: RangeScan | SurfaceMesh) -> Sheet | SurfaceMesh:
 
 
 def _check_size(scan: RangeScan | SurfaceMesh) -> None:
+    """Raise BadInput for a size that no page has, unless the unit was given."""
     points = scan.points[scan.measured] if isinstance(scan, RangeScan) else scan.vertices
-    size = float(np.ptp(points, axis=0).max()) if len(points) else np.inf  # an empty scan is reported elsewhere
-    if size < MIN_PAGE_MM:
-        raise BadInput(f"the whole surface measures {size:.2g} mm", "give the coordinates in millimetres, not metres")
+    if len(points) == 0:  # reported elsewhere
+        return
+    long, wide = np.sort(np.ptp(points, axis=0))[:0:-1]
+    given = scan.provenance.get("unit_source") == GIVEN
+    least, most = (MIN_SIDE_MM, np.inf) if given else (MIN_PAGE_MM, MAX_PAGE_MM)
+    if not least <= long <= most:
+        unit = str(scan.provenance.get("unit", UNSTATED))
+        raise BadInput(
+            f"the whole surface measures {_metric(long)} × {_metric(wide)}: is {unit} its unit?",
+            _other_units(long, unit),
+        )
+
+
+def _other_units(size: float, unit: str) -> str:
+    """The remedy for a surface of size mm that was read in a unit: the units that would make a page of it."""
+    sizes = {name: size * factor / UNIT_MM.get(unit, 1.0) for name, factor in UNIT_MM.items()}
+    pages = [f"{name} ({_metric(mm)})" for name, mm in sizes.items() if MIN_PAGE_MM <= mm <= MAX_PAGE_MM]
+    which = f", which can be {', '.join(pages)}" if pages else ""
+    return f"give the unit of the file with --unit{which}; without a file, the coordinates in millimetres"
+
+
+def _metric(size: float) -> str:
+    return f"{size:.3g} mm" if size < 1e4 else f"{size / 1000:.3g} m"
 
 
 def fit_sheet(scan: RangeScan, rays: Rays, samples: Mask, inside: Mask, *, precision: float = PRECISION) -> Sheet:

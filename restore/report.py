@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from restore.flattening.fans import face_signs
-from restore.mesh.adjacency import border_of
+from restore.mesh.adjacency import border_of, components
 from restore.mesh.measures import (
     edge_strain,
     face_strain,
@@ -87,10 +87,18 @@ def _chord_strain(mesh: FlatMesh, edges: Ints) -> dict[str, float]:
     return {**{name: float(np.sqrt(value)) for name, value in squares.items()}, "max": float(np.abs(strain).max())}
 
 
+def connected_pieces(faces: Ints) -> int:
+    """The number of connected pieces of faces (m, 3)."""
+    return len(np.unique(components(edges_of(faces), int(faces.max()) + 1)[faces[:, 0]]))
+
+
 def _warnings(fine: SurfaceMesh, rms_strain: float) -> list[str]:
-    warnings = []
+    warnings = [str(text) for text in fine.provenance.get("warnings", ())]
     if fine.texture is None or fine.texcoords is None:
         warnings.append("the scan has no colour image: the page shows the relief of its surface")
+    count = connected_pieces(fine.faces)
+    if count > 1:
+        warnings.append(f"the surface is in {count} pieces, laid out beside each other in one picture")
     if rms_strain > NOT_DEVELOPABLE:
         warnings.append(f"the surface cannot be laid flat without stretching: {rms_strain:.1%} rms strain remains")
     return warnings

@@ -24,6 +24,7 @@ from station.options import (
     Language,
     Out,
     Pictures,
+    Reading,
     Restoration,
     Run,
     grouped,
@@ -44,7 +45,7 @@ from station.trace import trace
 from station.warm_up import warm_up
 
 if TYPE_CHECKING:
-    from station.session import Destination, Outcome
+    from station.destination import Destination, Outcome
 
 # `session` and what it needs take a second to import: inside the commands, so that `--help` answers at once.
 app = typer.Typer(
@@ -157,7 +158,7 @@ def _axis(
     """Find the axis of the rotary stage with a flat board of markers on it."""
     with report_faults(debug=debug), progress_on(sys.stderr) as progress:
         from station.config import load_config
-        from station.session import Destination
+        from station.destination import Destination
         from station.turntable import axis_table, find_axis
 
         fit, path = find_axis(load_config(config), Destination(output, force=force), turns=turns, progress=progress)
@@ -172,6 +173,7 @@ def _restore(
         typer.Argument(metavar="SCAN", help="A scan: .abs[.gz], .obj, .ply, .stl, .glb, .wrl, .vvd or a scan folder."),
     ],
     output: Out,
+    reading: Reading,
     pictures: Pictures,
     chosen: Restoration,
     kinds: Kinds,
@@ -185,11 +187,12 @@ def _restore(
 
         outcome = restore_file(
             scan,
-            _destination(output, kinds, run),
+            replace(_destination(output, kinds, run), pieces=reading.pieces),
             settings=build_model(Settings, chosen.given, name=chosen.option, hint="see planish restore --help"),
             texture=pictures.texture,
             photos=pictures.photo,
             shots=pictures.shot,
+            unit=reading.unit,
             progress=progress,
         )
     _print_report(outcome, run)
@@ -244,11 +247,11 @@ for command in (devices, doctor, park, trace, board, calibrate, warm_up):
 
 def _destination(folder: Path, kinds: Kinds, run: Run) -> Destination:
     """The destination of a run from its options. Raises BadInput for an unusable profile."""
+    from station.destination import Destination
     from station.export.icc import read_profile
-    from station.session import Destination
 
     colours = None if kinds.profile is None else read_profile(kinds.profile)
-    return Destination(folder, kinds.wanted, run.force, kinds.language, colours)
+    return Destination(folder, kinds.wanted, run.force, kinds.language, colours, anyway=run.anyway)
 
 
 def _print_report(outcome: Outcome, run: Run) -> None:
@@ -256,4 +259,7 @@ def _print_report(outcome: Outcome, run: Run) -> None:
     from station.export.report import encode_report, summary
 
     with report_faults(debug=run.debug):
-        print_result(encode_report(outcome.report).rstrip() if run.as_json else summary(outcome.report, outcome.files))
+        if run.as_json:
+            print_result(encode_report(outcome.report).rstrip())
+        else:
+            print_result("\n\n".join(summary(page.report, page.files) for page in outcome.pages or (outcome,)))

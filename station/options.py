@@ -14,6 +14,8 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
+from station.choices import Pieces, Unit
+
 
 def output_path(text: str) -> Path:
     """The path that an output option names. Raises BadParameter for an empty one, as of an unset shell variable."""
@@ -44,6 +46,7 @@ Language = Annotated[str, typer.Option(help="Language of the words, as Tesseract
 Profile = Annotated[Path | None, typer.Option(help="ICC profile of the colour image, of `planish colour` (sRGB).")]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite what an earlier run wrote.")]
 Json = Annotated[bool, typer.Option("--json", help="Print as JSON.")]
+Anyway = Annotated[bool, typer.Option("--anyway", help="Write a page whose surface is no page's, too.")]
 Debug = Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")]
 
 FLAGS = ("tiff", "map", "mesh", "strain", "frames", "review", "ocr", "coverage")
@@ -75,6 +78,7 @@ class Run:
     """Options that all commands that write a page share."""
 
     force: Force = False
+    anyway: Anyway = False
     as_json: Json = False
     debug: Debug = False
 
@@ -101,6 +105,22 @@ class Restoration:
     def option(cls, setting: str) -> str:
         """The name of a setting on the command line."""
         return "--fill-hidden" if setting == "fill_hidden_mm" else f"--{setting.replace('_', '-')}"
+
+
+@dataclass(frozen=True)
+class Reading:
+    """How a scan file is read, and which of its sheets become pages."""
+
+    unit: Annotated[Unit, typer.Option(help="Unit of a mesh's coordinates (auto: that of its format, else mm).")] = (
+        Unit.AUTO
+    )
+    pieces: Annotated[
+        Pieces,
+        typer.Option(
+            help="Several sheets in one scan: each a page, left to right; the largest; together in one picture "
+            "(auto: each rectangular sheet of a mesh, fragments together, of a shot the largest)."
+        ),
+    ] = Pieces.AUTO
 
 
 @dataclass(frozen=True)

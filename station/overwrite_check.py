@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import count
 from pathlib import Path
+from typing import Any
 
 from restore import read_regular
+from station import export
 from station.errors import OverwriteError
 from station.export.atomic import refuse_existing
 
@@ -44,6 +47,22 @@ def superseded(report: Path, possible: Sequence[Path], input_files: Sequence[Pat
     ]
 
 
+def superseded_pieces(folder: Path, stem: str, scan: str, input_files: Sequence[Path]) -> list[Path]:
+    """The files of `<stem>-1`, `<stem>-2` and so on that an earlier run wrote for the sheets of the same scan.
+
+    scan: as its report names it. Results of another scan of such a name stay.
+    """
+    files: list[Path] = []
+    for number in count(1):
+        report = folder / f"{stem}-{number}.json"
+        content = _read_report(report)
+        if content.get("scan") != scan or "piece" not in content:
+            return files
+        possible = [folder / name for name in export.names(f"{stem}-{number}", export.KINDS)]
+        files += superseded(report, possible, input_files)
+    raise AssertionError  # count never ends
+
+
 def _is_same_file(a: Path, b: Path) -> bool:
     return a.exists() and b.exists() and a.samefile(b)
 
@@ -56,8 +75,14 @@ def _refuse_unreported(files: Sequence[Path], reported: frozenset[str]) -> None:
 
 def _reported_files(report: Path) -> frozenset[str]:
     """Names of the files that the report of an earlier run lists; empty without a readable report."""
+    files = _read_report(report).get("files")
+    return frozenset(str(name) for name in files) if isinstance(files, list) else frozenset()
+
+
+def _read_report(path: Path) -> Mapping[str, Any]:
+    """The report of an earlier run, empty where there is none that can be read."""
     try:
-        files = json.loads(read_regular(report, MAX_REPORT_BYTES))["files"]
-        return frozenset(str(name) for name in files)
-    except (OSError, ValueError, KeyError, TypeError, RecursionError):
-        return frozenset()
+        content = json.loads(read_regular(path, MAX_REPORT_BYTES))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return content if isinstance(content, dict) else {}

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from resource import RUSAGE_SELF, getrusage
@@ -28,61 +28,19 @@ from restore import (
 )
 from station import export
 from station.config import StationConfig
+from station.destination import Clock, Destination, Outcome, SourceRecord
 from station.errors import UsageError
 from station.export.atomic import claim_folder, new_folder, refuse_captured, refuse_existing, write_all
 from station.export.claim import Claim, recover
 from station.export.report import finite
-from station.overwrite_check import check_outputs, superseded
+from station.overwrite_check import check_outputs, superseded, superseded_pieces
 from station.pictures.frames import Recorder
+from station.pieces import Selected, select_sheets
 from station.progress import Progress, silent
+from station.sanity import refuse_no_page
 from station.words import check_language, find_tesseract, recognise
 
 SCAN_SUFFIX = ".scan"
-
-Clock = Callable[[], float]
-
-
-@dataclass(frozen=True)
-class Destination:
-    """Output folder and options of a run.
-
-    kinds     those of `export.OUTPUTS` on top of the page and its report.
-    language  of the words, as Tesseract calls it, when they are read.
-    colours   ICC profile of the colour image, as `planish colour` writes it; None for sRGB.
-    """
-
-    folder: Path
-    kinds: frozenset[str] = frozenset()
-    force: bool = False
-    language: str = "eng"
-    colours: bytes | None = None
-
-    def files(self, stem: str, *, colour: bool = True) -> list[Path]:
-        """The files that a run writes, the report last. colour: whether the scan has a colour image."""
-        return [self.folder / name for name in export.names(stem, self.kinds, colour=colour)]
-
-    def with_implied_outputs(self, settings: Settings) -> Destination:
-        """The destination with the outputs that the settings imply: the master when shading is removed, the coverage
-        when hidden places are filled."""
-        implied = {"master": settings.shading == "remove", "coverage": settings.fill_hidden_mm > 0}
-        return replace(self, kinds=self.kinds | {kind for kind, on in implied.items() if on})
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """The report of a run and the files written."""
-
-    report: Mapping[str, Any]
-    files: tuple[Path, ...]
-
-
-@dataclass(frozen=True)
-class SourceRecord:
-    """Steps before the restoration: their fields of the report, seconds of each stage, warnings."""
-
-    report_fields: Mapping[str, Any]
-    seconds: Mapping[str, float]
-    warnings: tuple[str, ...] = ()
 
 
 def restore_file(
@@ -93,12 +51,13 @@ def restore_file(
     texture: Path | None = None,
     photos: Sequence[Path] = (),
     shots: Sequence[Path] = (),
+    unit: str = "auto",
     progress: Progress = silent,
     clock: Clock = perf_counter,
 ) -> Outcome:
     """Restore a stored scan, painted from photographs of the page where there are any that can be used.
 
-    Further shots of the same page make its colour image finer.
+    Further shots of the same page make its colour image finer. unit: of a mesh's coordinates, as for `load_scan`.
     Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
     """
     _check_programs(destination)
@@ -109,7 +68,7 @@ def restore_file(
     start = clock()
     try:
         photographs = [read_photograph(path) for path in photos]
-        scan = _combined_shots([load_scan(source, texture=texture), *(load_scan(shot) for shot in shots)])
+        scan = _combined_shots([load_scan(source, texture=texture, unit=unit), *(load_scan(shot) for shot in shots)])
     except OSError as error:
         raise BadInput(f"cannot read {error.filename or source}: {error.strerror}", "check the path") from error
     report_fields: dict[str, Any] = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
@@ -271,9 +230,58 @@ def _restore(
     progress: Progress,
     clock: Clock,
 ) -> Outcome:
-    recorder = Recorder() if "frames" in destination.kinds else None
     start = clock()
-    page = restore(scan, settings, photos=photos, progress=progress, on_step=recorder)
+    sheets = select_sheets(scan, destination.pieces)
+    source_record = replace(source_record, seconds={**source_record.seconds, "separate": clock() - start})
+    if len(sheets) > 1:
+        planned = [path for sheet in sheets for path in destination.files(stem + sheet.suffix)]
+        check_outputs(planned, input_files, force=destination.force)
+    pages: list[Outcome] = []
+
+    def contents() -> Iterator[tuple[Path, bytes]]:
+        for sheet in sheets:
+            restoration = _restore_sheet(
+                sheet,
+                destination,
+                stem,
+                source_record,
+                settings=settings,
+                photos=photos,
+                progress=progress,
+                clock=clock,
+            )
+            files = destination.files(restoration.stem, colour=restoration.page.flat.texture is not None)
+            pages.append(Outcome(restoration.report, tuple(files)))
+            yield from zip(files, export.encode_outputs(restoration, destination.kinds), strict=True)
+
+    gone: list[Path] = []
+    if destination.force:
+        possible = [destination.folder / name for name in export.names(stem, export.KINDS)]
+        gone = superseded(destination.folder / f"{stem}.json", possible, input_files)
+        gone += superseded_pieces(destination.folder, stem, str(source_record.report_fields.get("scan")), input_files)
+    written = tuple(write_all(contents(), force=destination.force, claim=claim, superseded=gone))
+    if len(pages) == 1:
+        return replace(pages[0], files=written)
+    return Outcome({"pieces": [page.report for page in pages]}, written, tuple(pages))
+
+
+def _restore_sheet(
+    sheet: Selected,
+    destination: Destination,
+    stem: str,
+    source_record: SourceRecord,
+    *,
+    settings: Settings,
+    photos: Sequence[Photograph],
+    progress: Progress,
+    clock: Clock,
+) -> export.Restoration:
+    """One sheet restored, its words read when they are asked for, with its report."""
+    recorder = Recorder() if "frames" in destination.kinds else None
+    start, stem = clock(), stem + sheet.suffix
+    page = restore(sheet.scan, settings, photos=photos, progress=progress, on_step=recorder)
+    if not destination.anyway:
+        refuse_no_page(page.report, len(page.fine.faces))
     seconds = {**source_record.seconds, **page.report["seconds"]}
     words = None
     if "ocr" in destination.kinds:
@@ -281,22 +289,12 @@ def _restore(
         words = recognise(page.image, page.dpi, name=f"{stem}.png", language=destination.language)
         seconds["ocr"] = clock() - before
     seconds["total"] = sum(source_record.seconds.values()) + clock() - start
-    files = destination.files(stem, colour=page.flat.texture is not None)
-    names = [path.name for path in files]
-    run_fields = {"seconds": seconds, "peak_memory_mb": _peak_memory_mib(), "files": names}
-    run_fields["warnings"] = [*page.report.get("warnings", ()), *source_record.warnings]
+    names = [path.name for path in destination.files(stem, colour=page.flat.texture is not None)]
+    run_fields = {"seconds": seconds, "peak_memory_mb": _peak_memory_mib(), "files": names, **sheet.report_fields}
+    run_fields["warnings"] = [*page.report.get("warnings", ()), *source_record.warnings, *sheet.warnings]
     report = finite({**page.report, **source_record.report_fields, **run_fields})
     frames = recorder.frames() if recorder else ()
-    restoration = export.Restoration(stem, page, scan, frames, report, words, destination.colours)
-    contents = export.encode_outputs(restoration, destination.kinds)
-    possible = [destination.folder / name for name in export.names(stem, export.KINDS)]
-    written = write_all(
-        zip(files, contents, strict=True),
-        force=destination.force,
-        claim=claim,
-        superseded=superseded(files[-1], possible, input_files) if destination.force else (),
-    )
-    return Outcome(report, tuple(written))
+    return export.Restoration(stem, page, sheet.scan, frames, report, words, destination.colours)
 
 
 def _peak_memory_mib() -> float:

@@ -38,8 +38,9 @@ def small_page() -> RangeScan:
 def compile_kernels() -> int:
     """Restore a small page by every method, as a scan and as a mesh. Returns the number of functions compiled."""
     from restore import Settings, notify_when_compiling, save_scan
+    from station.destination import Destination
     from station.export import OUTPUTS
-    from station.session import Destination, restore_file
+    from station.session import restore_file
 
     compiled: list[None] = []
     with tempfile.TemporaryDirectory() as name, notify_when_compiling(lambda: compiled.append(None)):

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from restore.errors import BadInput
 from restore.formats.abs import read_abs, write_abs
+from restore.formats.copies import merge_copies
 from restore.formats.folder import read_folder, save_scan
 from restore.formats.glb import read_glb
 from restore.formats.mesh import PaintedMesh
@@ -16,6 +17,7 @@ from restore.formats.picture import read_picture
 from restore.formats.ply import read_ply, write_ply
 from restore.formats.source import is_file, is_folder, read_bytes, scan_stem
 from restore.formats.stl import read_stl
+from restore.formats.unit import AUTO, UNSTATED, check_unit, in_millimetres
 from restore.formats.vrml import read_vrml, write_vrml
 from restore.formats.vvd import read_vvd, write_vvd
 from restore.range_image.organise import organise
@@ -38,12 +40,14 @@ READERS: dict[str, Reader] = {
 }
 
 
-def load_scan(path: Path | str, texture: Path | str | None = None) -> RangeScan | SurfaceMesh:
+def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str = AUTO) -> RangeScan | SurfaceMesh:
     """Read a scan file or a scan folder; a mesh that is one shot of a scanner comes back on its range grid.
 
     path     a file with one of the extensions of READERS, or a folder that `save_scan` wrote.
     texture  a picture to use instead of the file's own. Without it a file that names none takes the picture of the
              same name in its folder.
+    unit     of a mesh's coordinates: mm, cm, m, in, or auto for the unit of the format, mm where it has none.
+    Doubled faces are merged. `provenance` names the unit, and warnings for the report.
     Raises BadInput for a missing, damaged or unknown file.
 
     >>> from tempfile import TemporaryDirectory
@@ -56,14 +60,17 @@ def load_scan(path: Path | str, texture: Path | str | None = None) -> RangeScan 
     ((4, 3), [[0, 1, 2], [0, 2, 3]])
     """
     path = Path(path)
+    check_unit(unit)
     given_picture = None if texture is None else read_picture(Path(texture))
     if is_folder(path):
         if given_picture is not None:
             raise BadInput(f"{path}: a scan folder has its own picture", "leave --texture out")
-        return read_folder(path)
+        return _in_its_unit(path, read_folder(path), unit)
     scan = _reader(path)(path, given_picture)
     if isinstance(scan, SurfaceMesh):
-        scan = _on_range_grid(scan)
+        scan = _on_range_grid(merge_copies(in_millimetres(path, scan, unit)))
+    else:
+        scan = _in_its_unit(path, scan, unit)
     if given_picture is not None and scan.texture is None:
         raise BadInput(
             f"{path} does not say where the picture {texture} lies on it",
@@ -81,6 +88,13 @@ def _reader(path: Path) -> Reader:
         raise BadInput(f"{path} does not exist", "check the name and the folder")
     kinds = ", ".join(sorted(READERS))
     raise BadInput(f"{path}: scans of this kind are not known", f"use a scan folder or one of: {kinds}")
+
+
+def _in_its_unit(path: Path, scan: RangeScan, unit: str) -> RangeScan:
+    """The scan. Raises BadInput when another unit was given than millimetres, the unit of all range images."""
+    if unit not in (AUTO, UNSTATED):
+        raise BadInput(f"{path} is a range image, its unit is millimetres", "leave --unit out")
+    return scan
 
 
 def _on_range_grid(mesh: SurfaceMesh) -> RangeScan | SurfaceMesh:

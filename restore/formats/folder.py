@@ -65,6 +65,7 @@ class KnownProvenance(BaseModel):
 
     super: SuperRecord = SuperRecord()
     turn: TurnRecord | None = None
+    warnings: list[str] = []
 
 
 class Index(BaseModel):

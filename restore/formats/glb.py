@@ -1,4 +1,4 @@
-"""`.glb`: binary glTF 2.0, all in one file. Its numbers are taken as millimetres in the scanner's frame."""
+"""`.glb`: binary glTF 2.0, all in one file. `restore.formats.unit` brings its metres to millimetres."""
 
 from __future__ import annotations
 

@@ -8,10 +8,12 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from restore.errors import NotEnoughSurface
+from restore.mesh.adjacency import components
 from restore.mesh.decimate import decimate, patch_and_smooth
 from restore.mesh.network import make_network, pieces
 from restore.mesh.triangulate import compact
-from restore.scan import Ints, SurfaceMesh
+from restore.mesh.validate import ValidMesh
+from restore.scan import Ints, Mask, SurfaceMesh
 
 MIN_PIECE_SHARE = 0.02  # of the faces of the largest connected piece: smaller pieces are debris
 RAW_RATIO = 5  # times the points requested: a denser mesh is a scanner's own, a coarser one was decimated before
@@ -49,6 +51,13 @@ def select(mesh: SurfaceMesh, faces: Ints) -> SurfaceMesh:
     used, faces = compact(np.arange(len(mesh.vertices)), faces)
     texcoords = None if mesh.texcoords is None else mesh.texcoords[used]
     return replace(mesh, vertices=mesh.vertices[used], faces=faces, texcoords=texcoords)
+
+
+def large_pieces(mesh: ValidMesh) -> list[Mask]:
+    """Masks (m,) of the faces of every connected piece that is no debris, in the order of their first vertices."""
+    label = components(mesh.sides.edges, len(mesh.vertices))[mesh.faces[:, 0]]
+    sizes = np.bincount(label)
+    return [label == piece for piece in np.flatnonzero(sizes >= max(1.0, MIN_PIECE_SHARE * sizes.max()))]
 
 
 def _large_pieces(mesh: SurfaceMesh) -> Ints:

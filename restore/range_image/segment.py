@@ -26,10 +26,7 @@ def find_sheet(scan: RangeScan, rays: Rays, *, framed: bool = True) -> tuple[Mas
     `framed` is True when the border of the grid is the border of the scanner's picture.
     Raises NotEnoughSurface when no connected surface is large enough to be a page.
     """
-    measured = scan.measured
-    inverse_depth = 1.0 / np.where(measured, -scan.points[..., 2], np.nan)
-    measured = measured & ~find_table(scan, inverse_depth, measured, framed=framed)
-    labels = _label_connected(1.0 / inverse_depth, measured, rays.dx * MAX_SLOPE)
+    labels, measured = _label_off_table(scan, rays, framed=framed)
     sizes = np.bincount(labels.ravel())
     sizes[0] = 0  # samples without a piece
     samples = measured & (labels == int(np.argmax(sizes)))
@@ -41,6 +38,26 @@ def find_sheet(scan: RangeScan, rays: Rays, *, framed: bool = True) -> tuple[Mas
             f"the largest connected surface covers {share:.1%} of the picture", SMALL_HINT if small else SPARSE_HINT
         )
     return samples, inside
+
+
+def find_pieces(scan: RangeScan, rays: Rays, *, framed: bool = True) -> list[Mask]:
+    """Samples (rows, cols) of every connected surface off the table that is large enough to be a page.
+
+    `framed` as for `find_sheet`.
+    """
+    labels, measured = _label_off_table(scan, rays, framed=framed)
+    sizes = np.bincount(labels.ravel())
+    sizes[0] = 0
+    pieces = [measured & (labels == label) for label in np.flatnonzero(sizes >= MIN_SHARE * labels.size)]
+    return [piece for piece in pieces if fill_outline(piece).mean() >= MIN_SHARE]
+
+
+def _label_off_table(scan: RangeScan, rays: Rays, *, framed: bool) -> tuple[Ints, Mask]:
+    """Labels of the connected pieces off the table, 0 for none, and the samples off the table: both (rows, cols)."""
+    measured = scan.measured
+    inverse_depth = 1.0 / np.where(measured, -scan.points[..., 2], np.nan)
+    measured = measured & ~find_table(scan, inverse_depth, measured, framed=framed)
+    return _label_connected(1.0 / inverse_depth, measured, rays.dx * MAX_SLOPE), measured
 
 
 def fill_outline(samples: Mask) -> Mask:

@@ -73,7 +73,9 @@ def picture_size(flat: Floats, dpi: float, *, oversampling: int = 1) -> tuple[in
     extents = np.ptp(flat, axis=0) * dpi / MM_PER_INCH
     width, height = (max(1, floor(extent + 0.5)) * oversampling for extent in extents)
     if width * height > MAX_PIXELS:
-        raise BadInput(f"the page would have {width} × {height} pixels", "check the scan's unit (mm) or lower --dpi")
+        raise BadInput(
+            f"the page would have {width} × {height} pixels", "lower --dpi, or give the unit of the file with --unit"
+        )
     return width, height
 
 

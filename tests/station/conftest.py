@@ -84,7 +84,7 @@ class Library:
     calls: list[Settings] = field(default_factory=list)
     photos: Sequence[Photograph] = ()
 
-    def load_scan(self, path: Path, texture: Path | None = None) -> RangeScan:
+    def load_scan(self, path: Path, texture: Path | None = None, *, unit: str = "auto") -> RangeScan:
         if self.load_fault:
             raise self.load_fault
         return curl_scan()

@@ -55,13 +55,13 @@ def test_a_texture_coordinate_counts_from_the_lower_left(written):
 
 
 def test_a_vertex_on_a_seam_is_split_and_unused_ones_are_left_out(written):
-    mesh = load_scan(written("mtllib a.mtl\nusemtl page\n" + SQUARE + FACE + "f 1/5 2/2 3/3\n"))
+    mesh = read_obj(written("mtllib a.mtl\nusemtl page\n" + SQUARE + FACE + "f 1/5 2/2 3/3\n"))
     assert len(mesh.vertices) == len(mesh.texcoords) == 4
     assert {tuple(t) for t in mesh.texcoords[np.all(mesh.vertices[:, :2] == 0, axis=1)]} == {(-0.5, 9.5), (9.5, 4.5)}
 
 
 def test_quads_and_triangles_together(written):
-    mesh = load_scan(written("mtllib a.mtl\nusemtl page\n" + SQUARE + "f 1/1 2/2 3/3 4/4\n" + FACE))
+    mesh = read_obj(written("mtllib a.mtl\nusemtl page\n" + SQUARE + "f 1/1 2/2 3/3 4/4\n" + FACE))
     assert len(mesh.faces) == 3
     area = np.cross(*(mesh.vertices[mesh.faces[:, k]] - mesh.vertices[mesh.faces[:, 0]] for k in (1, 2)))[:, 2] / 2
     assert area.tolist() == [40.5] * 3

@@ -183,6 +183,7 @@ def test_an_array_of_negative_sides_is_refused(shot, tmp_path):
         {"super": {"factor": "many"}},
         {"super": {"factor": 10**9}},
         {"turn": [1]},
+        {"warnings": 3},
         {"turn": {"deg": 30, "axis": {"point_mm": [0, 0], "direction": [0, 1, 0]}}},
         {"turn": {"deg": 30, "axis": {"point_mm": [0, 0, 0], "direction": [0, 0, 0]}}},
     ],

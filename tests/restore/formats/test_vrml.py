@@ -8,6 +8,7 @@ from PIL import Image
 
 from restore.errors import BadInput
 from restore.formats import load_scan, write_vrml
+from restore.formats.vrml import read_vrml
 from restore.scan import RangeScan, SurfaceMesh
 
 HALF_DIGIT_MM = 0.00501  # the text has two decimals
@@ -42,7 +43,7 @@ def test_the_text_is_what_the_scanners_software_writes(shot, tmp_path):
 def test_display_transforms_and_comments_are_left_out(tmp_path):
     faces = "Transform { scaleFactor 2 2 2 } # ] }\nIndexedFaceSet { coordIndex [ 0, 1, 2, 3, -1, 0, 1, 2 ] }"
     (tmp_path / "a.wrl").write_text(SQUARE % faces)
-    mesh = load_scan(tmp_path / "a.wrl")
+    mesh = read_vrml(tmp_path / "a.wrl")
     assert isinstance(mesh, SurfaceMesh)
     assert mesh.vertices[2].tolist() == [9, 9, -700]
     assert mesh.faces.tolist() == [[0, 1, 2], [0, 2, 3], [0, 1, 2]]

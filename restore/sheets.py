@@ -1,0 +1,101 @@
+"""Several sheets in one scan: which there are, and each as a scan of its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from restore.errors import RestoreError
+from restore.flatten_mesh import flatten
+from restore.mesh.adjacency import border_of, components
+from restore.mesh.clean import clean, large_pieces, select, weld
+from restore.mesh.measures import signed_areas, straight_lengths, surface_area
+from restore.mesh.pose import pose_on_table
+from restore.mesh.triangulate import triangulate
+from restore.mesh.validate import ValidMesh, validated
+from restore.outline.rectangle import fills_rectangle
+from restore.range_image.camera import find_rays
+from restore.range_image.segment import MAX_GAP, find_pieces
+from restore.scan import Floats, Ints, RangeScan, SurfaceMesh
+
+OUTLINE_POINTS = 300  # of a sheet that is flattened for its outline alone: ten on each side of a page
+
+
+@dataclass(frozen=True, eq=False)
+class ScannedSheet:
+    """One sheet of a scan.
+
+    scan   the scan without the other sheets.
+    size   area of the sheet in the scan: mm² of a mesh, samples of a range image.
+    """
+
+    scan: RangeScan | SurfaceMesh
+    size: float
+
+
+def separate_sheets(scan: RangeScan | SurfaceMesh) -> list[ScannedSheet]:
+    """The sheets of a scan, left to right as the scanner saw them; one, the scan itself, where it holds one.
+
+    Connected pieces nearer to each other than MAX_GAP samples or edges are of one sheet: drop-outs part it so.
+    Raises NotEnoughSurface when there is no surface, BadInput for a broken mesh.
+    """
+    if isinstance(scan, SurfaceMesh):
+        return _sheets_of_mesh(scan)
+    rays = find_rays(scan)
+    if rays is None:
+        return _sheets_of_mesh(triangulate(scan)) if scan.measured.any() else [ScannedSheet(scan, 0.0)]
+    found = find_pieces(scan, rays)
+    if len(found) < 2:
+        return [ScannedSheet(scan, float(sum(piece.sum() for piece in found)))]
+    found.sort(key=lambda piece: float(np.nonzero(piece)[1].mean()))
+    others = [np.logical_or.reduce([other for other in found if other is not piece]) for piece in found]
+    return [
+        ScannedSheet(replace(scan, points=np.where(away[..., None], np.nan, scan.points)), float(piece.sum()))
+        for piece, away in zip(found, others, strict=True)
+    ]
+
+
+def is_rectangular(mesh: SurfaceMesh) -> bool:
+    """True when a connected mesh, laid flat, is a rectangle: a sheet of its own, no fragment of a torn one."""
+    try:
+        page = flatten(clean(mesh, OUTLINE_POINTS))
+    except RestoreError:  # closed, one-sided: no sheet of any shape
+        return False
+    area = float(signed_areas(page.flat, page.faces).sum())
+    return fills_rectangle(page.flat[border_of(page.faces)], area)
+
+
+def _sheets_of_mesh(scan: SurfaceMesh) -> list[ScannedSheet]:
+    mesh = validated(weld(validated(scan)))
+    pieces = [mesh.faces[member] for member in large_pieces(mesh)]
+    sheets = _joined_over_gaps(mesh, pieces) if len(pieces) > 1 else pieces
+    if len(sheets) < 2:
+        return [ScannedSheet(scan, surface_area(mesh.vertices, mesh.faces))]
+    seen = pose_on_table(mesh.vertices, mesh.faces).seen
+    sheets.sort(key=lambda faces: float(seen[np.unique(faces), 0].mean()))
+    return [ScannedSheet(select(mesh, faces), surface_area(mesh.vertices, faces)) for faces in sheets]
+
+
+def _joined_over_gaps(mesh: ValidMesh, pieces: list[Ints]) -> list[Ints]:
+    """The faces (m, 3) of each sheet, from those of its pieces."""
+    reach = (MAX_GAP + 1) * float(straight_lengths(mesh.vertices, mesh.sides.edges).mean())
+    borders = [_border(mesh.vertices, faces) for faces in pieces]
+    near = [
+        (a, b)
+        for a, b in combinations(range(len(pieces)), 2)
+        if borders[a].query(borders[b].data, distance_upper_bound=reach)[0].min() < reach
+    ]
+    label = components(np.array(near, np.int64).reshape(-1, 2), len(pieces))
+    return [
+        np.concatenate([faces for faces, of in zip(pieces, label, strict=True) if of == sheet])
+        for sheet in range(label.max() + 1)
+    ]
+
+
+def _border(vertices: Floats, faces: Ints) -> cKDTree:
+    """The border vertices of faces (m, 3), all of them where there is no border."""
+    border = border_of(faces)
+    return cKDTree(vertices[border if len(border) else np.unique(faces)])

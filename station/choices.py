@@ -1,0 +1,30 @@
+"""Values of options that are one of several words."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class Unit(StrEnum):
+    """Units of length of a mesh file; AUTO is that of its format."""
+
+    MM = "mm"
+    CM = "cm"
+    M = "m"
+    IN = "in"
+    AUTO = "auto"
+
+
+class Pieces(StrEnum):
+    """What becomes of several pieces of surface in one scan.
+
+    AUTO      rectangular sheets of a mesh as EACH, fragments as TOGETHER, a shot of the scanner as LARGEST.
+    EACH      each is a page of its own, `<stem>-1`, `<stem>-2` and so on, left to right as the scanner saw them.
+    LARGEST   the largest is the page; a warning tells of the others.
+    TOGETHER  all are laid out in one picture.
+    """
+
+    AUTO = "auto"
+    EACH = "each"
+    LARGEST = "largest"
+    TOGETHER = "together"

@@ -1,0 +1,65 @@
+"""Where a run writes and what, and what became of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from restore import Settings
+from station import export
+from station.choices import Pieces
+
+Clock = Callable[[], float]
+
+
+@dataclass(frozen=True)
+class Destination:
+    """Output folder and options of a run.
+
+    kinds     those of `export.OUTPUTS` on top of the page and its report.
+    language  of the words, as Tesseract calls it, when they are read.
+    colours   ICC profile of the colour image, as `planish colour` writes it; None for sRGB.
+    pieces    what becomes of several sheets in one scan.
+    anyway    write a page whose surface is no page's, too.
+    """
+
+    folder: Path
+    kinds: frozenset[str] = frozenset()
+    force: bool = False
+    language: str = "eng"
+    colours: bytes | None = None
+    pieces: Pieces = Pieces.AUTO
+    anyway: bool = False
+
+    def files(self, stem: str, *, colour: bool = True) -> list[Path]:
+        """The files that a run writes, the report last. colour: whether the scan has a colour image."""
+        return [self.folder / name for name in export.names(stem, self.kinds, colour=colour)]
+
+    def with_implied_outputs(self, settings: Settings) -> Destination:
+        """The destination with the outputs that the settings imply: the master when shading is removed, the coverage
+        when hidden places are filled."""
+        implied = {"master": settings.shading == "remove", "coverage": settings.fill_hidden_mm > 0}
+        return replace(self, kinds=self.kinds | {kind for kind, on in implied.items() if on})
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The report of a run and the files written.
+
+    pages  of several sheets in one scan, each by itself; the report lists theirs. Empty for one sheet.
+    """
+
+    report: Mapping[str, Any]
+    files: tuple[Path, ...]
+    pages: tuple[Outcome, ...] = ()
+
+
+@dataclass(frozen=True)
+class SourceRecord:
+    """Steps before the restoration: their fields of the report, seconds of each stage, warnings."""
+
+    report_fields: Mapping[str, Any]
+    seconds: Mapping[str, float]
+    warnings: tuple[str, ...] = ()

@@ -1,0 +1,67 @@
+"""Which of the sheets in a scan a run restores, as `--pieces` says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from restore import BadInput, RangeScan, ScannedSheet, SurfaceMesh, is_rectangular, separate_sheets
+from station.choices import Pieces
+
+
+@dataclass(frozen=True, eq=False)
+class Selected:
+    """A sheet that a run restores.
+
+    suffix         of its results' stem.
+    report_fields  that it adds to the report.
+    """
+
+    scan: RangeScan | SurfaceMesh
+    suffix: str = ""
+    report_fields: Mapping[str, Any] = field(default_factory=dict)
+    warnings: tuple[str, ...] = ()
+
+
+def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Pieces) -> list[Selected]:
+    """The sheets of a scan that are to be restored, left to right.
+
+    Raises BadInput for a range image whose pieces are to be laid out TOGETHER, NotEnoughSurface without any surface.
+    """
+    is_mesh = isinstance(scan, SurfaceMesh)
+    if pieces == Pieces.TOGETHER and is_mesh:
+        return [Selected(scan)]
+    sheets = separate_sheets(scan)
+    if len(sheets) < 2:
+        return [Selected(scan)]
+    if pieces == Pieces.TOGETHER:
+        raise BadInput(
+            f"a range image of {len(sheets)} pieces cannot be laid out in one picture", "use --pieces each or largest"
+        )
+    if pieces == Pieces.AUTO:
+        if is_mesh and not all(_is_rectangular(sheet) for sheet in sheets):
+            return [Selected(scan)]
+        pieces = Pieces.EACH if is_mesh else Pieces.LARGEST
+    return [_largest(sheets)] if pieces == Pieces.LARGEST else _each(sheets)
+
+
+def _is_rectangular(sheet: ScannedSheet) -> bool:
+    return isinstance(sheet.scan, SurfaceMesh) and is_rectangular(sheet.scan)
+
+
+def _largest(sheets: list[ScannedSheet]) -> Selected:
+    *others, largest = sorted(sheets, key=lambda sheet: sheet.size)
+    warning = (
+        f"the scan holds {len(sheets)} pieces of surface: the largest is the page, the next is "
+        f"{others[-1].size / largest.size:.0%} as large; --pieces each makes a page of each"
+    )
+    return Selected(largest.scan, warnings=(warning,))
+
+
+def _each(sheets: list[ScannedSheet]) -> list[Selected]:
+    count = len(sheets)
+    return [
+        Selected(sheet.scan, f"-{number}", {"piece": {"number": number, "of": count}})
+        for number, sheet in enumerate(sheets, start=1)
+    ]
