@@ -17,6 +17,19 @@ ROWS, COLS = 40, 56  # enough for every step
 PITCH = 1 / 485.0  # of the lines of sight, one millimetre deep: every fourth pixel of the MIDDLE lens
 RADIUS_MM, DISTANCE_MM = 200.0, 900.0
 POINTS = 10_000  # more than there are: all are kept, which needs no library of the system
+# The mesh of a format whose reader has kernels of its own.
+TRIANGLE = """ply
+format ascii 1.0
+element vertex 3
+property float x
+property float y
+property float z
+element face 1
+property list uchar int vertex_indices
+end_header
+0 0 -900 9 0 -900 0 9 -900
+3 0 1 2
+"""
 
 
 def small_page() -> RangeScan:
@@ -37,7 +50,7 @@ def small_page() -> RangeScan:
 
 def compile_kernels() -> int:
     """Restore a small page by every method, as a scan and as a mesh. Returns the number of functions compiled."""
-    from restore import Settings, notify_when_compiling, save_scan
+    from restore import Settings, load_scan, notify_when_compiling, save_scan
     from station.destination import Destination
     from station.export import OUTPUTS
     from station.session import restore_file
@@ -52,6 +65,8 @@ def compile_kernels() -> int:
             settings = Settings(points=POINTS, method=method, shading="remove", fill_hidden_mm=1.0)
             for source in ("page.scan", "page-warped.obj"):  # the first leaves the second
                 restore_file(folder / source, destination, settings=settings)
+        (folder / "triangle.ply").write_text(TRIANGLE)
+        load_scan(folder / "triangle.ply")
     return len(compiled)
 
 

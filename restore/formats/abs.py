@@ -17,13 +17,16 @@ from restore.errors import BadInput
 from restore.formats.grid import check_grid, samples_in_picture
 from restore.formats.mesh import provenance
 from restore.formats.picture import adjacent_picture, read_picture
-from restore.formats.source import DAMAGED, MAX_COORDINATE_MM, is_file, parse_numbers, read_bytes
+from restore.formats.source import CUT_SHORT, DAMAGED, MAX_COORDINATE_MM, is_file, parse_numbers, read_bytes
 from restore.scan import Bytes, RangeScan
 
 ABSENT = -999999.0
 MAX_HEADER_BYTES = 1024  # three short lines
 # A flag and three coordinates of at most 25 characters ("-1.2345678901234567e+00 "): decompression stops there.
 MAX_SAMPLE_BYTES = 4 + 3 * 26
+# Coordinates of six digits are packed to a half or a third, absent samples to a thousandth: the text of a 640 × 480
+# scan of nothing but those has 11 MB. Only crafted files unpack to more than this together.
+MAX_UNPACKED_BYTES, MAX_RATIO = 24 * 2**20, 8
 _HEADER = re.compile(rb"\s*(\d{1,9})\s+row[^\n]*\n\s*(\d{1,9})\s+col[^\n]*\n\s*pixel[^\n]*\n", re.IGNORECASE)
 GZIP_MAGIC = b"\x1f\x8b"
 
@@ -35,9 +38,15 @@ def read_abs(path: Path, texture: Bytes | None = None) -> RangeScan:
     """
     data = read_bytes(path)
     rows, cols, first = _header(path, _unpack(path, data, MAX_HEADER_BYTES, whole=False))
-    text = _unpack(path, data, first + rows * cols * MAX_SAMPLE_BYTES)[first:]
+    limit = min(first + rows * cols * MAX_SAMPLE_BYTES, MAX_UNPACKED_BYTES + MAX_RATIO * len(data))
+    text = _unpack(path, data, limit)[first:]
     values = parse_numbers(text, path, "the range image")
-    if values.size != 4 * rows * cols:
+    if values.size < 4 * rows * cols:
+        raise BadInput(
+            f"{path} seems cut short: it holds {values.size} numbers, {rows} × {cols} samples need {4 * rows * cols}",
+            CUT_SHORT,
+        )
+    if values.size > 4 * rows * cols:
         raise BadInput(f"{path} holds {values.size} numbers, {rows} × {cols} samples need {4 * rows * cols}", DAMAGED)
     flag, *xyz = values.reshape(4, rows, cols)
     points = np.stack(xyz, axis=-1)
@@ -83,7 +92,9 @@ def _unpack(path: Path, data: bytes, limit: int, *, whole: bool = True) -> bytes
     except zlib.error as error:
         raise BadInput(f"{path} does not unpack: {error}", DAMAGED) from error
     if whole and not stream.eof:
-        raise BadInput(f"{path} is cut off, or unpacks to more than its samples can fill", DAMAGED)
+        if stream.unconsumed_tail:
+            raise BadInput(f"{path} unpacks to more than its samples can fill", DAMAGED)
+        raise BadInput(f"{path} seems cut short: its archive does not end", CUT_SHORT)
     return text
 
 

@@ -11,7 +11,7 @@ from pydantic import BaseModel, Field, ValidationError
 from restore.errors import BadInput
 from restore.formats.mesh import checked_mesh
 from restore.formats.picture import decode_picture
-from restore.formats.source import DAMAGED, MISSING, ONE_SHOT, read_bytes
+from restore.formats.source import CUT_SHORT, DAMAGED, MISSING, ONE_SHOT, read_bytes
 from restore.formats.trimesh_parser import parse_mesh
 from restore.scan import Bytes, SurfaceMesh
 
@@ -121,7 +121,10 @@ def read_glb(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
 
 def _chunks(path: Path, data: bytes) -> tuple[bytes, bytes]:
     """The JSON and the binary chunk."""
-    if len(data) < 12 or struct.unpack_from("<4sII", data) != (MAGIC, VERSION, len(data)):
+    magic, version, length = struct.unpack("<4sII", data[:12].ljust(12, b"\0"))
+    if (magic, version) == (MAGIC, VERSION) and length > len(data):
+        raise BadInput(f"{path} seems cut short: it has {len(data)} of {length} bytes", CUT_SHORT)
+    if (magic, version, length) != (MAGIC, VERSION, len(data)):
         raise BadInput(f"{path} is no whole glTF 2 binary file", DAMAGED)
     chunks, at = [], 12
     while at + 8 <= len(data):

@@ -6,16 +6,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import numba
 import numpy as np
 from numpy.typing import NDArray
 
 from restore.errors import BadInput
 from restore.formats.picture import adjacent_picture
 from restore.formats.source import DAMAGED, MAX_COORDINATE_MM, MAX_SAMPLES, ONE_SHOT
-from restore.scan import Bytes, Floats, Ints, SurfaceMesh
+from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
 
-# Vertices, and faces, of the largest range grid: six times MAX_SAMPLES, as STL repeats each sample for its triangles.
+# Vertices of the largest range grid: six times MAX_SAMPLES, as STL repeats each sample for its triangles.
 MAX_ITEMS = 6 * MAX_SAMPLES
+# Two for each sample of the largest range camera, 1280 × 1024, and a little above.
+MAX_FACES = 3 * 2**20
+MAX_CORNERS = 256  # of a face; scanners write triangles and quads, editors no more than some dozens
+Numbers = NDArray[np.int32]  # of vertices or corners, half as large as Ints
 # Repeating textures leave [0, 1]; a scan's never do by more than its border.
 MAX_TEXCOORD = 2.0
 
@@ -45,32 +50,30 @@ def checked_mesh(
     Without texture and colours the picture beside the file is taken. A texture without uv is kept: its place may follow
     from the scanner's geometry. uv without a texture mean nothing and are dropped. Raises BadInput.
     """
-    points: Floats = _columns(path, "vertices", vertices, 3).astype(np.float64)
-    corners: Ints = _columns(path, "faces", faces, 3).astype(np.int64)
+    points: Floats = _columns(path, "vertices", vertices, 3).astype(np.float64, copy=False)
+    corners: Ints = _columns(path, "faces", faces, 3).astype(np.int64, copy=False)
     check_vertices(path, points)
     _check_faces(path, corners, len(points))
-    collapsed = (corners == np.roll(corners, 1, axis=1)).any(axis=1)
-    corners = corners[~collapsed]
-    used, number = _used_vertices(corners, len(points))
-    if not used.size:
+    collapsed = (corners[:, 0] == corners[:, 1]) | (corners[:, 1] == corners[:, 2]) | (corners[:, 2] == corners[:, 0])
+    if collapsed.any():
+        corners = corners[~collapsed]
+    used = _used_vertices(corners, len(points))
+    if not used.any():
         raise BadInput(f"{path} holds no surface: it has no triangle", "export the scan with its faces")
+    if not used.all():
+        corners = (np.cumsum(used) - 1)[corners]
+        points, uv, colours = points[used], None if uv is None else uv[used], None if colours is None else colours[used]
     if texture is None and colours is None:
         texture = adjacent_picture(path)
-    return PaintedMesh(
-        points[used],
-        number[corners],
-        _texcoords(path, uv, used, texture),
-        texture,
-        provenance(path),
-        colours=None if colours is None else colours[used],
-    )
+    texcoords = _texcoords(path, uv, texture)
+    return PaintedMesh(points, corners, texcoords, texture, provenance(path), colours=colours)
 
 
-def _used_vertices(corners: Ints, count: int) -> tuple[Ints, Ints]:
-    """The vertices (k,) that the corners use, of `count`; and the number (count,) of each among them."""
-    seen = np.zeros(count, bool)
-    seen[corners] = True
-    return np.flatnonzero(seen), np.cumsum(seen) - 1
+def _used_vertices(corners: Ints, count: int) -> Mask:
+    """(count,) True for the vertices that the corners use."""
+    used = np.zeros(count, bool)
+    used[corners.ravel()] = True
+    return used
 
 
 def provenance(path: Path) -> dict[str, str]:
@@ -86,27 +89,42 @@ def _columns(path: Path, what: str, array: NDArray[Any], width: int) -> NDArray[
 
 def check_vertices(path: Path, vertices: Floats) -> None:
     """Raise BadInput for too many vertices (n, 3) mm, or one that is not finite or out of range."""
-    if len(vertices) > MAX_ITEMS:
-        raise BadInput(f"{path} has {len(vertices)} vertices, more than {MAX_ITEMS}", ONE_SHOT)
-    bad = np.flatnonzero(~(np.abs(vertices) <= MAX_COORDINATE_MM).all(axis=1))
-    if bad.size:
-        x, y, z = vertices[bad[0]]
-        raise BadInput(f"{path}: vertex {bad[0]} lies at ({x:g}, {y:g}, {z:g}) mm", DAMAGED)
+    check_counts(path, len(vertices), 0)
+    bad = ~np.logical_and.reduce([np.abs(axis) <= MAX_COORDINATE_MM for axis in vertices.T])
+    if bad.any():
+        first = int(np.argmax(bad))
+        x, y, z = vertices[first]
+        raise BadInput(f"{path}: vertex {first} lies at ({x:g}, {y:g}, {z:g}) mm", DAMAGED)
+
+
+def check_counts(path: Path, vertices: int, faces: int) -> None:
+    """Raise BadInput for more vertices or faces than one shot of any scanner has."""
+    for count, limit, what in ((vertices, MAX_ITEMS, "vertices"), (faces, MAX_FACES, "faces")):
+        if count > limit:
+            raise BadInput(f"{path} has {count} {what}, more than {limit}", ONE_SHOT)
+
+
+def check_polygons(path: Path, sizes: NDArray[np.integer]) -> None:
+    """Raise BadInput for polygons of too many corners (m,), or too many triangles of them all."""
+    if len(sizes) and sizes.max() > MAX_CORNERS:
+        raise BadInput(f"{path}: a face has {sizes.max()} corners, more than {MAX_CORNERS}", DAMAGED)
+    check_counts(path, 0, int(np.maximum(sizes - 2, 0).sum()))
 
 
 def _check_faces(path: Path, faces: Ints, count: int) -> None:
-    bad = np.flatnonzero(((faces < 0) | (faces >= count)).any(axis=1))
-    if bad.size:
-        raise BadInput(f"{path}: a face uses vertices {faces[bad[0]].tolist()} of {count}", DAMAGED)
+    check_counts(path, 0, len(faces))
+    if len(faces) and (faces.min() < 0 or faces.max() >= count):
+        bad = int(np.argmax(((faces < 0) | (faces >= count)).any(axis=1)))
+        raise BadInput(f"{path}: a face uses vertices {faces[bad].tolist()} of {count}", DAMAGED)
 
 
-def _texcoords(path: Path, uv: NDArray[np.floating] | None, used: Ints, texture: Bytes | None) -> Floats | None:
+def _texcoords(path: Path, uv: NDArray[np.floating] | None, texture: Bytes | None) -> Floats | None:
     if uv is None or texture is None:
         return None
-    uv = _columns(path, "texture coordinates", uv, 2).astype(np.float64)[used]
-    if not (np.abs(uv) <= MAX_TEXCOORD).all():
+    coordinates: Floats = _columns(path, "texture coordinates", uv, 2).astype(np.float64)
+    if not (np.abs(coordinates) <= MAX_TEXCOORD).all():
         raise BadInput(f"{path}: a texture coordinate lies far outside the picture", DAMAGED)
-    return texture_pixels(uv, texture)
+    return texture_pixels(coordinates, texture)
 
 
 def texture_pixels(uv: Floats, texture: Bytes) -> Floats:
@@ -121,15 +139,25 @@ def texture_uv(texcoords: Floats, texture: Bytes) -> Floats:
     return np.column_stack([(texcoords[:, 0] + 0.5) / width, 1.0 - (texcoords[:, 1] + 0.5) / height])
 
 
-def fan_triangles(indices: Ints, starts: Ints, counts: Ints) -> Ints:
+def fan_triangles(indices: NDArray[np.integer], starts: NDArray[np.integer], counts: NDArray[np.integer]) -> Ints:
     """Split polygons into triangles (m, 3), all from the polygon's first corner.
 
     Polygon k has the corners indices[starts[k] : starts[k] + counts[k]]; those with fewer than three give nothing.
+    All numbers are below 2^31.
     """
-    triangles = np.maximum(counts - 2, 0)
-    first = np.repeat(starts, triangles)
-    step = np.arange(triangles.sum()) - np.repeat(np.cumsum(triangles) - triangles, triangles)
-    return np.column_stack([indices[first], indices[first + step + 1], indices[first + step + 2]]).astype(np.int64)
+    triangles = np.empty((int(np.maximum(counts - 2, 0).sum(dtype=np.int64)), 3), np.int64)
+    _fan(*(array.astype(np.int32, copy=False) for array in (indices, starts, counts)), triangles)
+    return triangles
+
+
+@numba.njit(cache=True)
+def _fan(indices: Numbers, starts: Numbers, counts: Numbers, triangles: Ints) -> None:
+    at = 0
+    for k in range(len(counts)):
+        first = indices[starts[k]] if counts[k] > 2 else 0
+        for corner in range(starts[k] + 2, starts[k] + counts[k]):
+            triangles[at, 0], triangles[at, 1], triangles[at, 2] = first, indices[corner - 1], indices[corner]
+            at += 1
 
 
 def split_seams(faces: Ints, uv_faces: Ints, uv_count: int) -> tuple[Ints, Ints, Ints]:
@@ -139,9 +167,42 @@ def split_seams(faces: Ints, uv_faces: Ints, uv_count: int) -> tuple[Ints, Ints,
     """
     if len(faces) == 0:
         return np.empty(0, np.int64), np.empty(0, np.int64), faces
-    only = np.zeros(faces.max() + 1, np.int64)
+    count = int(faces.max()) + 1
+    only = np.zeros(count, np.int64)
     only[faces] = uv_faces
     if (only[faces] == uv_faces).all():  # without seams, as scanners write it
-        return np.arange(len(only)), only, faces
-    pairs, inverse = np.unique(faces.ravel() * uv_count + uv_faces.ravel(), return_inverse=True)
-    return pairs // uv_count, pairs % uv_count, inverse.reshape(faces.shape).astype(np.int64)
+        return np.arange(count), only, faces
+    corner_vertex, corner_uv = faces.reshape(-1), uv_faces.reshape(-1)
+    order = _sorted_by(corner_uv, np.arange(faces.size, dtype=np.int32), uv_count)
+    order = _sorted_by(corner_vertex, order, count)
+    pairs, numbers = np.empty((faces.size, 2), np.int32), np.empty(faces.size, np.int64)
+    used = _number_pairs(corner_vertex, corner_uv, order, pairs, numbers)
+    take, take_uv = pairs[:used].astype(np.int64).T
+    return take, take_uv, numbers.reshape(faces.shape)
+
+
+@numba.njit(cache=True)
+def _sorted_by(keys: Ints, order: Numbers, count: int) -> Numbers:
+    """The order (c,) stably sorted by the keys (c,), which are below `count`: a counting sort, linear in both."""
+    first = np.zeros(count + 1, np.int32)
+    for key in keys:
+        first[key + 1] += 1
+    for k in range(count):
+        first[k + 1] += first[k]
+    result = np.empty_like(order)
+    for k in order:
+        result[first[keys[k]]] = k
+        first[keys[k]] += 1
+    return result
+
+
+@numba.njit(cache=True)
+def _number_pairs(first: Ints, second: Ints, order: Numbers, pairs: Numbers, numbers: Ints) -> int:
+    """Number the distinct pairs of corners that are sorted by both. Returns how many there are."""
+    used = 0
+    for k in order:
+        if used == 0 or pairs[used - 1, 0] != first[k] or pairs[used - 1, 1] != second[k]:
+            pairs[used, 0], pairs[used, 1] = first[k], second[k]
+            used += 1
+        numbers[k] = used - 1
+    return used

@@ -16,7 +16,6 @@ from restore.scan import Bytes, Ints, SurfaceMesh
 
 MAX_MATERIAL_BYTES = 2**20  # a material file is a page of text
 MAX_LIBRARIES = 16  # a scan has one
-COLOURED = 6  # numbers of a vertex line with a colour
 LARGE_MESH = 1000  # vertices: more than in files written by hand
 UNUSED_TAIL = 0.01  # of the vertices: the faces of a truncated file do not reach its last vertices
 
@@ -30,17 +29,17 @@ def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     text = parse_obj(path, data)
     starts = np.cumsum(text.sizes) - text.sizes
     faces, uv_faces = fan_triangles(text.corners, starts, text.sizes), fan_triangles(text.uvs, starts, text.sizes)
-    check_vertices(path, text.values[:, :3])
+    check_vertices(path, text.vertices)
     _check_complete(path, data, text, faces)
     if len(faces) == 0 or uv_faces.min() < 0:
-        return checked_mesh(path, text.values[:, :3], faces, texture=texture, colours=_colours(text))
+        return checked_mesh(path, text.vertices, faces, texture=texture, colours=_colours(text))
     if texture is None:
         texture = _picture(path, text)
     take, take_uv, faces = split_seams(faces, uv_faces, len(text.uv))
     colours = _colours(text)
     return checked_mesh(
         path,
-        text.values[take, :3],
+        text.vertices[take],
         faces,
         uv=text.uv[take_uv],
         texture=texture,
@@ -73,19 +72,18 @@ def _check_complete(path: Path, data: bytes, text: ObjText, faces: Ints) -> None
     last = data[data.rfind(b"\n") + 1 :].split()
     if last[:1] == [b"f"] and len(last) < 4:
         raise BadInput(f"{path} seems cut short: its last face is not complete", CUT_SHORT)
-    share = (int(faces.max()) + 1) / len(text.values)
-    allowed = UNUSED_TAIL if len(text.values) >= LARGE_MESH else 1.0
+    share = (int(faces.max()) + 1) / len(text.vertices)
+    allowed = UNUSED_TAIL if len(text.vertices) >= LARGE_MESH else 1.0
     if share < 1.0 - (allowed if data.endswith(b"\n") else 0.0):
         raise BadInput(f"{path} seems cut short: its faces use the first {share:.0%} of its vertices", CUT_SHORT)
 
 
 def _colours(text: ObjText) -> Bytes | None:
     """The colours (n, 3) of vertices that all have one, 0 to 1 or 0 to 255 in the file."""
-    if not len(text.counts) or text.counts.min() < COLOURED:
+    if not len(text.colours) or np.isnan(text.colours).any():
         return None
-    colours = np.nan_to_num(text.values[:, 3:6])
-    scale = 255.0 if colours.max() <= 1.0 else 1.0
-    return np.clip(np.rint(scale * colours), 0, 255).astype(np.uint8)
+    scale = 255.0 if text.colours.max() <= 1.0 else 1.0
+    return np.clip(np.rint(scale * text.colours), 0, 255).astype(np.uint8)
 
 
 def _picture(path: Path, text: ObjText) -> Bytes | None:

@@ -10,15 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.errors import BadInput
-from restore.formats.source import CUT_SHORT, DAMAGED, parse_numbers
-from restore.scan import Floats, Ints
+from restore.formats.mesh import MAX_CORNERS, Numbers, check_counts
+from restore.formats.source import CUT_SHORT, DAMAGED, ONE_SHOT, parse_numbers
+from restore.scan import Bytes, Floats, Ints
 
-MAX_CORNERS = 256  # of a face; scanners write triangles and quads, editors no more than some dozens
+MAX_NAMES = 1000  # of materials, and of material files; a scan has one of each
 EXACT_DIGITS = 2**53  # whole numbers below are exact in float64, and so is their product …
 EXACT_POWER = 22  # … with or quotient by a power of ten up to this one (W. Clinger, PLDI 1990)
 POWERS = 10.0 ** np.arange(EXACT_POWER + 1)
 LEAST_VERTEX_BYTES = len(b"v 0 0 0\n")  # more vertex lines than fit would take many times the memory of the file
-VALUES = 7  # x y z w, or x y z r g b and one to spare: more numbers on a line are left out
+VALUES = 6  # x y z r g b: more numbers on a line are left out
 KINDS = VERTEX, TEXCOORD, FACE, LIBRARY, MATERIAL = range(5)
 NUMBER_FAULT, CORNER_FAULT, INDEX_FAULT, COUNT_FAULT = 1, 2, 3, 4
 TAB, NEWLINE, RETURN, BLANK, HASH, SLASH, MINUS, PLUS, POINT = 9, 10, 13, 32, 35, 47, 45, 43, 46
@@ -29,8 +30,8 @@ ZERO, NINE, LOWER_E, UPPER_E = 48, 57, 101, 69
 class ObjText:
     """Contents of an OBJ file.
 
-    values    (n, 7) numbers of each vertex line, NaN where the line has fewer.
-    counts    (n,) number of values on the line.
+    vertices  (n, 3) positions.
+    colours   (n, 3) the three numbers behind, NaN where the line has fewer.
     uv        (t, 2) texture coordinates.
     corners   (c,) vertex of each corner of each face, in the order of the file.
     uvs       (c,) its texture coordinate, −1 where it has none.
@@ -38,12 +39,12 @@ class ObjText:
     libraries, materials  what the lines mtllib and usemtl name, each name once.
     """
 
-    values: Floats
-    counts: Ints
+    vertices: Floats
+    colours: NDArray[np.float32]
     uv: Floats
-    corners: Ints
-    uvs: Ints
-    sizes: Ints
+    corners: Numbers
+    uvs: Numbers
+    sizes: Numbers
     libraries: tuple[bytes, ...]
     materials: tuple[bytes, ...]
 
@@ -56,46 +57,48 @@ def parse_obj(path: Path, data: bytes) -> ObjText:
     sizes, libraries, materials = _count(text)
     if sizes[VERTEX] * LEAST_VERTEX_BYTES > len(text):
         raise BadInput(f"{path}: a vertex has fewer than three coordinates", DAMAGED)
-    values, counts = np.full((sizes[VERTEX], VALUES), np.nan), np.zeros(sizes[VERTEX], np.int64)
-    uv = np.full((sizes[TEXCOORD], 2), np.nan)
-    faces, corners = np.zeros(sizes[FACE], np.int64), np.zeros((sizes[-1], 2), np.int64)
-    remaining = np.empty((0, 3), np.int64)
-    for room in (0, values.size + uv.size):  # most files have no number that the kernel cannot parse exactly
-        remaining = np.empty((room, 3), np.int64)
-        fault, line, remaining_count = _fill(text, values, counts, uv, faces, corners, remaining)
-        if fault or remaining_count <= room:
+    check_counts(path, sizes[VERTEX], max(sizes[-1] - 2 * sizes[FACE], 0))
+    vertices, colours = np.empty((sizes[VERTEX], 3)), np.empty((sizes[VERTEX], 3), np.float32)
+    uv, faces = np.empty((sizes[TEXCOORD], 2)), np.zeros(sizes[FACE], np.int32)
+    corners, uvs = np.empty(sizes[-1], np.int32), np.empty(sizes[-1], np.int32)
+    places, words = np.empty(0, np.int32), np.empty(0, np.uint8)
+    while True:  # most files have no number that the kernel cannot parse exactly; for others, room is made
+        fault, line, count, length = _fill(text, vertices, colours, uv, faces, corners, uvs, places, words)
+        if fault:
+            raise _line_error(path, data, int(fault), int(line))
+        if count == len(places):
             break
-    if fault:
-        raise _line_error(path, data, int(fault), int(line))
-    _parse_remaining(path, data, remaining[:remaining_count], values, uv)
-    return ObjText(
-        values,
-        counts,
-        uv,
-        corners[:, 0].copy(),
-        corners[:, 1].copy(),
-        faces,
-        _names(data, libraries),
-        _names(data, materials),
-    )
+        places, words = np.empty(count, np.int32), np.empty(length, np.uint8)
+    _parse_remaining(path, places, words, vertices, colours, uv)
+    names = (_names(path, data, found) for found in (libraries, materials))
+    return ObjText(vertices, colours, uv, corners, uvs, faces, *names)
 
 
-def _names(data: bytes, places: Ints) -> tuple[bytes, ...]:
+def _names(path: Path, data: bytes, places: Ints) -> tuple[bytes, ...]:
     """The texts between the offsets (k, 2), each once."""
-    starts, ends = places.T.tolist()
-    return tuple({data[start:end].strip(): None for start, end in zip(starts, ends, strict=True)})
+    names = dict[bytes, None]()
+    for start, end in places:
+        names[data[start:end].strip()] = None
+        if len(names) > MAX_NAMES:
+            raise BadInput(f"{path} names more than {MAX_NAMES} materials", ONE_SHOT)
+    return tuple(names)
 
 
-def _parse_remaining(path: Path, data: bytes, remaining: Ints, values: Floats, uv: Floats) -> None:
-    """Parse the numbers of many digits, whose places are (offset, end, index), index negative for those of uv."""
-    if not len(remaining):
-        return
-    parsed = parse_numbers(b" ".join(data[start:end] for start, end, _ in remaining.tolist()), path, "a line")
-    if len(parsed) != len(remaining):
+def _parse_remaining(
+    path: Path, places: Numbers, words: Bytes, vertices: Floats, colours: NDArray[np.float32], uv: Floats
+) -> None:
+    """Parse the numbers of many digits, whose words have blanks between them.
+
+    A place is 6 · vertex + column of position and colour, or −1 − (2 · texture coordinate + column).
+    """
+    parsed = parse_numbers(words.tobytes(), path, "a line")
+    if len(parsed) != len(places):
         raise BadInput(f"{path}: a word stands where a number should be", DAMAGED)
-    of_uv = remaining[:, 2] < 0
-    values.reshape(-1)[remaining[~of_uv, 2]] = parsed[~of_uv]
-    uv.reshape(-1)[-1 - remaining[of_uv, 2]] = parsed[of_uv]
+    row, column = np.divmod(places, VALUES)
+    for array, here, first in ((vertices, column < 3, 0), (colours, column >= 3, 3)):
+        here = here & (places >= 0)
+        array[row[here], column[here] - first] = parsed[here]
+    uv.reshape(-1)[-1 - places[places < 0]] = parsed[places < 0]
 
 
 def _line_error(path: Path, data: bytes, fault: int, line: int) -> BadInput:
@@ -117,7 +120,7 @@ def _is_blank(byte: int) -> bool:
 
 
 @numba.njit(cache=True)
-def _keyword(text: NDArray[np.uint8], at: int) -> tuple[int, int]:
+def _keyword(text: Bytes, at: int) -> tuple[int, int]:
     """The kind of the line whose first word begins at `at`, −1 for others, and where its first word ends."""
     end = at
     while not _is_blank(text[end]) and text[end] != NEWLINE:
@@ -137,7 +140,7 @@ def _keyword(text: NDArray[np.uint8], at: int) -> tuple[int, int]:
 
 
 @numba.njit(cache=True)
-def _next_word(text: NDArray[np.uint8], at: int) -> tuple[int, int]:
+def _next_word(text: Bytes, at: int) -> tuple[int, int]:
     """Start and end of the next word of a line; equal at its end or at a comment."""
     while _is_blank(text[at]):
         at += 1
@@ -150,14 +153,14 @@ def _next_word(text: NDArray[np.uint8], at: int) -> tuple[int, int]:
 
 
 @numba.njit(cache=True)
-def _line_end(text: NDArray[np.uint8], at: int) -> int:
+def _line_end(text: Bytes, at: int) -> int:
     while text[at] != NEWLINE:
         at += 1
     return at
 
 
 @numba.njit(cache=True)
-def _count(text: NDArray[np.uint8]) -> tuple[Ints, Ints, Ints]:
+def _count(text: Bytes) -> tuple[Ints, Ints, Ints]:
     """(6,) lines of each kind and corners in all; offsets (k, 2) of the names of mtllib and usemtl lines."""
     counts, at = np.zeros(6, np.int64), 0
     while at < len(text):
@@ -188,10 +191,18 @@ def _count(text: NDArray[np.uint8]) -> tuple[Ints, Ints, Ints]:
 
 @numba.njit(cache=True)
 def _fill(
-    text: NDArray[np.uint8], values: Floats, counts: Ints, uv: Floats, faces: Ints, corners: Ints, remaining: Ints
-) -> tuple[int, int, int]:
-    """Fill the arrays. Returns a fault or 0, its line, and the number of values left for `_parse_remaining`."""
-    at, line, vertex, texcoord, face, corner, remaining_count = 0, 0, 0, 0, 0, 0, 0
+    text: Bytes,
+    vertices: Floats,
+    colours: NDArray[np.float32],
+    uv: Floats,
+    faces: Numbers,
+    corners: Numbers,
+    uvs: Numbers,
+    places: Numbers,
+    words: Bytes,
+) -> tuple[int, int, int, int]:
+    """Fill the arrays. Returns a fault or 0, its line, number and length of the words left for `_parse_remaining`."""
+    at, line, vertex, texcoord, face, corner, left, length = 0, 0, 0, 0, 0, 0, 0, 0
     while at < len(text):
         line += 1
         start, _ = _next_word(text, at)
@@ -204,22 +215,26 @@ def _fill(
                 if count < width:
                     state, value = _number(text, begin, word)
                     if state == 0:
-                        return NUMBER_FAULT, line, remaining_count
-                    place = vertex * VALUES + count if kind == VERTEX else -1 - (texcoord * 2 + count)
+                        return NUMBER_FAULT, line, left, length
                     if state == 2:
-                        if remaining_count < len(remaining):
-                            remaining[remaining_count] = begin, word, place
-                        remaining_count += 1
-                    elif kind == VERTEX:
-                        values[vertex, count] = value
-                    else:
+                        if left < len(places):
+                            places[left] = vertex * VALUES + count if kind == VERTEX else -1 - (texcoord * 2 + count)
+                            words[length : length + word - begin] = text[begin:word]
+                            words[length + word - begin] = BLANK
+                        left, length = left + 1, length + word - begin + 1
+                    elif kind == TEXCOORD:
                         uv[texcoord, count] = value
+                    elif count < 3:
+                        vertices[vertex, count] = value
+                    else:
+                        colours[vertex, count - 3] = value
                 count += 1
                 begin, word = _next_word(text, word)
             if count < (3 if kind == VERTEX else 1):
-                return NUMBER_FAULT, line, remaining_count
+                return NUMBER_FAULT, line, left, length
             if kind == VERTEX:
-                counts[vertex] = min(count, VALUES)
+                for k in range(max(count - 3, 0), 3):
+                    colours[vertex, k] = np.nan
                 vertex += 1
             else:
                 if count == 1:
@@ -231,22 +246,22 @@ def _fill(
             while word > begin:
                 state, a, b = _corner(text, begin, word, vertex, texcoord)
                 if state:
-                    return state, line, remaining_count
-                if a >= len(values) or b >= len(uv):
-                    return INDEX_FAULT, line, remaining_count
-                corners[corner] = a, b
+                    return state, line, left, length
+                if a >= len(vertices) or b >= len(uv):
+                    return INDEX_FAULT, line, left, length
+                corners[corner], uvs[corner] = a, b
                 corner += 1
                 faces[face] += 1
                 if faces[face] > MAX_CORNERS:
-                    return COUNT_FAULT, line, remaining_count
+                    return COUNT_FAULT, line, left, length
                 begin, word = _next_word(text, word)
             face += 1
         at = _line_end(text, word) + 1
-    return 0, 0, remaining_count
+    return 0, 0, left, length
 
 
 @numba.njit(cache=True)
-def _number(text: NDArray[np.uint8], at: int, end: int) -> tuple[int, float]:
+def _number(text: Bytes, at: int, end: int) -> tuple[int, float]:
     """0 for text that cannot be a number; 1 and the exact value; 2 for one that `_parse_remaining` has to parse."""
     first = text[at]
     if not (ZERO <= first <= NINE or first in (MINUS, PLUS, POINT)):
@@ -274,7 +289,7 @@ def _number(text: NDArray[np.uint8], at: int, end: int) -> tuple[int, float]:
 
 
 @numba.njit(cache=True)
-def _corner(text: NDArray[np.uint8], at: int, end: int, vertices: int, texcoords: int) -> tuple[int, int, int]:
+def _corner(text: Bytes, at: int, end: int, vertices: int, texcoords: int) -> tuple[int, int, int]:
     """A fault or 0, the vertex and the texture coordinate of a corner, −1 for none."""
     state, vertex, at = _index(text, at, end, vertices)
     if state:
@@ -299,7 +314,7 @@ def _corner(text: NDArray[np.uint8], at: int, end: int, vertices: int, texcoords
 
 
 @numba.njit(cache=True)
-def _index(text: NDArray[np.uint8], at: int, end: int, count: int) -> tuple[int, int, int]:
+def _index(text: Bytes, at: int, end: int, count: int) -> tuple[int, int, int]:
     """A fault or 0, the index from 0 on, and where it ends. Negative ones count back from the latest of `count`."""
     negative = text[at] == MINUS
     at += negative

@@ -10,11 +10,14 @@ import numpy as np
 from PIL import Image, UnidentifiedImageError
 
 from restore.errors import BadInput
-from restore.formats.source import is_file, read_bytes, scan_stem
+from restore.formats.source import CUT_SHORT, is_file, read_bytes, scan_stem
 from restore.scan import Bytes
 
 # The scanner's own image has 0.3 million pixels; this leaves room for a photograph, and is 240 MB of RGB.
 MAX_PIXELS = 80_000_000
+# A photograph has four pixels to a byte at most; what is packed closer, and is not small, was made to fill the memory.
+SMALL_PIXELS, MAX_PIXELS_PER_BYTE = 20_000_000, 16
+BAND_ROWS = 256
 KINDS = ("PNG", "PPM", "JPEG", "TIFF", "BMP")
 # In the order of preference when several lie beside a scan: lossless first.
 SUFFIXES = (".png", ".ppm", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg")
@@ -31,21 +34,33 @@ def decode_picture(data: bytes, name: str) -> Bytes:
         warnings.simplefilter("ignore")  # Pillow warns of odd tags; unreadable pixels are an error all the same
         try:
             with Image.open(io.BytesIO(data), formats=KINDS) as image:
-                if image.width * image.height > MAX_PIXELS:
-                    raise BadInput(f"{name} has too many pixels: {image.width} × {image.height}", "scale it down")
+                _check_size(image, len(data), name)
                 return _rgb(image)
         except BadInput:
             raise
         except Exception as error:  # Pillow's decoders raise whatever they trip over
+            if "truncated" in str(error).lower():
+                raise BadInput(f"{name} seems cut short: it does not hold all its pixels", CUT_SHORT) from error
             reason = "its kind is not known" if isinstance(error, UnidentifiedImageError) else error
             raise BadInput(f"{name} is no readable picture: {reason}", f"use one of {', '.join(KINDS)}") from error
 
 
+def _check_size(image: Image.Image, size: int, name: str) -> None:
+    pixels = image.width * image.height
+    if pixels > MAX_PIXELS or pixels > max(SMALL_PIXELS, MAX_PIXELS_PER_BYTE * size):
+        raise BadInput(f"{name} has too many pixels: {image.width} × {image.height}", "scale it down")
+
+
 def _rgb(image: Image.Image) -> Bytes:
-    if image.mode.startswith("I"):  # 16 bits of grey
-        grey = np.clip(np.asarray(image).astype(np.int64) // 257, 0, 255).astype(np.uint8)
-        return np.repeat(grey[..., None], 3, axis=2)
-    return np.array(image.convert("RGB"), dtype=np.uint8)
+    """The picture (h, w, 3) uint8 RGB, converted in bands: Pillow's copies of the whole would take twice the memory."""
+    out = np.empty((image.height, image.width, 3), np.uint8)
+    for top in range(0, image.height, BAND_ROWS):
+        part = image.crop((0, top, image.width, min(top + BAND_ROWS, image.height)))
+        if image.mode.startswith("I"):  # 16 bits of grey
+            out[top : top + BAND_ROWS] = np.clip(np.asarray(part).astype(np.int64) // 257, 0, 255)[..., None]
+        else:
+            out[top : top + BAND_ROWS] = np.asarray(part.convert("RGB"))
+    return out
 
 
 def encode_png(picture: Bytes) -> bytes:

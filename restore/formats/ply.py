@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from restore.errors import BadInput
-from restore.formats.mesh import checked_mesh, texture_uv
+from restore.formats.grid import check_grid, grid_polygons
+from restore.formats.mesh import check_polygons, checked_mesh, fan_triangles, split_seams, texture_uv
 from restore.formats.picture import encode_png, read_picture
+from restore.formats.ply_data import PlyData, parse_ply
 from restore.formats.source import DAMAGED, MISSING, ONE_SHOT, is_file, read_bytes, resolve_reference
-from restore.formats.trimesh_parser import parse_mesh
-from restore.scan import Bytes, SurfaceMesh
+from restore.scan import Bytes, Floats, Ints, SurfaceMesh
 
-MAX_HEADER_BYTES = 2**16  # a header is a page of text
-_HEADER = re.compile(rb"ply\s.*?\nend_header[ \t]*\r?\n", re.DOTALL)
-_ELEMENT = re.compile(rb"^element[ \t]+(\w+)[ \t]+(\d{1,10})[ \t]*\r?$", re.MULTILINE)
-_PICTURE = re.compile(rb"^comment[ \t]+TextureFile[ \t]+(.*?)[ \t]*\r?$", re.MULTILINE | re.IGNORECASE)
+# Names that are in use.
+CORNERS = ("vertex_indices", "vertex_index")
+TEXCOORDS = (("texture_u", "texture_v"), ("u", "v"), ("s", "t"))
+COLOURS = ("red", "green", "blue")
+PICTURE = b"texturefile"
 
 
 def read_ply(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
@@ -25,12 +28,21 @@ def read_ply(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
 
     Raises BadInput.
     """
-    data = read_bytes(path)
-    header = _header(path, data)
-    arrays = parse_mesh(path, data, "ply", skip_materials=True)
-    if texture is None and arrays.uv is not None:
-        texture = _picture(path, header)
-    return checked_mesh(path, arrays.vertices, arrays.faces, uv=arrays.uv, texture=texture, colours=arrays.colours)
+    content = parse_ply(path, read_bytes(path))
+    columns = content.columns.get("vertex", {})
+    vertices = _columns(columns, "xyz")
+    if vertices is None:
+        raise BadInput(f"{path} has no vertices with x, y and z", DAMAGED)
+    faces, uv_faces, uv = _faces(path, content)
+    if uv is None:
+        uv = next((found for names in TEXCOORDS if (found := _columns(columns, names)) is not None), None)
+    colours = _colours(content)
+    if uv_faces is not None and uv is not None:
+        take, take_uv, faces = split_seams(faces, uv_faces, len(uv))
+        vertices, uv, colours = vertices[take], uv[take_uv], None if colours is None else colours[take]
+    if texture is None and uv is not None:
+        texture = _picture(path, content.header.comments)
+    return checked_mesh(path, vertices, faces, uv=uv, texture=texture, colours=colours)
 
 
 def write_ply(mesh: SurfaceMesh, path: Path) -> None:
@@ -50,21 +62,78 @@ def write_ply(mesh: SurfaceMesh, path: Path) -> None:
     path.write_bytes(header.encode() + np.hstack(columns).astype("<f8").tobytes() + faces.tobytes())
 
 
-def _header(path: Path, data: bytes) -> bytes:
-    """The header, after checking that what it promises is there: trimesh takes what comes in a text file."""
-    match = _HEADER.match(data, 0, MAX_HEADER_BYTES)
-    if match is None:
-        raise BadInput(f"{path} has no PLY header", DAMAGED)
-    promised = sum(int(count) for _, count in _ELEMENT.findall(match[0]))
-    # A vertex or a face takes a line of text, and in binary form more than a byte.
-    available = data.count(b"\n", match.end()) + 1 if b"format ascii" in match[0] else len(data) - match.end()
-    if promised > available:
-        raise BadInput(f"{path} promises {promised} vertices and faces and ends before", DAMAGED)
-    return match[0]
+def _columns(columns: dict[str, NDArray[Any]], names: str | tuple[str, ...]) -> Floats | None:
+    """(n, k) numbers of the named properties, None when one of them is missing."""
+    if not all(name in columns for name in names):
+        return None
+    with np.errstate(invalid="ignore"):  # of a NaN that signals
+        return np.column_stack([columns[name].astype(np.float64, copy=False) for name in names])
 
 
-def _picture(path: Path, header: bytes) -> Bytes | None:
-    names = {name.decode("utf-8", "replace") for name in _PICTURE.findall(header)}
+def _colours(content: PlyData) -> Bytes | None:
+    """The colours (n, 3) of the vertices: 0 to 255, or 0 to 1 where the header says that they are no whole numbers."""
+    colours = _columns(content.columns["vertex"], COLOURS)
+    if colours is None or not len(colours):
+        return None
+    vertex = next(element for element in content.header.elements if element.name == "vertex")
+    fractions = all(p.kind[1] == "f" for p in vertex.properties if p.name in COLOURS) and colours.max() <= 1.0
+    return np.clip(np.rint(np.nan_to_num(colours) * (255.0 if fractions else 1.0)), 0, 255).astype(np.uint8)
+
+
+def _faces(path: Path, content: PlyData) -> tuple[Ints, Ints | None, Floats | None]:
+    """Triangles (m, 3); with texture coordinates of corners also their numbers (m, 3) and the coordinates (t, 2)."""
+    lists = content.lists.get("face", {})
+    corners = next((lists[name] for name in CORNERS if name in lists), None)
+    if corners is None:
+        return _range_grid(path, content), None, None
+    check_polygons(path, corners.sizes)
+    _check_indices(path, corners.values, len(content.columns["vertex"]["x"]))
+    faces = fan_triangles(corners.values, corners.starts, corners.sizes)
+    pairs = lists.get("texcoord")
+    if pairs is None or not len(faces) or (pairs.sizes != 2 * corners.sizes).any():
+        return faces, None, None
+    coordinates = np.ascontiguousarray(pairs.values, np.float64).view(np.complex128)  # each compared as one number
+    uv, number = np.unique(coordinates, return_inverse=True)
+    return faces, fan_triangles(number, corners.starts, corners.sizes), uv.view(np.float64).reshape(-1, 2)
+
+
+def _range_grid(path: Path, content: PlyData) -> Ints:
+    """Triangles (m, 3) of a file that is a grid of samples, as the Stanford scanning repository writes it.
+
+    Each cell has the list of its sample, empty where nothing was measured; `obj_info` has the size of the grid.
+    """
+    cells = content.lists.get("range_grid", {}).get("vertex_indices")
+    if cells is None:
+        return np.empty((0, 3), np.int64)
+    cols, rows = (_note(content, name) for name in (b"num_cols", b"num_rows"))
+    check_grid(path, rows, cols)
+    if rows * cols != len(cells.sizes) or cells.sizes.max() > 1:
+        raise BadInput(f"{path}: its range grid has not one sample for each of {cols} × {rows} cells", DAMAGED)
+    vertices = _columns(content.columns["vertex"], "xyz")
+    assert vertices is not None
+    _check_indices(path, cells.values, len(vertices))
+    quads, triangles = grid_polygons((cells.sizes == 1).reshape(rows, cols))
+    faces = cells.values.astype(np.int64)[np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]], triangles])]
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    to_scanner = np.cross(b - a, c - a)[:, 2].sum() >= 0  # the rows run up in some files, and down in others
+    return faces if to_scanner else faces[:, ::-1]
+
+
+def _note(content: PlyData, name: bytes) -> int:
+    """The number behind a name in the obj_info lines, 0 where there is none."""
+    numbers = [words[1] for note in content.header.notes if len(words := note.split()) == 2 and words[0] == name]
+    return int(numbers[0]) if numbers and numbers[0].isdigit() and len(numbers[0]) < 10 else 0
+
+
+def _check_indices(path: Path, indices: NDArray[Any], count: int) -> None:
+    wrong = ~((indices >= 0) & (indices < count))
+    if wrong.any():
+        raise BadInput(f"{path}: a face uses vertex {indices[np.argmax(wrong)]:g} of {count}", DAMAGED)
+
+
+def _picture(path: Path, comments: tuple[bytes, ...]) -> Bytes | None:
+    texture_files = (comment.partition(b" ") for comment in comments)
+    names = {name.strip().decode("utf-8", "replace") for key, _, name in texture_files if key.lower() == PICTURE}
     if len(names) > 1:
         raise BadInput(f"{path} uses {len(names)} pictures, a scan has one", ONE_SHOT)
     if not names:

@@ -7,20 +7,30 @@ vertices come in raster order, the faces are quadrilaterals and triangles.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 
+import numba
 import numpy as np
 
 from restore.errors import BadInput
 from restore.formats.grid import grid_polygons
-from restore.formats.mesh import checked_mesh, fan_triangles, split_seams
+from restore.formats.mesh import check_counts, check_polygons, checked_mesh, fan_triangles, split_seams
 from restore.formats.picture import encode_png, read_picture
-from restore.formats.source import DAMAGED, ONE_SHOT, parse_integers, parse_numbers, read_bytes, resolve_reference
+from restore.formats.source import (
+    CUT_SHORT,
+    DAMAGED,
+    ONE_SHOT,
+    parse_integers,
+    parse_numbers,
+    read_bytes,
+    resolve_reference,
+)
 from restore.scan import Bytes, Floats, Ints, RangeScan, SurfaceMesh
 
 HEADER = b"#VRML V1.0 ascii"
-_COMMENT = re.compile(rb'("[^"\n]*")|#[^\n\r]*')
+MAX_PIECES = 1000  # of a file; the scanner's software writes one, or one for each of its shots
+NEWLINE, RETURN, BLANK, QUOTE, HASH = b'\n\r "#'
 _NODE = re.compile(rb"\b(Coordinate3|TextureCoordinate2|IndexedFaceSet|Texture2)\s*\{([^{}]*)\}")
 _FILE_NAME = re.compile(rb'\bfilename\s+"([^"]*)"')
 
@@ -30,15 +40,15 @@ def read_vrml(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     data = read_bytes(path)
     if not data.startswith(HEADER):
         raise BadInput(f"{path} is not VRML 1.0 text", "export the scan as VRML 1.0, OBJ or PLY")
-    text = _COMMENT.sub(lambda match: match[1] or b"", data)
-    pieces = list(_face_sets(path, text))
-    if not pieces:
-        raise BadInput(f"{path} holds no complete IndexedFaceSet", DAMAGED)
-    firsts = np.cumsum([0] + [len(vertices) for vertices, _, _ in pieces])
-    vertices = np.concatenate([piece[0] for piece in pieces])
-    faces = np.concatenate([piece[1] + first for piece, first in zip(pieces, firsts[:-1], strict=True)])
-    uvs = [uv for _, _, uv in pieces if uv is not None]
-    uv = np.concatenate(uvs) if len(uvs) == len(pieces) else None
+    text = _without_comments(data)
+    if text.count(b"{") > text.count(b"}") or text.count(b"[") > text.count(b"]"):
+        raise BadInput(f"{path} seems cut short: a bracket does not end", CUT_SHORT)
+    pieces = _face_sets(path, text)
+    vertices, faces, uv = np.concatenate(pieces.vertices), np.concatenate(pieces.faces), None
+    if len(pieces.uv_faces) == len(pieces.faces):  # all face sets have texture coordinates
+        uv = np.concatenate(pieces.uv)
+        take, take_uv, faces = split_seams(faces, np.concatenate(pieces.uv_faces), len(uv))
+        vertices, uv = vertices[take], uv[take_uv]
     if texture is None and uv is not None:
         texture = _named_picture(path, text)
     return checked_mesh(path, vertices, faces, uv=uv, texture=texture)
@@ -66,36 +76,80 @@ def write_vrml(scan: RangeScan, path: Path) -> None:
         path.with_suffix(".png").write_bytes(encode_png(scan.texture))
 
 
-def _face_sets(path: Path, text: bytes) -> Iterator[tuple[Floats, Ints, Floats | None]]:
-    """Vertices, triangles and texture coordinates of each face set, which uses the last coordinates before it."""
-    vertices, uv = np.empty((0, 3)), np.empty((0, 2))
-    for kind, body in _NODE.findall(text):
+@dataclass
+class Pieces:
+    """Coordinates of a file, (n, 3) and (t, 2) each; triangles (m, 3) of each face set among all of them together."""
+
+    vertices: list[Floats] = field(default_factory=list)
+    uv: list[Floats] = field(default_factory=list)
+    faces: list[Ints] = field(default_factory=list)
+    uv_faces: list[Ints] = field(default_factory=list)
+
+
+def _without_comments(data: bytes) -> bytes:
+    """The text with blanks in the place of comments."""
+    text = np.frombuffer(data, np.uint8).copy()
+    _blank_comments(text)
+    return text.tobytes()
+
+
+@numba.njit(cache=True)
+def _blank_comments(text: Bytes) -> None:
+    """Overwrite comments, which begin with # outside quotes and end with their line; so does a quote."""
+    quoted, comment = False, False
+    for k in range(len(text)):
+        if text[k] == NEWLINE or text[k] == RETURN:
+            quoted, comment = False, False
+        elif comment:
+            text[k] = BLANK
+        elif text[k] == QUOTE:
+            quoted = not quoted
+        elif text[k] == HASH and not quoted:
+            text[k], comment = BLANK, True
+
+
+def _face_sets(path: Path, text: bytes) -> Pieces:
+    """The face sets, each of which uses the last coordinates before it."""
+    pieces, first, first_uv = Pieces(), 0, 0
+    for node in _NODE.finditer(text):
+        kind, body = node.groups()
         if kind == b"Coordinate3":
-            vertices = _tuples(path, body, "Coordinate3", 3)
+            first = sum(map(len, pieces.vertices))
+            pieces.vertices.append(_tuples(path, body, "Coordinate3", 3))
         elif kind == b"TextureCoordinate2":
-            uv = _tuples(path, body, "TextureCoordinate2", 2)
+            first_uv = sum(map(len, pieces.uv))
+            pieces.uv.append(_tuples(path, body, "TextureCoordinate2", 2))
         elif kind == b"IndexedFaceSet":
-            yield _face_set(path, body, vertices, uv)
+            _add_faces(path, body, pieces, first, first_uv)
+        if max(len(pieces.vertices), len(pieces.uv), len(pieces.faces)) > MAX_PIECES:
+            raise BadInput(f"{path} has more than {MAX_PIECES} face sets", ONE_SHOT)
+    if not pieces.faces:
+        raise BadInput(f"{path} holds no complete IndexedFaceSet", DAMAGED)
+    return pieces
 
 
-def _face_set(path: Path, body: bytes, vertices: Floats, uv: Floats) -> tuple[Floats, Ints, Floats | None]:
+def _add_faces(path: Path, body: bytes, pieces: Pieces, first: int, first_uv: int) -> None:
+    """Add the triangles of one face set, whose vertices and texture coordinates begin at the numbers given."""
+    vertices, uv = (part[-1] if part else np.empty((0, 0)) for part in (pieces.vertices, pieces.uv))
     faces = _triangles(path, body, b"coordIndex", len(vertices))
-    if not len(uv):
-        return vertices, faces, None
-    uv_faces = _triangles(path, body, b"textureCoordIndex", len(uv)) if b"textureCoordIndex" in body else faces
-    if uv_faces.shape != faces.shape or (faces.size and uv_faces.max() >= len(uv)):
-        raise BadInput(f"{path}: the texture coordinates do not match the faces", DAMAGED)
-    take, take_uv, faces = split_seams(faces, uv_faces, len(uv))
-    return vertices[take], faces, uv[take_uv]
+    if len(uv):
+        uv_faces = _triangles(path, body, b"textureCoordIndex", len(uv)) if b"textureCoordIndex" in body else faces
+        if uv_faces.shape != faces.shape or (faces.size and uv_faces.max() >= len(uv)):
+            raise BadInput(f"{path}: the texture coordinates do not match the faces", DAMAGED)
+        pieces.uv_faces.append(uv_faces + first_uv)
+    pieces.faces.append(faces + first)
+    check_counts(path, 0, sum(map(len, pieces.faces)))
 
 
 def _triangles(path: Path, body: bytes, field: bytes, count: int) -> Ints:
-    indices = parse_integers(_list(path, body, field), path, field.decode())
-    ends = np.flatnonzero(indices < 0)  # −1 ends a polygon; the last end may be missing
-    starts = np.concatenate([[0], ends + 1])
+    indices = parse_integers(_list(path, body, field), path, field.decode()).astype(np.int32)
+    ends = np.flatnonzero(indices < 0).astype(np.int32)  # −1 ends a polygon; the last end may be missing
+    starts = np.concatenate([[0], ends + 1]).astype(np.int32)
     if indices.size and indices.max() >= count:
         raise BadInput(f"{path}: {field.decode()} uses number {indices.max()} of {count}", DAMAGED)
-    return fan_triangles(indices, starts, np.append(ends, indices.size) - starts)
+    sizes = np.append(ends, np.int32(indices.size)) - starts
+    check_polygons(path, sizes)
+    return fan_triangles(indices, starts, sizes)
 
 
 def _tuples(path: Path, body: bytes, kind: str, width: int) -> Floats:
@@ -113,7 +167,8 @@ def _list(path: Path, body: bytes, field: bytes) -> bytes:
 
 
 def _named_picture(path: Path, text: bytes) -> Bytes | None:
-    names = {name[1].decode("utf-8", "replace") for _, body in _NODE.findall(text) if (name := _FILE_NAME.search(body))}
+    bodies = (node[2] for node in _NODE.finditer(text) if node[1] == b"Texture2")
+    names = {name[1].decode("utf-8", "replace") for body in bodies if (name := _FILE_NAME.search(body))}
     if len(names) > 1:
         raise BadInput(f"{path} uses {len(names)} pictures, a scan has one", ONE_SHOT)
     return read_picture(resolve_reference(path, names.pop())) if names else None

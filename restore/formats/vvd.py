@@ -14,10 +14,11 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.formats.grid import grid_polygons
-from restore.formats.mesh import checked_mesh, fan_triangles
+from restore.formats.mesh import Numbers, check_counts, checked_mesh, fan_triangles
 from restore.formats.picture import encode_png
-from restore.formats.source import DAMAGED, read_bytes
-from restore.scan import Bytes, Ints, RangeScan, SurfaceMesh
+from restore.formats.records import find_lists, gather
+from restore.formats.source import CUT_SHORT, DAMAGED, read_bytes
+from restore.scan import Bytes, RangeScan, SurfaceMesh
 
 MAGIC = b"VIVID"
 HEADER_BYTES = 132
@@ -36,10 +37,9 @@ def read_vvd(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     count, body = _count(path, data, HEADER_BYTES, VERTEX_BYTES, "vertices")
     vertices = np.frombuffer(data, ">f8", 3 * count, body).reshape(-1, 3)
     faces, first = _count(path, data, body + VERTEX_BYTES * count, 4 * (1 + min(CORNERS)), "faces")
-    longest = faces * (1 + max(CORNERS))  # behind the faces come other things
-    words = np.frombuffer(data, ">i4", min(longest, (len(data) - first) // 4), first).astype(np.int64)
-    starts, counts = _face_offsets(path, words, faces)
-    return checked_mesh(path, vertices, fan_triangles(words, starts, counts), texture=texture)
+    check_counts(path, count, faces)
+    corners, sizes = _polygons(path, np.frombuffer(data, np.uint8), first, faces)
+    return checked_mesh(path, vertices, fan_triangles(corners, np.cumsum(sizes) - sizes, sizes), texture=texture)
 
 
 def write_vvd(scan: RangeScan, path: Path) -> None:
@@ -58,21 +58,25 @@ def write_vvd(scan: RangeScan, path: Path) -> None:
 def _count(path: Path, data: bytes, offset: int, item_bytes: int, what: str) -> tuple[int, int]:
     """The count at `offset` and the offset behind it; the file must be long enough for so many items."""
     if offset + 4 > len(data):
-        raise BadInput(f"{path} ends before the number of its {what}", DAMAGED)
+        raise BadInput(f"{path} seems cut short: it ends before the number of its {what}", CUT_SHORT)
     count: int = struct.unpack_from(">i", data, offset)[0]
     if not 0 < count <= (len(data) - offset - 4) // item_bytes:
-        raise BadInput(f"{path} claims {count} {what}, which its {len(data)} bytes cannot hold", DAMAGED)
+        fault = f"claims {count} {what}, which its {len(data)} bytes cannot hold"
+        if count > 0:
+            raise BadInput(f"{path} seems cut short: it {fault}", CUT_SHORT)
+        raise BadInput(f"{path} {fault}", DAMAGED)
     return count, offset + 4
 
 
-def _face_offsets(path: Path, words: Ints, faces: int) -> tuple[Ints, Ints]:
-    """Offset (m,) of the first corner of each face, and number of corners (m,), by following the counts."""
-    starts, at, run = [], 1, words.tolist()
-    for face in range(faces):
-        if at > len(run) or run[at - 1] not in CORNERS:
-            raise BadInput(f"{path}: face {face} is cut off or has not 3 or 4 corners", DAMAGED)
-        starts.append(at)
-        at += run[at - 1] + 1
-    if at - 1 > len(run):
-        raise BadInput(f"{path}: its last face is cut off", DAMAGED)
-    return np.array(starts), words[np.array(starts) - 1]
+def _polygons(path: Path, content: Bytes, first: int, faces: int) -> tuple[Numbers, Numbers]:
+    """Corners of all faces, one behind the other, and number of corners (m,) of each."""
+    starts, sizes = np.zeros((1, faces), np.int32), np.full((1, faces), CORNERS[0], np.int32)
+    end = find_lists(content, first, np.array([4]), np.array([4]), True, starts, sizes)
+    wrong = (sizes[0] < min(CORNERS)) | (sizes[0] > max(CORNERS))
+    if wrong.any():
+        raise BadInput(f"{path}: face {np.argmax(wrong)} has not 3 or 4 corners", DAMAGED)
+    if end < 0:
+        raise BadInput(f"{path} seems cut short: its faces are not complete", CUT_SHORT)
+    corners = np.empty(4 * int(sizes.sum()), np.uint8)
+    gather(content, starts[0], sizes[0], 4, corners)
+    return corners.view(">i4").astype(np.int32), sizes[0]

@@ -66,7 +66,8 @@ def read_photograph(path: Path | str) -> Photograph:
         except UnidentifiedImageError as error:
             raise _unknown(path) from error
         except Exception as error:  # Pillow's decoders raise whatever they trip over
-            raise BadInput(f"{path} cannot be read: {error}", "the file is damaged: copy it again") from error
+            fault = "seems cut short" if "truncated" in str(error).lower() else f"cannot be read: {error}"
+            raise BadInput(f"{path} {fault}", "the file is damaged: copy it again") from error
 
 
 def _unknown(path: Path) -> BadInput:

@@ -168,9 +168,12 @@ def _is_grid(occupied: Mask) -> bool:
 
 
 def _joins_neighbours(cells: Ints, faces: Ints) -> bool:
-    corners = cells[faces]
-    step = np.abs(corners - np.roll(corners, 1, axis=1)).max(axis=2)
-    return bool((step <= 1).mean() > MIN_SHORT_EDGES)
+    rows, cols = (axis.astype(np.int32)[faces.T] for axis in cells.T)  # one axis at a time: a large mesh has many faces
+    near = [
+        np.count_nonzero((np.abs(rows[a] - rows[b]) <= 1) & (np.abs(cols[a] - cols[b]) <= 1))
+        for a, b in ((0, 1), (1, 2), (2, 0))
+    ]
+    return bool(sum(near) > MIN_SHORT_EDGES * faces.size)
 
 
 def _lens(lattice: Lattice) -> tuple[str, int] | None:

@@ -43,10 +43,18 @@ def test_every_method_restores_a_scan_and_a_mesh(monkeypatch):
             assert len(load_scan(source).points) == warm_up.ROWS
         assert "ocr" not in destination.kinds
 
+    read = []
     monkeypatch.setattr(session, "restore_file", restore_file)
+    monkeypatch.setattr("restore.load_scan", lambda path: read.append(path.read_text()))
     assert warm_up.compile_kernels() == 0
+    assert read == [warm_up.TRIANGLE]
     methods = Settings.model_json_schema()["properties"]["method"]["enum"]
     assert runs == list(itertools.product(methods, ("page.scan", "page-warped.obj")))
+
+
+def test_the_triangle_is_one(tmp_path):
+    (tmp_path / "a.ply").write_text(warm_up.TRIANGLE)
+    assert load_scan(tmp_path / "a.ply").faces.tolist() == [[0, 1, 2]]
 
 
 @pytest.mark.parametrize(("count", "told"), [(0, "compiled already"), (7, "7 functions compiled")])

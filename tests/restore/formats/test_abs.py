@@ -104,8 +104,8 @@ def test_a_picture_of_another_shape_is_refused(shot, tmp_path):
         ("0 rows\n3 columns\npixels\n", "0 rows and 3 columns cannot be"),
         ("99999 rows\n99999 columns\npixels\n", "99999 rows and 99999 columns cannot be"),
         (HEADER + BODY + "7\n", "holds 25 numbers, 2 × 3 samples need 24"),
-        (HEADER + BODY[:-4], "holds 23 numbers"),
-        (HEADER, "holds 0 numbers"),
+        (HEADER + BODY[:-4], "seems cut short: it holds 23 numbers"),
+        (HEADER, "seems cut short: it holds 0 numbers"),
         (HEADER + BODY.replace("5", "five"), "holds b'five', which is no number"),
         (HEADER + BODY.replace("5", "1e9"), "beyond 100000 mm"),
     ],
@@ -118,16 +118,28 @@ def test_a_damaged_text_is_named(tmp_path, text, fault):
 
 
 @pytest.mark.parametrize(
-    "damage", [lambda data: data[:-9], lambda data: data[:20], lambda data: data[:40] + b"\xff" * 9 + data[49:]]
+    ("damage", "fault"),
+    [
+        (lambda data: data[:-9], "seems cut short"),
+        (lambda data: data[: len(data) // 2], "seems cut short"),
+        (lambda data: data[:20], "must begin with rows"),
+        (lambda data: data[:40] + b"\xff" * 9 + data[49:], "does not unpack"),
+    ],
 )
-def test_a_damaged_archive_is_named(shot, tmp_path, damage):
+def test_a_damaged_archive_is_named(shot, tmp_path, damage, fault):
     write_abs(shot(), tmp_path / "bad.abs.gz")
     (tmp_path / "bad.abs.gz").write_bytes(damage((tmp_path / "bad.abs.gz").read_bytes()))
-    with pytest.raises(BadInput, match=r"bad\.abs\.gz"):
+    with pytest.raises(BadInput, match=rf"bad\.abs\.gz.*{fault}"):
         load_scan(tmp_path / "bad.abs.gz")
 
 
 def test_an_archive_that_unpacks_to_more_than_its_samples_stops_there(tmp_path):
     (tmp_path / "bomb.abs.gz").write_bytes(gzip.compress(HEADER.encode() + b" 1" * 10**6))
     with pytest.raises(BadInput, match="unpacks to more than its samples can fill"):
+        load_scan(tmp_path / "bomb.abs.gz")
+
+
+def test_a_small_archive_does_not_unpack_to_a_large_grid(tmp_path):
+    (tmp_path / "bomb.abs.gz").write_bytes(gzip.compress(b"1400 rows\n1400 columns\npixels\n" + b" " * 50_000_000))
+    with pytest.raises(BadInput, match="unpacks to more"):
         load_scan(tmp_path / "bomb.abs.gz")

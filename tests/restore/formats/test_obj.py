@@ -1,5 +1,6 @@
 """Wavefront text."""
 
+import tracemalloc
 from pathlib import Path
 from time import process_time
 
@@ -151,7 +152,7 @@ def test_every_triangle_keeps_its_place(order, faces, tmp_path_factory):
 def test_every_number_is_the_one_that_python_reads(value, form):
     text = repr(value) if form == "r" else format(value, form)
     parsed = parse_obj(Path("a.obj"), f"v {text} 0 0\n".encode())
-    assert parsed.values[0, 0] == float(text)
+    assert parsed.vertices[0, 0] == float(text)
 
 
 @settings(deadline=None, max_examples=300)
@@ -162,7 +163,7 @@ def test_any_bytes_give_arrays_that_fit_or_one_error(data):
     except BadInput:
         return
     assert text.sizes.sum() == len(text.corners) == len(text.uvs)
-    assert not len(text.corners) or 0 <= text.corners.min() <= text.corners.max() < len(text.values)
+    assert not len(text.corners) or 0 <= text.corners.min() <= text.corners.max() < len(text.vertices)
     assert not len(text.uvs) or text.uvs.max() < len(text.uv)
 
 
@@ -196,6 +197,43 @@ def test_four_times_the_file_takes_no_more_than_four_times_as_long(name):
 
     seconds(100)  # the compiler's time is not the parser's
     assert seconds(4 * SIZE) < 4 * NOISE * max(seconds(SIZE), TICK)
+
+
+MEMORY_RATIO, MEMORY_BYTES = 12, 200 * 10**6  # of the file, and on top of that
+# A line that makes the most of its bytes, and the size of the file: as large as its limits on faces let it be.
+GREEDY = {
+    "triangles": (b"f 1 2 3\n", 25_000_000),
+    "polygons": (b"f" + b" 1 2 3" * 80 + b"\n", 6_300_000),
+    "vertices": (b"v 0 0 -700\n", 25_000_000),
+    "coloured vertices": (b"v 0 0 -700 1 1 1\n", 25_000_000),
+    "long numbers": (b"v 1e0 1e0 1e0\n", 25_000_000),
+    "texture coordinates": (b"vt 0\n", 25_000_000),
+    "materials": (b"usemtl a\n", 2_000_000),
+}
+
+
+@pytest.mark.parametrize("name", GREEDY)
+def test_memory_is_bounded_by_the_size_of_the_file(name, tmp_path):
+    line, size = GREEDY[name]
+    data = b"v 0 0 -700\nv 9 0 -700\nv 9 9 -700\n" + line * (size // len(line)) + b"f -1 -2 -3\nf 1 2 3\n"
+    (tmp_path / "a.obj").write_bytes(data)
+    tracemalloc.start()
+    try:
+        read_obj(tmp_path / "a.obj")
+        assert tracemalloc.get_traced_memory()[1] < MEMORY_RATIO * len(data) + MEMORY_BYTES
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_thousand_names_of_materials_are_too_many(written):
+    names = "".join(f"usemtl {k}\n" for k in range(1001))
+    with pytest.raises(BadInput, match=r"a\.obj names more than 1000 materials"):
+        load_scan(written(names + SQUARE + FACE))
+
+
+def test_a_name_of_a_file_of_any_length_is_refused_in_one_line(written):
+    with pytest.raises(BadInput, match=r"a\.obj refers to a file by a name of 100000 characters"):
+        load_scan(written("mtllib " + "a" * 100_000 + "\n" + SQUARE + FACE))
 
 
 def test_a_file_that_was_cut_is_not_read_as_a_smaller_page(mesh, tmp_path):

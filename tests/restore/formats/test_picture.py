@@ -41,7 +41,28 @@ def test_a_picture_with_too_many_pixels_is_refused(tmp_path, monkeypatch):
         read_picture(tmp_path / "a.png")
 
 
-@pytest.mark.parametrize("data", [b"no picture", encode_png(PAINT)[:50], b"GIF89a" + b"\0" * 50])
+def test_a_small_file_of_many_pixels_of_one_colour_is_refused(tmp_path):
+    Image.new("RGB", (6000, 6000)).save(tmp_path / "a.png")
+    with pytest.raises(BadInput, match=r"a\.png has too many pixels: 6000 × 6000"):
+        read_picture(tmp_path / "a.png")
+
+
+def test_a_picture_of_several_bands_comes_back_exactly(tmp_path):
+    paint = np.random.default_rng(1).integers(0, 256, (3 * picture.BAND_ROWS + 1, 2, 3)).astype(np.uint8)
+    Image.fromarray(paint).save(tmp_path / "a.png")
+    np.testing.assert_array_equal(read_picture(tmp_path / "a.png"), paint)
+
+
+@pytest.mark.parametrize("kind", ["a.png", "a.jpg", "a.tif", "a.bmp", "a.ppm"])
+def test_a_cut_picture_is_told(tmp_path, kind):
+    paint = np.random.default_rng(1).integers(0, 256, (64, 64, 3)).astype(np.uint8)
+    Image.fromarray(paint).save(tmp_path / kind)
+    (tmp_path / kind).write_bytes((tmp_path / kind).read_bytes()[:-600])
+    with pytest.raises(BadInput, match=rf"{kind} seems cut short"):
+        read_picture(tmp_path / kind)
+
+
+@pytest.mark.parametrize("data", [b"no picture", b"GIF89a" + b"\0" * 50])
 def test_damage_is_named(tmp_path, data):
     (tmp_path / "a.png").write_bytes(data)
     with pytest.raises(BadInput, match=r"a\.png is no readable picture"):

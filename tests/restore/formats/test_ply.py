@@ -6,6 +6,7 @@ from PIL import Image
 
 from restore.errors import BadInput
 from restore.formats import load_scan, write_ply
+from restore.formats.ply import read_ply
 from restore.scan import RangeScan, SurfaceMesh
 
 EXACT_PX = 1e-9  # rounding of a division by the picture's size and back
@@ -87,11 +88,20 @@ def test_colours_of_any_other_mesh_are_left_out(mesh, tmp_path):
     [
         ("plywood\n", "no PLY header"),
         ("ply\nformat ascii 1.0\n", "no PLY header"),
-        (text(*SQUARE), "promises 6 vertices and faces and ends before"),
+        (text(*SQUARE), "seems cut short: it promises 6 vertices and faces and ends before"),
+        (text(*SQUARE, *TRIANGLES, "3 0 1 3"), "holds more than the 6 vertices and faces"),
+        (text(*SQUARE, *TRIANGLES, head=HEAD + POINTS.replace("float z", "float w") + FACES), "no vertices with x, y"),
+        (text(*SQUARE, "257" + " 1" * 257, "3 0 2 3"), "has 257 corners, more than 256"),
+        (text(*SQUARE, "3 0 1 1.5", "2.5 0 2 3"), "seems cut short"),
+        (text(*SQUARE, *TRIANGLES).replace("uchar int", "float int"), "the length of a list is no whole number"),
+        (text(*SQUARE, *TRIANGLES).replace("float y", "quad y"), "a property b'quad y', which cannot be"),
+        (text(*SQUARE, *TRIANGLES).replace("float y", "float x"), "a property of vertex is there twice"),
+        (text(*SQUARE, *TRIANGLES).replace("element face", "element vertex"), "an element twice"),
+        (text(*SQUARE, *TRIANGLES).replace("comment made", "hello"), "a line b'hello by hand'"),
         (text(*SQUARE, "3 0 1 9", "3 0 2 3"), "uses vertex 9 of 4"),
         (text(*SQUARE, "3 0 1 -1", "3 0 2 3"), "a face uses vertex"),
         (text("nan 0 0", *SQUARE[1:], *TRIANGLES), "vertex 0 lies at"),
-        (text("zero 0 0", *SQUARE[1:], *TRIANGLES), "a word stands where a number should be"),
+        (text("zero 0 0", *SQUARE[1:], *TRIANGLES), "the body holds b'zero', which is no number"),
         (text(*SQUARE, head=HEAD + POINTS), "no triangle"),
         (text(*SQUARE, *TRIANGLES).replace("vertex 4", "vertex 4000000000"), "promises 4000000002"),
     ],
@@ -113,8 +123,46 @@ def test_a_picture_that_cannot_be_had_is_named(mesh, tmp_path, name, fault):
         load_scan(tmp_path / "a.ply")
 
 
-def test_a_cut_binary_file_is_named(mesh, tmp_path):
-    write_ply(mesh(), tmp_path / "cut.ply")
-    (tmp_path / "cut.ply").write_bytes((tmp_path / "cut.ply").read_bytes()[:-3])
-    with pytest.raises(BadInput, match=r"cut\.ply is no readable PLY file"):
-        load_scan(tmp_path / "cut.ply")
+@pytest.mark.parametrize("share", [0.3, 0.6, 0.9, 0.999])
+@pytest.mark.parametrize("kind", ["text", "binary"])
+def test_a_cut_file_is_told(mesh, tmp_path, kind, share):
+    path = tmp_path / "cut.ply"
+    if kind == "text":
+        path.write_text(with_colours(mesh(), np.zeros((len(mesh().vertices), 3), int)))
+    else:
+        write_ply(mesh(), path)
+    path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
+    with pytest.raises(BadInput, match=r"cut\.ply seems cut short"):
+        load_scan(path)
+
+
+def range_grid(scan, *, upwards):
+    """A shot as the Stanford scanning repository writes it, its rows downwards or upwards."""
+    measured, points = scan.measured, scan.points
+    if upwards:
+        measured, points = measured[::-1], points[::-1]
+    rows, cols = measured.shape
+    number = (np.cumsum(measured) - 1).reshape(measured.shape)
+    cells = [f"1 {number[at]}" if measured[at] else "0" for at in np.ndindex(rows, cols)]
+    head = f"ply\nformat ascii 1.0\nobj_info num_cols {cols}\nobj_info num_rows {rows}\n" + POINTS.replace(
+        "vertex 4", f"vertex {measured.sum()}"
+    ).replace("float", "double")
+    grid = f"element range_grid {rows * cols}\nproperty list uchar int vertex_indices\n"
+    return text(*("{!r} {!r} {!r}".format(*p) for p in points[measured].tolist()), *cells, head=head + grid)
+
+
+@pytest.mark.parametrize("upwards", [False, True])
+def test_a_range_grid_is_the_mesh_of_its_samples(shot, mesh, tmp_path, upwards):
+    (tmp_path / "a.ply").write_text(range_grid(shot(), upwards=upwards))
+    back, sheet = read_ply(tmp_path / "a.ply"), mesh()
+    assert len(back.faces) == len(sheet.faces)
+    a, b, c = (back.vertices[back.faces[:, k]] for k in range(3))
+    assert (np.cross(b - a, c - a)[:, 2] > 0).all()  # all face the scanner
+    assert {tuple(v) for v in back.vertices} == {tuple(v) for v in sheet.vertices[np.unique(sheet.faces)]}
+
+
+@pytest.mark.parametrize(("word", "other"), [("num_cols 16", "num_cols 15"), ("num_rows 12", "num_rows x")])
+def test_a_range_grid_of_another_size_is_refused(shot, tmp_path, word, other):
+    (tmp_path / "a.ply").write_text(range_grid(shot(), upwards=False).replace(word, other))
+    with pytest.raises(BadInput, match=r"a\.ply.*range grid"):
+        load_scan(tmp_path / "a.ply")

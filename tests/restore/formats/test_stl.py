@@ -41,11 +41,35 @@ def test_corners_at_one_place_become_one_vertex(exported, mesh):
     np.testing.assert_allclose(back.vertices[back.faces], sheet.vertices[sheet.faces], atol=HALF_FLOAT_MM)
 
 
-@pytest.mark.parametrize("size", [20, 84, 120, 1000])
-def test_a_cut_file_is_named(exported, size):
+@pytest.mark.parametrize("share", [0.02, 0.3, 0.6, 0.99])
+@pytest.mark.parametrize("kind", ["stl", "stl_ascii"])
+def test_a_cut_file_is_told(exported, kind, share):
+    path = exported(kind)
+    path.write_bytes(path.read_bytes()[: int(share * path.stat().st_size)])
+    with pytest.raises(BadInput, match=r"page\.stl seems cut short"):
+        load_scan(path)
+
+
+def test_a_second_solid_that_is_cut_is_told(exported):
+    path = exported("stl_ascii")
+    text = path.read_bytes()
+    path.write_bytes(text + text[: len(text) // 2])
+    with pytest.raises(BadInput, match=r"page\.stl seems cut short"):
+        load_scan(path)
+
+
+@pytest.mark.parametrize(
+    ("damage", "fault"),
+    [
+        (lambda data: data + b"more", "triangles need"),
+        (lambda data: b"hello", "has 5 bytes, its 0 triangles need 84|seems cut short"),
+        (lambda data: b"\0" * 84, "no triangle"),
+    ],
+)
+def test_a_file_of_another_length_is_named(exported, damage, fault):
     path = exported()
-    path.write_bytes(path.read_bytes()[:size])
-    with pytest.raises(BadInput, match=r"page\.stl"):
+    path.write_bytes(damage(path.read_bytes()))
+    with pytest.raises(BadInput, match=rf"page\.stl.*({fault})"):
         load_scan(path)
 
 
@@ -61,5 +85,5 @@ def test_nothing_is_said_of_it_but_the_error(exported, caplog, capfd):
 def test_text_that_is_no_number_is_named(exported):
     path = exported("stl_ascii")
     path.write_text(path.read_text().replace("vertex -", "vertex minus", 1))
-    with pytest.raises(BadInput, match=r"page\.stl is no readable STL file"):
+    with pytest.raises(BadInput, match=r"page\.stl: a vertex holds b'minus"):
         load_scan(path)

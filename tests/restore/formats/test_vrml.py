@@ -75,7 +75,8 @@ def test_pieces_are_put_together(tmp_path):
     ("node", "fault"),
     [
         ("", "no complete IndexedFaceSet"),
-        ("IndexedFaceSet { coordIndex [ 0, 1", "the list coordIndex is missing or does not end"),
+        ("IndexedFaceSet { coordIndex [ 0, 1", "seems cut short: a bracket does not end"),
+        ("IndexedFaceSet { coordIndex ] 0, 1 [ }", "the list coordIndex is missing or does not end"),
         ("IndexedFaceSet { }", "the list coordIndex is missing"),
         ("IndexedFaceSet { coordIndex [ 0, 1, 4, -1 ] }", "uses number 4 of 4"),
         ("IndexedFaceSet { coordIndex [ 0, 1, 2.5, -1 ] }", "cannot be an index"),
@@ -96,3 +97,13 @@ def test_another_version_is_refused(tmp_path):
     (tmp_path / "new.wrl").write_text("#VRML V2.0 utf8\nShape { }")
     with pytest.raises(BadInput, match=r"new\.wrl is not VRML 1\.0"):
         load_scan(tmp_path / "new.wrl")
+
+
+def test_many_face_sets_use_their_vertices_without_repeating_them(tmp_path):
+    piece = "IndexedFaceSet { coordIndex [ 0, 1, 2, -1 ] }\n"
+    (tmp_path / "a.wrl").write_text(SQUARE % (piece * 900))
+    mesh = load_scan(tmp_path / "a.wrl")
+    assert (len(mesh.vertices), len(mesh.faces)) == (3, 900)
+    (tmp_path / "a.wrl").write_text(SQUARE % (piece * 1001))
+    with pytest.raises(BadInput, match=r"a\.wrl has more than 1000 face sets"):
+        load_scan(tmp_path / "a.wrl")

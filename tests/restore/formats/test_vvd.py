@@ -44,9 +44,9 @@ def test_what_follows_the_faces_is_left_out(shot, tmp_path):
         (0, -1, "must begin with VIVID"),
         (132, 0, "claims 0 vertices"),
         (132, -5, "claims -5 vertices"),
-        (132, 2**31 - 1, "claims 2147483647 vertices"),
-        (136 + 96, 1000, "claims 1000 faces"),
-        (140 + 96, 5, "face 0 is cut off or has not 3 or 4 corners"),
+        (132, 2**31 - 1, "seems cut short: it claims 2147483647 vertices"),
+        (136 + 96, 1000, "seems cut short: it claims 1000 faces"),
+        (140 + 96, 5, "face 0 has not 3 or 4 corners"),
         (144 + 96, 9, r"a face uses vertices \[9, 2, 3\] of 4"),
         (136, 0x7FF80000, "vertex 0 lies at .nan"),
     ],
@@ -60,9 +60,9 @@ def test_damage_is_named(shot, tmp_path, offset, word, fault):
         load_scan(tmp_path / "bad.vvd")
 
 
-@pytest.mark.parametrize("size", [100, 134, 200, 233, 250])
+@pytest.mark.parametrize("size", [134, 200, 233, 250])
 def test_a_cut_file_is_named(shot, tmp_path, size):
     write_vvd(shot(2, 2, missing=0), tmp_path / "cut.vvd")
     (tmp_path / "cut.vvd").write_bytes((tmp_path / "cut.vvd").read_bytes()[:size])
-    with pytest.raises(BadInput, match=r"cut\.vvd"):
+    with pytest.raises(BadInput, match=r"cut\.vvd seems cut short"):
         load_scan(tmp_path / "cut.vvd")
