@@ -146,9 +146,12 @@ def _mounted_at(path: object) -> str:
     """ " on the disk at <mount point>" for the path of a file, also one in a folder that is gone; empty without one."""
     if not isinstance(path, str) or path == STANDARD_OUTPUT:
         return ""
-    folder = next(folder for folder in Path(path).resolve().parents if folder.is_dir())
-    while not folder.is_mount():
-        folder = folder.parent
+    try:
+        folder = next(folder for folder in Path(path).resolve().parents if folder.is_dir())
+        while not folder.is_mount():
+            folder = folder.parent
+    except (OSError, ValueError):  # of a name that no disk takes
+        return ""
     return f" on the disk at {folder}"
 
 

@@ -135,6 +135,8 @@ def _restore_order(claim: Claim) -> None:
 def _clean(claim: Claim) -> None:
     """Remove the hidden folder, the lock last; while a journal stands, the next run still needs it."""
     if (claim.work / JOURNAL).exists():
+        with suppress(OSError):
+            (claim.work / LOCK).unlink()
         return
     for part in (claim.work / NEW, claim.work / OLD):
         shutil.rmtree(part, ignore_errors=True)

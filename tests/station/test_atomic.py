@@ -234,6 +234,7 @@ def test_a_damaged_journal_is_told_and_touches_nothing(tmp_path, damage):
         recover(tmp_path / "inner")
     assert (tmp_path / "a").read_bytes() == b"outside"
     assert (tmp_path / "inner" / WORK / JOURNAL).read_text() == damage
+    assert listing(tmp_path / "inner" / WORK) == [JOURNAL]
 
 
 def test_a_link_in_the_place_of_the_hidden_folder_is_not_followed(tmp_path):
