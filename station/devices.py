@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from station.options import Debug, Json
-from station.terminal import print_result, report_faults
+from station.terminal import print_note, print_result, report_faults
 
 if TYPE_CHECKING:
     from drivers.vivid900.discovery import Host, NameFilter, ScsiDevice, SerialPort, UsbBridge
@@ -35,6 +35,21 @@ class ConnectedDevices:
         """The SCSI devices that match the scanner's names."""
         return [device for device in self.scsi if device.is_scanner]
 
+    @property
+    def reached(self) -> bool:
+        """Whether a scanner answers."""
+        return any(not scanner.problem for scanner in self.scanners)
+
+    @property
+    def others(self) -> list[ScsiDevice]:
+        """The SCSI devices with other names."""
+        return [device for device in self.scsi if not device.is_scanner and not device.problem]
+
+    @property
+    def unusable_bridges(self) -> list[ScsiDevice]:
+        """The bridges that could not be probed, each with its problem."""
+        return [device for device in self.scsi if not device.is_scanner and device.problem]
+
 
 Vendor = Annotated[str, typer.Option(help="Word in a scanner's vendor name.")]
 Product = Annotated[str, typer.Option(help="Word in a scanner's product name.")]
@@ -43,14 +58,16 @@ Probe = Annotated[
 ]
 
 
-def find_connected(host: Host, name_filter: NameFilter, *, probe: bool = False) -> ConnectedDevices:
-    """Search SCSI, USB and serial ports. probe: query devices behind USB bridges, too."""
+def find_connected(
+    host: Host, name_filter: NameFilter, *, probe: bool = False, report: Callable[[str], None] = print_note
+) -> ConnectedDevices:
+    """Search SCSI, USB and serial ports. probe: query devices behind USB bridges, too, and report each."""
     from drivers.scanner import TransportError
     from drivers.vivid900.discovery import find_bridges, find_scsi, find_serial_ports, probe_bridges
 
     scsi, serial = find_scsi(host, name_filter), find_serial_ports(host)
     try:
-        behind = list(probe_bridges(host, name_filter)) if probe else []
+        behind = list(probe_bridges(host, name_filter, report)) if probe else []
         return ConnectedDevices(scsi + behind, find_bridges(host), serial, probed=probe)
     except TransportError as error:
         return ConnectedDevices(scsi, [], serial, usb_error=str(error))
@@ -81,12 +98,13 @@ def format_listing(connected: ConnectedDevices) -> Iterator[str]:
     """Lines of the listing for the operator."""
     yield "Scanners"
     yield from _entries(_scanner_line(device) for device in connected.scanners)
-    yield "Other SCSI devices (not asked anything)"
-    yield from _entries(f"{device.where}  {device.identity}" for device in connected.scsi if not device.is_scanner)
+    yield "Other SCSI devices (not asked anything)" if not connected.probed else "Other SCSI devices"
+    yield from _entries(f"{device.where}  {device.identity}" for device in connected.others)
     yield "USB-SCSI bridges" + (f" (not searched: {connected.usb_error})" if connected.usb_error else "")
-    yield from _entries(
-        f"{bridge}{'  waits for its firmware' * bridge.bridge.sleeping}" for bridge in connected.bridges
-    )
+    yield from _entries(_bridge_line(bridge) for bridge in connected.bridges)
+    for device in connected.unusable_bridges:
+        yield f"  {device.where} cannot be asked: {device.problem}"
+        yield f"      {device.hint}"
     yield "Serial ports"
     yield from _entries(f"{port.node}  {port.description}" for port in connected.serial)
 
@@ -100,6 +118,12 @@ def _entries(lines: Iterator[str]) -> Iterator[str]:
         yield "  none"
 
 
+def _bridge_line(bridge: UsbBridge) -> str:
+    if bridge.bridge.sleeping:
+        return f"{bridge}  waits for its firmware"
+    return str(bridge) if bridge.usable else f"{bridge}  you may not use it: planish doctor shows the udev rule to add"
+
+
 def _scanner_line(device: ScsiDevice) -> str:
     state = f"cannot be used: {device.problem}" if device.problem else "answers"
     return f"{device.where}  {device.identity}  {state}"
@@ -109,7 +133,11 @@ def as_data(connected: ConnectedDevices) -> dict[str, Any]:
     """The listing as JSON values."""
     return {
         "scanners": [_scsi_data(device) for device in connected.scanners],
-        "other_scsi": [_scsi_data(device) for device in connected.scsi if not device.is_scanner],
+        "other_scsi": [_scsi_data(device) for device in connected.others],
+        "unusable_bridges": [
+            {"name": device.where, "problem": device.problem, "hint": device.hint}
+            for device in connected.unusable_bridges
+        ],
         "bridges": [
             {
                 "vendor_id": f"{bridge.vendor:04x}",

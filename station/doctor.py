@@ -35,6 +35,9 @@ INSTALL = "sudo apt install"
 OCR_PACKAGE = "tesseract-ocr"
 
 
+State = Literal["ok", "problem", "optional"]
+
+
 @dataclass(frozen=True)
 class Check:
     """Result of one check.
@@ -44,7 +47,7 @@ class Check:
     """
 
     name: str
-    state: Literal["ok", "problem", "optional"]
+    state: State
     message: str
     hint: str = ""
 
@@ -63,16 +66,18 @@ def run_checks(
 ) -> list[Check]:
     """Results of all checks, in the order in which the operator should go through them.
 
+    A scanner that answers over one way needs no other: what is missing of those is optional.
     missing  libraries that the system lacks.
     probe    query devices behind USB bridges, too.
     """
     connected = find_connected(host, name_filter, probe=probe)
+    needed: State = "optional" if connected.reached else "problem"
     return [
         *_libraries(missing),
-        _libusb(connected),
-        _scsi_driver(host),
-        *_scanners(connected, name_filter),
-        *_bridges(connected),
+        _libusb(connected, needed),
+        _scsi_driver(host, needed),
+        *_scanners(connected, name_filter, needed),
+        *_bridges(connected, needed),
         *_serial_ports(connected),
         _tesseract(languages()),
     ]
@@ -83,35 +88,35 @@ def _libraries(missing: Sequence[SystemLibrary]) -> Iterator[Check]:
 
     for library in SYSTEM_LIBRARIES:
         if library in missing:
-            state: Literal["optional", "problem"] = "problem" if library.always else "optional"
+            state: State = "problem" if library.always else "optional"
             message = f"not installed: {library.module} needs it for {library.work}"
             yield Check(library.file, state, message, f"{INSTALL} {library.package}")
         else:
             yield Check(library.file, "ok", f"{library.module} finds it")
 
 
-def _libusb(connected: ConnectedDevices) -> Check:
+def _libusb(connected: ConnectedDevices, needed: State) -> Check:
     if connected.usb_error:
         hint = "pip install --force-reinstall libusb-package"
-        return Check("libusb", "problem", connected.usb_error, hint)
+        return Check("libusb", needed, connected.usb_error, hint)
     return Check("libusb", "ok", "USB bridges can be searched and used")
 
 
-def _scsi_driver(host: Host) -> Check:
+def _scsi_driver(host: Host, needed: State) -> Check:
     if host.scsi_generic.is_dir():
         return Check("sg", "ok", "the kernel's generic SCSI driver is loaded")
     hint = "sudo modprobe sg && echo sg | sudo tee /etc/modules-load.d/sg.conf"
-    return Check("sg", "problem", "the kernel's generic SCSI driver (sg) is not loaded", hint)
+    return Check("sg", needed, "the kernel's generic SCSI driver (sg) is not loaded", hint)
 
 
-def _scanners(connected: ConnectedDevices, name_filter: NameFilter) -> Iterator[Check]:
+def _scanners(connected: ConnectedDevices, name_filter: NameFilter, needed: State) -> Iterator[Check]:
     for scanner in connected.scanners:
         label = f"{scanner.identity} at {scanner.where}"
         if not scanner.problem:
             yield Check("scanner", "ok", f"{label} answers")
         else:
             hint = _add_rule(scsi_rule(name_filter)) if "udev" in scanner.hint else scanner.hint
-            yield Check("scanner", "problem", f"{label}: {scanner.problem}", hint)
+            yield Check("scanner", needed, f"{label}: {scanner.problem}", hint)
     if not connected.scanners:
         yield Check("scanner", "problem", "no scanner was found", PROBE if _has_unprobed_bridge(connected) else LATE)
 
@@ -122,17 +127,18 @@ def _has_unprobed_bridge(connected: ConnectedDevices) -> bool:
     return ready and not connected.probed
 
 
-def _bridges(connected: ConnectedDevices) -> Iterator[Check]:
+def _bridges(connected: ConnectedDevices, needed: State) -> Iterator[Check]:
     for bridge in connected.bridges:
         if bridge.bridge.sleeping:
-            yield Check("bridge", "problem", f"{bridge} waits for its firmware", FIRMWARE)
+            yield Check("bridge", needed, f"{bridge} waits for its firmware", FIRMWARE)
         elif bridge.usable:
             yield Check("bridge", "ok", str(bridge))
         else:
-            # Whoever reaches the scanner through a node of the kernel's needs the bridge itself no more.
-            state: Literal["optional", "problem"] = "optional" if connected.scanners else "problem"
             rule = usb_rule(bridge.vendor, bridge.product)
-            yield Check("bridge", state, f"you may not use {bridge}", _add_rule(rule))
+            yield Check("bridge", needed, f"you may not use {bridge}", _add_rule(rule))
+    if all(bridge.usable for bridge in connected.bridges):
+        for device in connected.unusable_bridges:
+            yield Check("bridge", needed, f"{device.where}: {device.problem}", device.hint)
 
 
 def _serial_ports(connected: ConnectedDevices) -> Iterator[Check]:
@@ -142,7 +148,7 @@ def _serial_ports(connected: ConnectedDevices) -> Iterator[Check]:
         else:
             group = _group_of(port.node)
             hint = f"sudo usermod -aG {group} $USER, then log out and in again"
-            yield Check("serial port", "problem", f"you may not open {port.node}", hint)
+            yield Check("serial port", "optional", f"you may not open {port.node}: only a rotary stage needs it", hint)
     if not connected.serial:
         yield Check("serial port", "optional", "no serial port: only a rotary stage needs one")
 

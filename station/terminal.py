@@ -99,6 +99,11 @@ def print_result(text: str) -> None:
         raise
 
 
+def print_note(text: str) -> None:
+    """Print a line on stderr: what is being done, beside the result."""
+    print(text, file=sys.stderr, flush=True)
+
+
 @contextmanager
 def _ending_signals_raise() -> Iterator[None]:
     def stop(number: int, _frame: FrameType | None) -> None:

@@ -225,8 +225,8 @@ def _average(shots: Sequence[Shot], mode: ShotMode) -> tuple[Floats, Bytes]:
     """Mean pitch (rows, cols) and mean colour (480, 640, 3) uint8 of shots of the same scene."""
     pitches = [shot.pitch.frames for shot in shots if shot.pitch is not None]
     colours = [shot.colour.pixels for shot in shots if shot.colour is not None]
-    mean = np.mean(colours, axis=0) if len(colours) > 1 else colours[0]
-    return merge.average(pitches, RANGE_MODES[mode]), np.rint(mean).astype(np.uint8)
+    colour = np.rint(np.mean(colours, axis=0)).astype(np.uint8) if len(colours) > 1 else colours[0].astype(np.uint8)
+    return merge.average(pitches, RANGE_MODES[mode]), colour
 
 
 def _photograph(body: Body, mode: ShotMode) -> Samples:

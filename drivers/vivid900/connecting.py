@@ -69,9 +69,11 @@ def _sg(settings: Sg) -> Transport:
 
 
 def _usb(settings: Usb) -> Transport:
+    from drivers.vivid900.transports.bridges import device_node
     from drivers.vivid900.transports.usb import UsbBulkOnly, find_device
 
-    return UsbBulkOnly(find_device(settings.vendor, settings.product), target=settings.target)
+    device = find_device(settings.vendor, settings.product)
+    return UsbBulkOnly(device, target=settings.target, node=device_node(device))
 
 
 def _socket(settings: Socket) -> Transport:

@@ -17,9 +17,11 @@ from drivers.scanner import ScannerError, TransportError
 from drivers.vivid900.link import Link
 from drivers.vivid900.scsi import Identity
 from drivers.vivid900.transports import Transport
-from drivers.vivid900.transports.bridges import BRIDGES, MAX_TARGET, Bridge
+from drivers.vivid900.transports.bridges import BRIDGES, MAX_TARGET, Bridge, device_node
 
+UNNAMED = Identity(0x1F, "", "", "")
 INITIATOR = MAX_TARGET  # the SCSI ID that cards and bridges have themselves
+PROBE_S = 3.0  # for INQUIRY, which every device answers at once; a SCSI ID without a device may take all of it
 RESCAN = "- - -"  # every channel, ID and unit of a card (the kernel's Documentation/scsi)
 
 
@@ -43,7 +45,7 @@ class ScsiDevice:
     """A SCSI device: its node or bridge, its INQUIRY data, and why it cannot be used, if so.
 
     where       its node, or its bridge and SCSI ID.
-    is_scanner  whether its names pass the filter; other devices were sent no command.
+    is_scanner  whether its names pass the filter; behind a node of the kernel other devices are sent no command.
     problem     why it cannot be used, empty when it answers; hint: what to do now.
     """
 
@@ -159,7 +161,7 @@ def find_bridges(host: Host) -> list[UsbBridge]:
 
 
 def _bridge(host: Host, device: Any) -> UsbBridge:
-    node = host.dev / f"bus/usb/{device.bus:03d}/{device.address:03d}"
+    node = device_node(device, host.dev)
     return UsbBridge(*_numbers(device), BRIDGES[_numbers(device)], node, host.may_use(node))
 
 
@@ -167,30 +169,49 @@ def _numbers(device: Any) -> tuple[int, int]:
     return device.idVendor, device.idProduct
 
 
-def probe_bridges(host: Host, name_filter: NameFilter) -> Iterator[ScsiDevice]:
+def probe_bridges(
+    host: Host, name_filter: NameFilter, report: Callable[[str], None] = lambda _text: None
+) -> Iterator[ScsiDevice]:
     """Send INQUIRY to every SCSI ID behind every bridge: for bridges without nodes of the kernel.
 
-    The kernel's driver is detached meanwhile: disks behind the bridge must not be mounted. Raises TransportError
-    without libusb.
+    report  called before each of them: one without a device may take PROBE_S.
+    A bridge that cannot be used comes as a device without names, with its problem. The kernel's driver is detached
+    meanwhile: disks behind the bridge must not be mounted. Raises TransportError without libusb.
     """
-    from drivers.vivid900.transports.usb import UsbBulkOnly
-
     for device in host.usb_devices():
         bridge = BRIDGES.get(_numbers(device))
         if bridge is None or bridge.sleeping:
             continue
         for target in range(INITIATOR):
+            where = f"{bridge.name}, SCSI ID {target}"
+            report(f"asking {where}")
             try:
-                transport = UsbBulkOnly(device, target=target)
-            except TransportError:
+                identity = _probe(device, target, device_node(device, host.dev))
+            except _Unusable as unusable:
+                yield ScsiDevice(bridge.name, UNNAMED, is_scanner=False, problem=str(unusable), hint=unusable.hint)
                 break
-            try:
-                identity = Link(transport).identify()
-            except ScannerError:
-                continue
-            finally:
-                transport.close()
-            yield ScsiDevice(f"{bridge.name}, SCSI ID {target}", identity, name_filter.fits(identity))
+            if identity is not None:
+                yield ScsiDevice(where, identity, name_filter.fits(identity))
+
+
+class _Unusable(TransportError):
+    """Raised when a bridge itself cannot be used, whatever is behind it."""
+
+
+def _probe(device: Any, target: int, node: Path) -> Identity | None:
+    """INQUIRY data of the device at a SCSI ID, None where nothing answers. Raises _Unusable."""
+    from drivers.vivid900.transports.usb import UsbBulkOnly
+
+    try:
+        transport = UsbBulkOnly(device, target=target, node=node)
+    except TransportError as error:
+        raise _Unusable(str(error), error.hint) from error
+    try:
+        return Link(transport, command_s=PROBE_S).identify()
+    except ScannerError:
+        return None
+    finally:
+        transport.close()
 
 
 def find_serial_ports(host: Host) -> list[SerialPort]:

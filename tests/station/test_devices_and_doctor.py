@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 from dataclasses import replace
@@ -44,7 +45,7 @@ def whole(tmp_path) -> Host:
     return Host(
         sys=tmp_path / "sys",
         dev=Path("/dev"),
-        open_sg=lambda node: SgDevice(Path(os.devnull), ioctl=SimulatedSgNode(Scanner()).ioctl),
+        open_sg=lambda node: SimulatedSgNode(Scanner()).connect(),
         usb_devices=lambda: [usb.core.find(backend=SimulatedBridge(Scanner()))],
         serial_ports=lambda: [SimpleNamespace(device="/dev/ttyUSB0", description="FT232R")],
         may_use=lambda node: True,
@@ -134,19 +135,84 @@ def test_a_scanner_behind_a_bridge_that_the_kernel_does_not_know(bare):
     assert checks_of(host, probe=True)["scanner"].state == "ok"
 
 
-def test_no_libusb(whole):
+def test_no_libusb(whole, bare):
     def broken():
         raise TransportError("libusb cannot be loaded", "install it")
 
-    check = checks_of(replace(whole, usb_devices=broken))["libusb"]
+    check = checks_of(replace(bare, usb_devices=broken))["libusb"]
     assert check.state == "problem"
     assert "libusb-package" in check.hint
+    assert checks_of(replace(whole, usb_devices=broken))["libusb"].state == "optional"  # the kernel reaches the scanner
 
 
 def test_a_serial_port_that_may_not_be_opened(whole):
     check = checks_of(may_not(whole, "tty"))["serial port"]
-    assert check.state == "problem"
+    assert check.state == "optional"
     assert "usermod -aG" in check.hint
+
+
+def test_one_way_that_works_is_enough(whole, this_computer, capsys):
+    """The node of the kernel refuses, the bridge answers: nothing needed is missing."""
+
+    def refuse(node, flags):
+        raise PermissionError(13, "Permission denied")
+
+    host = may_not(replace(whole, open_sg=lambda node: SgDevice(node, open_node=refuse)), "tty")
+    this_computer(host)
+    assert main(["doctor"]) == 4
+    capsys.readouterr()
+    assert main(["doctor", "--probe"]) == 0
+    out, err = capsys.readouterr()
+    assert "MISSING" not in out
+    assert "optional  scanner: MINOLTA VIVID 900 1.00 at /dev/sg0: cannot open" in out
+    assert "ok        scanner: MINOLTA VIVID 900 1.00 at Microtech" in out
+    assert "SCSI ID 5" in err
+    this_computer(replace(host, sys=host.sys / "nothing"))  # no kernel driver at all
+    assert main(["doctor", "--probe"]) == 0
+
+
+def refused_bridge(error: int) -> SimulatedBridge:
+    bridge = SimulatedBridge(Scanner())
+
+    def refuse(*_arguments):
+        raise usb.core.USBError(os.strerror(error), None, error)
+
+    bridge.open_device = refuse
+    return bridge
+
+
+def test_a_bridge_that_may_not_be_used_is_told_by_devices(bare, this_computer, capsys):
+    bridge = refused_bridge(errno.EACCES)
+    host = may_not(replace(bare, usb_devices=lambda: [usb.core.find(backend=bridge)]), "bus/usb")
+    this_computer(host)
+    assert main(["devices"]) == 0
+    assert "you may not use it" in capsys.readouterr().out
+    assert main(["devices", "--probe"]) == 0
+    out, _ = capsys.readouterr()
+    assert "cannot be asked: cannot open the bridge: Permission denied" in out
+    assert "udev rule" in out
+    assert main(["devices", "--probe", "--json"]) == 0
+    (told,) = json.loads(capsys.readouterr().out)["unusable_bridges"]
+    assert "Permission denied" in told["problem"]
+    assert [
+        check.state for check in run_checks(host, NameFilter(), lambda: [], probe=True) if check.name == "bridge"
+    ] == ["problem"]
+
+
+def test_a_bridge_that_another_program_holds_is_told_by_doctor(bare):
+    bridge = refused_bridge(errno.EBUSY)
+    host = replace(bare, usb_devices=lambda: [usb.core.find(backend=bridge)])
+    states = {
+        check.state: check for check in run_checks(host, NameFilter(), lambda: [], probe=True) if check.name == "bridge"
+    }
+    assert "another program" in states["problem"].hint
+
+
+def test_probing_tells_every_scsi_id_before_it_waits_for_it(bare, this_computer, capsys):
+    this_computer(replace(bare, usb_devices=lambda: [usb.core.find(backend=SimulatedBridge(Scanner(), scsi_id=3))]))
+    assert main(["devices", "--probe"]) == 0
+    err = capsys.readouterr().err.splitlines()
+    assert err == [f"asking Microtech USB-SCSI-HD50 (XpressSCSI), SCSI ID {target}" for target in range(7)]
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager
@@ -25,7 +24,6 @@ from drivers.vivid900.profile import SIMULATED, load_profile
 from drivers.vivid900.transports import Transport
 from drivers.vivid900.transports.in_process import InProcess
 from drivers.vivid900.transports.replay import Recorder, load_replay
-from drivers.vivid900.transports.sg import SgDevice
 from drivers.vivid900.transports.usb import UsbBulkOnly
 from restore import RangeScan, Settings, restore
 from station.export.png import encode_png
@@ -47,7 +45,7 @@ def in_process(device: SimulatedDevice, folder: Path) -> Iterator[Transport]:
 @contextmanager
 def sg_io(device: SimulatedDevice, folder: Path) -> Iterator[Transport]:
     """Recorded on the way, for the replay."""
-    node = SgDevice(Path(os.devnull), ioctl=SimulatedSgNode(device).ioctl)
+    node = SimulatedSgNode(device).connect()
     with (folder / "talk.jsonl").open("w") as file:
         yield Recorder(node, file)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import os
 from array import array
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from types import SimpleNamespace
 from typing import Any
 
@@ -36,7 +36,8 @@ class SimulatedBridge(IBackend):
     scsi_id         where the device sits.
     packet_size     bytes of its longest packet; the shorter they are, the more can go wrong.
     faults          names out of `bulk_only_device.FAULTS` by the index of the command.
-    kernel_driver   whether the kernel's own driver holds the interface.
+    kernel_driver   whether the kernel has a driver for it, which holds the interface.
+    sleep           called with the seconds that the host waits for a transfer in vain.
     refuses_reset   whether only a reset of the port brings it back after a fault.
     log             what was done to the interface, for tests to read.
     """
@@ -51,12 +52,14 @@ class SimulatedBridge(IBackend):
         faults: Mapping[int, str] | None = None,
         kernel_driver: bool = False,
         refuses_reset: bool = False,
+        sleep: Callable[[float], None] | None = None,
     ) -> None:
         super().__init__()
         self.device = BulkOnlyDevice(
             target, numbers=numbers, scsi_id=scsi_id, packet_size=packet_size, faults=faults or {}
         )
-        self.kernel_driver = kernel_driver
+        self.kernel_driver = self._known_to_kernel = kernel_driver
+        self._sleep = sleep
         self.log: list[str] = []
         self._numbers, self._packet_size, self._refuses_reset = numbers, packet_size, refuses_reset
 
@@ -118,6 +121,8 @@ class SimulatedBridge(IBackend):
         self.log.append("detach kernel driver")
 
     def attach_kernel_driver(self, _handle: Any, _interface: int) -> None:
+        if not self._known_to_kernel:
+            raise _usb_error(errno.ENOENT)
         self.kernel_driver = True
         self.log.append("attach kernel driver")
 
@@ -153,7 +158,7 @@ class SimulatedBridge(IBackend):
         self._check_plugged()
         return len(data)
 
-    def bulk_read(self, _handle: Any, _endpoint: int, _interface: int, buffer: array[int], _timeout: int) -> int:
+    def bulk_read(self, _handle: Any, _endpoint: int, _interface: int, buffer: array[int], timeout: int) -> int:
         self._check_plugged()
         try:
             came, ending = self.device.give(len(buffer))
@@ -163,6 +168,8 @@ class SimulatedBridge(IBackend):
         if ending is Ending.HALT:
             raise _usb_error(errno.EPIPE)
         if ending is Ending.SILENCE and not came:
+            if self._sleep is not None:
+                self._sleep(timeout / 1000)
             raise usb.core.USBTimeoutError(os.strerror(errno.ETIMEDOUT), None, errno.ETIMEDOUT)
         return len(came)
 

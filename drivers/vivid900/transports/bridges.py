@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from pathlib import Path
+from typing import Any
 
 
 class Addressing(Enum):
@@ -61,3 +63,8 @@ MAX_TARGET = 7  # a narrow SCSI bus has eight IDs; the USB2Xchange hangs when as
 
 # Enables SCSI IDs in the Shuttle/SCM family (the kernel's usb_stor_euscsi_init): a vendor request to the interface.
 MULTI_TARGET_REQUEST_TYPE, MULTI_TARGET_REQUEST, MULTI_TARGET_ON = 0x41, 0x0C, b"\x01"
+
+
+def device_node(device: Any, dev: Path = Path("/dev")) -> Path:
+    """The file through which libusb uses a device of pyusb. dev: folder of the nodes."""
+    return dev / f"bus/usb/{device.bus:03d}/{device.address:03d}"

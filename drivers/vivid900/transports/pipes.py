@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import errno
+import os
 from array import array
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from pathlib import Path
 
 import usb.core
 import usb.util
@@ -18,6 +20,7 @@ from drivers.vivid900.transports.bridges import (
     Bridge,
 )
 from drivers.vivid900.transports.bulk_only import RESET_REQUEST, RESET_REQUEST_TYPE
+from drivers.vivid900.transports.ownership import in_use, open_locked
 
 CONTROL_TIMEOUT_MS = 5000  # as in the kernel's driver
 
@@ -48,15 +51,19 @@ def translated(what: str) -> Iterator[None]:
 
 
 class Pipes:
-    """A claimed interface with one bulk pipe each way. Raises TransportError when the device has none."""
+    """A claimed interface with one bulk pipe each way. Raises TransportError when the device has none.
 
-    def __init__(self, device: usb.core.Device, bridge: Bridge) -> None:
-        self._device, self._bridge = device, bridge
-        self._number, self._detached = 0, False
+    node  file of the device, locked for this process; without one only libusb's claim keeps others away.
+    """
+
+    def __init__(self, device: usb.core.Device, bridge: Bridge, node: Path | None = None) -> None:
+        self._device, self._bridge, self._node = device, bridge, node
+        self._number, self._taken = 0, False
+        self._lock = None if node is None else open_locked(node)
         try:
             with translated("cannot open the bridge"):
                 self._number, self._in, self._out = _find_pipes(device)
-                self._detached = _detach_kernel_driver(device, self._number)
+                self._taken = _detach_kernel_driver(device, self._number)
                 self._claim()
         except Stall as stall:
             self.close()
@@ -103,14 +110,20 @@ class Pipes:
             self._reset_port()
 
     def close(self) -> None:
-        """Release the interface, and re-attach the kernel's driver if it was detached. Safe to call twice."""
+        """Release the interface, and re-attach the kernel's driver, if it has one for it. Safe to call twice.
+
+        A killed run leaves the interface without the driver that it detached: this run brings that back, too.
+        """
         with suppress(usb.core.USBError):  # it may have been unplugged
             usb.util.release_interface(self._device, self._number)
-        if self._detached:
-            self._detached = False
-            with suppress(usb.core.USBError):
+        if self._taken:
+            self._taken = False
+            with suppress(usb.core.USBError, NotImplementedError):  # the kernel has no driver for many bridges
                 self._device.attach_kernel_driver(self._number)
         usb.util.dispose_resources(self._device)
+        lock, self._lock = self._lock, None
+        if lock is not None:
+            os.close(lock)
 
     def _reset_port(self) -> None:
         try:
@@ -121,7 +134,13 @@ class Pipes:
             raise TransportError(str(stall), "plug the bridge in again and start over") from stall
 
     def _claim(self) -> None:
-        usb.util.claim_interface(self._device, self._number)
+        try:
+            usb.util.claim_interface(self._device, self._number)
+        except usb.core.USBError as error:
+            if error.errno == errno.EBUSY and self._node is not None:
+                raise in_use(self._node) from error
+            raise
+        self._taken = True
         if self._bridge.multi_target:
             # A refusal is ignored, as in the kernel: the bridge then has one target.
             with suppress(Stall), translated("cannot tell the bridge to take SCSI IDs"):

@@ -16,6 +16,7 @@ from typing import Any
 from drivers.scanner import TransportError
 from drivers.vivid900.transports import CHECK_CONDITION, DEFAULT_TIMEOUT_S, GOOD, Reply
 from drivers.vivid900.transports.command import SAFE_TRANSFER, check_command, with_sense
+from drivers.vivid900.transports.ownership import in_use, lock_node
 
 SG_IO = 0x2285
 SCSI_GENERIC = ord("S")
@@ -72,12 +73,14 @@ OPEN_HINTS = {
     errno.ENOENT: "look for the scanner with: planish devices",
     errno.ENODEV: "the scanner has gone: check its power and cable, then rescan the bus",
     errno.ENXIO: "the scanner has gone: check its power and cable, then rescan the bus",
-    errno.EBUSY: "another program uses the scanner: close it",
 }
 
 
 class SgDevice:
-    """A device at /dev/sg*. Raises TransportError when it cannot be opened."""
+    """A device at /dev/sg*, for this process alone. Raises TransportError when it cannot be opened.
+
+    O_EXCL keeps every other program away from the node (SCSI Generic HOWTO §7.1), a lock tells these who holds it.
+    """
 
     def __init__(
         self,
@@ -91,9 +94,15 @@ class SgDevice:
         self._path, self._ioctl = path, ioctl
         self._node: int | None = None
         try:
-            self._node = open_node(path, os.O_RDWR | os.O_NONBLOCK | os.O_CLOEXEC)
+            self._node = open_node(path, os.O_RDWR | os.O_EXCL | os.O_NONBLOCK | os.O_CLOEXEC)
+            lock_node(self._node, path)
         except OSError as error:
+            if error.errno == errno.EBUSY:
+                raise in_use(path) from error
             raise self._translated("cannot open", error) from error
+        except TransportError:
+            self.close()
+            raise
 
     def execute(
         self, cdb: bytes, data_out: bytes = b"", data_in_length: int = 0, timeout: float = DEFAULT_TIMEOUT_S

@@ -5,9 +5,11 @@ Source: USB Mass Storage Class, Bulk-Only Transport, revision 1.0, §5.3 and §6
 
 from __future__ import annotations
 
+import secrets
 import time
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 from typing import Any
 
 import libusb_package
@@ -48,6 +50,7 @@ class UsbBulkOnly:
     """The device at one SCSI ID behind a USB bridge.
 
     bridge  its entry in BRIDGES; by default found by its USB numbers.
+    node    file of the bridge, to be locked; see `Pipes`.
     Raises TransportError when the bridge cannot be used, SettingsError for a SCSI ID that no bus has.
     """
 
@@ -57,6 +60,7 @@ class UsbBulkOnly:
         *,
         target: int = 0,
         bridge: Bridge | None = None,
+        node: Path | None = None,
         max_transfer: int = SAFE_TRANSFER,
         clock: Clock = time.monotonic,
     ) -> None:
@@ -68,9 +72,11 @@ class UsbBulkOnly:
             raise TransportError(f"the {self._bridge.name} waits for its firmware", FIRMWARE_HINT)
         self._lun = self._bridge.addressing.lun_byte(target)
         self._clock = clock
-        self._pipes: Pipes | None = Pipes(device, self._bridge)
-        self._tag = 0
-        self._out_of_step = False
+        self._pipes: Pipes | None = Pipes(device, self._bridge, node)
+        # A killed program may have left a command half done, and its answer must not be taken for that of ours: the
+        # pipes are brought in step before the first command, whose tag repeats none of another program's.
+        self._tag = secrets.randbelow(MAX_TAG)
+        self._out_of_step = True
 
     def execute(
         self, cdb: bytes, data_out: bytes = b"", data_in_length: int = 0, timeout: float = DEFAULT_TIMEOUT_S

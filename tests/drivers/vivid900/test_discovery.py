@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -14,6 +13,7 @@ from drivers.scanner import TransportError
 from drivers.simulated.buses.sg_node import SimulatedSgNode
 from drivers.simulated.buses.usb_bridge import SimulatedBridge
 from drivers.vivid900.discovery import (
+    PROBE_S,
     Host,
     NameFilter,
     find_bridges,
@@ -66,7 +66,7 @@ def add_node(host: Host, name: str, identity: Identity) -> None:
 
 
 def over(target) -> SgDevice:
-    return SgDevice(Path(os.devnull), ioctl=SimulatedSgNode(target).ioctl)
+    return SimulatedSgNode(target).connect()
 
 
 def usb_host(host: Host, *bridges: SimulatedBridge) -> Host:
@@ -124,7 +124,7 @@ def test_a_scanner_that_may_not_be_opened_is_still_listed(host):
 def test_a_scanner_that_does_not_answer_is_still_listed(host):
     add_node(host, "sg3", VIVID)
     node = SimulatedSgNode(Scanner(), faults={0: lambda header: setattr(header, "host_status", 3)})
-    (found,) = find_scsi(replace(host, open_sg=lambda _: SgDevice(Path(os.devnull), ioctl=node.ioctl)), NameFilter())
+    (found,) = find_scsi(replace(host, open_sg=lambda _: node.connect()), NameFilter())
     assert "did not answer" in found.problem
 
 
@@ -159,12 +159,29 @@ def test_behind_bridges_every_scsi_id_but_the_bridges_own_is_asked(host, numbers
     assert bridge.log[-1] == "close"
 
 
-def test_bridges_that_sleep_or_may_not_be_used_are_passed_over(host):
+def test_bridges_that_sleep_are_passed_over_and_those_that_may_not_be_used_are_told(host):
     asleep = SimulatedBridge(Scanner(), numbers=(0x03F3, 0x2002))
     gone = SimulatedBridge(Scanner())
     devices = [usb.core.find(backend=asleep), usb.core.find(backend=gone)]
     gone.unplug()
-    assert list(probe_bridges(replace(host, usb_devices=lambda: devices), NameFilter())) == []
+    (told,) = probe_bridges(replace(host, usb_devices=lambda: devices), NameFilter())
+    assert not told.is_scanner
+    assert "cannot open the bridge" in told.problem
+    assert told.hint
+
+
+def test_a_scsi_id_without_an_answer_takes_little_time(host):
+    """A bridge that waits for the device as long as the host does: INQUIRY is answered at once or not at all."""
+
+    class Silent(Scanner):
+        def execute(self, cdb, data_out, data_in_length):
+            raise TransportError("no device answers")
+
+    waits = []
+    bridge = SimulatedBridge(Silent(), sleep=waits.append)
+    assert list(probe_bridges(usb_host(host, bridge), NameFilter())) == []
+    assert len(waits) == 1  # the other IDs are refused by the bridge
+    assert max(waits) <= PROBE_S
 
 
 def test_serial_ports(host):

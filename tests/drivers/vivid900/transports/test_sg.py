@@ -20,16 +20,23 @@ from drivers.vivid900.transports.sg import SgDevice, SgIoHeader
 INPUT = struct.Struct("@ iiBBHI PPP IIiP")
 OUTPUT = struct.Struct("@ BBBB HH iII")
 PADDING = -(INPUT.size + OUTPUT.size) % struct.calcsize("P")  # a structure's size is a multiple of its pointers'
-DEV_NULL = Path(os.devnull)  # can be opened everywhere; the ioctl is ours
 
 
 @pytest.fixture
-def connect():
+def node(tmp_path) -> Path:
+    """A file in place of a node: it can be opened everywhere; the ioctl is ours."""
+    path = tmp_path / "sg0"
+    path.touch()
+    return path
+
+
+@pytest.fixture
+def connect(node):
     """Open a device with an injected ioctl; closed at the end of the test."""
     opened = []
 
     def connect(ioctl) -> SgDevice:
-        opened.append(SgDevice(DEV_NULL, ioctl=ioctl))
+        opened.append(SgDevice(node, ioctl=ioctl))
         return opened[-1]
 
     yield connect
@@ -151,7 +158,6 @@ def test_a_block_that_was_taken_in_part_is_a_fault(connect):
         (errno.ENOENT, "planish devices"),
         (errno.ENODEV, "gone"),
         (errno.ENXIO, "gone"),
-        (errno.EBUSY, "another program"),
         (errno.EIO, "cable"),
     ],
 )
@@ -173,11 +179,34 @@ def test_an_ioctl_that_fails_is_a_fault_of_the_way(connect):
     assert "gone" in caught.value.hint
 
 
-def test_the_kernels_own_refusal_is_translated():
+def test_a_node_is_opened_for_one_program_alone():
+    asked = []
+
+    def busy(path: Path, flags: int) -> int:
+        asked.append(flags)
+        raise OSError(errno.EBUSY, os.strerror(errno.EBUSY))
+
+    with pytest.raises(TransportError, match="/dev/sg3 is in use") as caught:
+        SgDevice(Path("/dev/sg3"), open_node=busy)
+    assert asked[0] & os.O_EXCL
+    assert asked[0] & os.O_NONBLOCK  # otherwise the kernel waits until the other program closes it
+    assert caught.value.hint
+
+
+def test_the_simulated_node_refuses_a_second_program_as_the_kernel_does(device):
+    node = SimulatedSgNode(device)
+    first = node.connect()
+    with pytest.raises(TransportError, match="in use"):
+        node.connect()
+    first.close()
+    node.connect().close()
+
+
+def test_the_kernels_own_refusal_is_translated(node):
     """No injection: a node that is no SCSI device refuses the ioctl (ENOTTY)."""
-    device = SgDevice(DEV_NULL)
+    device = SgDevice(node)
     try:
-        with pytest.raises(TransportError, match=os.devnull):
+        with pytest.raises(TransportError, match="sg0"):
             device.execute(bytes(6))
     finally:
         device.close()

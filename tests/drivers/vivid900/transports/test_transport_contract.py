@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import io
-import os
 import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
 from threading import Thread
 
 import pytest
@@ -21,7 +19,6 @@ from drivers.vivid900.sense import Key, Sense
 from drivers.vivid900.transports import BUSY, CHECK_CONDITION, GOOD, Reply, Target, Transport
 from drivers.vivid900.transports.in_process import InProcess
 from drivers.vivid900.transports.replay import Recorder, Replay
-from drivers.vivid900.transports.sg import SgDevice
 from drivers.vivid900.transports.tcp import TcpDevice
 from drivers.vivid900.transports.usb import UsbBulkOnly, find_device
 
@@ -33,7 +30,7 @@ LENGTHS = (1, 12, 13, 14, 63, 64, 65, 127, 128, 512, 4096, 32 * 1024)
 
 @contextmanager
 def over_sg(device: Target) -> Iterator[Transport]:
-    transport = SgDevice(Path(os.devnull), ioctl=SimulatedSgNode(device).ioctl)
+    transport = SimulatedSgNode(device).connect()
     try:
         yield transport
     finally:

@@ -158,7 +158,7 @@ def test_the_kernels_driver_gives_way_and_gets_its_interface_back(connect, devic
     transport.close()
     assert bridge.kernel_driver
     assert bridge.log == [
-        "open", "detach kernel driver", "claim", "release", "attach kernel driver", "close",
+        "open", "detach kernel driver", "claim", "mass storage reset", "release", "attach kernel driver", "close",
     ]  # fmt: skip
 
 
@@ -199,7 +199,7 @@ def test_nobody_at_a_scsi_id_is_told_and_disturbs_nothing(connect, device):
     for _ in range(2):
         with pytest.raises(NoSuchTarget):
             transport.execute(*device.reading(36))
-    assert bridge.log == ["open", "claim"]  # no reset
+    assert bridge.log == ["open", "claim", "mass storage reset"]  # the one at the start
 
 
 def test_nobody_behind_a_microtech_gives_no_data(connect, device):
