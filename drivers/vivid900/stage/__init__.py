@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 __all__ = ["CONTROLLERS", "Controller", "RotaryStage", "controller_named", "open_port", "open_stage"]
 
-WRITE_TIMEOUT_S = 5.0  # the longest string takes 50 ms; with RTS/CTS a controller that is off accepts nothing
+WRITE_TIMEOUT_S = 1.0  # the longest string takes 50 ms; with RTS/CTS a controller that is off accepts nothing
 
 
 def controller_named(model: str, *, relative: bool = False) -> Controller:

@@ -88,9 +88,9 @@ def _mark(model: str, step: str, pulses: int, initialise: bytes, home: bytes, pu
 
 def _isel(model: str, step: str, pulses: int, speed: int) -> Controller:
     rotate, home = b"@0M%%d,+%d\r" % speed, b"@0M0,+%d\r" % speed
-    two_seconds = 2 * speed
+    one_second = speed
     return Controller(
-        model, step, pulses, b"@01\r", rotate, home, home, b"", b"0", ignored=b"\r\n", pulses_at_once=two_seconds
+        model, step, pulses, b"@01\r", rotate, home, home, b"", b"0", ignored=b"\r\n", pulses_at_once=one_second
     )
 
 

@@ -18,7 +18,7 @@ from drivers.vivid900.stage.protocol import Answer, Exchange
 
 POLL_S = 0.1  # a character takes 1 ms at 9600 baud, a turn half a minute
 SETTLE_S = 0.5  # answers that are pending at a stop arrive within this
-STOP_WAIT_S = 3.0  # for the end of a move that no command stops: its steps take two seconds
+STOP_WAIT_S = 1.5  # for the end of a move that no command stops: its steps take a second
 UNPLUGGED = "check the cable, its adapter and the controller's power, and start again"
 
 
@@ -33,6 +33,8 @@ class Port(Protocol):
     def write(self, data: bytes, /) -> int | None: ...
 
     def reset_input_buffer(self) -> None: ...
+
+    def reset_output_buffer(self) -> None: ...
 
     def close(self) -> None: ...
 
@@ -137,6 +139,8 @@ class RotaryStage(DeviceContext):
 
     def _close_port(self) -> None:
         with self._translated():
+            # Where RTS/CTS holds back what was written, closing would wait for it, 30 s in the kernel's drivers.
+            self._port.reset_output_buffer()
             self._port.close()
 
     def _approach(self, here: int, there: int) -> None:
@@ -181,8 +185,12 @@ class RotaryStage(DeviceContext):
         self._pending = None
 
     def _await_end(self, answer: Answer, deadline: float) -> None:
-        """Wait for the end of a move that cannot be stopped. Raises DeviceError when its answer does not come soon."""
+        """Wait for the end of a move that cannot be stopped. Raises DeviceError when its answer does not come soon.
+
+        Called again for the same move, it does not wait again.
+        """
         end = min(deadline, self._clock() + STOP_WAIT_S)
+        self._pending = answer, end
         with suppress(DeviceError):
             while not answer.complete and self._clock() < end:
                 answer.feed(self._port.read(self._port.in_waiting))

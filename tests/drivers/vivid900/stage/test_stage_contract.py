@@ -8,10 +8,12 @@ from contextlib import contextmanager
 from functools import cache
 
 import pytest
+from serial import SerialTimeoutException
 
 from drivers.scanner import DeviceError, TransportError
+from drivers.simulated.clock import VirtualClock
 from drivers.simulated.stage import MACHINES, Fault, PtyStage, machine
-from drivers.vivid900.stage import CONTROLLERS, RotaryStage, open_port
+from drivers.vivid900.stage import CONTROLLERS, WRITE_TIMEOUT_S, RotaryStage, open_port
 from drivers.vivid900.stage.protocol import FIRST_TIMEOUT_S, TIMEOUT_S
 from drivers.vivid900.stage.rotary import POLL_S, SETTLE_S
 
@@ -26,6 +28,8 @@ FAULTS = [
     if model not in SILENT and not (fault == "partial" and model in ONE_BYTE)
 ]
 ROUND_OFF_DEG = 1e-9
+CTRL_C_S = 3.0  # what an operator waits after Ctrl-C before pressing it again
+KERNEL_DRAIN_S = 30.0  # closing_wait of the kernel's serial drivers: how long closing waits for unsent bytes
 POLLS = 40  # of the driver, for the kernel to carry a byte through the terminal
 HALF_PULSE = 0.5 + 1e-9
 
@@ -171,6 +175,60 @@ def test_a_fault_that_stops_the_work_is_not_hidden_by_one_on_the_way_out() -> No
         fake.unplug()
         raise ZeroDivisionError
     assert "could not be stopped" in caught.value.__notes__[0]
+
+
+@pytest.mark.parametrize("model", MACHINES)
+def test_ctrl_c_with_a_silent_controller_takes_three_seconds_at_most(model: str) -> None:
+    struck = [0.0]
+    silence = dict.fromkeys(range(answers_of_the_setup(model), 1000), "silence")
+    with pytest.raises(KeyboardInterrupt), connected(model, silence) as (stage, fake):
+        stage.start()
+
+        def sleep(seconds: float) -> None:
+            fake.sleep(seconds)
+            if fake.clock() > struck[0] + 0.5 and stage._sleep is sleep:
+                stage._sleep = fake.sleep
+                struck[0] = fake.clock()
+                raise KeyboardInterrupt
+
+        stage._sleep, struck[0] = sleep, fake.clock()
+        stage.turn_to(180.0)
+    assert fake.clock() - struck[0] <= CTRL_C_S
+
+
+class BlockedPort:
+    """A port whose handshake wire lets nothing out: every write ends at its time-out, the kernel keeps the bytes."""
+
+    in_waiting, waiting = 0, 0
+
+    def __init__(self, clock: VirtualClock) -> None:
+        self.clock = clock
+
+    def read(self, size: int = 1) -> bytes:
+        return b""
+
+    def write(self, data: bytes) -> int:
+        self.clock.sleep(WRITE_TIMEOUT_S)
+        self.waiting += len(data)
+        raise SerialTimeoutException("Write timeout")
+
+    def reset_input_buffer(self) -> None: ...
+
+    def reset_output_buffer(self) -> None:
+        self.waiting = 0
+
+    def close(self) -> None:
+        if self.waiting:
+            self.clock.sleep(KERNEL_DRAIN_S)
+
+
+@pytest.mark.parametrize("model", MACHINES)
+def test_a_controller_that_is_off_is_left_in_three_seconds(model: str) -> None:
+    clock = VirtualClock()
+    stage = RotaryStage(BlockedPort(clock), CONTROLLERS[model], clock=clock, sleep=clock.sleep)
+    with pytest.raises(TransportError, match="broke"), stage:
+        stage.start()
+    assert clock() <= CTRL_C_S
 
 
 def test_time_may_be_real() -> None:
