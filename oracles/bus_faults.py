@@ -1,4 +1,4 @@
-"""The real driver and its USB transport over a simulated bus that fails by a script."""
+"""The real driver and its transports over simulated buses that fail by a script: USB Bulk-Only and SG_IO."""
 
 from __future__ import annotations
 
@@ -6,43 +6,63 @@ from collections.abc import Mapping
 
 import usb.core
 
+from drivers.simulated.buses import bulk_only_device, sg_node
+from drivers.simulated.buses.sg_node import SimulatedSgNode
 from drivers.simulated.buses.usb_bridge import SimulatedBridge
 from drivers.simulated.buses.usb_descriptors import HIGH_SPEED
-from drivers.vivid900.profile import Profile
 from drivers.vivid900.transports import Target, Transport
 from drivers.vivid900.transports.usb import UsbBulkOnly
-from oracles.faults import CHUNK_BYTES, SETTINGS, FaultRig, Verdict
+from oracles.faults import CHUNK_BYTES, FaultRig
 
 
-class BusFaultRig(FaultRig):
-    """The fault rig with a USB bridge between driver and device."""
+class UsbRig(FaultRig):
+    """The fault rig with a USB bridge between driver and device. It stays when the driver connects anew."""
 
-    def __init__(self, profile: Profile) -> None:
-        super().__init__(profile, self._bridged)
+    bus_faults = bulk_only_device.FAULTS
+    bridge: SimulatedBridge | None = None
 
-    def _bridged(self, target: Target) -> Transport:
-        self.bridge = SimulatedBridge(target, packet_size=HIGH_SPEED)
-        return UsbBulkOnly(usb.core.find(backend=self.bridge), target=5, max_transfer=CHUNK_BYTES)
+    def connect(self, target: Target) -> Transport:
+        if self.bridge is None:
+            self.bridge = self.make_bridge(target)
+        return UsbBulkOnly(usb.core.find(backend=self.bridge), target=5, max_transfer=CHUNK_BYTES, clock=self.clock)
 
-    def run_bus(self, faults: Mapping[int, str]) -> Verdict:
-        """Capture under faults of the bus, command number → fault, then capture without."""
+    def make_bridge(self, target: Target) -> SimulatedBridge:
+        """The bridge before the device."""
+        return SimulatedBridge(target, packet_size=HIGH_SPEED, sleep=self.clock.sleep)
+
+    def set_bus(self, faults: Mapping[int, str]) -> None:
+        assert self.bridge is not None
         self.bridge.device.wrappers.clear()
         self.bridge.device.faults = dict(faults)
-        return self.run({})
+        if self.bridge.device.unplugged:
+            self.bridge.plug()
 
     def rest_violation(self, start: float) -> str:
-        self.connection.connected = not self.bridge.device.unplugged
+        assert self.bridge is not None
+        self.connection.connected &= not self.bridge.device.unplugged
         return super().rest_violation(start)
 
-    def _next_capture_violation(self) -> str:
-        self.bridge.device.faults = {}
-        self.bridge.plug()
-        return super()._next_capture_violation()
+
+class SgRig(FaultRig):
+    """The fault rig with the kernel's generic SCSI driver between driver and device."""
+
+    bus_faults = tuple(sg_node.FAULTS)
+    node: SimulatedSgNode | None = None
+
+    def connect(self, target: Target) -> Transport:
+        if self.node is None:
+            self.node = self.make_node(target)
+        return self.node.connect(max_transfer=CHUNK_BYTES)
+
+    def make_node(self, target: Target) -> SimulatedSgNode:
+        """The node of the device."""
+        return SimulatedSgNode(target, sleep=self.clock.sleep)
+
+    def set_bus(self, faults: Mapping[int, str]) -> None:
+        assert self.node is not None
+        self.node.commands = 0
+        self.node.faults = {at: sg_node.FAULTS[name] for at, name in faults.items()}
 
 
-def count_commands(profile: Profile) -> int:
-    """Commands that a capture without faults sends over the bus, coming to rest included."""
-    rig = BusFaultRig(profile)
-    rig.bridge.device.wrappers.clear()
-    rig.camera.capture(SETTINGS)
-    return len(rig.bridge.device.wrappers)
+RIGS: dict[str, type[FaultRig]] = {"in-process": FaultRig, "sg": SgRig, "usb": UsbRig}
+"""Transport → rig."""

@@ -7,31 +7,32 @@ next capture gives the true scan.
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from itertools import product
+from typing import ClassVar
 
 import numpy as np
 
-from drivers.scanner import CaptureSettings, ScannerError
+from drivers.scanner import CAPTURE_S, CaptureSettings, ScannerError
 from drivers.simulated.clock import VirtualClock
 from drivers.simulated.device import SELF_TEST_S, Lens, SimulatedDevice
-from drivers.simulated.faults import FAULTS, Fault, FaultyDevice
+from drivers.simulated.faults import FAULTS, Fault, FaultyDevice, NoAnswer
 from drivers.simulated.plate import DARKEST, SHADES, PlateSensor
-from drivers.vivid900.camera import Vivid900
+from drivers.vivid900.camera import PARK_COMMAND_S, PARK_S, Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.lenses import LENSES
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile import SIMULATED, Profile, load_profile
-from drivers.vivid900.transports import Target, Transport
+from drivers.vivid900.transports import DEFAULT_TIMEOUT_S, Reply, Target, Transport
 from drivers.vivid900.transports.in_process import InProcess
 from restore.scan import RangeScan
 
 SETTINGS = CaptureSettings(mode="fast", laser_power=68, gain=0)  # autofocus, one shot, the range image and the colours
 CHUNK_BYTES = 400_000  # two commands for the range image, three for the colours: first, middle and last behave alike
 TRUE_MM = 0.01  # what rounding of the sums leaves of the plate's depth
-# Three attempts and coming to rest, each with its longest waits.
-MAX_SECONDS, MAX_COMMANDS = 300.0, 2000
+# The capture's deadline, within which its last attempt ends, and the parking after it with its last command.
+MAX_SECONDS, MAX_COMMANDS = CAPTURE_S + PARK_S + PARK_COMMAND_S, 2000
 
 
 @dataclass(frozen=True)
@@ -42,23 +43,58 @@ class Verdict:
     violation: str = ""
 
 
-class FaultRig:
-    """A simulated device with a plate before it, a faulty connection to it, and the real driver over them."""
+@dataclass(frozen=True)
+class Injection:
+    """Faults of one capture: number of the command → fault of the device's connection, → name of a fault of the bus."""
 
-    def __init__(self, profile: Profile, connect: Callable[[Target], Transport] = InProcess) -> None:
+    name: str
+    device: Mapping[int, Fault] = field(default_factory=dict)
+    bus: Mapping[int, str] = field(default_factory=dict)
+
+
+class FaultRig:
+    """A simulated device with a plate before it, a faulty connection to it, and the real driver over them.
+
+    bus_faults  names of the faults that the bus itself can have.
+    """
+
+    bus_faults: ClassVar[Sequence[str]] = ()
+
+    def __init__(self, profile: Profile) -> None:
         self.clock, self.sensor, self.stops, self.settings = VirtualClock(), PlateSensor(), 0, SETTINGS
         self.device = SimulatedDevice(Lens("MIDDLE", 14, self.sensor), profile, self.clock)
-        self.connection = FaultyDevice(self.device)
-        link = Link(connect(self.connection), None, self.clock, self.clock.sleep)
-        self.camera = Vivid900(link, profile, calibrations(None), park=[self._stop])
+        self.connection, self._profile = FaultyDevice(self.device), profile
+        self.camera = self.open()
         self.camera.capture(SETTINGS)  # an earlier shot, which a fault could bring back
+
+    def open(self) -> Vivid900:
+        """A driver over a new connection."""
+        link = Link(self.connect(self.connection), None, self.clock, self.clock.sleep)
+        return Vivid900(link, self._profile, calibrations(None), park=[self._stop])
+
+    def connect(self, target: Target) -> Transport:
+        """A new connection to the device: here in the same process."""
+        return _Waiting(target, self.clock)
+
+    def close(self) -> None:
+        """Close the driver."""
+        self.camera.close()
+
+    def set_bus(self, faults: Mapping[int, str]) -> None:
+        """Restart the count of the bus with these faults; a cable that was pulled is in again."""
 
     def _stop(self) -> None:
         self.stops += 1
 
+    def inject(self, injection: Injection) -> Verdict:
+        """Capture under faults, then without."""
+        self.set_bus(injection.bus)
+        return self.run(injection.device)
+
     def run(self, script: Mapping[int, Fault]) -> Verdict:
-        """Capture under a script, then without."""
+        """Capture under a script of the device's connection, then without."""
         self.connection.set_script(script)
+        self.device.log.forget_past()
         self.stops, shot, start = 0, self.device.shot, self.clock()
         try:
             scan = self.camera.capture(SETTINGS)
@@ -67,7 +103,7 @@ class FaultRig:
             verdict = Verdict(type(error).__name__, "" if error.hint else f"no hint: {error}")
         except Exception as error:  # an undeclared error is what this rig looks for
             verdict = Verdict("escaped", f"{type(error).__name__}: {error}")
-        violation = verdict.violation or self.rest_violation(start) or self._next_capture_violation()
+        violation = verdict.violation or self.rest_violation(start) or self.next_capture_violation()
         return replace(verdict, violation=violation)
 
     def scan_violation(self, scan: RangeScan, shot: int) -> str:
@@ -96,9 +132,10 @@ class FaultRig:
         at_rest = not self.connection.connected or self.device.parameters.laser_power == 0
         return "" if at_rest else "the laser's power is left"
 
-    def _next_capture_violation(self) -> str:
+    def next_capture_violation(self) -> str:
         """What is wrong with the next capture, or empty."""
         self.connection.set_script({})
+        self.set_bus({})
         shot = self.device.shot
         try:
             wrong = self.scan_violation(self.camera.capture(SETTINGS), shot)
@@ -107,12 +144,29 @@ class FaultRig:
         return wrong and f"next capture: {wrong}"
 
 
-def count_commands(profile: Profile) -> int:
+class _Waiting(InProcess):
+    """A transport whose time passes while an answer does not come."""
+
+    def __init__(self, target: Target, clock: VirtualClock) -> None:
+        super().__init__(target)
+        self._clock = clock
+
+    def execute(
+        self, cdb: bytes, data_out: bytes = b"", data_in_length: int = 0, timeout: float = DEFAULT_TIMEOUT_S
+    ) -> Reply:
+        try:
+            return super().execute(cdb, data_out, data_in_length, timeout)
+        except NoAnswer:
+            self._clock.sleep(timeout)
+            raise
+
+
+def count_commands(profile: Profile, rig_type: type[FaultRig] = FaultRig) -> int:
     """Commands that a capture without faults sends, coming to rest included."""
-    rig = FaultRig(profile)
-    rig.run({})
+    rig = rig_type(profile)
     rig.connection.set_script({})
     rig.camera.capture(rig.settings)
+    rig.camera.close()
     return rig.connection.count
 
 
@@ -129,6 +183,31 @@ def fault_pairs(commands: int, number: int, rng: random.Random) -> Iterator[tupl
         first, second = rng.choice(names), rng.choice(names)
         at, later = sorted(rng.sample(range(commands + commands // 2), 2))
         yield f"{first} + {second}", {at: FAULTS[first], later: FAULTS[second]}
+
+
+def single_injections(rig: type[FaultRig], commands: int) -> Iterator[Injection]:
+    """Every command × every fault of the device, its connection and the bus."""
+    for name, script in single_faults(commands):
+        yield Injection(name, script)
+    for name, at in product(rig.bus_faults, range(commands)):
+        yield Injection(name, bus={at: name})
+
+
+def pair_injections(rig: type[FaultRig], commands: int, number: int, rng: random.Random) -> Iterator[Injection]:
+    """Two faults at two commands, sampled from those of the device, its connection and the bus."""
+    names = [*FAULTS, *rig.bus_faults]
+    for _ in range(number):
+        first, second = rng.choice(names), rng.choice(names)
+        places = dict(zip(sorted(rng.sample(range(commands + commands // 2), 2)), (first, second), strict=True))
+        device = {at: FAULTS[name] for at, name in places.items() if name in FAULTS}
+        yield Injection(f"{first} + {second}", device, {at: name for at, name in places.items() if name not in FAULTS})
+
+
+def without_checksums(profile: Profile) -> Profile:
+    """The profile with blocks and images that have no checksum: they are read twice."""
+    blocks = {name: getattr(profile.blocks, name) for name in ("parameters", "status", "pitch", "colour")}
+    bare = {name: block.model_copy(update={"crc32": None}) for name, block in blocks.items()}
+    return profile.model_copy(update={"blocks": profile.blocks.model_copy(update=bare)})
 
 
 def small_profile() -> Profile:

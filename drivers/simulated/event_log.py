@@ -47,6 +47,11 @@ class Log:
         past = [Beam(beam.start, min(beam.end, now), beam.power) for beam in self.beams if beam.start < now]
         self.beams[:] = past
 
+    def forget_past(self) -> None:
+        """Drop the events and the intervals that are over."""
+        self.events.clear()
+        self.beams[:] = [beam for beam in self.beams if beam.end > self.clock()]
+
     @property
     def laser_is_on(self) -> bool:
         """Whether the laser is on now."""

@@ -118,9 +118,10 @@ def long(faulty: FaultyDevice, call: Call) -> Reply:
 
 
 def corrupt(faulty: FaultyDevice, call: Call) -> Reply:
-    """Bytes are corrupted, in either direction."""
-    reply = faulty.no_fault(Call(call.cdb, _damaged(call.data_out), call.data_in_length))
-    return Reply(reply.status, _damaged(reply.data), reply.sense)
+    """Bytes are corrupted, in either direction; other bytes in every command."""
+    place = faulty.count
+    reply = faulty.no_fault(Call(call.cdb, _damaged(call.data_out, place), call.data_in_length))
+    return Reply(reply.status, _damaged(reply.data, place), reply.sense)
 
 
 def stale(faulty: FaultyDevice, call: Call) -> Reply:
@@ -141,15 +142,19 @@ def lost(_faulty: FaultyDevice, call: Call) -> Reply:
     return Reply(GOOD, bytes(call.data_in_length))
 
 
+class NoAnswer(TransportError):
+    """Raised when the host waits for an answer until its time-out."""
+
+
 def timed_out(faulty: FaultyDevice, call: Call) -> Reply:
     """The device executes the command, but its answer is lost."""
     faulty.no_fault(call)
-    raise TransportError("the scanner did not answer in time", "check the cable")
+    raise NoAnswer("the scanner did not answer in time", "check the cable")
 
 
 def never_sent(_faulty: FaultyDevice, _call: Call) -> Reply:
     """The command is lost, and there is no answer."""
-    raise TransportError("the scanner did not answer in time", "check the cable")
+    raise NoAnswer("the scanner did not answer in time", "check the cable")
 
 
 def stalled(faulty: FaultyDevice, call: Call) -> Reply:
@@ -182,9 +187,10 @@ def power_cycled(faulty: FaultyDevice, call: Call) -> Reply:
     return faulty.no_fault(call)
 
 
-def _damaged(data: bytes) -> bytes:
+def _damaged(data: bytes, place: int) -> bytes:
+    """The data with every DAMAGED_EVERYth byte damaged, at least one. place: decides which."""
     damaged = bytearray(data)
-    for at in range(min(DAMAGED_EVERY, len(data)) // 2, len(data), DAMAGED_EVERY):
+    for at in range(place % max(min(DAMAGED_EVERY, len(data)), 1), len(data), DAMAGED_EVERY):
         damaged[at] ^= FLIPPED
     return bytes(damaged)
 

@@ -10,6 +10,13 @@ from typing import Any
 
 Report = Mapping[str, Any]
 
+ASSURANCES = {
+    "checksummed": "checksummed in transfer",
+    "doubled": "read twice from the scanner, which sends no checksums",
+    "single": "read once, without checksums: damage in transfer is not detected",
+}
+"""How sure the samples of a capture are, as `source.assurance` of a report names it → the words of the summary."""
+
 
 def encode_report(report: Report) -> str:
     """The report as strict JSON."""
@@ -23,6 +30,7 @@ def summary(report: Report, files: Iterable[Path]) -> str:
     rows = [
         ("page", f"{width:.1f} × {height:.1f} mm at {report['dpi']:g} dpi, shading: {report['shading']}"),
         ("source", "no colour image" if not ppi else f"resolves {ppi:.0f} pixels per inch"),
+        *(("samples", text) for key, text in ASSURANCES.items() if report.get("source", {}).get("assurance") == key),
         ("flattened", f"{report['points']} points by {report['method']} in {report['steps']} steps"),
         ("strain", f"rms {strain['rms'] * 100:.3f} %, max {strain['max'] * 100:.2f} %"),
         ("area", f"ratio {report['area_ratio']:.4f}, {report['flipped_faces']} flipped faces"),

@@ -17,7 +17,7 @@ from station import export
 from station.export.coverage import encode_coverage
 from station.export.mesh import encode_flat, encode_warped
 from station.export.png import encode_png
-from station.export.report import encode_report, finite, summary
+from station.export.report import ASSURANCES, encode_report, finite, summary
 from station.export.tiff import encode_map, encode_tiff
 
 HALF_PIXEL_PER_METRE = 0.5 * 0.0254  # pHYs counts whole pixels a metre
@@ -136,6 +136,13 @@ def test_summary_without_colour_and_with_a_warning(page, tmp_path):
     assert "a corner is hidden" in text
     assert "flatten 0.50" in text
     assert "512 MB" in text
+
+
+@pytest.mark.parametrize(("assurance", "told"), [*ASSURANCES.items(), ("unknown", "")])
+def test_summary_tells_how_sure_the_samples_are(page, assurance, told):
+    text = summary({**page.report, "source": {"assurance": assurance}, "peak_memory_mb": 512.0}, [])
+    assert ("samples" in text) == bool(told)
+    assert told in text
 
 
 def test_summary_tells_what_a_photograph_gave(page):

@@ -1,17 +1,19 @@
-"""A capture over USB while the bus goes wrong: a sample of what `python -m bench.bus_faults` runs in full."""
+"""A capture over USB and SG_IO while the bus goes wrong: a sample of what `python -m bench.faults` runs in full."""
 
 from __future__ import annotations
 
 import random
+from collections.abc import Iterator
 
 import pytest
 
-from drivers.simulated.buses.bulk_only_device import FAULTS
 from drivers.vivid900.body import Body
-from oracles.bus_faults import BusFaultRig, count_commands
-from oracles.faults import small_profile
+from oracles.bus_faults import RIGS
+from oracles.faults import FaultRig, Injection, count_commands, pair_injections, small_profile, without_checksums
 
-PLACES, SEED = 2, 5  # commands of the capture for each fault, and for each pair of faults
+PLACES, SEED, PAIRS = 2, 5, 10  # commands of the capture for each fault; pairs of faults
+BUSES = [name for name, rig in RIGS.items() if rig.bus_faults]
+FAULTS = [(bus, fault) for bus in BUSES for fault in RIGS[bus].bus_faults]
 
 
 @pytest.fixture(scope="module")
@@ -20,27 +22,32 @@ def commands() -> int:
 
 
 @pytest.fixture(scope="module")
-def rig() -> BusFaultRig:
-    return BusFaultRig(small_profile())
+def rigs() -> Iterator[dict[str, FaultRig]]:
+    made = {bus: RIGS[bus](small_profile()) for bus in BUSES}
+    yield made
+    for rig in made.values():
+        rig.close()
 
 
-@pytest.mark.parametrize("fault", FAULTS)
-def test_one_fault_leaves_the_true_scan_or_a_declared_error_and_the_laser_off(rig, commands, fault):
+@pytest.mark.parametrize(("bus", "fault"), FAULTS)
+def test_one_fault_leaves_the_true_scan_or_a_declared_error_and_the_laser_off(rigs, commands, bus, fault):
     for at in random.Random(fault).sample(range(commands), PLACES):
-        verdict = rig.run_bus({at: fault})
+        verdict = rigs[bus].inject(Injection(fault, bus={at: fault}))
         assert not verdict.violation, f"{fault} at command {at}: {verdict}"
 
 
-def test_two_faults_neither(rig, commands):
-    rng = random.Random(SEED)
-    for _ in range(10):
-        first, second = rng.choices(FAULTS, k=2)
-        at, later = sorted(rng.sample(range(commands), 2))
-        verdict = rig.run_bus({at: first, later: second})
-        assert not verdict.violation, f"{first} at {at}, {second} at {later}: {verdict}"
+@pytest.mark.parametrize("bus", RIGS)
+def test_two_faults_neither_with_checksums_or_without(commands, bus):
+    for profile in (small_profile(), without_checksums(small_profile())):
+        rig = RIGS[bus](profile)
+        for injection in pair_injections(RIGS[bus], commands, PAIRS, random.Random(SEED)):
+            verdict = rig.inject(injection)
+            assert not verdict.violation, f"{injection}: {verdict}"
+        rig.close()
 
 
-def test_the_rig_finds_a_violation(rig, commands, monkeypatch):
+@pytest.mark.parametrize("bus", BUSES)
+def test_the_rig_finds_a_violation(rigs, bus, monkeypatch):
     """A measure that cannot fail measures nothing: a driver that does not put the laser out is found out."""
     monkeypatch.setattr(Body, "laser_off", lambda self: None)
-    assert "laser" in rig.run_bus({}).violation
+    assert "laser" in rigs[bus].inject(Injection("none")).violation

@@ -17,7 +17,7 @@ from drivers.vivid900.camera import PARK_S, capture_limit_s
 from drivers.vivid900.commands import ShotMode
 from drivers.vivid900.errors import BadReply, DeadlineExceeded, Interrupted, NothingMeasured
 from drivers.vivid900.link import COMMAND_S
-from oracles.faults import FaultRig, count_commands, single_faults, small_profile
+from oracles.faults import FaultRig, count_commands, single_faults, small_profile, without_checksums
 
 SET = CaptureSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)
 DAMAGING = ("corrupt", "stale", "duplicate", "lost", "short", "long", "empty")
@@ -97,12 +97,6 @@ def test_an_empty_range_image_makes_the_capture_fail(make_stand) -> None:
         camera.capture(SET)
     assert caught.value.hint
     assert stand.device.is_parked
-
-
-def without_checksums(profile):
-    blocks = {name: getattr(profile.blocks, name) for name in ("parameters", "status", "pitch", "colour")}
-    bare = {name: block.model_copy(update={"crc32": None}) for name, block in blocks.items()}
-    return profile.model_copy(update={"blocks": profile.blocks.model_copy(update=bare)})
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ import pytest
 import usb.core
 
 from drivers.scanner import TransportError
-from drivers.simulated.buses.sg_node import SimulatedSgNode
+from drivers.simulated.buses.sg_node import FAULTS, SimulatedSgNode
 from drivers.simulated.buses.usb_bridge import SimulatedBridge
 from drivers.vivid900.discovery import (
     PROBE_S,
@@ -123,7 +123,7 @@ def test_a_scanner_that_may_not_be_opened_is_still_listed(host):
 
 def test_a_scanner_that_does_not_answer_is_still_listed(host):
     add_node(host, "sg3", VIVID)
-    node = SimulatedSgNode(Scanner(), faults={0: lambda header: setattr(header, "host_status", 3)})
+    node = SimulatedSgNode(Scanner(), faults={0: FAULTS["host time-out"]})
     (found,) = find_scsi(replace(host, open_sg=lambda _: node.connect()), NameFilter())
     assert "did not answer" in found.problem
 

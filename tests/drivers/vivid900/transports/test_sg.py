@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from drivers.scanner import TransportError
-from drivers.simulated.buses.sg_node import SimulatedSgNode
+from drivers.simulated.buses.sg_node import Fault, SimulatedSgNode
 from drivers.vivid900.sense import Key, Sense
 from drivers.vivid900.transports import CHECK_CONDITION, GOOD, Reply
 from drivers.vivid900.transports.sg import SgDevice, SgIoHeader
@@ -113,7 +113,7 @@ def test_sense_data_that_the_kernel_did_not_bring_is_asked_for(connect, device):
     def no_autosense(header: SgIoHeader) -> None:
         header.sb_len_wr = 0
 
-    node = SimulatedSgNode(device, faults={0: no_autosense})
+    node = SimulatedSgNode(device, faults={0: Fault(no_autosense)})
     reply = connect(node.ioctl).execute(bytes([device.FAIL, 0, Key.HARDWARE_ERROR, 0x44, 0, 0]))
     assert reply.status == CHECK_CONDITION
     assert len(reply.sense) == 18

@@ -1,0 +1,110 @@
+"""`python -m bench.ways_out`: every way out of a capture, at every command, and where the laser is after it.
+
+Signals one to five times, a disk that fills up while the conversation is recorded, kill -9 before and after every call
+to the kernel, and processes that really are killed. After a signal or a full disk the laser is off; after kill -9 it is
+off when any driver has started. Then a capture gives the true scan.
+"""
+
+from __future__ import annotations
+
+import logging
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from functools import partial
+from itertools import count, product
+from pathlib import Path
+from time import perf_counter
+
+from drivers.vivid900.signals import ENDING_SIGNALS
+from oracles.bus_faults import RIGS
+from oracles.faults import count_commands, small_profile
+from oracles.ways_out import (
+    KILLED_RIGS,
+    ServedDevice,
+    count_calls,
+    ending_handlers,
+    full_disk_violation,
+    kill_violation,
+    real_kill_violation,
+    recorded_bytes,
+    signal_violation,
+)
+
+MOST_SIGNALS, DISK_LIMITS = 5, 50
+Cases = Iterator[tuple[str, str]]
+
+
+def signals(transport: str) -> Cases:
+    """Each ending signal, one to five times, at every command."""
+    profile = small_profile()
+    rig, commands = RIGS[transport](profile), count_commands(profile, RIGS[transport])
+    with ending_handlers():
+        for number, times, command in product(ENDING_SIGNALS, range(1, MOST_SIGNALS + 1), range(commands)):
+            yield f"signal {number} × {times} at {command}", signal_violation(rig, number, times, command)
+    rig.close()
+
+
+def full_disks(transport: str) -> Cases:
+    """A disk that takes some of the recording."""
+    rig = RIGS[transport](small_profile())
+    with tempfile.TemporaryDirectory() as folder:
+        whole = recorded_bytes(rig, Path(folder) / "whole.jsonl")
+    for step in range(DISK_LIMITS):
+        limit = whole * step // DISK_LIMITS
+        yield f"full at {limit} of {whole} bytes", full_disk_violation(rig, limit)
+    rig.close()
+
+
+def kills(transport: str) -> Cases:
+    """Killed before or after the effect of every call to the kernel."""
+    rig = KILLED_RIGS[transport](small_profile())
+    for call, after in product(range(count_calls(rig)), (False, True)):
+        yield f"killed {'after' if after else 'before'} call {call}", kill_violation(rig, call, after=after)
+
+
+def real_kills(_transport: str) -> Cases:
+    """A process of its own, killed at every command of its capture."""
+    served = ServedDevice()
+    try:
+        for command in count():
+            violation = real_kill_violation(served, partial(_at, command))
+            if violation == "not killed":
+                return
+            yield f"killed at command {command}", violation
+    finally:
+        served.close()
+
+
+def _at(command: int, served: ServedDevice) -> bool:
+    return served.commands == command
+
+
+WAYS: dict[str, tuple[Callable[[str], Cases], tuple[str, ...]]] = {
+    "signals, 1 to 5 times": (signals, tuple(RIGS)),
+    "full disk": (full_disks, tuple(RIGS)),
+    "kill -9": (kills, tuple(KILLED_RIGS)),
+    "kill -9 of a process": (real_kills, ("socket",)),
+}
+
+
+def main() -> int:
+    """Print a row for each way out over each transport, then the violations. Returns 1 when there was one."""
+    logging.getLogger("drivers").setLevel(logging.ERROR)  # that a recording ends is a warning each time
+    columns = ["way out", "transport", "tried", "laser off and next capture true", "seconds"]
+    print("| " + " | ".join(columns) + " |\n|" + "---|" * len(columns), flush=True)
+    violations = []
+    for way, (cases, transports) in WAYS.items():
+        for transport in transports:
+            start = perf_counter()
+            results = list(cases(transport))
+            wrong = [f"{way}, {transport}: {name}: {violation}" for name, violation in results if violation]
+            right, seconds = len(results) - len(wrong), round(perf_counter() - start)
+            print(f"| {way} | {transport} | {len(results)} | {right} | {seconds} |", flush=True)
+            violations += wrong
+    print(*violations, f"violations: {len(violations)}", sep="\n")
+    return 1 if violations else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
