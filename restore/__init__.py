@@ -7,7 +7,7 @@ from restore.kernel_cache import notify_when_compiling
 from restore.errors import BadInput, LibraryMissing, NotEnoughSurface, RestoreError
 from restore.files import read_regular, read_toml
 from restore.flatten_mesh import flatten
-from restore.formats import PICTURE_SUFFIXES, load_scan, read_bytes, read_picture, save_scan, scan_stem
+from restore.formats import PICTURE_SUFFIXES, SCAN_SUFFIXES, load_scan, read_bytes, read_picture, save_scan, scan_stem
 from restore.mesh.measures import average_at_vertices, face_strain, vertex_normals
 from restore.mesh.network import edges_of
 from restore.mesh.raster import rasterise
@@ -23,6 +23,7 @@ from restore.turntable import AxisFit, RotationAxis, board_corners, fit_axis, me
 
 __all__ = [
     "PICTURE_SUFFIXES",
+    "SCAN_SUFFIXES",
     "SYSTEM_LIBRARIES",
     "AxisFit",
     "BadInput",

@@ -43,6 +43,7 @@ from station.terminal import (
 )
 from station.trace import trace
 from station.warm_up import warm_up
+from station.watch.command import watch
 
 if TYPE_CHECKING:
     from station.destination import Destination, Outcome
@@ -241,7 +242,7 @@ def _colour(
         print_result(summary_line(profile_colours(target, output, force=force)))
 
 
-for command in (devices, doctor, park, trace, board, calibrate, warm_up):
+for command in (devices, doctor, park, trace, board, calibrate, warm_up, watch):
     app.command()(command)
 
 

@@ -52,12 +52,14 @@ def restore_file(
     photos: Sequence[Path] = (),
     shots: Sequence[Path] = (),
     unit: str = "auto",
+    facts: Mapping[str, Any] | None = None,
     progress: Progress = silent,
     clock: Clock = perf_counter,
 ) -> Outcome:
     """Restore a stored scan, painted from photographs of the page where there are any that can be used.
 
     Further shots of the same page make its colour image finer. unit: of a mesh's coordinates, as for `load_scan`.
+    facts: further fields of the report, which replace those of the same name.
     Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
     """
     _check_programs(destination)
@@ -73,6 +75,7 @@ def restore_file(
         raise BadInput(f"cannot read {error.filename or source}: {error.strerror}", "check the path") from error
     report_fields: dict[str, Any] = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
     report_fields |= {"shots": [str(shot) for shot in shots]} if shots else {}
+    report_fields |= facts or {}
     source_record = SourceRecord(report_fields, {"load": clock() - start})
     with claim_folder(destination.folder) as claim:
         return _restore(

@@ -23,7 +23,16 @@ from restore.formats.vvd import read_vvd, write_vvd
 from restore.range_image.organise import organise
 from restore.scan import Bytes, RangeScan, SurfaceMesh
 
-__all__ = ["PICTURE_SUFFIXES", "READERS", "load_scan", "read_bytes", "read_picture", "save_scan", "scan_stem"]
+__all__ = [
+    "PICTURE_SUFFIXES",
+    "READERS",
+    "SCAN_SUFFIXES",
+    "load_scan",
+    "read_bytes",
+    "read_picture",
+    "save_scan",
+    "scan_stem",
+]
 __all__ += ["write_abs", "write_obj", "write_ply", "write_vrml", "write_vvd"]
 
 Reader = Callable[[Path, Bytes | None], RangeScan | SurfaceMesh]
@@ -38,6 +47,8 @@ READERS: dict[str, Reader] = {
     ".vvd": read_vvd,
     ".wrl": read_vrml,
 }
+SCAN_SUFFIXES = tuple(READERS)
+"""How the names of scan files end, in lower case."""
 
 
 def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str = AUTO) -> RangeScan | SurfaceMesh:

@@ -1,0 +1,239 @@
+"""The watch: lists the folder, waits until a scan is complete, then restores it or sets it aside, once."""
+
+from __future__ import annotations
+
+import errno
+import shutil
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Literal, Protocol
+
+from restore import LibraryMissing, Settings
+from station.errors import StationError, UsageError, explain
+from station.export.atomic import claim_folder
+from station.export.claim import Claim
+from station.session import Destination, Outcome
+from station.watch import records
+from station.watch.arrival import Arrival, Changed
+from station.watch.companions import Pairing, is_scan
+from station.watch.listing import Quiet, Stamp, has_writer, list_files
+from station.watch.presets import Options, Presets
+
+POLL_S = 1.0
+SETTLE_S = 3.0  # without a change: copying programs write several times a second, over a slow network every other one
+PAIR_S = 30.0  # for files that belong to a scan: programs write them one after the other
+MAX_ATTEMPTS = 2  # that may be cut off: by an operator, by a power cut; after that it is the scan that ends the program
+
+STAGED = "arrival"
+UNREADABLE = "unreadable"  # in place of the digest of a file that may not be read
+# Of a network share that is not there just now.
+PASSING = {errno.EIO, errno.ESTALE, errno.ETIMEDOUT, errno.EHOSTDOWN, errno.ENOTCONN, errno.ECONNRESET, errno.EAGAIN}
+
+Event = Literal["restored", "set aside", "waiting"]
+State = Literal["done", "worked", "waiting"]
+Notify = Callable[[Event, Path, str], None]
+"""Called with what happened, the scan relative to the watched folder, and where the result is, or why there is none."""
+
+
+class Restore(Protocol):
+    """Restores a scan file; see `station.session.restore_file`."""
+
+    def __call__(
+        self, source: Path, destination: Destination, *, settings: Settings, facts: Mapping[str, Any]
+    ) -> Outcome: ...
+
+
+@dataclass(frozen=True)
+class Pace:
+    """How often to look, how long a file must not change, how long to wait for files that belong to it: seconds."""
+
+    poll_s: float = POLL_S
+    settle_s: float = SETTLE_S
+    pair_s: float = PAIR_S
+
+
+@dataclass
+class Watch:
+    """The watch over a folder.
+
+    folder, out  watched folder and folder of the results, absolute.
+    once         whether to end when nothing is left to wait for.
+    counts       how many scans were restored and set aside by this watch.
+    """
+
+    folder: Path
+    out: Path
+    presets: Presets
+    restore: Restore
+    notify: Notify
+    pace: Pace = Pace()
+    once: bool = False
+    clock: Callable[[], float] = time.monotonic
+    sleep: Callable[[float], None] = time.sleep
+    now: Callable[[], datetime] = records.utc
+    counts: Counter[str] = field(default_factory=Counter)
+
+    def __post_init__(self) -> None:
+        self._quiet, self._pairing = Quiet(self.clock), Pairing(self.folder)
+        self._done: dict[Path, tuple[Stamp, ...]] = {}
+        self._told: dict[Path, str] = {}
+
+    def run(self) -> None:
+        """Watch until interrupted, or with `once` until nothing is left to wait for.
+
+        Raises UsageError when the folders cannot be, FolderInUse when another run writes to the results, OSError when
+        the disk refuses, LibraryMissing.
+        """
+        check_folders(self.folder, self.out)
+        with claim_folder(self.out):
+            while True:
+                states = self.poll()
+                if "worked" in states:
+                    continue
+                if self.once and "waiting" not in states:
+                    return
+                self.sleep(self.pace.poll_s)
+
+    def poll(self) -> set[State]:
+        """List the folder, and restore or set aside the first scan that is ready. Returns the states of the scans."""
+        try:
+            listing = list_files(self.folder, without=self.out)
+        except OSError as error:  # a share that is gone for a while
+            self._wait(Path(), UsageError(f"{self.folder} cannot be read: {error.strerror}"))
+            return {"waiting"}
+        self._told.pop(Path(), None)
+        self._quiet.update(listing)
+        self._pairing.update(listing)
+        self.presets.update(listing)
+        self._done = {path: stamps for path, stamps in self._done.items() if path in listing}
+        states = set[State]()
+        for source in filter(is_scan, listing):
+            states.add(self._look_at(source))
+            if "worked" in states:  # which took its time: what is listed may have changed
+                break
+        return states
+
+    def _look_at(self, source: Path) -> State:
+        if self._quiet.seconds(source) < self.pace.settle_s:
+            return "waiting"
+        try:
+            arrival, missing = self._arrival(source)
+            if self._done.get(source) == arrival.stamps:
+                return "done"
+            state = self._do(arrival) if self._is_complete(arrival, missing=missing) else "waiting"
+        except (Changed, FileNotFoundError):
+            return "waiting"
+        except OSError as error:
+            if error.errno not in PASSING:
+                raise
+            self._wait(source, UsageError(f"cannot be read just now: {error.strerror}"))
+            return "waiting"
+        if state != "waiting":
+            self._done[source] = arrival.stamps
+            self._told.pop(source, None)
+        return state
+
+    def _arrival(self, source: Path) -> tuple[Arrival, bool]:
+        """The scan with its companions, and whether some of them are missing. Raises OSError."""
+        try:
+            companions = self._pairing.companions(source)
+        except PermissionError:  # which `_do` meets again, and sets aside
+            return Arrival.of(self.folder, source, {}, self._quiet.listing), False
+        return Arrival.of(self.folder, source, companions.found, self._quiet.listing), companions.missing
+
+    def _is_complete(self, arrival: Arrival, *, missing: bool) -> bool:
+        quiet = min(map(self._quiet.seconds, arrival.files.values()))
+        if quiet < self.pace.settle_s or (missing and quiet < self.pace.pair_s):
+            return False
+        return not any(has_writer(arrival.folder / path) for path in arrival.files.values())
+
+    def _do(self, arrival: Arrival) -> State:
+        """Restore a scan or set it aside, unless that was done. Raises Changed, OSError."""
+        if records.find_result(self.out, arrival):
+            records.end_attempt(self.out, arrival)
+            return "done"
+        try:
+            options = self.presets.options(arrival.source.parent)
+        except UsageError as error:
+            self._wait(arrival.source, error)
+            return "waiting"
+        with staging(self.out) as staged:
+            try:
+                digest = arrival.copy(staged)
+            except PermissionError as error:
+                return self._set_aside(arrival, UNREADABLE, [f"cannot read {error.filename}: {error.strerror}"])
+            if records.find_result(self.out, arrival, digest):
+                return "done"
+            return self._restore(arrival, digest, staged, options)
+
+    def _restore(self, arrival: Arrival, digest: str, staged: Path, options: Options) -> State:
+        """Restore a copied scan, or set it aside when it cannot be restored. Raises what is not the scan's fault."""
+        if records.failed_digest(self.out, arrival) == digest:
+            return "done"
+        if records.begin_attempt(self.out, arrival, digest) >= MAX_ATTEMPTS:
+            reason = f"the program has ended {MAX_ATTEMPTS} times while it restored this scan"
+            return self._set_aside(arrival, digest, [reason])
+        folder = records.free_folder(self.out, arrival)
+        destination = Destination(folder, options.outputs, language=options.language, colours=options.colours)
+        original = arrival.folder / arrival.source
+        facts = {"scan": str(original), "arrival": arrival.as_data(digest)}
+        settings = options.build(str(original))
+        try:
+            self.restore(staged / arrival.source.name, destination, settings=settings, facts=facts)
+        except (OSError, StationError, LibraryMissing):  # a fault of the disk, the results or this computer
+            records.end_attempt(self.out, arrival)
+            raise
+        except Exception as error:
+            fault = explain(error)
+            lines = [line.replace(str(staged), str(original.parent)) for line in (fault.message, *fault.hints)]
+            return self._set_aside(arrival, digest, lines)
+        except BaseException:  # Ctrl-C: it is not the scan that ends the program
+            records.end_attempt(self.out, arrival)
+            raise
+        records.end_attempt(self.out, arrival)
+        records.forget_failure(self.out, arrival)
+        self.counts["restored"] += 1
+        self.notify("restored", arrival.source, str(folder))
+        return "worked"
+
+    def _set_aside(self, arrival: Arrival, digest: str, reasons: list[str]) -> State:
+        if records.failed_digest(self.out, arrival) == digest:
+            return "done"
+        note = records.set_aside(self.out, arrival, digest, reasons, self.now())
+        records.end_attempt(self.out, arrival)
+        self.counts["set aside"] += 1
+        self.notify("set aside", arrival.source, f"{reasons[0]} ({note})")
+        return "worked"
+
+    def _wait(self, path: Path, error: UsageError) -> None:
+        """Notify, once, of what somebody has to mend. Raises the error with `once`: nobody would wait for that."""
+        if self.once:
+            raise error
+        text = f"{error} ({error.hint})" if error.hint else str(error)
+        if self._told.get(path) != text:
+            self._told[path] = text
+            self.notify("waiting", path, text)
+
+
+@contextmanager
+def staging(out: Path) -> Iterator[Path]:
+    """An empty folder in the hidden one of a claimed folder, on the same disk; removed at the end of the block."""
+    staged = Claim(out).new / STAGED
+    shutil.rmtree(staged, ignore_errors=True)
+    try:
+        yield staged
+    finally:
+        shutil.rmtree(staged, ignore_errors=True)
+
+
+def check_folders(folder: Path, out: Path) -> None:
+    """Raise UsageError unless the watched folder exists and lies neither at nor in that of the results."""
+    if not folder.is_dir():
+        raise UsageError(f"{folder} is no folder", "name the folder in which scans arrive")
+    if folder == out or folder.is_relative_to(out):
+        raise UsageError(f"the results in {out} would be scans in {folder}", "choose another folder with -o")

@@ -1,0 +1,95 @@
+"""Presets: `planish.toml` in the watched folder or a sub-folder sets the options of the scans there and below."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict
+
+from restore import Settings, read_toml
+from station.config import build_model
+from station.errors import UsageError
+from station.options import FLAGS
+from station.watch.listing import Listing, Stamp
+
+PRESET = "planish.toml"
+HINT = f"settings are those of `planish restore`, and outputs = [{', '.join(map(repr, FLAGS))}], language"
+
+
+@dataclass(frozen=True)
+class Options:
+    """How scans are restored.
+
+    settings  those that are given; the rest is by default.
+    outputs, language, colours  as the kinds, language and colours of a `Destination`.
+    """
+
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    outputs: frozenset[str] = frozenset()
+    language: str = "eng"
+    colours: bytes | None = None
+
+    def build(self, where: str) -> Settings:
+        """The settings, checked. where: the file or option that they come from. Raises UsageError."""
+        return build_model(Settings, self.settings, name=lambda key: f"{where}: {key}", hint=HINT)
+
+
+class _Extras(BaseModel):
+    """Keys of a preset that are no settings."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    outputs: list[str] | None = None
+    language: str | None = None
+
+
+class Presets:
+    """The options for each sub-folder; files are read again when they change."""
+
+    def __init__(self, folder: Path, base: Options) -> None:
+        self._folder, self._base = folder, base
+        self._read: dict[Path, tuple[Stamp, Mapping[str, Any]]] = {}
+        self._listing: Listing = {}
+
+    def update(self, listing: Listing) -> None:
+        """Take a new listing."""
+        self._listing = listing
+
+    def options(self, sub: Path) -> Options:
+        """The options of a sub-folder: those of the presets from the watched folder down to it, over the base.
+
+        Raises UsageError that names the file and the key.
+        """
+        options = self._base
+        for place in reversed([sub, *sub.parents]):
+            if place / PRESET in self._listing:
+                options = self._with_preset(options, place / PRESET, self._listing[place / PRESET])
+        return options
+
+    def _with_preset(self, options: Options, preset: Path, stamp: Stamp) -> Options:
+        path = self._folder / preset
+        table = dict(self._table(preset, stamp))
+        given: dict[str, Any] = {key: table.pop(key) for key in ("outputs", "language") if key in table}
+        extras = build_model(_Extras, given, name=lambda key: f"{path}: {key}", hint=HINT)
+        unknown = sorted(set(extras.outputs or ()) - set(FLAGS))
+        if unknown:
+            raise UsageError(f"{path}: outputs: {unknown[0]!r} is not known", HINT)
+        options = replace(options, settings={**options.settings, **table})
+        if extras.outputs is not None:
+            options = replace(options, outputs=frozenset(extras.outputs))
+        if extras.language is not None:
+            options = replace(options, language=extras.language)
+        options.build(str(path))
+        return options
+
+    def _table(self, preset: Path, stamp: Stamp) -> Mapping[str, Any]:
+        known = self._read.get(preset)
+        if known is None or known[0] != stamp:
+            path = self._folder / preset
+            try:
+                known = self._read[preset] = stamp, read_toml(path)
+            except (OSError, ValueError) as error:
+                raise UsageError(f"cannot read the preset {path}: {error}", HINT) from error
+        return known[1]
