@@ -1,6 +1,18 @@
 """`python -m bench`: run everything."""
 
-from bench import bus_faults, calibration, dewarp, faults, flattening, photo, scan_to_page, shading, turntable, words
+from bench import (
+    calibration,
+    dewarp,
+    faults,
+    flattening,
+    photo,
+    scan_to_page,
+    shading,
+    turntable,
+    watch,
+    ways_out,
+    words,
+)
 
 if __name__ == "__main__":
     scan_to_page.main()
@@ -8,7 +20,8 @@ if __name__ == "__main__":
     turntable.main()
     calibration.main()
     faults.main()
-    bus_faults.main()
+    ways_out.main()
+    watch.main()
     shading.main()
     photo.main()
     words.main([])

@@ -8,6 +8,7 @@ set aside once, nothing in the watched folder has changed, nothing half done is 
 from __future__ import annotations
 
 import argparse
+import filecmp
 import random
 import shutil
 import signal
@@ -29,7 +30,7 @@ from drivers.simulated.sheets import Curl
 from oracles.exact import exact_sheet
 from restore import SurfaceMesh
 from restore.formats import write_obj, write_ply
-from station.session import restore_file
+from station.session import Destination, restore_file
 from station.watch.loop import Pace, Watch
 from station.watch.presets import Options, Presets
 
@@ -133,6 +134,8 @@ def vanishing(parcel: Parcel) -> Steps:
     yield 0.5, lambda: (parcel.to / parcel.made.name).unlink()
 
 
+# Ways that end with the scan as it was made.
+WHOLE = ("copied", "renamed", "picture_late", "growing", "halves", "twice")
 # Way → times that it is restored and set aside. A first half may be taken for a damaged scan before the rest comes.
 WAYS: dict[Callable[[Parcel], Steps], tuple[range, range]] = {
     copied: (range(1, 2), range(1)),
@@ -190,7 +193,13 @@ class Rig:
         Watch(self.folder, self.out, Presets(self.folder, QUICK), restore_file, self._note, PACE, once=True).run()
 
     def watch_all(self) -> None:
-        """Watch, starting again after every interruption, until everything has arrived and is done."""
+        """Watch, starting again after every interruption, until everything has arrived and is done.
+
+        The kernels are compiled before: otherwise everything has arrived by then.
+        """
+        restore_file(
+            next((self.root / "made").glob("*.obj")), Destination(self.root / "first"), settings=QUICK.build("")
+        )
         courier = threading.Thread(target=self.deliver)
         courier.start()
         while courier.is_alive():
@@ -210,6 +219,10 @@ class Rig:
             if counts["restored"] not in restored or counts["set aside"] not in aside:
                 yield f"{way.__name__} {name}: {dict(counts)}"
             results = list((self.out / Path(name).parent).glob(f"{Path(name).stem}*/*.png"))
+            if way.__name__ in WHOLE and not filecmp.cmp(
+                self.folder / name, self.root / "made" / Path(name).name, False
+            ):
+                yield f"{way.__name__} {name}: the original has changed"
             if len(results) != counts["restored"]:
                 yield f"{way.__name__} {name}: results {results}"
             note = self.out / "failed" / f"{name}.txt"
