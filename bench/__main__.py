@@ -9,6 +9,7 @@ from bench import (
     scan_to_page,
     shading,
     turntable,
+    variants,
     watch,
     ways_out,
     words,
@@ -20,6 +21,7 @@ if __name__ == "__main__":
     turntable.main()
     calibration.main()
     faults.main()
+    variants.main()
     ways_out.main()
     watch.main()
     shading.main()

@@ -10,11 +10,15 @@ from typing import TYPE_CHECKING, Any
 from drivers.scanner import CaptureSettings, Scanner, ScannerError, SettingsError
 
 if TYPE_CHECKING:
+    from types import ModuleType
+
+    from drivers.vivid900.link import Link
+    from drivers.vivid900.profile import Profile
     from drivers.vivid900.stage import RotaryStage
 
-__all__ = ["CaptureSettings", "Scanner", "ScannerError", "SettingsError", "open_scanner", "open_turntable"]
+__all__ = ["CaptureSettings", "Scanner", "ScannerError", "SettingsError", "open_link", "open_scanner", "open_turntable"]
 
-# driver name → module with a function `connect(config) -> Scanner`; imported only when asked for.
+# driver name → module with `connect(config) -> Scanner` and `open_link(config)`; imported only when asked for.
 DRIVERS = {"simulated": "drivers.simulated", "vivid900": "drivers.vivid900.connecting"}
 
 SIMULATED_PORT = "simulated"
@@ -31,11 +35,21 @@ def open_scanner(config: Mapping[str, Any]) -> Scanner:
     >>> scan.points.shape
     (240, 320, 3)
     """
+    scanner: Scanner = _driver(config).connect(config)
+    return scanner
+
+
+def open_link(config: Mapping[str, Any]) -> tuple[Link, Profile]:
+    """The link to that scanner and its command profile; nothing is sent to it. Raises as `open_scanner`."""
+    link: tuple[Link, Profile] = _driver(config).open_link(config)
+    return link
+
+
+def _driver(config: Mapping[str, Any]) -> ModuleType:
     name = config.get("driver")
     if name not in DRIVERS:
         raise SettingsError(f"there is no scanner driver {name!r}", f"use one of: {', '.join(sorted(DRIVERS))}")
-    scanner: Scanner = import_module(DRIVERS[name]).connect(config)
-    return scanner
+    return import_module(DRIVERS[name])
 
 
 @contextmanager

@@ -206,7 +206,7 @@ def pair_injections(rig: type[FaultRig], commands: int, number: int, rng: random
 def without_checksums(profile: Profile) -> Profile:
     """The profile with blocks and images that have no checksum: they are read twice."""
     blocks = {name: getattr(profile.blocks, name) for name in ("parameters", "status", "pitch", "colour")}
-    bare = {name: block.model_copy(update={"crc32": None}) for name, block in blocks.items()}
+    bare = {name: block.model_copy(update={"checksum": None}) for name, block in blocks.items()}
     return profile.model_copy(update={"blocks": profile.blocks.model_copy(update=bare)})
 
 

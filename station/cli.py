@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from station.ask import ask
 from station.calibrate import board, calibrate
 from station.devices import devices
 from station.doctor import doctor
@@ -242,7 +243,7 @@ def _colour(
         print_result(summary_line(profile_colours(target, output, force=force)))
 
 
-for command in (devices, doctor, park, trace, board, calibrate, warm_up, watch):
+for command in (devices, doctor, ask, park, trace, board, calibrate, warm_up, watch):
     app.command()(command)
 
 

@@ -7,7 +7,7 @@
 from __future__ import annotations
 
 from drivers.simulated.artwork import Chart, Figure, Markers, Text, White
-from drivers.simulated.scanner import Rig, connect, connect_turntable, rig
+from drivers.simulated.scanner import Rig, connect, connect_turntable, open_link, rig
 from drivers.simulated.scene import Pose
 from drivers.simulated.sheets import Binding, Cone, Crumpled, Curl, Flat, Miura, MultiFold, Spread, Wave
 from drivers.simulated.shot import Truth, shoot
@@ -32,6 +32,7 @@ __all__ = [
     "White",
     "connect",
     "connect_turntable",
+    "open_link",
     "rig",
     "shoot",
 ]

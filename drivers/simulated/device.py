@@ -6,7 +6,7 @@ a command profile, by default Planish's own.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -17,7 +17,7 @@ from drivers.simulated.sensor import Sensor
 from drivers.simulated.shot_data import ShotData, read_out
 from drivers.vivid900 import commands, scsi
 from drivers.vivid900.body import RANGE_MODES
-from drivers.vivid900.commands import Parameters, State, Status
+from drivers.vivid900.commands import RANGES, Parameters, State, Status
 from drivers.vivid900.profile import Profile
 from drivers.vivid900.scsi import Identity
 from drivers.vivid900.sense import Key, Sense
@@ -82,6 +82,7 @@ class SimulatedDevice:
         self._clock, self._on, self._ready_at = clock, True, clock()
         self._attentions, self._sense = [POWER_ON], Sense(Key.NO_SENSE)
         self._busy_until, self._ending, self._record = clock(), _nothing, ShotData()
+        self._read_so_far: dict[str, int] = {}
 
     @property
     def state(self) -> State | Literal["off"]:
@@ -130,7 +131,7 @@ class SimulatedDevice:
         """See Target. Raises TransportError when it is off."""
         if not self._on:
             raise TransportError("no device answers", "switch the scanner on")
-        known = commands.parse_command(self.profile, cdb)
+        known = commands.parse_command(self.profile, cdb, data_out)
         self.log.add("command", known[0] if known else cdb.hex(" "))
         try:
             if cdb and cdb[0] in scsi.STANDARD:
@@ -138,7 +139,7 @@ class SimulatedDevice:
             if self._attentions:
                 raise _Refused(self._attentions.pop(0))
             if known is None:
-                opcodes = {layout.fixed[0] for layout in self.profile.commands.by_name.values()}
+                opcodes = {command.opcode for command in self.profile.commands.values()}
                 raise _Refused(BAD_FIELD if cdb and cdb[0] in opcodes else NO_SUCH_COMMAND)
             name, values = known
             return Reply(GOOD, getattr(self, "_" + name)(data_out, **values)[:data_in_length])
@@ -161,11 +162,22 @@ class SimulatedDevice:
         self._require_free()
         if self.barrier:
             raise _Refused(BARRIER_CLOSED)
+        if self.panel and "panel" not in self.profile.blocks.status.fields:  # no other way to tell
+            panel, self.panel = self.panel, ""
+            raise _Refused(self._sense_of(panel))
         return b""
+
+    def _sense_of(self, panel: str) -> Sense:
+        """Sense data for a message of the panel: the profile's, or just a fault of the hardware."""
+        codes = [code for code, text in self.profile.panel_by_sense.items() if text == panel]
+        return Sense(Key.HARDWARE_ERROR, *(codes[0] if codes else (0x44, 0x00)))
 
     def _status(self, _data: bytes, **_values: int) -> bytes:
         state = self.state
         assert state != "off"  # execute() raises before
+        if state not in self.profile.states:  # told by sense data, or not told from ready
+            self._require_free()
+            state = "ready"
         numbers = {
             "shot": self.shot,
             "focused": self.focused,
@@ -182,13 +194,19 @@ class SimulatedDevice:
         self._require_free()
         was_on = self.parameters.laser_power > 0
         try:
-            self.parameters, self.parameter_block = commands.parse_parameters(self.profile, data), data
+            self._take(self.profile.blocks.parameters.parse(data))
         except ScannerError as error:
             raise _Refused(BAD_PARAMETER) from error
+        self.parameter_block = data
         self.log.add("parameters", f"laser power {self.parameters.laser_power}")
         if was_on and self.parameters.laser_power == 0:
             self._parked()
         return b""
+
+    def _take(self, values: Mapping[str, int]) -> None:
+        """Take over the parameters that a block or a release has; raises BadReply for values out of range."""
+        sent = commands.parameters_of(self.profile, values)
+        self.parameters = replace(self.parameters, **{name: getattr(sent, name) for name in RANGES if name in values})
 
     def _passive_autofocus(self, _data: bytes) -> bytes:
         def focus() -> None:
@@ -211,7 +229,8 @@ class SimulatedDevice:
         self.log.laser_on(self._clock(), ACTIVE_AF_S, AF_POWER)
         return b""
 
-    def _release(self, _data: bytes) -> bytes:
+    def _release(self, _data: bytes, **values: int) -> bytes:
+        self._take(values)
         parameters, seconds, motor = self.parameters, COLOUR_S, 0.0
         if parameters.mode.has_range:
             turns = self._record.swept not in (None, parameters.mode)
@@ -225,28 +244,33 @@ class SimulatedDevice:
                 self._record = read_out(self.lens.sensor, self.profile, parameters, shot, swept)
 
         self._begin("release", seconds, expose)
-        self.shot, self._record = shot, ShotData(swept=swept)
+        self.shot, self._record, self._read_so_far = shot, ShotData(swept=swept), {}
         if parameters.mode.has_range:
             self.log.laser_on(self._clock() + motor, RANGE_MODES[parameters.mode].seconds, parameters.laser_power)
         return b""
 
-    def _read_pitch(self, _data: bytes, *, offset: int, length: int) -> bytes:
+    def _read_pitch(self, _data: bytes, **span: int) -> bytes:
         self._require_free()
-        return self._part(self._record.pitch, offset, length)
+        return self._part("pitch", self._record.pitch, **span)
 
-    def _read_colour(self, _data: bytes, *, offset: int, length: int, kind: int | None = None) -> bytes:
+    def _read_colour(self, _data: bytes, *, kind: int | None = None, **span: int) -> bytes:
         self._require_free()
-        if self._record.colour and kind not in (None, self._record.mode):
-            raise _Refused(BAD_FIELD)
-        return self._part(self._record.colour, offset, length)
+        if self._record.mode is not None and kind is not None:
+            taken = commands.read_colour(self.profile, self._record.mode, 0, 0).values["kind"]
+            if self._record.colour and kind != taken:
+                raise _Refused(BAD_FIELD)
+        return self._part("colour", self._record.colour, **span)
 
-    @staticmethod
-    def _part(block: bytes, offset: int, length: int) -> bytes:
+    def _part(self, image: str, block: bytes, *, offset: int | None = None, length: int | None = None) -> bytes:
+        """Bytes of an image. Without an offset those after the last ones, and after the end the first again."""
         if not block:
             raise _Refused(NO_DATA)
-        if offset + length > len(block):
+        start = self._read_so_far.get(image, 0) % len(block) if offset is None else offset
+        end = len(block) if length is None else start + length
+        if end > len(block):
             raise _Refused(BAD_FIELD)
-        return block[offset : offset + length]
+        self._read_so_far[image] = end
+        return block[start:end]
 
     def _begin(self, what: str, seconds: float, ending: Callable[[], None]) -> None:
         """Start an operation that needs the laser's way free; `ending` does its work when the time is over."""

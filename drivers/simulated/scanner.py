@@ -25,7 +25,7 @@ from drivers.vivid900.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.lenses import LENSES
 from drivers.vivid900.link import Link
-from drivers.vivid900.profile import load_profile
+from drivers.vivid900.profile import Profile, load_profile
 from drivers.vivid900.stage import RotaryStage, controller_named, open_port
 from drivers.vivid900.transports.in_process import InProcess
 
@@ -109,6 +109,12 @@ def connect(config: Mapping[str, Any], now: Callable[[], datetime] = _utc) -> Vi
     return _open_camera(rig(config), config, now)
 
 
+def open_link(config: Mapping[str, Any]) -> tuple[Link, Profile]:
+    """The link to that scanner's device, and the profile that both speak."""
+    setup = rig(config)
+    return _link(setup), setup.device.profile
+
+
 @contextmanager
 def connect_turntable(
     config: Mapping[str, Any], model: str, *, relative: bool = False, now: Callable[[], datetime] = _utc
@@ -129,7 +135,10 @@ def connect_turntable(
 
 
 def _open_camera(setup: Rig, config: Mapping[str, Any], now: Callable[[], datetime]) -> Vivid900:
-    link = Link(InProcess(setup.device), None, setup.clock, setup.clock.sleep)
     calibration = config.get("calibration")
-    known = calibrations(None if calibration is None else Path(calibration))
-    return Vivid900(link, setup.device.profile, known, now=now)
+    known = calibrations(None if calibration is None else Path(calibration), lens=setup.device.lens.name)
+    return Vivid900(_link(setup), setup.device.profile, known, now=now)
+
+
+def _link(setup: Rig) -> Link:
+    return Link(InProcess(setup.device), None, setup.clock, setup.clock.sleep)

@@ -8,15 +8,15 @@ from functools import partial
 
 from drivers.scanner import Progress, ScannerError
 from drivers.vivid900 import commands
-from drivers.vivid900.blocks import Block
 from drivers.vivid900.colour import ColourImage, colour_length, parse_colour
-from drivers.vivid900.commands import Command, Focus, Parameters, ShotMode, Status
+from drivers.vivid900.commands import Command, Focus, Parameters, ShotMode, State, Status
 from drivers.vivid900.errors import SCAN_AGAIN, BadReply, DeadlineExceeded, Interrupted, NotReady, StillBusy
 from drivers.vivid900.lenses import FAST, FINE, Mode
 from drivers.vivid900.link import Link, pauses
 from drivers.vivid900.panel import panel_error
 from drivers.vivid900.pitch import Pitch, parse_pitch, pitch_length
 from drivers.vivid900.profile import Profile
+from drivers.vivid900.template import Template
 
 # Expected duration of an operation, and its time-out, seconds.
 WARM_UP_S = (10.0, 30.0)  # the self test (manual p. 13)
@@ -45,7 +45,9 @@ class Body:
     progress: Progress
 
     def status(self) -> Status:
-        """Read the status block."""
+        """Read the status block; without one, the state that TEST UNIT READY tells."""
+        if "status" not in self.profile.commands:
+            return Status(self.link.readiness())
         return commands.parse_status(
             self.profile, self._block(self.profile.blocks.status, commands.status(self.profile))
         )
@@ -93,21 +95,30 @@ class Body:
         """
         self.set_parameters(parameters)
         before = self.status().shot
-        self.link.run(commands.release(self.profile))
+        self.link.run(commands.release(self.profile, parameters))
         status = self._wait("scan", lambda status: status.state != "busy", SHOT_S)
         self._raise_panel(status)
-        if status.state != "data" or status.shot != before + 1:
+        counts = "shot" in self.profile.blocks.status.fields
+        if status.state != self._done or (counts and status.shot != before + 1):
             raise Interrupted("the scanner has lost the shot", SCAN_AGAIN)
         mode = parameters.mode
         pitch = self._pitch(RANGE_MODES[mode]) if mode.has_range else None
-        with_colour = not mode.has_range or parameters.auto_read == 0
+        with_colour = not mode.has_range or (parameters.auto_read == 0 and "read_colour" in self.profile.commands)
         shot = Shot(pitch, self._colour(mode) if with_colour else None)
-        if any(part is not None and part.shot != status.shot for part in (shot.pitch, shot.colour)):
+        numbers = {part.shot for part in (shot.pitch, shot.colour) if part is not None} - {None}
+        if len(numbers | ({status.shot} if counts else set())) > 1:
             raise Interrupted("the scanner sent an image of another shot", SCAN_AGAIN)
-        after = self.read_parameters()
-        if (after.distance_mm, after.mode) != (parameters.distance_mm, mode):
+        after, block = self.read_parameters(), self.profile.blocks.parameters
+        if any(
+            getattr(after, name) != getattr(parameters, name) for name in {"distance_mm", "mode"} & block.fields.keys()
+        ):
             raise Interrupted("distance or mode was changed at the scanner during the shot", SCAN_AGAIN)
         return shot
+
+    @property
+    def _done(self) -> State:
+        """State after a shot: some scanners do not tell data from ready."""
+        return "data" if "data" in self.profile.states and "status" in self.profile.commands else "ready"
 
     def laser_off(self) -> None:
         """Set the laser power to 0, and no other parameter, in any state; waits for the end of a shot in progress.
@@ -130,10 +141,10 @@ class Body:
     def _parameter_block(self) -> bytes:
         return self._block(self.profile.blocks.parameters, commands.read_parameters(self.profile))
 
-    def _block(self, block: Block, command: Command) -> bytes:
+    def _block(self, block: Template, command: Command) -> bytes:
         """Read a block; one without a checksum until two readings in a row are the same. Raises BadReply."""
         data = self.link.run(command)
-        if block.crc32 is not None:
+        if block.is_checked:
             return data
         for _ in range(MAX_READINGS - 1):
             before, data = data, self.link.run(command)
@@ -141,10 +152,10 @@ class Body:
                 return data
         raise BadReply(f"{command.name}: the scanner answers differently each time")
 
-    def _image(self, block: Block, read: Callable[[int, int], Command], length: int) -> bytes:
+    def _image(self, block: Template, read: Callable[[int, int], Command], length: int) -> bytes:
         """Read an image; one without a checksum twice, where the scanner allows. Raises BadReply when they differ."""
         data = self.link.read(read, length)
-        if block.crc32 is None and not self.profile.reads_once and self.link.read(read, length) != data:
+        if not block.is_checked and not self.profile.reads_once and self.link.read(read, length) != data:
             raise BadReply("an image was damaged on its way: read twice, it differs")
         return data
 
@@ -187,3 +198,5 @@ class Body:
             raise panel_error(BARRIER)
         if status.panel:
             raise panel_error(status.panel)
+        if "status" in self.profile.commands and "panel" not in self.profile.blocks.status.fields:
+            self.link.readiness()  # raises what only sense data tell

@@ -77,6 +77,7 @@ class Vivid900(DeviceContext):
         try:
             self.identity: Identity = link.identify()
             profile.require(self.identity)
+            profile.require_trust("a write to the scanner")
             self._link = replace(link, profile=profile)
             self._link.clear_attentions()
             run_parked(_nothing, [self._laser_off])
@@ -158,7 +159,7 @@ class Vivid900(DeviceContext):
         status = body.wait_ready()
         calibration = self._calibration_of(status)
         parameters = choose_parameters(body, settings, calibration)
-        mode, lens, textures = MODES[settings.mode], LENSES[calibration.lens], list[Bytes]()
+        mode, lens, textures = MODES[settings.mode], LENSES[calibration.lens], list[Bytes | None]()
 
         def shoot(distance_mm: int) -> Floats:
             here = replace(parameters, distance_mm=distance_mm)
@@ -188,7 +189,7 @@ class Vivid900(DeviceContext):
             "device": str(self.identity),
             "profile": self._profile.name,
             "body": status.body_serial,
-            "lens": status.lens,
+            "lens": calibration.lens,
             "lens_serial": status.lens_serial,
             "calibration": calibration.as_json(),
             "mode": settings.mode,
@@ -198,6 +199,7 @@ class Vivid900(DeviceContext):
             "gain": parameters.gain,
             "average": settings.average,
             "assurance": self._profile.assurance,
+            "unchecked": [text for text in self._profile.absences.values() if text.startswith("no check")],
             "time": self._now().isoformat(),
         }
 
@@ -221,12 +223,15 @@ def _with_deadline(progress: Progress, link: Link) -> Progress:
     return report
 
 
-def _average(shots: Sequence[Shot], mode: ShotMode) -> tuple[Floats, Bytes]:
-    """Mean pitch (rows, cols) and mean colour (480, 640, 3) uint8 of shots of the same scene."""
+def _average(shots: Sequence[Shot], mode: ShotMode) -> tuple[Floats, Bytes | None]:
+    """Mean pitch (rows, cols) and mean colour (480, 640, 3) uint8 of shots of the same scene; None without colour."""
     pitches = [shot.pitch.frames for shot in shots if shot.pitch is not None]
     colours = [shot.colour.pixels for shot in shots if shot.colour is not None]
-    colour = np.rint(np.mean(colours, axis=0)).astype(np.uint8) if len(colours) > 1 else colours[0].astype(np.uint8)
-    return merge.average(pitches, RANGE_MODES[mode]), colour
+    frames = merge.average(pitches, RANGE_MODES[mode])
+    if not colours:
+        return frames, None
+    mean = np.mean(colours, axis=0) if len(colours) > 1 else colours[0]
+    return frames, np.rint(mean).astype(np.uint8)
 
 
 def _photograph(body: Body, mode: ShotMode) -> Samples:

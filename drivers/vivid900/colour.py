@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from drivers.vivid900.commands import ShotMode
 from drivers.vivid900.errors import BadReply
-from drivers.vivid900.profile import ColourEncoding, Profile
+from drivers.vivid900.profile import Profile
+from drivers.vivid900.raster import Codec
 from restore.vivid import TEXTURE_COLS, TEXTURE_ROWS
 
 _ONE_CHANNEL = (ShotMode.MONITOR, ShotMode.RED, ShotMode.GREEN, ShotMode.BLUE)
@@ -23,59 +24,47 @@ Samples = NDArray[np.unsignedinteger[Any]]
 class ColourImage:
     """pixels (480, 640, 3) RGB, or (480, 640, 1) of a single channel; uint8, or uint16 up to 1023 in ten-bit shots.
 
-    shot  which shot since power-on it is of.
+    shot  which shot since power-on it is of; None when the image does not say.
     """
 
     pixels: Samples
-    shot: int = 0
+    shot: int | None = None
 
 
-def channels_of(mode: ShotMode) -> int:
-    """Channels of a mode's colour image: one for the monitor and for single colours."""
-    return 1 if mode in _ONE_CHANNEL else 3
+def channels_of(mode: ShotMode) -> str:
+    """Channels of a mode's colour image: RGB, or L for the monitor and for single colours."""
+    return "L" if mode in _ONE_CHANNEL else "RGB"
 
 
 def colour_length(profile: Profile, mode: ShotMode) -> int:
     """Bytes of the colour image of a mode, header and all."""
-    return profile.blocks.colour.length + _payload(profile, mode)
-
-
-def _payload(profile: Profile, mode: ShotMode) -> int:
-    return TEXTURE_ROWS * TEXTURE_COLS * channels_of(mode) * _sample(profile.colour, mode).itemsize
+    return profile.blocks.colour.length + _image(profile, mode).length(TEXTURE_ROWS, TEXTURE_COLS)
 
 
 def build_colour(profile: Profile, mode: ShotMode, image: ColourImage) -> bytes:
     """The colour image in bytes."""
-    encoding = profile.colour
-    pixels = image.pixels[..., _order(encoding)] if channels_of(mode) == 3 else image.pixels
-    if encoding.layout == "planar":
-        pixels = np.moveaxis(pixels, 2, 0)
-    header = {"shot": image.shot, "rows": TEXTURE_ROWS, "cols": TEXTURE_COLS}
-    return profile.blocks.colour.build(header, pixels.astype(_sample(encoding, mode)).tobytes())
+    channels = dict(zip(channels_of(mode), np.moveaxis(image.pixels, 2, 0), strict=True))
+    header = {"shot": image.shot or 0, "rows": TEXTURE_ROWS, "cols": TEXTURE_COLS}
+    return profile.blocks.colour.build(header, _image(profile, mode).encode(channels))
 
 
 def parse_colour(profile: Profile, mode: ShotMode, data: bytes) -> ColourImage:
     """Read the colour image of a mode. Raises BadReply when the length, the header or the checksum is wrong."""
-    encoding, channels = profile.colour, channels_of(mode)
-    values = profile.blocks.colour.parse(data, payload=_payload(profile, mode))
-    if (values["rows"], values["cols"]) != (TEXTURE_ROWS, TEXTURE_COLS):
-        raise BadReply(f"a colour image of {values['cols']}×{values['rows']} pixels came")
-    samples = np.frombuffer(data, _sample(encoding, mode), offset=profile.blocks.colour.length)
-    if encoding.layout == "planar":
-        pixels = np.moveaxis(samples.reshape(channels, TEXTURE_ROWS, TEXTURE_COLS), 0, 2)
-    else:
-        pixels = samples.reshape(TEXTURE_ROWS, TEXTURE_COLS, channels)
-    if channels == 3:
-        pixels = pixels[..., np.argsort(_order(encoding))]
+    header, image = profile.blocks.colour, _image(profile, mode)
+    values = header.parse(data, payload=image.length(TEXTURE_ROWS, TEXTURE_COLS))
+    rows, cols = values.get("rows", TEXTURE_ROWS), values.get("cols", TEXTURE_COLS)
+    if (rows, cols) != (TEXTURE_ROWS, TEXTURE_COLS):
+        raise BadReply(f"a colour image of {cols}×{rows} pixels came")
+    try:
+        channels = image.decode(data[header.length :], rows, cols)
+    except ValueError as error:
+        raise BadReply(f"the colour image is none: {error}") from error
+    kind = np.uint16 if mode is ShotMode.COLOUR_10 else np.uint8
+    pixels: Samples = np.stack([channels[name] for name in channels_of(mode)], axis=2).astype(kind)
     if mode is ShotMode.COLOUR_10 and pixels.max() > MAX_TEN_BIT:
         raise BadReply(f"a ten-bit colour of {pixels.max()} came")
-    return ColourImage(np.ascontiguousarray(pixels, pixels.dtype.newbyteorder("=")), values["shot"])
+    return ColourImage(pixels, values.get("shot"))
 
 
-def _order(encoding: ColourEncoding) -> list[int]:
-    return ["RGB".index(channel) for channel in encoding.channels]
-
-
-def _sample(encoding: ColourEncoding, mode: ShotMode) -> np.dtype[Any]:
-    wide = ">u2" if encoding.order == "big" else "<u2"
-    return np.dtype(wide if mode is ShotMode.COLOUR_10 else np.uint8)
+def _image(profile: Profile, mode: ShotMode) -> Codec:
+    return profile.colour.image(channels_of(mode), "u2" if mode is ShotMode.COLOUR_10 else "u1")

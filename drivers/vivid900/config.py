@@ -56,6 +56,7 @@ class ScannerConfig(BaseModel):
 
     profile      name of a command profile, or the path of its file; there is no default for a real scanner.
     calibration  file of the body and lens; the manual's figures when there is none.
+    lens         the mounted lens, for scanners that do not report it.
     record       file to write the conversation to.
     """
 
@@ -64,6 +65,7 @@ class ScannerConfig(BaseModel):
     transport: TransportSettings
     profile: str
     calibration: Path | None = None
+    lens: Literal["TELE", "MIDDLE", "WIDE"] | None = None
     record: Path | None = None
 
 

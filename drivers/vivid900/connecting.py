@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import IO, Any
 
@@ -15,18 +16,27 @@ from drivers.vivid900.commands import Status
 from drivers.vivid900.config import Replay, Sg, Socket, Usb
 from drivers.vivid900.lenses import LENSES
 from drivers.vivid900.link import Link
-from drivers.vivid900.profile import load_profile
+from drivers.vivid900.profile import Profile, load_profile
 from drivers.vivid900.transports import DEFAULT_TIMEOUT_S, Reply, Transport
+
+NOT_REPORTED = {"", "0"}  # a lens, a serial number
 
 
 def connect(config: Mapping[str, Any]) -> Vivid900:
     """The scanner that the table describes. Raises SettingsError before anything is sent, then as Vivid900 does."""
     wanted = settings_table.read(config)
-    profile, known = load_profile(wanted.profile), calibrations(wanted.calibration)
-    transport = open_transport(wanted.transport)
+    known = calibrations(wanted.calibration, lens=wanted.lens)
+    link, profile = open_link(config)
+    return Vivid900(link, profile, known)
+
+
+def open_link(config: Mapping[str, Any]) -> tuple[Link, Profile]:
+    """The link and the profile that the table names; nothing is sent. Raises SettingsError, TransportError."""
+    wanted = settings_table.read(config)
+    profile, transport = load_profile(wanted.profile), open_transport(wanted.transport)
     if wanted.record is not None:
         transport = _recorded(transport, wanted.record)
-    return Vivid900(Link(transport), profile, known)
+    return Link(transport), profile
 
 
 def open_transport(settings: Sg | Usb | Socket | Replay) -> Transport:
@@ -34,20 +44,21 @@ def open_transport(settings: Sg | Usb | Socket | Replay) -> Transport:
     return _OPENERS[settings.kind](settings)
 
 
-def calibrations(path: Path | None) -> CalibrationOf:
+def calibrations(path: Path | None, *, lens: str | None = None) -> CalibrationOf:
     """Function that gives the calibration of the mounted lens: the file's, or the manual's figures without a file.
 
+    lens  name of the mounted lens for scanners that do not report it.
     Raises SettingsError when the file cannot be read; the function raises it for another lens or body.
     """
     if path is None:
-        return _nominal
+        return partial(_nominal, lens=lens)
     calibration = read_calibration(path)
 
     def calibration_of(status: Status) -> Calibration:
         mounted = {"lens": status.lens, "lens_serial": str(status.lens_serial), "body": str(status.body_serial)}
         for what, found in mounted.items():
             wanted = getattr(calibration, what)
-            if wanted and wanted != found:
+            if wanted and found not in NOT_REPORTED and wanted != found:
                 raise SettingsError(
                     f"{path} is the calibration of {what.replace('_', ' ')} {wanted}, and the scanner has {found}",
                     "name the calibration of this lens on this body, or leave it out for the manual's figures",
@@ -57,8 +68,12 @@ def calibrations(path: Path | None) -> CalibrationOf:
     return calibration_of
 
 
-def _nominal(status: Status) -> Calibration:
-    return nominal(LENSES[status.lens], body=str(status.body_serial), lens_serial=str(status.lens_serial))
+def _nominal(status: Status, *, lens: str | None) -> Calibration:
+    mounted = status.lens or lens
+    if mounted is None:
+        hint = 'write lens = "TELE", "MIDDLE" or "WIDE" into [scanner], or name its calibration'
+        raise SettingsError("the scanner does not report which lens is mounted", hint)
+    return nominal(LENSES[mounted], body=str(status.body_serial), lens_serial=str(status.lens_serial))
 
 
 # The library of a transport is imported only when the transport is used.

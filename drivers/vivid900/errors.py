@@ -2,7 +2,8 @@
 
 SettingsError               the caller's fault
 ├── CommandRefused          the scanner does not know a command or one of its parameters: ILLEGAL REQUEST
-└── ProfileMismatch         the command profile does not declare itself for the scanner that answered
+├── ProfileMismatch         the command profile does not declare itself for the scanner that answered
+└── NotTrusted              the command profile is in progress: it may only ask
 DeviceError                 a fault of the scanner or of the scene
 ├── NotReady                warming up or otherwise unusable: NOT READY
 │   └── BarrierClosed       the laser barrier covers the laser window
@@ -31,6 +32,10 @@ class CommandRefused(SettingsError):
 
 class ProfileMismatch(SettingsError):
     """Raised before any command of a profile is sent to a scanner that the profile does not declare itself for."""
+
+
+class NotTrusted(SettingsError):
+    """Raised in place of a command that writes or shoots while the profile is not trusted."""
 
 
 class NotReady(DeviceError):

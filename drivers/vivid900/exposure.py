@@ -8,8 +8,7 @@ import numpy as np
 
 from drivers.scanner import MAX_DISTANCE_MM, MAX_GAIN, MAX_LASER_POWER, MIN_DISTANCE_MM
 from drivers.vivid900.commands import Parameters
-from drivers.vivid900.pitch import Pitch
-from restore.scan import Floats
+from restore.scan import Bytes, Floats
 
 PAPER_LEVEL = 64  # intensity of white paper, of 255: two stops below saturation, as headroom for gloss
 WHITE_PERCENTILE = 90  # most of a page is paper; the brightest tenth may be gloss
@@ -20,10 +19,10 @@ MIN_MEASURED_SHARE = 0.01  # share of samples that a preview must have measured 
 DEPTH_PERCENTILES = (2, 98)  # percentiles of depth whose middle is the page's: values beyond may be outliers
 
 
-def brightness(pitch: Pitch) -> float:
-    """Intensity of white paper in a shot, 0 to 255; 0 when too few samples are lit."""
-    lit = pitch.intensity[pitch.intensity >= DARK_LEVEL]
-    return float(np.percentile(lit, WHITE_PERCENTILE)) if lit.size > MIN_MEASURED_SHARE * pitch.intensity.size else 0.0
+def brightness(intensity: Bytes) -> float:
+    """Intensity of white paper in a shot's (rows, cols) intensities, 0 to 255; 0 when too few samples are lit."""
+    lit = intensity[intensity >= DARK_LEVEL]
+    return float(np.percentile(lit, WHITE_PERCENTILE)) if lit.size > MIN_MEASURED_SHARE * intensity.size else 0.0
 
 
 def corrected_exposure(parameters: Parameters, level: float, *, gain_is_fixed: bool = False) -> Parameters:

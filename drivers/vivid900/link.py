@@ -7,11 +7,20 @@ from dataclasses import dataclass, replace
 from math import inf
 from time import monotonic
 from time import sleep as real_sleep
+from typing import Literal
 
 from drivers.scanner import DeviceError, SettingsError
 from drivers.vivid900 import scsi
 from drivers.vivid900.commands import Command
-from drivers.vivid900.errors import SCAN_AGAIN, BadReply, DeadlineExceeded, Interrupted, StillBusy
+from drivers.vivid900.errors import (
+    SCAN_AGAIN,
+    BadReply,
+    BarrierClosed,
+    DeadlineExceeded,
+    Interrupted,
+    NotReady,
+    StillBusy,
+)
 from drivers.vivid900.profile import Profile
 from drivers.vivid900.scsi import Identity
 from drivers.vivid900.sense import Key, error_of, parse_sense
@@ -28,6 +37,7 @@ from drivers.vivid900.transports import (
 COMMAND_S = 10.0  # the longest block takes the scanner a second and a half to send (manual p. 59)
 BUSY_S = 15.0  # the longest operation: a FINE shot with the motor's turn before it and the colours after it takes 5 s
 FIRST_PAUSE_S, MAX_PAUSE_S, PAUSE_GROWTH = 0.02, 0.5, 1.5
+ASKING = frozenset({"status", "read_parameters"})  # all that a profile may send before it is trusted
 MAX_ATTENTIONS = 8  # power-on, reset, lens change and the like are reported one by one before anything else
 
 
@@ -79,14 +89,32 @@ class Link:
             return
         raise Interrupted("the scanner is reset again and again", SCAN_AGAIN)
 
+    def readiness(self) -> Literal["ready", "busy", "warming-up", "barrier-closed"]:
+        """State of a scanner without a status command, by TEST UNIT READY. Raises the error of other sense data."""
+        command = Command("test_unit_ready", scsi.test_unit_ready())
+        reply = self.transport.execute(command.cdb, b"", 0, self._timeout())
+        if reply.status in (BUSY, TASK_SET_FULL):
+            return "busy"
+        try:
+            self._data(command, reply)
+        except BarrierClosed:
+            return "barrier-closed"
+        except NotReady:
+            return "warming-up"
+        return "ready"
+
     def run(self, command: Command) -> bytes:
         """Send a command, repeating it while the scanner is busy. Returns the bytes asked for.
 
         Raises the error of the sense data, BadReply for an invalid answer, StillBusy, TransportError, SettingsError for
-        a command outside the standard when there is no profile.
+        a command outside the standard when there is no profile, and NotTrusted for one that does not only ask when the
+        profile is not trusted.
         """
-        if command.cdb[0] not in scsi.STANDARD and self.profile is None:
-            raise SettingsError("without a profile only the commands of the standard are sent", "name a profile")
+        if command.cdb[0] not in scsi.STANDARD:
+            if self.profile is None:
+                raise SettingsError("without a profile only the commands of the standard are sent", "name a profile")
+            if command.name not in ASKING or command.data_out:
+                self.profile.require_trust(command.name)
         busy_end = self.clock() + BUSY_S
         for pause in pauses():
             reply = self.transport.execute(command.cdb, command.data_out, command.data_in_length, self._timeout())
@@ -100,8 +128,13 @@ class Link:
         )
 
     def read(self, part: Callable[[int, int], Command], total: int) -> bytes:
-        """Read `total` bytes with the commands part(offset, length), each as large as profile and transport allow."""
+        """Read `total` bytes with the commands part(offset, length), each as large as profile and transport allow.
+
+        A command without a length field reads all of them at once, one without an offset the bytes after those before.
+        """
         chunk = min(self.transport.max_transfer, self.profile.chunk_bytes if self.profile else total)
+        if "length" not in part(0, chunk).values:
+            chunk = total
         data = bytearray()
         while len(data) < total:
             data += self.run(part(len(data), min(chunk, total - len(data))))

@@ -1,4 +1,4 @@
-"""A command profile: the bytes of every command and block of a scanner's firmware, read from a TOML file.
+"""A command profile: the bytes of every command, block and image of a scanner's firmware, read from a TOML file.
 
 The vendor never published the commands of the Vivid 900. What the driver sends beyond the three commands of the
 standard comes from a profile that names the firmware it is for; see `configs/profiles/`.
@@ -8,36 +8,30 @@ from __future__ import annotations
 
 from fnmatch import fnmatchcase
 from functools import cached_property
+from itertools import combinations
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError, model_validator
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from drivers.scanner import SettingsError
 from drivers.shipped import CONFIGS
-from drivers.vivid900.blocks import Block
-from drivers.vivid900.cdb import Layout
-from drivers.vivid900.errors import ProfileMismatch
-from drivers.vivid900.scsi import Identity
+from drivers.vivid900.encodings import ColourEncoding, PitchEncoding
+from drivers.vivid900.errors import NotTrusted, ProfileMismatch
+from drivers.vivid900.profile_contents import COMMAND_FIELDS, CONSEQUENCES, REQUIRED, STATUS_REQUIRED, CommandName
+from drivers.vivid900.scsi import STANDARD, Identity
+from drivers.vivid900.template import Template
 from restore.files import read_toml
 
 PROFILES = CONFIGS / "profiles"
 SIMULATED = "planish-simulated-0"
 
-# Which fields a command may say, and which it must.
-_FIELDS: dict[str, tuple[frozenset[str], frozenset[str]]] = {
-    "read_parameters": (frozenset({"length"}), frozenset()),
-    "write_parameters": (frozenset({"length"}), frozenset()),
-    "passive_autofocus": (frozenset(), frozenset()),
-    "active_autofocus": (frozenset(), frozenset()),
-    "release": (frozenset(), frozenset()),
-    "status": (frozenset({"length"}), frozenset()),
-    "read_pitch": (frozenset({"offset", "length"}), frozenset({"offset", "length"})),
-    "read_colour": (frozenset({"offset", "length", "kind"}), frozenset({"offset", "length"})),
-}
-
+CDB_LENGTHS = range(6, 17)  # six bytes are the shortest; sixteen the longest that USB bridges and SG_IO both carry
+Mode = Annotated[str, Field(pattern="^(FINE_COLOUR|FAST_COLOUR|COLOUR_8|COLOUR_10|MONITOR|RED|GREEN|BLUE)$")]
+State = Annotated[str, Field(pattern="^(warming-up|barrier-closed|ready|busy|data)$")]
+LensName = Annotated[str, Field(pattern="^(TELE|MIDDLE|WIDE)$")]
 Assurance = Literal["checksummed", "doubled", "single"]
-_Layout = Annotated[Layout, BeforeValidator(lambda text: Layout.read(text) if isinstance(text, str) else text)]
+
 _Model = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
 
@@ -55,97 +49,58 @@ class Firmware(BaseModel):
         return named and any(fnmatchcase(identity.revision, revision) for revision in self.revisions)
 
 
-class Commands(BaseModel):
-    """The CDB of every command."""
+class CommandBytes(BaseModel):
+    """A command: its CDB, and the data sent with it where that is no block."""
 
     model_config = _Model
-    read_parameters: _Layout
-    write_parameters: _Layout
-    passive_autofocus: _Layout
-    active_autofocus: _Layout
-    release: _Layout
-    status: _Layout
-    read_pitch: _Layout
-    read_colour: _Layout
+    cdb: Template
+    out: Template = Template(constants=b"")
 
-    @cached_property
-    def by_name(self) -> dict[str, Layout]:
-        """Name → layout."""
-        return {name: getattr(self, name) for name in _FIELDS}
+    @model_validator(mode="before")
+    @classmethod
+    def _from_text(cls, table: Any) -> Any:
+        return {"cdb": table} if isinstance(table, str) else table
 
     @model_validator(mode="after")
-    def _have_their_fields(self) -> Self:
-        for name, (may, must) in _FIELDS.items():
-            has = self.by_name[name].fields
-            if not must <= has.keys() <= may:
-                raise ValueError(
-                    f"{name} has the fields {sorted(has)}, must have {sorted(must)}, may have {sorted(may)}"
-                )
+    def _is_a_cdb(self) -> Self:
+        if self.cdb.length not in CDB_LENGTHS:
+            raise ValueError(f"a CDB of {self.cdb.length} bytes, {CDB_LENGTHS.start} to {CDB_LENGTHS.stop - 1} can be")
+        if self.cdb.constants is None or any(span.at == 0 for span in self.cdb.fields.values()):
+            raise ValueError("a CDB is written as text, and its first byte is fixed")
+        if self.cdb.constants[0] in STANDARD:
+            raise ValueError(f"{self.cdb.constants[0]:02X}h is a command of every SCSI device, and no scanner's own")
         return self
+
+    @property
+    def opcode(self) -> int:
+        """The first byte."""
+        return (self.cdb.constants or b"\0")[0]
+
+    @property
+    def fields(self) -> frozenset[str]:
+        """Names of the fields of both."""
+        return frozenset(self.cdb.fields) | frozenset(self.out.fields)
 
 
 class Blocks(BaseModel):
-    """The blocks of fields, and the headers before the images."""
+    """The blocks of parameters and status, and the headers before the images; empty where there is none."""
 
     model_config = _Model
-    parameters: Block
-    status: Block
-    pitch: Block
-    colour: Block
-
-    @model_validator(mode="after")
-    def _have_their_fields(self) -> Self:
-        for name, must in _BLOCK_FIELDS.items():
-            lacking = must - getattr(self, name).fields.keys()
-            if lacking:
-                raise ValueError(f"{name} lacks the fields {sorted(lacking)}")
-        return self
-
-
-_BLOCK_FIELDS = {
-    "parameters": {"distance_mm", "laser_power", "gain", "mode", "threshold", "auto_read", "colour"},
-    "status": {"state", "shot", "panel", "lens", "lens_serial", "body_serial"},
-    "pitch": {"shot", "rows", "cols"},
-    "colour": {"shot", "rows", "cols"},
-}
-
-
-class PitchEncoding(BaseModel):
-    """A sample of the range image.
-
-    pixel  its integers in their order, each u1, u2 or u4. `sum` Σx and `moment` Σ(i·x) over the frames i give the
-           temporal barycentre (US 6,151,118); `intensity` is the brightest x.
-    """
-
-    model_config = _Model
-    encoding: Literal["barycentre"] = "barycentre"
-    order: Literal["big", "little"] = "big"
-    pixel: tuple[tuple[Literal["sum", "moment", "intensity"], Literal["u1", "u2", "u4"]], ...]
-
-    @model_validator(mode="after")
-    def _is_complete(self) -> Self:
-        names = [name for name, _ in self.pixel]
-        if sorted(names) != ["intensity", "moment", "sum"]:
-            raise ValueError("a pixel has sum, moment and intensity, each once")
-        return self
-
-
-class ColourEncoding(BaseModel):
-    """A pixel of the colour image: its channels in their order, side by side or plane after plane."""
-
-    model_config = _Model
-    layout: Literal["interleaved", "planar"] = "interleaved"
-    channels: Annotated[str, Field(pattern="^(RGB|BGR|GRB|RBG|GBR|BRG)$")] = "RGB"
-    order: Literal["big", "little"] = "big"
+    parameters: Template = Template()
+    status: Template = Template()
+    pitch: Template = Template()
+    colour: Template = Template()
 
 
 class Profile(BaseModel):
     """All that the driver needs to talk to one kind of scanner.
 
+    trusted      whether its owner lets the driver write and shoot; until then it only asks.
     chunk_bytes  most bytes that one reading command asks for.
-    reads_once   whether an image can be read only once after its shot; matters only for blocks without checksums.
-    states       wire value → state; panels: wire value of the status block → text of the panel, 0 is no message.
-    lenses       wire value → name of the lens.
+    reads_once   whether an image can be read only once after its shot; matters only for images without checksums.
+    modes        name of a shot's mode → wire value, that of the development kit by default.
+    states       name of a state → wire value; panels: text of the panel → wire value of the status block, 0 is no
+                 message; lenses: name of the lens → wire value.
     sense        "code/qualifier" of the vendor, in hexadecimal → text of the panel.
     """
 
@@ -153,35 +108,78 @@ class Profile(BaseModel):
     name: Annotated[str, Field(min_length=1)]
     about: str = ""
     firmware: Firmware
+    trusted: bool = False
     chunk_bytes: Annotated[int, Field(ge=512, le=1 << 24)] = 32768
     reads_once: bool = False
-    commands: Commands
-    blocks: Blocks
-    pitch: PitchEncoding
+    commands: dict[CommandName, CommandBytes] = {}
+    blocks: Blocks = Blocks()
+    pitch: PitchEncoding = PitchEncoding()
     colour: ColourEncoding = ColourEncoding()
-    states: dict[Literal["warming-up", "barrier-closed", "ready", "busy", "data"], int]
-    lenses: dict[Literal["TELE", "MIDDLE", "WIDE"], int]
+    modes: dict[Mode, int] = {}
+    states: dict[State, int] = {}
+    lenses: dict[LensName, int] = {}
     panels: dict[str, int] = {}
     sense: dict[str, str] = {}
 
     @model_validator(mode="after")
     def _can_be_told_apart(self) -> Self:
-        layouts = list(self.commands.by_name.items())
-        for index, (name, layout) in enumerate(layouts):
-            twins = [other for other, twin in layouts[index + 1 :] if layout.overlaps(twin)]
-            if twins:
-                raise ValueError(f"{name} and {twins[0]} can be the same bytes")
-        for table in (self.states, self.lenses, self.panels):
+        for (name, one), (twin, other) in combinations(self.commands.items(), 2):
+            if one.cdb.overlaps(other.cdb):
+                raise ValueError(f"{name} and {twin} can be the same bytes")
+        for table in (self.modes, self.states, self.lenses, self.panels):
             if len(set(table.values())) < len(table):
                 raise ValueError(f"two of {', '.join(table)} have the same value")
         self.panel_by_sense  # noqa: B018 - raises for a code that is none
         return self
 
+    @model_validator(mode="after")
+    def _has_what_it_needs(self) -> Self:
+        for name, command in self.commands.items():
+            if not command.fields <= COMMAND_FIELDS[name]:
+                has, may = sorted(command.fields), sorted(COMMAND_FIELDS[name])
+                raise ValueError(f"commands.{name} has the fields {has}, may have {may}")
+        if self.trusted and self.lacking:
+            raise ValueError(f"a trusted profile needs {', '.join(self.lacking)}")
+        return self
+
+    @property
+    def _names(self) -> set[str]:
+        """Everything that the profile has, by its place in the file."""
+        blocks = {name: getattr(self.blocks, name) for name in Blocks.model_fields}
+        names = {f"commands.{name}" for name in self.commands} | {f"states.{name}" for name in self.states}
+        names |= {f"blocks.{name}.{field}" for name, block in blocks.items() for field in block.fields}
+        names |= {f"blocks.{name}.checksum" for name, block in blocks.items() if block.is_checked}
+        names |= {f"pitch.{name}" for name, _ in self.pitch.pixel} | ({"pitch.pixel"} if self.pitch.pixel else set())
+        modes = {"blocks.parameters.mode"} & names or "mode" in self.fields_of("release")
+        return names | ({"mode"} if modes else set())
+
+    def fields_of(self, command: CommandName) -> frozenset[str]:
+        """Names of a command's fields; none when the profile does not have it."""
+        return self.commands[command].fields if command in self.commands else frozenset()
+
+    @property
+    def lacking(self) -> list[str]:
+        """What has to be found out before the profile can be trusted."""
+        needed = REQUIRED + (STATUS_REQUIRED if "status" in self.commands else ())
+        return [name for name in needed if name not in self._names]
+
+    @property
+    def absences(self) -> dict[str, str]:
+        """What the profile does without → the consequence."""
+        names = self._names
+        unasked = {"commands.status": "blocks.status.", "commands.read_colour": "blocks.colour."}
+        prefixes = tuple(prefix for command, prefix in unasked.items() if command not in names)
+        return {
+            name: text
+            for name, text in CONSEQUENCES.items()
+            if name not in names and not (prefixes and name.startswith(prefixes))
+        }
+
     @property
     def assurance(self) -> Assurance:
         """How damage in transfer is detected: by checksums, by reading images twice, or not at all."""
-        images = self.blocks.pitch, self.blocks.colour
-        if all(block.crc32 is not None for block in images):
+        images = [self.blocks.pitch, *([self.blocks.colour] if "read_colour" in self.commands else [])]
+        if all(block.is_checked for block in images):
             return "checksummed"
         return "single" if self.reads_once else "doubled"
 
@@ -202,6 +200,14 @@ class Profile(BaseModel):
                 "name a profile that was made for this firmware; docs/operators-guide.md tells how to get one",
             )
 
+    def require_trust(self, what: str) -> None:
+        """Raise NotTrusted unless the profile's owner lets the driver write and shoot."""
+        if not self.trusted:
+            raise NotTrusted(
+                f"the command profile {self.name!r} is not trusted yet: {what} is not sent",
+                "compare what `planish ask` prints with the scanner's panel, then write trusted = true in the profile",
+            )
+
 
 def load_profile(name: str | Path) -> Profile:
     """Read a profile: a file, or one of `configs/profiles` by its name. Raises SettingsError."""
@@ -209,7 +215,7 @@ def load_profile(name: str | Path) -> Profile:
     if path.suffix != ".toml":
         path = PROFILES / f"{name}.toml"
     try:
-        return parse_profile(read_toml(path), where=str(path))
+        return parse_profile(_table(path), where=str(path))
     except OSError as error:
         hint = "name a file that ends in .toml, or a profile of configs/profiles"
         raise SettingsError(f"cannot read the command profile {path}: {error.strerror}", hint) from error
@@ -225,3 +231,36 @@ def parse_profile(table: dict[str, Any], *, where: str = "profile") -> Profile:
         first = error.errors(include_url=False)[0]
         key = ".".join(map(str, first["loc"]))
         raise SettingsError(f"{where}: {key}: {first['msg']}", f"compare it with {PROFILES}") from error
+
+
+def _table(path: Path) -> dict[str, Any]:
+    """The table of a file: that of `based_on`, less what `without` names, overlaid with its own."""
+    table = read_toml(path)
+    for image in ("pitch", "colour"):
+        own = table.get(image)
+        if isinstance(own, dict) and str(own.get("codec", "")).endswith(".py"):
+            own["codec"] = str(path.parent / own["codec"])
+    if "based_on" not in table:
+        return table
+    base = read_toml(path.parent / str(table.pop("based_on")))
+    for name in table.pop("without", []):
+        _remove(base, str(name))
+    return _overlaid(base, table)
+
+
+def _remove(table: dict[str, Any], name: str) -> None:
+    """Remove a key, or all that begins with it, like `blocks.status`. Raises ValueError when there is none."""
+    *inner, last = name.split(".")
+    for key in inner:
+        table = table.get(key, {})
+    if last not in table:
+        raise ValueError(f"there is no {name} to be without")
+    del table[last]
+
+
+def _overlaid(base: dict[str, Any], own: dict[str, Any]) -> dict[str, Any]:
+    merged = dict(base)
+    for key, value in own.items():
+        before = merged.get(key)
+        merged[key] = _overlaid(before, value) if isinstance(before, dict) and isinstance(value, dict) else value
+    return merged

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
-from drivers.vivid900.cdb import MAX_FIELD
 from drivers.vivid900.trace.exchanges import Exchange
 
 Span = tuple[int, int]
@@ -15,6 +14,7 @@ Span = tuple[int, int]
 
 # Where CDBs of the standard have the transfer length (SCSI-2 §7.2.1; READ and SEND of scanners, §15.2).
 USUAL_LENGTH: dict[int, Span] = {6: (4, 1), 10: (6, 3), 12: (6, 4), 16: (10, 4)}
+MAX_FIELD = 4  # bytes
 FIRST_FIELD = 2  # byte 0 is the operation code; byte 1 holds flags, and the unit in SCSI-2
 
 

@@ -30,6 +30,7 @@ class Stand:
     sensor: Any = field(default_factory=PlateSensor)
     serial: int = 14
     parked: list[str] = field(default_factory=list)
+    known: Any = field(default_factory=lambda: calibrations(None, lens="MIDDLE"))
 
     def __post_init__(self) -> None:
         self.device = SimulatedDevice(Lens("MIDDLE", self.serial, self.sensor), self.profile, self.clock)
@@ -40,7 +41,7 @@ class Stand:
 
     def camera(self, **options: Any) -> Vivid900:
         park = options.pop("park", (lambda: self.parked.append("stage"),))
-        return Vivid900(self.link(), self.profile, calibrations(None), park=park, **options)
+        return Vivid900(self.link(), self.profile, self.known, park=park, **options)
 
 
 @pytest.fixture(scope="session")

@@ -8,14 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from drivers.scanner import SettingsError
-from drivers.vivid900.cdb import Layout
-from drivers.vivid900.errors import ProfileMismatch
+from drivers.vivid900.errors import NotTrusted, ProfileMismatch
 from drivers.vivid900.panel import PANELS
 from drivers.vivid900.profile import PROFILES, SIMULATED, Profile, load_profile, parse_profile
+from drivers.vivid900.profile_contents import REQUIRED
 from drivers.vivid900.scsi import Identity
 
 SOURCE = PROFILES / f"{SIMULATED}.toml"
@@ -70,20 +68,30 @@ def test_a_profile_is_for_the_revisions_that_it_names() -> None:
     [
         (changed("name", to=None), "name"),
         (changed("firmware", "revisions", to=[]), "firmware.revisions"),
-        (changed("commands", "release", to=None), "commands.release"),
+        (changed("commands", "release", to=None), "needs commands.release"),
+        (changed("commands", "launch", to="C9 00 00 00 00 00"), "commands.launch"),
+        (changed("commands", "release", to="12 00 00 00 00 00"), "every SCSI device"),
         (changed("commands", "release", to="C3 00"), "6 to 16"),
         (changed("commands", "release", to="C3 00 0 00 00 00"), "'0' is neither"),
         (changed("commands", "release", to="length/2 00 00 00 00 00"), "first byte is fixed"),
         (changed("commands", "release", to="C3 length/2 00 00 00"), "release has the fields"),
-        (changed("commands", "read_pitch", to="C5 00 length/3 00"), "must have"),
+        (changed("commands", "release", to={"cdb": "C3 00 00 00 00 00", "out": "length/2"}), "release has the fields"),
+        (changed("commands", "read_pitch", to="C5 length/3 length/3 00"), "twice"),
         (changed("commands", "release", to="C4 00 00 00 00 00 00 00 00 00"), "can be the same bytes"),
         (changed("blocks", "parameters", "length", to=4), "beyond the end"),
         (changed("blocks", "parameters", "length", to=1 << 30), "blocks.parameters.length"),
-        (changed("blocks", "parameters", "fields", "gain", to=None), "gain"),
+        (changed("blocks", "parameters", "fields", "laser_power", to=None), "needs blocks.parameters.laser_power"),
+        (changed("blocks", "parameters", "fields", "mode", to=None), "needs mode"),
+        (changed("blocks", "status", "fields", "state", to=None), "needs blocks.status.state"),
+        (changed("states", "ready", to=None), "needs states.ready"),
         (changed("blocks", "parameters", "fields", "gain", to={"at": 0, "bytes": 1}), "overlap"),
         (changed("blocks", "pitch", "fields", "magic", "value", to=1 << 40), "does not fit"),
         (changed("pitch", "pixel", to=[["sum", "u4"], ["sum", "u4"], ["intensity", "u1"]]), "each once"),
+        (changed("pitch", "pixel", to=[["sum", "u4"], ["frame", "u4"]]), "each once"),
         (changed("pitch", "pixel", to=[["sum", "f8"]]), "pitch.pixel"),
+        (changed("pitch", "pixel", to=[]), "needs pitch.pixel"),
+        (changed("colour", "channels", to="RGX"), "each once"),
+        (changed("modes", to={"SLOW": 1}), "modes.SLOW"),
         (changed("states", "ready", to=4), "same value"),
         (changed("sense", to={"80": "SYSTEM ERROR"}), "code/qualifier"),
         (changed("sense", to={"zz/01": "SYSTEM ERROR"}), "profile"),
@@ -111,27 +119,39 @@ def test_the_station_configuration_for_a_real_scanner_names_no_profile_that_come
     assert not Path(config.scanner["profile"]).exists()
 
 
-FIELD = st.tuples(st.sampled_from(["offset", "length", "kind"]), st.integers(1, 4))
+def test_what_a_profile_does_without_has_its_consequence() -> None:
+    assert load_profile(SIMULATED).absences == {}
+    bare = parse_profile(changed("commands", "status", to=None))
+    assert set(bare.absences) == {"commands.status"}
+    without = parse_profile(changed("blocks", "status", "fields", "shot", to=None))
+    assert "no check" in without.absences["blocks.status.shot"]
 
 
-@given(st.binary(min_size=6, max_size=8), st.lists(FIELD, unique_by=lambda field: field[0]), st.data())
-def test_a_cdb_is_read_back(fixed: bytes, fields: list[tuple[str, int]], data: st.DataObject) -> None:
-    words = [f"{byte:02X}" for byte in fixed] + [f"{name}/{size}" for name, size in fields]
-    total = len(fixed) + sum(size for _, size in fields)
-    if total > 16:
-        with pytest.raises(ValueError, match="CDB"):
-            Layout.read(" ".join(words))
-        return
-    layout = Layout.read(" ".join(words))
-    values = {name: data.draw(st.integers(0, (1 << 8 * size) - 1)) for name, size in fields}
-    cdb = layout.build(**values)
-    assert len(cdb) == total
-    assert layout.parse(cdb) == values
-    assert layout.parse(bytes([cdb[0] ^ 1]) + cdb[1:]) is None
-    assert layout.overlaps(layout)
+def test_a_profile_in_progress_may_lack_anything_but_its_firmware() -> None:
+    draft = parse_profile({"name": "draft", "firmware": TABLE["firmware"]})
+    assert not draft.trusted
+    assert set(REQUIRED) == set(draft.lacking)
+    with pytest.raises(NotTrusted, match="release is not sent") as refused:
+        draft.require_trust("release")
+    assert "trusted = true" in refused.value.hint
+
+
+def test_a_profile_based_on_another_is_that_less_and_more(tmp_path: Path) -> None:
+    (tmp_path / "base.toml").write_text(SOURCE.read_text("utf-8"))
+    mine = tmp_path / "mine.toml"
+    mine.write_text('based_on = "base.toml"\nwithout = ["commands.status", "panels"]\n[states]\nready = 9\n')
+    profile = load_profile(mine)
+    assert "status" not in profile.commands
+    assert (profile.panels, profile.states["ready"], profile.states["busy"]) == ({}, 9, 4)
+    mine.write_text('based_on = "base.toml"\nwithout = ["commands.launch"]\n')
+    with pytest.raises(SettingsError, match=r"no commands\.launch"):
+        load_profile(mine)
+    mine.write_text('based_on = "mine.toml"\n')
+    with pytest.raises(SettingsError, match="based_on"):
+        load_profile(mine)
 
 
 def test_a_profile_is_data_alone() -> None:
     """Nothing but the file decides the bytes: another opcode is another command."""
     other: Profile = parse_profile(changed("commands", "release", to="D7 00 00 00 00 01"))
-    assert other.commands.release.build() == bytes.fromhex("d7 00 00 00 00 01")
+    assert other.commands["release"].cdb.build({}) == bytes.fromhex("d7 00 00 00 00 01")

@@ -95,7 +95,7 @@ def unchecked(name: str) -> Callable[[bytes], object]:
     """The parser for a profile whose blocks have no checksum: mutations get as far as the fields."""
     blocks = PROFILE.blocks
     open_blocks = {
-        block: getattr(blocks, block).model_copy(update={"crc32": None}) for block in type(blocks).model_fields
+        block: getattr(blocks, block).model_copy(update={"checksum": None}) for block in type(blocks).model_fields
     }
     profile = PROFILE.model_copy(update={"blocks": blocks.model_copy(update=open_blocks)})
     parsers: dict[str, Callable[[bytes], object]] = {
@@ -182,7 +182,7 @@ def test_every_command_is_read_back(mode: ShotMode, offset: int, length: int) ->
         commands.write_parameters(PROFILE, commands.build_parameters(PROFILE, Parameters())),
         commands.autofocus(PROFILE, "passive"),
         commands.autofocus(PROFILE, "active"),
-        commands.release(PROFILE),
+        commands.release(PROFILE, Parameters()),
         commands.read_pitch(PROFILE, offset, length),
         commands.read_colour(PROFILE, mode, offset, length),
     ]
@@ -203,7 +203,8 @@ def test_pitch(seed: int, shot: int) -> None:
     np.testing.assert_array_equal(back.intensity, original.intensity)
     seen = original.sum > 0
     np.testing.assert_array_equal(np.isfinite(back.frames), seen)
-    np.testing.assert_array_equal(back.frames[seen], (original.moment / np.maximum(original.sum, 1))[seen])
+    exact = (original.moment / np.maximum(original.sum, 1))[seen]
+    assert np.abs(back.frames[seen] - exact).max(initial=0) <= 0.5 / pitch.FRACTION
 
 
 @pytest.mark.parametrize("mode", [FINE, FAST])
@@ -220,7 +221,7 @@ def test_colour(mode: ShotMode, layout: str, channels: str) -> None:
     encoding = PROFILE.colour.model_copy(update={"layout": layout, "channels": channels})
     profile = PROFILE.model_copy(update={"colour": encoding})
     deep = mode is ShotMode.COLOUR_10
-    shape = (480, 640, colour.channels_of(mode))
+    shape = (480, 640, len(colour.channels_of(mode)))
     pixels = np.random.default_rng(3).integers(0, 1024 if deep else 256, shape).astype(np.uint16 if deep else np.uint8)
     data = colour.build_colour(profile, mode, ColourImage(pixels, 9))
     assert len(data) == colour.colour_length(profile, mode)

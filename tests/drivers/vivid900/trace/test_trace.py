@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from drivers.scanner import CaptureSettings, SettingsError
 from drivers.simulated.buses.capture import RECORDS, Urb, write_capture
 from drivers.simulated.buses.usb_descriptors import BULK_IN, BULK_OUT
-from drivers.vivid900.cdb import Layout
 from drivers.vivid900.commands import parse_command
 from drivers.vivid900.profile import PROFILES, SIMULATED, parse_profile
 from drivers.vivid900.sense import Key, Sense
+from drivers.vivid900.template import Template
 from drivers.vivid900.trace import CaptureError
 from drivers.vivid900.trace.capture import read_transfers
 from drivers.vivid900.trace.draft import draft_profile
@@ -73,9 +73,9 @@ def test_kinds_of_commands_and_their_fields(exchanges, profile):
             assert kind.offset is None
             continue
         (at, size), (offset_at, offset_size) = kind.length, kind.offset
-        layout = profile.commands.by_name[known[0]].fields
-        assert (at, size) == layout["length"]
-        assert (offset_at, offset_size) == layout["offset"]
+        spans = profile.commands[known[0]].cdb.fields
+        assert (at, size) == (spans["length"].at, spans["length"].bytes)
+        assert (offset_at, offset_size) == (spans["offset"].at, spans["offset"].bytes)
 
 
 def test_every_role_that_was_played_is_guessed_right(exchanges, profile):
@@ -86,14 +86,15 @@ def test_every_role_that_was_played_is_guessed_right(exchanges, profile):
 
 def test_the_draft_builds_every_command_that_was_seen(exchanges):
     drafted = {
-        name: Layout.read(text) for name, text in tomllib.loads(draft_profile(exchanges, name="x"))["commands"].items()
+        name: Template.model_validate(text)
+        for name, text in tomllib.loads(draft_profile(exchanges, name="x"))["commands"].items()
     }
     assert set(drafted) == {
         "read_parameters", "write_parameters", "release", "status", "read_pitch", "read_colour",
     }  # fmt: skip
     vendors = [exchange for exchange in exchanges if exchange.cdb[0] >= 0xC0 and exchange.cdb[0] != 0xC2]
     for exchange in vendors:
-        (values,) = (values for layout in drafted.values() if (values := layout.parse(exchange.cdb)) is not None)
+        (values,) = (values for layout in drafted.values() if (values := layout.match(exchange.cdb)) is not None)
         assert values.get("length", exchange.asked) == exchange.asked
 
 
@@ -109,9 +110,12 @@ def test_a_draft_that_was_completed_drives_the_scanner(exchanges, profile, scan_
     assert np.array_equal(mine.texture, theirs.texture)
 
 
-def test_a_draft_as_it_is_is_no_profile(exchanges):
-    with pytest.raises(SettingsError):
-        parse_profile(tomllib.loads(draft_profile(exchanges, name="x")))
+def test_a_draft_as_it_is_may_only_ask(exchanges):
+    draft = parse_profile(tomllib.loads(draft_profile(exchanges, name="x")))
+    assert not draft.trusted
+    assert draft.lacking
+    with pytest.raises(SettingsError, match="needs"):
+        parse_profile({**tomllib.loads(draft_profile(exchanges, name="x")), "trusted": True})
 
 
 @pytest.mark.parametrize("name", ['quo"ted', "back\\slash", "new\nline", "ümlaut", "\x07", "😀"])
