@@ -25,11 +25,12 @@ from drivers.vivid900.errors import BadReply
 
 _Model = ConfigDict(frozen=True, extra="forbid")
 Order = Literal["big", "little"]
+ChecksumKind = Literal["crc32", "crc16", "sum16", "sum8", "xor8"]
 Data = bytes | bytearray  # `bytes` is a field of Span
 MAX_LENGTH = 4096  # longer than any header or parameter block can sensibly be
 MAX_WIDTH = 8
 
-CHECKSUMS: Mapping[str, tuple[int, Callable[[bytes], int]]] = {
+CHECKSUMS: Mapping[ChecksumKind, tuple[int, Callable[[bytes], int]]] = {
     "crc32": (4, crc32),
     "crc16": (2, lambda data: crc_hqx(data, 0xFFFF)),
     "sum16": (2, lambda data: sum(data) & 0xFFFF),
@@ -104,7 +105,7 @@ class Checksum(BaseModel):
     """A checksum of template and payload, computed with zeros in its own place."""
 
     model_config = _Model
-    kind: Literal["crc32", "crc16", "sum16", "sum8", "xor8"]
+    kind: ChecksumKind
     at: Annotated[int, Field(ge=0)]
     order: Order | None = None
 

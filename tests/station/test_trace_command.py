@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import tomllib
 from pathlib import Path
 
@@ -13,6 +14,8 @@ from drivers.simulated.buses.usb_descriptors import BULK_IN, BULK_OUT
 from drivers.vivid900.scsi import Identity, inquiry
 from drivers.vivid900.transports.bulk_only import CommandWrapper, StatusWrapper, build_command, build_status
 from station.cli import main
+from tests.drivers.vivid900.trace import by_hand
+from tests.drivers.vivid900.trace.by_hand import Said
 
 VIVID = Identity(6, "MINOLTA", "VIVID 900", "1.00")
 
@@ -65,3 +68,49 @@ def test_a_damaged_capture_is_bad_input(capture, tmp_path, capsys):
     assert told.startswith("planish: ")
     assert "capture" in hint
     assert not (tmp_path / "draft.toml").exists()
+
+
+@pytest.fixture
+def series(tmp_path) -> list[str]:
+    """Captures of a write of four bytes, whose second one is 20, 21 and 40."""
+    write = bytes.fromhex("C1 00 00 00 04 00")
+    said = {value: [Said(write, sent=bytes([1, value, 2, 3]))] for value in (20, 21, 40)}
+    return [str(by_hand.write(tmp_path / f"{value}.pcapng", one)) for value, one in said.items()]
+
+
+def test_two_captures_are_compared(series, capsys):
+    assert main(["trace", *series[:2]]) == 0
+    assert capsys.readouterr().out == "write_parameters (C1 00 00) sent, byte 1: 14 → 15\n"
+
+
+def test_the_field_of_a_setting_is_named(series, capsys):
+    assert main(["trace", *series, "--setting", "laser_power=20,21,40"]) == 0
+    assert capsys.readouterr().out == "write_parameters (C1 00 00) sent: laser_power = { at = 1 }\n"
+    assert main(["trace", *series, "--setting", "laser_power=20,22,40"]) == 0
+    assert "was laser_power set" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "hint"),
+    [
+        ([], 2, "--setting gain=0,1,3"),
+        (["--setting", "gain"], 2, "distance_mm=600,900,1200"),
+        (["--setting", "gain=a,b,c"], 2, "distance_mm=600,900,1200"),
+        (["--setting", "gain=0,1"], 3, "each capture's value"),
+    ],
+)
+def test_comparisons_that_cannot_be_say_what_to_do(series, arguments, code, hint, capsys):
+    assert main(["trace", *series, *arguments]) == code
+    assert hint in capsys.readouterr().err
+
+
+def test_a_draft_of_several_captures_has_the_evidence_of_all(series, tmp_path, capsys):
+    draft = tmp_path / "mine.toml"
+    assert main(["trace", *series[:2], "--profile", str(draft)]) == 0
+    assert draft.read_text("utf-8").count("# seen: 01") == 2
+
+
+def test_a_queue_is_refused(tmp_path, capsys):
+    os.mkfifo(tmp_path / "queue")
+    assert main(["trace", str(tmp_path / "queue")]) == 3
+    assert "no file" in capsys.readouterr().err

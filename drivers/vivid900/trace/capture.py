@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import mmap
+import struct
+import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -66,7 +68,9 @@ def _records(path: Path, content: Any) -> Iterator[tuple[int, str, bytes]]:
     blocks = iter(FileScanner(content))
     while True:
         try:
-            block = next(blocks, None)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", DeprecationWarning)  # the library's own use of its option types
+                block = next(blocks, None)
             if block is None:
                 return
             if not isinstance(block, PACKETS):
@@ -75,7 +79,7 @@ def _records(path: Path, content: Any) -> Iterator[tuple[int, str, bytes]]:
         # Besides its own errors the library lets several of Python's through when a block is damaged.
         except (PcapngException, ArithmeticError, AssertionError, AttributeError, LookupError, RuntimeError) as error:
             raise _damaged(path, error) from error
-        except (TypeError, ValueError, OverflowError, OSError) as error:
+        except (TypeError, ValueError, OverflowError, OSError, struct.error) as error:
             raise _damaged(path, error) from error
         yield record
 

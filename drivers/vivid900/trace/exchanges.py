@@ -22,7 +22,8 @@ from drivers.vivid900.transports.bulk_only import (
     parse_status,
 )
 
-HEAD_LENGTH = 64  # bytes kept of what a command moved: enough for a block of parameters or an image's header
+HEAD_LENGTH = 64  # bytes shown of what a command moved: enough for a block of parameters or an image's header
+MAX_KEPT = 64 << 20  # bytes kept of all images together: a dozen FINE shots; of those beyond, only the head
 
 Outcome = Literal["good", "failed", "phase error", "unanswered"]
 OUTCOMES: dict[int, Outcome] = {PASSED: "good", FAILED: "failed", PHASE_ERROR: "phase error"}
@@ -32,9 +33,10 @@ OUTCOMES: dict[int, Outcome] = {PASSED: "good", FAILED: "failed", PHASE_ERROR: "
 class Exchange:
     """A command and its answer.
 
+    number  its place in the capture.
     where   bus and device address of the bridge; lun: the wrapper's unit byte, which may hold the SCSI ID.
     asked   bytes that the wrapper announces; moved: bytes that were seen, without the residue.
-    head    the first bytes of them.
+    data    them, or their first bytes when the capture has very many; head: the first.
     sense   what the REQUEST SENSE right after it brought, empty when there was none.
     """
 
@@ -44,9 +46,14 @@ class Exchange:
     direction: Literal["none", "in", "out"]
     asked: int
     moved: int
-    head: bytes
+    data: bytes
     outcome: Outcome
     sense: bytes = b""
+    number: int = 0
+
+    @property
+    def head(self) -> bytes:
+        return self.data[:HEAD_LENGTH]
 
 
 class _Started:
@@ -54,16 +61,20 @@ class _Started:
 
     def __init__(self, where: tuple[int, int], wrapper: CommandWrapper) -> None:
         self.wrapper = wrapper
-        self._where, self._moved, self._head = where, 0, b""
+        self._where, self._moved, self._data = where, 0, bytearray()
 
     @property
     def wants_data(self) -> bool:
         return not self.wrapper.from_device and self._moved < self.wrapper.length
 
-    def add(self, transfer: Transfer) -> None:
-        if transfer.inward == self.wrapper.from_device:
-            self._moved += transfer.length
-            self._head += transfer.data[: HEAD_LENGTH - len(self._head)]
+    def add(self, transfer: Transfer, *, room: int) -> int:
+        """Add a transfer, and keep as many bytes as there is room for, but a head in any case. Returns what it kept."""
+        if transfer.inward != self.wrapper.from_device:
+            return 0
+        kept = transfer.data[: max(room, HEAD_LENGTH - len(self._data), 0)]
+        self._data += kept if len(self._data) == self._moved else b""  # no gaps
+        self._moved += transfer.length
+        return len(kept)
 
     def ended(self, status: StatusWrapper | None) -> Exchange:
         wrapper = self.wrapper
@@ -75,7 +86,7 @@ class _Started:
             direction="none" if not wrapper.length else "in" if wrapper.from_device else "out",
             asked=wrapper.length,
             moved=max(0, moved),
-            head=self._head[: max(0, moved)],
+            data=bytes(self._data[: max(0, moved)]),
             outcome=OUTCOMES.get(status.status, "phase error") if status else "unanswered",
         )
 
@@ -84,6 +95,7 @@ def read_exchanges(transfers: Iterable[Transfer]) -> list[Exchange]:
     """Every command of every bridge, in the order in which they ended. Raises CaptureError when there is none."""
     started: dict[tuple[int, int], _Started] = {}
     exchanges: list[Exchange] = []
+    room = MAX_KEPT
     for transfer in transfers:
         current = started.get(transfer.where)
         if wrapper := _command(transfer, current):
@@ -93,12 +105,12 @@ def read_exchanges(transfers: Iterable[Transfer]) -> list[Exchange]:
         elif current and (status := _status(transfer, current)):
             exchanges.append(started.pop(transfer.where).ended(status))
         elif current:
-            current.add(transfer)
+            room -= current.add(transfer, room=room)
     exchanges += [current.ended(None) for current in started.values()]
     if not exchanges:
         hint = "start the capture before the vendor's program, and use a bridge that speaks Bulk-Only"
         raise CaptureError("the capture has no SCSI commands in Bulk-Only wrappers", hint)
-    return _with_sense(exchanges)
+    return [replace(exchange, number=number) for number, exchange in enumerate(_with_sense(exchanges))]
 
 
 def _command(transfer: Transfer, current: _Started | None) -> CommandWrapper | None:

@@ -94,5 +94,5 @@ def _group_data(kind: Group, numbers: Mapping[int, int]) -> dict[str, Any]:
     }
 
 
-def _span_data(span: Span | None) -> dict[str, int] | None:
-    return None if span is None else {"at": span[0], "bytes": span[1]}
+def _span_data(span: Span | None) -> dict[str, Any] | None:
+    return None if span is None else {"at": span.at, "bytes": span.size, "order": span.order}

@@ -72,10 +72,9 @@ def test_kinds_of_commands_and_their_fields(exchanges, profile):
         if not known or known[0] not in ("read_pitch", "read_colour"):
             assert kind.offset is None
             continue
-        (at, size), (offset_at, offset_size) = kind.length, kind.offset
         spans = profile.commands[known[0]].cdb.fields
-        assert (at, size) == (spans["length"].at, spans["length"].bytes)
-        assert (offset_at, offset_size) == (spans["offset"].at, spans["offset"].bytes)
+        assert kind.length == (spans["length"].at, spans["length"].bytes, "big")
+        assert kind.offset == (spans["offset"].at, spans["offset"].bytes, "big")
 
 
 def test_every_role_that_was_played_is_guessed_right(exchanges, profile):
