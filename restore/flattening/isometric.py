@@ -14,7 +14,7 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.flattening.angle_synchronisation import flat_from_lengths
-from restore.flattening.conformal import flatten_conformal
+from restore.flattening.conformal import flatten_conformal, unfolded
 from restore.flattening.fans import angle_fans, closing_signs, face_signs
 from restore.flattening.gauss_newton import least_absolute_strain, mean_strain, minimise_strain
 from restore.flattening.least_distortion import is_disc, least_distorted_page
@@ -44,12 +44,22 @@ def flatten_isometric(posed: PosedSheet, network: Network, follow: Follow | None
 
     follow(step, positions (n, 3) mm) is called with the start and with the result.
     """
+    if len(network.faces) == 1:
+        return Solution(triangle(network), 1)
     best = min(_candidates(posed, network), key=lambda candidate: candidate.strain)
     flat = repaired(best.found.flat, network, best.signs)
     if follow:
         for step, positions in enumerate((best.start, flat), 1):
             follow(step, np.column_stack([positions, np.zeros(len(positions))]))
     return best.found._replace(flat=flat, iterations=1 + best.found.iterations)
+
+
+def triangle(network: Network) -> Floats:
+    """(3, 2) mm: the one face of a network, its first corner at 0 and its second on the x axis."""
+    corners = unfolded(network)[0]
+    flat: Floats = np.zeros((3, 2))
+    flat[network.faces[0]] = np.column_stack([corners.real, corners.imag])
+    return flat
 
 
 def _candidates(posed: PosedSheet, network: Network) -> Iterator[Candidate]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import floor
 
 import cv2
+import numba
 import numpy as np
 
 from restore.mesh.raster import rasterise
@@ -21,17 +23,16 @@ def arrange_pieces(flat: Floats, parts: Sequence[tuple[Ints, Ints]]) -> None:
     if len(parts) < 2:
         return
     cell = float(np.ptp(flat, axis=0).max()) / CELLS
-    taken: list[tuple[Mask, Ints]] = []
-    for vertices, faces in parts:
+    taken, origin = np.zeros((1, 1), bool), np.zeros(2, int)
+    centre: Floats = np.zeros(2)
+    for count, (vertices, faces) in enumerate(parts):
         mask, corner = _footprint(flat[vertices], faces, cell)
-        centre = np.mean([c + np.array(m.shape) / 2 for m, c in taken], axis=0) if taken else corner.astype(float)
-        way = corner + np.array(mask.shape) / 2 - centre
+        middle = corner + np.array(mask.shape) / 2
+        way = middle - centre
         way = way / np.linalg.norm(way) if np.linalg.norm(way) > 0 else np.array([0.0, 1.0])
-        steps = 0
-        while any(_meet(mask, corner + np.rint(steps * way).astype(int), *other) for other in taken):
-            steps += 1
-        shift = np.rint(steps * way).astype(int)
-        taken.append((mask, corner + shift))
+        shift = np.rint(_free_steps(taken, mask, *(corner - origin), *way) * way).astype(int)
+        taken, origin = _with(taken, origin, mask, corner + shift)
+        centre = centre + (middle + shift - centre) / (count + 1)
         flat[vertices] += cell * shift[::-1]
 
 
@@ -44,13 +45,33 @@ def _footprint(flat: Floats, faces: Ints, cell: float) -> tuple[Mask, Ints]:
     return cv2.dilate(covered.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool), corner[::-1]
 
 
-def _meet(mask: Mask, corner: Ints, other: Mask, other_corner: Ints) -> bool:
-    low = np.maximum(corner, other_corner)
-    high = np.minimum(corner + mask.shape, other_corner + other.shape)
-    if (low >= high).any():
-        return False
-    one, two = (
-        m[tuple(slice(a, b) for a, b in zip(low - c, high - c, strict=True))]
-        for m, c in ((mask, corner), (other, other_corner))
-    )
-    return bool((one & two).any())
+@numba.njit(cache=True)
+def _free_steps(taken: Mask, mask: Mask, row: int, col: int, down: float, right: float) -> int:
+    """How many steps (down, right), a cell long, a mask (rows, cols) at a cell goes until it meets no taken cell."""
+    steps = 0
+    while _meets(taken, mask, row + floor(steps * down + 0.5), col + floor(steps * right + 0.5)):
+        steps += 1
+    return steps
+
+
+@numba.njit(cache=True)
+def _meets(taken: Mask, mask: Mask, row: int, col: int) -> bool:
+    """Whether a mask whose corner lies at a cell covers one that is taken; beyond the grid nothing is."""
+    for i in range(max(0, -row), min(mask.shape[0], taken.shape[0] - row)):
+        for k in range(max(0, -col), min(mask.shape[1], taken.shape[1] - col)):
+            if mask[i, k] and taken[row + i, col + k]:
+                return True
+    return False
+
+
+def _with(taken: Mask, origin: Ints, mask: Mask, corner: Ints) -> tuple[Mask, Ints]:
+    """The taken cells with those of a mask at a corner (row, col), and their own corner: the grid doubles as needed."""
+    before = np.maximum(origin - corner, 0)
+    after = np.maximum(corner + mask.shape - (origin + taken.shape), 0)
+    if before.any() or after.any():
+        room = np.array(taken.shape)
+        grown = [(int(b and b + r), int(a and a + r)) for b, a, r in zip(before, after, room, strict=True)]
+        taken, origin = np.pad(taken, grown), origin - np.array([b for b, _ in grown])
+    row, col = corner - origin
+    taken[row : row + mask.shape[0], col : col + mask.shape[1]] |= mask
+    return taken, origin

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from oracles.overlaps import overlapping_pairs
+from restore import SurfaceMesh, flatten
 from restore.flattening import isometric
 from restore.flattening.isometric import flatten_isometric
 from restore.mesh.network import make_network
@@ -10,6 +12,7 @@ from restore.mesh.pose import pose_on_table
 
 TRUE_MM = 0.01
 WRONG = 0.02  # of the signs
+ROUNDING = 1e-9
 
 
 def solved(page, **changes):
@@ -31,6 +34,19 @@ def test_a_tangled_start_is_replaced_by_a_conformal_one(warped, monkeypatch, rng
     tangled = rng.normal(0, 100, page.flat.shape)
     monkeypatch.setattr(isometric, "flat_from_lengths", lambda *_: tangled)
     assert page.error(solved(page).flat) < TRUE_MM
+
+
+def test_loose_triangles_keep_their_shape_and_lie_apart(rng):
+    corners = rng.uniform(0, 100, (60, 1, 3)) + rng.normal(0, 5, (60, 3, 3))
+    mesh = SurfaceMesh(corners.reshape(-1, 3), np.arange(180).reshape(-1, 3))
+    page = flatten(mesh)
+    for before, after in zip(page.vertices[page.faces], page.flat[page.faces], strict=True):
+        np.testing.assert_allclose(sides(after), sides(before), rtol=ROUNDING)
+    assert len(overlapping_pairs(page.flat, page.faces)) == 0
+
+
+def sides(corners):
+    return np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1)
 
 
 def test_the_start_and_the_result_are_followed(warped):
