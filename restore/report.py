@@ -25,6 +25,7 @@ from restore.texture.page import Painting
 from restore.unroll import Unrolled
 
 NOT_DEVELOPABLE = 0.01  # rms strain: paper stretches by less than half a per cent before it tears
+MOSTLY = 0.5  # of the edges: the rest lengths of fewer are checked by those that need no estimate
 
 
 def describe(
@@ -35,6 +36,7 @@ def describe(
     edges = edges_of(fine.faces)
     strain = edge_strain(fine.flat, edges, fine.lengths)
     rms = float(np.sqrt(np.mean(strain**2)))
+    chords = _chord_strain(fine, edges)
     width, height = page_size(fine.flat[border_of(fine.faces)])
     report: dict[str, Any] = {
         "points": len(unrolled.coarse.vertices),
@@ -51,12 +53,12 @@ def describe(
             "rms": rms,
             "max": float(np.abs(strain).max()),
             "faces": _face_strain_statistics(fine, edges),
-            "against_chords": _chord_strain(fine, edges),
+            "against_chords": chords,
         },
         "page_mm": [width, height],
         "effective_ppi": painting.resolution_ppi,
         "decimation": unrolled.distance,
-        "warnings": _warnings(fine, rms),
+        "warnings": _warnings(fine, rms, chords["estimated_share"]),
     }
     if isinstance(surface, Sheet):
         report["samples"] = int(surface.measured.sum())
@@ -79,12 +81,18 @@ def _face_strain_statistics(mesh: FlatMesh, edges: Ints) -> dict[str, dict[str, 
     }
 
 
-def _chord_strain(mesh: FlatMesh, edges: Ints) -> dict[str, float]:
-    """Strain against the straight lengths of the edges, and the rms of how far the rest lengths differ from those."""
+def _chord_strain(mesh: FlatMesh, edges: Ints) -> dict[str, Any]:
+    """Strain against the straight lengths of the edges, and how far the rest lengths differ from those, and where."""
     chords = np.maximum(straight_lengths(mesh.vertices, edges), np.finfo(float).tiny)
     strain, estimated = edge_strain(mesh.flat, edges, chords), mesh.lengths / chords - 1.0
-    squares = {"rms": np.mean(strain**2), "estimate_rms": np.mean(estimated**2)}
-    return {**{name: float(np.sqrt(value)) for name, value in squares.items()}, "max": float(np.abs(strain).max())}
+    farthest = edges[np.argmax(np.abs(mesh.lengths - chords))]
+    return {
+        "rms": float(np.sqrt(np.mean(strain**2))),
+        "max": float(np.abs(strain).max()),
+        "estimate_rms": float(np.sqrt(np.mean(estimated**2))),
+        "estimated_share": float((np.abs(estimated) > NOT_DEVELOPABLE).mean()),
+        "farthest_at_mm": mesh.flat[farthest].mean(axis=0).tolist(),
+    }
 
 
 def connected_pieces(faces: Ints) -> int:
@@ -92,7 +100,7 @@ def connected_pieces(faces: Ints) -> int:
     return len(np.unique(components(edges_of(faces), int(faces.max()) + 1)[faces[:, 0]]))
 
 
-def _warnings(fine: SurfaceMesh, rms_strain: float) -> list[str]:
+def _warnings(fine: SurfaceMesh, rms_strain: float, estimated_share: float) -> list[str]:
     warnings = [str(text) for text in fine.provenance.get("warnings", ())]
     if fine.texture is None or fine.texcoords is None:
         warnings.append("the scan has no colour image: the page shows the relief of its surface")
@@ -101,4 +109,9 @@ def _warnings(fine: SurfaceMesh, rms_strain: float) -> list[str]:
         warnings.append(f"the surface is in {count} pieces, laid out beside each other in one picture")
     if rms_strain > NOT_DEVELOPABLE:
         warnings.append(f"the surface cannot be laid flat without stretching: {rms_strain:.1%} rms strain remains")
+    if estimated_share > MOSTLY:
+        warnings.append(
+            f"{estimated_share:.0%} of the edges bend by so much that their lengths are estimates: "
+            "the mesh is coarse for its surface, and the page's size rests on them"
+        )
     return warnings

@@ -105,6 +105,18 @@ def test_strain_is_also_given_against_straight_lengths_with_how_far_the_estimate
     assert chords["rms"] == pytest.approx(described(page)["strain"]["rms"], rel=SINGLE)
 
 
+def test_a_page_whose_lengths_are_mostly_estimates_is_warned_about_and_told_where_they_differ_most(page):
+    edges = edges_of(page.faces)
+    lengths = np.where(np.arange(len(edges)) % 3 > 0, 1.05, 1.0) * page.lengths
+    lengths[7] = 2.0 * page.lengths.max()
+    report = described(replace(page, lengths=lengths))
+    chords = report["strain"]["against_chords"]
+    assert chords["estimated_share"] == pytest.approx(2 / 3, abs=2 / len(edges))
+    np.testing.assert_allclose(chords["farthest_at_mm"], page.flat[edges[7]].mean(axis=0), rtol=SINGLE)
+    assert any("67% of the edges" in text for text in report["warnings"])
+    assert not any("of the edges" in text for text in described(page)["warnings"])
+
+
 def test_convergence_and_faces_folded_in_space_are_reported(page):
     report = described(replace(page, residual=0.25, converged=False))
     assert report["convergence"] == {"converged": False, "residual": 0.25}
