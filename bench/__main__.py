@@ -5,6 +5,7 @@ from bench import (
     dewarp,
     faults,
     flattening,
+    layout,
     photo,
     scan_to_page,
     shading,
@@ -17,6 +18,7 @@ from bench import (
 
 if __name__ == "__main__":
     scan_to_page.main()
+    layout.main()
     flattening.main()
     turntable.main()
     calibration.main()

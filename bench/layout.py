@@ -1,0 +1,110 @@
+"""`python -m bench.layout [--count 3] [--seed S] [--mode fine|fast]`: the layout of whole pages, pixel by pixel.
+
+Every pixel of the page has a place in the scanner's picture, and what lies on that line of sight has an exact place on
+the sheet before it was warped. The difference of the two, after the best rigid motion and without scale, is the error
+of the layout; no marker and no print has a part in it. Sheets are drawn from the seed, by default of today, through the
+whole pipeline with noise, shadow and drop-outs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import statistics
+from collections.abc import Callable
+
+import numpy as np
+from scipy.ndimage import map_coordinates
+
+from drivers.simulated import Cone, Crumpled, Curl, Miura, MultiFold, Pose, Spread, Truth, Wave, shoot
+from drivers.simulated.sheets import Sheet
+from oracles.markers import rigid_residual
+from restore import RangeScan, RestoredPage, Settings, restore
+from restore.scan import Floats
+from restore.texture.page import MM_PER_INCH
+
+COUNT = 3
+MOST_PIXELS = 200_000  # of a page are compared
+TILT_DEG = 5.0  # at most, as pages lie
+ROW = "{:<12} {:>10} {:>10} {:>10} {:>10} {:>10}"
+HEADINGS = ("sheet", "wanted mm", "median mm", "worst mm", "p99 mm", "page size")
+
+# sheet → most rms mm that is wanted, and how one is drawn.
+SHEETS: dict[str, tuple[float, Callable[[np.random.Generator], Sheet]]] = {
+    "roll": (0.015, lambda rng: Curl(radius_mm=rng.uniform(110, 250), taper=rng.uniform(-0.3, 0.3))),
+    "cone": (0.015, lambda rng: Cone(apex_mm=rng.uniform(280, 600), opening_deg=rng.uniform(25, 45))),
+    "wave": (0.015, lambda rng: Wave(slope_deg=rng.uniform(15, 38), wavelength_mm=rng.uniform(90, 200))),
+    "brochure": (0.035, lambda rng: MultiFold(creases=_creases(rng))),
+    "Miura": (0.035, lambda rng: Miura(fold_deg=rng.uniform(15, 35), side_mm=rng.uniform(42, 70))),
+    "deep gutter": (0.04, lambda rng: Spread(slope_deg=rng.uniform(58, 68), reach_mm=rng.uniform(20, 35))),
+    "crumpled": (0.08, lambda rng: Crumpled(tilt_deg=rng.uniform(6, 12), seed=int(rng.integers(1000)))),
+}
+
+
+def _creases(rng: np.random.Generator) -> tuple[tuple[float, float, float], ...]:
+    """Three creases across the page: where, how they lean, and how far they are folded, to and fro."""
+    return tuple(
+        (place + float(rng.uniform(-8, 8)), float(rng.uniform(-7, 7)), side * float(rng.uniform(25, 50)))
+        for place, side in ((-72.0, 1.0), (0.0, -1.0), (72.0, 1.0))
+    )
+
+
+def main(count: int = COUNT, seed: int | None = None, mode: str = "fine") -> None:
+    """Print a line for each kind of sheet."""
+    seed = seed or int(datetime.date.today().strftime("%Y%m%d"))
+    print(f"\nlayout of whole pages, {count} sheets of each kind, seed {seed}, mode {mode}; rms mm over all pixels")
+    print(ROW.format(*HEADINGS))
+    for number, (kind, (wanted, draw)) in enumerate(SHEETS.items()):
+        drawn = [np.random.default_rng([seed, number, k]) for k in range(count)]
+        print(_line(kind, wanted, [measured(draw(rng), rng, mode) for rng in drawn]), flush=True)
+
+
+def measured(sheet: Sheet, rng: np.random.Generator, mode: str) -> tuple[float, float, float]:
+    """rms and 99th percentile of the error, mm, and the greater relative error of the page's width and height."""
+    pose = Pose(tilt_deg=rng.uniform(-TILT_DEG, TILT_DEG), turn_deg=rng.uniform(-TILT_DEG, TILT_DEG))
+    fine = mode == "fine"
+    scan, truth = shoot(sheet, seed=int(rng.integers(2**31)), pose=pose, mode="fine" if fine else "fast")
+    page = restore(scan, Settings())
+    error = np.linalg.norm(layout_error(page, scan, truth), axis=1)
+    sizes = [abs(found / true - 1) for found, true in zip(page.report["page_mm"], truth.page_mm, strict=True)]
+    return float(np.sqrt((error**2).mean())), float(np.quantile(error, 0.99)), max(sizes)
+
+
+def layout_error(page: RestoredPage, scan: RangeScan, truth: Truth) -> Floats:
+    """(k, 2) mm between pixels of the page and the true places on the sheet of what they show."""
+    rows, cols = np.nonzero(np.isfinite(page.page_map[..., 0]))
+    step = len(rows) // MOST_PIXELS + 1
+    rows, cols = rows[::step], cols[::step]
+    places = _grid_positions(page.page_map[rows, cols], scan)
+    true = np.stack([map_coordinates(truth.flat[..., k], places, order=1, cval=np.nan) for k in (0, 1)], axis=1)
+    known = np.isfinite(true).all(axis=1)
+    found = np.stack([cols, -rows], axis=1) * MM_PER_INCH / page.dpi
+    return rigid_residual(found[known], true[known])[0]
+
+
+def _grid_positions(pixels: Floats, scan: RangeScan) -> Floats:
+    """(2, k) rows and columns of the range grid at pixels (k, 2) x, y of the colour image."""
+    first, last = scan.texture_xy[0, 0], scan.texture_xy[-1, -1]
+    share = (pixels - first) / (last - first)
+    return np.stack([share[:, 1] * (scan.points.shape[0] - 1), share[:, 0] * (scan.points.shape[1] - 1)])
+
+
+def _line(kind: str, wanted: float, found: list[tuple[float, float, float]]) -> str:
+    rms, high, sizes = zip(*found, strict=True)
+    figures = (
+        f"{wanted:.3f}",
+        f"{statistics.median(rms):.4f}",
+        f"{max(rms):.4f}",
+        f"{max(high):.3f}",
+        f"{max(sizes):.3%}",
+    )
+    return ROW.format(kind, *figures)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--count", type=int, default=COUNT)
+    parser.add_argument("--seed", type=int)
+    parser.add_argument("--mode", choices=("fine", "fast"), default="fine")
+    options = parser.parse_args()
+    main(options.count, options.seed, options.mode)
