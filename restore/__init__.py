@@ -19,6 +19,7 @@ from restore.settings import Settings
 from restore.sheets import ScannedSheet, is_rectangular, separate_sheets
 from restore.texture.coverage import Seen
 from restore.texture.super_resolution import finer_scan
+from restore.turn import turn_page
 from restore.turntable import AxisFit, RotationAxis, board_corners, fit_axis, merge_views
 
 __all__ = [
@@ -66,5 +67,6 @@ __all__ = [
     "save_scan",
     "scan_stem",
     "separate_sheets",
+    "turn_page",
     "vertex_normals",
 ]

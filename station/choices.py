@@ -28,3 +28,13 @@ class Pieces(StrEnum):
     EACH = "each"
     LARGEST = "largest"
     TOGETHER = "together"
+
+
+class Turn(StrEnum):
+    """Degrees, clockwise, by which a page is turned; AUTO as its words are read."""
+
+    NONE = "0"
+    QUARTER = "90"
+    HALF = "180"
+    THREE_QUARTERS = "270"
+    AUTO = "auto"

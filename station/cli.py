@@ -253,7 +253,7 @@ def _destination(folder: Path, kinds: Kinds, run: Run) -> Destination:
     from station.export.icc import read_profile
 
     colours = None if kinds.profile is None else read_profile(kinds.profile)
-    return Destination(folder, kinds.wanted, run.force, kinds.language, colours, anyway=run.anyway)
+    return Destination(folder, kinds.wanted, run.force, kinds.language, colours, turn=run.turn, anyway=run.anyway)
 
 
 def _print_report(outcome: Outcome, run: Run) -> None:

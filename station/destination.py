@@ -9,7 +9,7 @@ from typing import Any
 
 from restore import Settings
 from station import export
-from station.choices import Pieces
+from station.choices import Pieces, Turn
 
 Clock = Callable[[], float]
 
@@ -22,6 +22,7 @@ class Destination:
     language  of the words, as Tesseract calls it, when they are read.
     colours   ICC profile of the colour image, as `planish colour` writes it; None for sRGB.
     pieces    what becomes of several sheets in one scan.
+    turn      right angles by which the page is turned.
     anyway    write a page whose surface is no page's, too.
     """
 
@@ -31,6 +32,7 @@ class Destination:
     language: str = "eng"
     colours: bytes | None = None
     pieces: Pieces = Pieces.AUTO
+    turn: Turn = Turn.NONE
     anyway: bool = False
 
     def files(self, stem: str, *, colour: bool = True) -> list[Path]:

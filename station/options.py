@@ -14,7 +14,7 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
-from station.choices import Pieces, Unit
+from station.choices import Pieces, Turn, Unit
 
 
 def output_path(text: str) -> Path:
@@ -46,6 +46,9 @@ Language = Annotated[str, typer.Option(help="Language of the words, as Tesseract
 Profile = Annotated[Path | None, typer.Option(help="ICC profile of the colour image, of `planish colour` (sRGB).")]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite what an earlier run wrote.")]
 Json = Annotated[bool, typer.Option("--json", help="Print as JSON.")]
+TurnBy = Annotated[
+    Turn, typer.Option("--turn", help="Degrees to turn the page clockwise; auto: as its words are read (Tesseract).")
+]
 Anyway = Annotated[bool, typer.Option("--anyway", help="Write a page whose surface is no page's, too.")]
 Debug = Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")]
 
@@ -78,6 +81,7 @@ class Run:
     """Options that all commands that write a page share."""
 
     force: Force = False
+    turn: TurnBy = Turn.NONE
     anyway: Anyway = False
     as_json: Json = False
     debug: Debug = False

@@ -27,12 +27,14 @@ from restore import (
     scan_stem,
 )
 from station import export
+from station.choices import Turn
 from station.config import StationConfig
 from station.destination import Clock, Destination, Outcome, SourceRecord
 from station.errors import UsageError
 from station.export.atomic import claim_folder, new_folder, refuse_captured, refuse_existing, write_all
 from station.export.claim import Claim, recover
 from station.export.report import finite
+from station.orientation import turned
 from station.overwrite_check import check_outputs, superseded, superseded_pieces
 from station.pictures.frames import Recorder
 from station.pieces import Selected, select_sheets
@@ -180,6 +182,8 @@ def stem_of(source: Path) -> str:
 def _check_programs(destination: Destination) -> None:
     if "ocr" in destination.kinds:
         check_language(find_tesseract(), destination.language)
+    if destination.turn == Turn.AUTO:
+        find_tesseract()
 
 
 def scan_folders(destination: Destination, names: Sequence[str]) -> list[Path]:
@@ -285,6 +289,7 @@ def _restore_sheet(
     page = restore(sheet.scan, settings, photos=photos, progress=progress, on_step=recorder)
     if not destination.anyway:
         refuse_no_page(page.report, len(page.fine.faces))
+    page, turn_warnings = turned(page, destination.turn)
     seconds = {**source_record.seconds, **page.report["seconds"]}
     words = None
     if "ocr" in destination.kinds:
@@ -294,7 +299,12 @@ def _restore_sheet(
     seconds["total"] = sum(source_record.seconds.values()) + clock() - start
     names = [path.name for path in destination.files(stem, colour=page.flat.texture is not None)]
     run_fields = {"seconds": seconds, "peak_memory_mb": _peak_memory_mib(), "files": names, **sheet.report_fields}
-    run_fields["warnings"] = [*page.report.get("warnings", ()), *source_record.warnings, *sheet.warnings]
+    run_fields["warnings"] = [
+        *page.report.get("warnings", ()),
+        *source_record.warnings,
+        *sheet.warnings,
+        *turn_warnings,
+    ]
     report = finite({**page.report, **source_record.report_fields, **run_fields})
     frames = recorder.frames() if recorder else ()
     return export.Restoration(stem, page, sheet.scan, frames, report, words, destination.colours)

@@ -97,12 +97,12 @@ def recognise(image: Bytes, dpi: float, *, name: str, language: str = "eng", whi
     """
     tesseract = find_tesseract(which)
     check_language(tesseract, language)
-    enlarged, scale = _enlarged(image, dpi)
+    enlarged, scale = enlarged_for_reading(image, dpi)
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder, "page.png"), Path(folder, "page")
         source.write_bytes(encode_png(enlarged))
         resolution = ("--dpi", str(round(dpi * scale)))
-        _run(tesseract, source, target, "-l", language, *resolution, "-c", "textonly_pdf=1", *FORMATS)
+        run_tesseract(tesseract, source, target, "-l", language, *resolution, "-c", "textonly_pdf=1", *FORMATS)
         text, alto, hocr, layer = (target.with_suffix(ending).read_bytes() for ending in FORMATS.values())
     return Words(
         text.decode("utf-8").strip("\f\n") + "\n",
@@ -116,7 +116,7 @@ def recognise(image: Bytes, dpi: float, *, name: str, language: str = "eng", whi
 
 def check_language(tesseract: Path, language: str) -> None:
     """Raise UsageError when Tesseract has no data for a language."""
-    known = _run(tesseract, "--list-langs").splitlines()[1:]
+    known = run_tesseract(tesseract, "--list-langs").splitlines()[1:]
     for one in language.split("+"):
         if one not in known:
             raise UsageError(
@@ -125,8 +125,8 @@ def check_language(tesseract: Path, language: str) -> None:
             )
 
 
-def _enlarged(image: Bytes, dpi: float) -> tuple[Bytes, float]:
-    """The page at READING_DPI, unless it is finer already, and how many times it was enlarged."""
+def enlarged_for_reading(image: Bytes, dpi: float) -> tuple[Bytes, float]:
+    """The page (h, w, 3) at READING_DPI, unless it is finer already, and how many times it was enlarged."""
     scale = min(max(READING_DPI / dpi, 1.0), MOST_ENLARGED)
     if scale == 1.0:
         return image, scale
@@ -134,7 +134,8 @@ def _enlarged(image: Bytes, dpi: float) -> tuple[Bytes, float]:
     return larger, scale
 
 
-def _run(tesseract: Path, *arguments: Any) -> str:
+def run_tesseract(tesseract: Path, *arguments: Any) -> str:
+    """What Tesseract prints when it is run with the arguments. Raises StationError when it fails."""
     try:
         done = subprocess.run([tesseract, *arguments], capture_output=True, text=True, errors="replace", check=True)
     except subprocess.CalledProcessError as error:

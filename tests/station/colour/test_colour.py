@@ -182,3 +182,18 @@ def test_the_command_reads_scans(tmp_path, capsys):
     assert "sampling" not in report["not_measured"]
     assert {figure["figure"]: figure for figure in report["figures"]}["sampling"]["FADGI"] is None
     capsys.readouterr()
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_patches_of_no_chart_are_refused(seed):
+    codes = np.random.default_rng(seed).uniform(0, 250, (24, 3))
+    with pytest.raises(BadInput, match="no colour chart"):
+        fit_colours(SeenChart(codes, np.ones((24, 3))))
+
+
+def test_a_bad_camera_still_sees_a_chart(printed):
+    """Strong crosstalk, a harsh curve and noise of 5 codes, which puts patches at the ends of the scale."""
+    crosstalk = np.array([[0.6, 0.3, 0.1], [0.2, 0.6, 0.2], [0.1, 0.3, 0.6]])
+    chart = find_chart(camera(printed, exponent=3.2, matrix=crosstalk, gain=0.6))
+    noise = np.random.default_rng(2).normal(0, 5, chart.codes.shape)
+    fit_colours(SeenChart(np.clip(1.2 * chart.codes + noise, 0, 254), chart.noise))

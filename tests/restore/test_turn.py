@@ -1,0 +1,62 @@
+"""A page is turned with all its pictures, maps and meshes."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from restore import Settings, restore
+from restore.scan import SurfaceMesh
+from restore.texture.page import page_map
+from restore.turn import turn_page
+
+ROUNDING = 1e-4  # pixels of the texture: float32 of the page map
+FIELDS = ("image", "mask", "page_map", "master", "coverage")
+
+
+@pytest.fixture(scope="module")
+def page():
+    """A flat page of 90 × 60 mm with a texture of random pixels."""
+    x, y = np.meshgrid(np.linspace(0, 90, 16), np.linspace(60, 0, 11))
+    vertices = np.stack([x, y, 0 * x - 700.0], axis=-1).reshape(-1, 3)
+    index = np.arange(x.size).reshape(x.shape)
+    a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, :-1], index[1:, 1:]
+    faces = np.concatenate([np.stack(corners, axis=-1).reshape(-1, 3) for corners in ((a, c, d), (a, d, b))])
+    texture = np.random.default_rng(3).integers(0, 255, (120, 180, 3), np.uint8)
+    texcoords = np.column_stack([2.0 * vertices[:, 0] - 0.5, 119.5 - 2.0 * vertices[:, 1]])
+    return restore(SurfaceMesh(vertices, faces, texcoords, texture), Settings(dpi=50.8))
+
+
+def test_a_quarter_brings_the_left_side_up(page):
+    right = turn_page(page, 90)
+    np.testing.assert_array_equal(right.image[0], page.image[::-1, 0])
+    assert right.report["page_mm"] == page.report["page_mm"][::-1]
+    assert right.report["turned_deg"] == 90
+
+
+@pytest.mark.parametrize("degrees", [0, 90, 180, 270])
+def test_the_mesh_is_turned_with_the_map(page, degrees):
+    """The map of the turned mesh is the turned map."""
+    done = turn_page(page, degrees)
+    again = page_map(done.fine.flat, done.fine.faces, done.fine.texcoords, done.dpi)
+    np.testing.assert_array_equal(np.isnan(again), np.isnan(done.page_map))
+    np.testing.assert_allclose(again, done.page_map, atol=ROUNDING)
+
+
+@pytest.mark.parametrize("degrees", [90, 180, 270])
+def test_turned_on_to_a_full_turn_it_is_the_page_itself(page, degrees):
+    back = turn_page(turn_page(page, degrees), 360 - degrees)
+    for name in FIELDS:
+        np.testing.assert_array_equal(getattr(back, name), getattr(page, name))
+    np.testing.assert_array_equal(back.flat.flat, page.flat.flat)
+    assert back.report["page_mm"] == page.report["page_mm"]
+
+
+def test_pictures_that_are_not_there_stay_away(page):
+    assert turn_page(replace(page, page_source=None), 90).page_source is None
+
+
+@pytest.mark.parametrize("degrees", [45, -90, 360])
+def test_other_angles_are_refused(page, degrees):
+    with pytest.raises(ValueError, match="right angle"):
+        turn_page(page, degrees)
