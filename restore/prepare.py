@@ -70,7 +70,7 @@ def _other_units(size: float, unit: str) -> str:
 
 
 def _metric(size: float) -> str:
-    return f"{size:.3g} mm" if size < 1e4 else f"{size / 1000:.3g} m"
+    return f"{size:.3g} mm" if size < 1000.0 else f"{size / 1000:.3g} m"
 
 
 def fit_sheet(scan: RangeScan, rays: Rays, samples: Mask, inside: Mask, *, precision: float = PRECISION) -> Sheet:

@@ -30,7 +30,7 @@ def merge_copies(mesh: SurfaceMesh) -> SurfaceMesh:
     used = np.unique(mesh.faces[kept])
     number = np.zeros(len(mesh.vertices), np.int64)
     number[used] = np.arange(len(used))
-    warning = f"{np.count_nonzero(~kept)} faces lay on others, as in a double-sided export: they were merged"
+    warning = f"faces that lay on others, as in a double-sided export, were merged: {np.count_nonzero(~kept)}"
     colours = {"colours": mesh.colours[used]} if isinstance(mesh, PaintedMesh) and mesh.colours is not None else {}
     return replace(
         mesh,

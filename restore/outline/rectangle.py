@@ -55,7 +55,7 @@ def _mean_tilt(outline: Floats) -> float:
         middle = (outline[:, along] > low[along] + margin) & (outline[:, along] < high[along] - margin)
         for side in (low[across], high[across]):
             near = outline[middle & (np.abs(outline[:, across] - side) < SIDE_BAND_MM)]
-            if len(near) >= 3:
+            if len(near) >= 3 and np.ptp(near[:, along]) > SIDE_BAND_MM:  # of a shorter row the slope is not determined
                 slope = np.polyfit(near[:, along], near[:, across], 1)[0]
                 tilts.append(slope if along == 0 else -slope)
                 weights.append(float(len(near)))

@@ -284,3 +284,12 @@ def test_a_ball_cannot_be_flattened_but_ends_in_numbers():
     halves = (k, k + 16, right), (right, k + 16, right + 16)
     faces = np.concatenate([np.stack(half, axis=-1).reshape(-1, 3) for half in halves])
     assert np.isfinite(flatten(SurfaceMesh(ball, faces)).flat).all()
+
+
+def test_a_closed_surface_is_refused_also_where_four_faces_meet():
+    """Two tetrahedra with an edge in common: no edge has one face, and one has four."""
+    vertices = np.array([[0, 0, 0], [50, 0, 0], [25, 40, 0], [25, 20, 40], [25, -40, 0], [25, -20, -40]], float)
+    corners = [(0, 1, 2, 3), (0, 1, 4, 5)]
+    faces = [[t[a], t[b], t[c]] for t in corners for a, b, c in ((0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3))]
+    with pytest.raises(NotEnoughSurface, match="closed all round"):
+        flatten(SurfaceMesh(vertices, np.array(faces)))

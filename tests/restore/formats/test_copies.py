@@ -49,7 +49,7 @@ def test_every_face_comes_back_once(own_vertices, turned):
     for name in ("vertices", "faces", "texcoords", "colours"):
         np.testing.assert_array_equal(getattr(back, name), getattr(mesh, name))
     assert back.provenance["warnings"] == [
-        f"{len(mesh.faces)} faces lay on others, as in a double-sided export: they were merged"
+        f"faces that lay on others, as in a double-sided export, were merged: {len(mesh.faces)}"
     ]
 
 

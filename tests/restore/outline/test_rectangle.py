@@ -93,6 +93,12 @@ def test_the_size_of_an_outline_without_sides_is_its_extent():
     assert page_size(corners) == (80.0, 60.0)
 
 
+def test_a_side_of_a_few_points_at_one_place_does_not_turn_the_page():
+    """Its slope is not determined."""
+    outline = np.array([[0, 0], [100, 0], [100, 50], [50, 50], [50, 50.01], [50, 49.99], [0, 50]], float)
+    np.testing.assert_allclose(squaring_rotation(outline, 5000.0), np.eye(2), atol=1e-3)  # that of 0.01 mm in 100
+
+
 def test_the_border_is_the_ends_of_edges_with_one_face():
     grid = np.arange(12).reshape(3, 4)
     a, b, c, d = (part.ravel() for part in (grid[:-1, :-1], grid[:-1, 1:], grid[1:, :-1], grid[1:, 1:]))
