@@ -20,8 +20,6 @@ CALLED_BY_OTHERS = {
     "drivers.simulated.stage.controller",
     "drivers.vivid900.device_context",
     "drivers.vivid900.shot_parameters",
-    "drivers.vivid900.transports.command",
-    "drivers.vivid900.transports.pipes",
     "restore.flattening.solution",
     "restore.formats.trimesh_parser",
     "restore.numerics",
