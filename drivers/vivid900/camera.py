@@ -228,10 +228,9 @@ def _average(shots: Sequence[Shot], mode: ShotMode) -> tuple[Floats, Bytes | Non
     pitches = [shot.pitch.frames for shot in shots if shot.pitch is not None]
     colours = [shot.colour.pixels for shot in shots if shot.colour is not None]
     frames = merge.average(pitches, RANGE_MODES[mode])
-    if not colours:
-        return frames, None
-    mean = np.mean(colours, axis=0) if len(colours) > 1 else colours[0]
-    return frames, np.rint(mean).astype(np.uint8)
+    if len(colours) > 1:
+        return frames, np.rint(np.mean(colours, axis=0)).astype(np.uint8)
+    return frames, colours[0].astype(np.uint8) if colours else None
 
 
 def _photograph(body: Body, mode: ShotMode) -> Samples:
