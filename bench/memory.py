@@ -17,11 +17,12 @@ def peak_growth_mb() -> Iterator[Callable[[], float]]:
     Linux only; memory that was freed but kept for reuse counts as the process's own from the start.
     """
     (PROCESS / "clear_refs").write_text(RESET_PEAK)
-    start, end = _status_mb("VmRSS"), [0.0]
+    start, end = status_mb("VmRSS"), [0.0]
     yield lambda: end[0] - start
-    end[0] = _status_mb("VmHWM")
+    end[0] = status_mb("VmHWM")
 
 
-def _status_mb(field: str) -> float:
+def status_mb(field: str) -> float:
+    """A field of the process's status, MB: VmRSS the resident set now, VmHWM its peak, VmSize the address space."""
     line = next(line for line in (PROCESS / "status").read_text().splitlines() if line.startswith(field + ":"))
     return float(line.split()[1]) / 1024

@@ -1,0 +1,1 @@
+"""Damaged files of every kind that Planish reads, each in a process with limits on processor time and memory."""
