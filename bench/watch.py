@@ -261,6 +261,7 @@ def main() -> int:
     """Print what came of each way to arrive, then the violations. Returns 1 when there was one."""
     parser = argparse.ArgumentParser(prog="python -m bench.watch", description=__doc__)
     parser.parse_args()
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # a run in the background of a script ignores Ctrl-C
     start = time.monotonic()
     with tempfile.TemporaryDirectory() as root:
         rig = Rig(Path(root))

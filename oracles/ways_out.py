@@ -35,6 +35,7 @@ from oracles.faults import SETTINGS, FaultRig
 
 Result = TypeVar("Result")
 KILLED_STATUS = -signal.SIGKILL
+NOT_KILLED = "not killed"  # in place of a violation: the capture had ended before
 STARTED_S = 60.0  # a program that imports the driver on a busy machine
 CHILD = """
 import sys
@@ -305,7 +306,7 @@ def real_kill_violation(served: ServedDevice, when: When) -> str:
             return "the process neither captured nor died"
     served.kills = never
     if status != KILLED_STATUS:
-        return "not killed" if status == 0 else f"the process ended with {status}"
+        return NOT_KILLED if status == 0 else f"the process ended with {status}"
     was_set = served.device.parameters.laser_power
     config = {"driver": "vivid900", "profile": SIMULATED, "transport": {"kind": "socket", "port": served.port}}
     try:
