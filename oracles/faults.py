@@ -166,8 +166,9 @@ def count_commands(profile: Profile, rig_type: type[FaultRig] = FaultRig) -> int
     rig = rig_type(profile)
     rig.connection.set_script({})
     rig.camera.capture(rig.settings)
+    count = rig.connection.count
     rig.camera.close()
-    return rig.connection.count
+    return count
 
 
 def single_faults(commands: int) -> Iterator[tuple[str, dict[int, Fault]]]:
