@@ -162,7 +162,8 @@ def _recover(path: Path) -> None:
 
 
 def _restore(path: Path) -> int:
-    return command("restore", path, "-o", path.parent / OUT, "--points", "300", "--json")
+    # At few dots to the inch: a damaged coordinate makes a page of metres, whose picture is far larger than the file.
+    return command("restore", path, "-o", path.parent / OUT, "--points", "300", "--dpi", "30", "--json")
 
 
 def _colour(path: Path) -> int:
