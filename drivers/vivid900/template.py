@@ -54,11 +54,11 @@ class Span(BaseModel):
     """
 
     model_config = _Model
-    at: Annotated[int, Field(ge=0)]
+    at: Annotated[int, Field(ge=0, le=MAX_LENGTH)]
     bytes: Annotated[int, Field(ge=1, le=MAX_WIDTH)] = 1
     order: Order | None = None
-    low_bit: Annotated[int, Field(ge=0)] = 0
-    bits: Annotated[int, Field(ge=1)] | None = None
+    low_bit: Annotated[int, Field(ge=0, lt=8 * MAX_WIDTH)] = 0
+    bits: Annotated[int, Field(ge=1, le=8 * MAX_WIDTH)] | None = None
     scale: Annotated[int, Field(ge=1)] = 1
     value: int | None = None
 
@@ -106,7 +106,7 @@ class Checksum(BaseModel):
 
     model_config = _Model
     kind: ChecksumKind
-    at: Annotated[int, Field(ge=0)]
+    at: Annotated[int, Field(ge=0, le=MAX_LENGTH)]
     order: Order | None = None
 
     @property

@@ -135,3 +135,10 @@ def test_bits_of_a_text(kind, other):
     assert twin.match(template.build({"kind": 5})) is None
     assert not template.overlaps(twin)
     assert template.overlaps(Template.model_validate("C6 which/1 00"))
+
+
+@pytest.mark.parametrize("place", [4097, 2**40, 2**63 - 1])
+def test_a_place_far_beyond_every_block_takes_no_memory(place):
+    for table in ({"fields": {"a": {"at": place}}}, {"checksum": {"kind": "sum8", "at": place}}):
+        with pytest.raises(ValidationError, match="less than or equal to 4096"):
+            Template.model_validate({"length": 4, **table})
