@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 from collections.abc import Mapping, Sequence
@@ -15,6 +16,8 @@ from station.errors import OverwriteError
 from station.export.atomic import refuse_existing
 
 MAX_REPORT_BYTES = 2**24  # a page or two; more with many photographs
+# A name that is free, or another kind of file than a run writes.
+NO_REPORT = (errno.ENOENT, errno.ENOTDIR, errno.EISDIR, errno.ENXIO, errno.EINVAL, errno.EFBIG)
 HINT = "choose another folder with -o"
 
 
@@ -80,9 +83,16 @@ def _reported_files(report: Path) -> frozenset[str]:
 
 
 def _read_report(path: Path) -> Mapping[str, Any]:
-    """The report of an earlier run, empty where there is none that can be read."""
+    """The report of an earlier run, empty where there is none.
+
+    Raises OSError when the disk fails: without the report files of that run would stay beside those of the new one.
+    """
     try:
         content = json.loads(read_regular(path, MAX_REPORT_BYTES))
-    except (OSError, ValueError, RecursionError):
+    except (ValueError, RecursionError):
         return {}
+    except OSError as error:
+        if error.errno in NO_REPORT:
+            return {}
+        raise
     return content if isinstance(content, dict) else {}

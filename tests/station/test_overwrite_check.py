@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import json
 
 import pytest
 
+from station import overwrite_check
 from station.errors import OverwriteError
 from station.overwrite_check import check_outputs, superseded
 
@@ -63,3 +65,23 @@ def test_an_original_is_never_superseded(folder):
     (folder / "book.tif").touch()
     possible = [folder / name for name in ("book.png", "book.tif", "book-map.tif")]
     assert superseded(folder / "book.json", possible, [folder / "book.png"]) == [folder / "book.tif"]
+
+
+def test_a_disk_that_does_not_give_the_report_ends_the_run(folder, monkeypatch):
+    (folder / "book.json").write_text(json.dumps({"files": ["book.tif", "book.json"]}))
+    (folder / "book.tif").write_bytes(b"of the earlier run")
+    report, possible = folder / "book.json", [folder / "book.tif"]
+    assert superseded(report, possible, []) == possible
+
+    def broken(path, _limit):
+        raise OSError(errno.EIO, "Input/output error", str(path))
+
+    monkeypatch.setattr(overwrite_check, "read_regular", broken)
+    with pytest.raises(OSError, match="Input/output"):
+        superseded(report, possible, [])
+
+
+def test_what_is_no_report_supersedes_nothing(folder):
+    (folder / "book.json").mkdir()
+    assert superseded(folder / "book.json", [folder / "book.png"], []) == []
+    assert superseded(folder / "none.json", [folder / "book.png"], []) == []
