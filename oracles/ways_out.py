@@ -55,15 +55,15 @@ class Killed(BaseException):
 
 
 @contextmanager
-def ending_handlers() -> Iterator[None]:
-    """Every ending signal raises Ended, as at the station."""
+def ending_handlers() -> Iterator[Callable[[int, FrameType | None], None]]:
+    """Every ending signal raises Ended, as at the station, by the handler that is given."""
 
     def end(number: int, _frame: FrameType | None) -> None:
         raise Ended(number)
 
     before = {number: signal.signal(number, end) for number in ENDING_SIGNALS}
     try:
-        yield
+        yield end
     finally:
         for number, handler in before.items():
             signal.signal(number, handler)

@@ -22,28 +22,20 @@ from drivers.vivid900.errors import HardwareFault
 from drivers.vivid900.parking import run_parked
 from drivers.vivid900.signals import ENDING_SIGNALS, SignalGuard
 from drivers.vivid900.transports.replay import Recorder
+from oracles.ways_out import Ended, ending_handlers
 
 SET = CaptureSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)
 FOLLOWING_LINES = 40  # of the program after the end of the work: beyond the last of parking
 INTERRUPTIONS = [*((signal.SIGINT, times) for times in range(1, 6)), (signal.SIGTERM, 3), (signal.SIGHUP, 5)]
 
 
-class Ended(BaseException):
-    """What the program's own handler of a signal raises."""
-
-
 @pytest.fixture(autouse=True)
 def handlers():
     """Every ending signal raises, as at the station; the test run's own handlers come back."""
-
-    def end(number, frame):
-        raise Ended(number)
-
-    before = {number: signal.signal(number, end) for number in ENDING_SIGNALS}
-    yield
-    for number, handler in before.items():
-        assert signal.getsignal(number) is end
-        signal.signal(number, handler)
+    with ending_handlers() as end:
+        yield
+        for number in ENDING_SIGNALS:
+            assert signal.getsignal(number) is end
 
 
 def test_all_actions_run_in_order_after_any_failure() -> None:
