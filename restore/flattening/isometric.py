@@ -1,7 +1,8 @@
 """The default method: the page whose edges are nearest to their lengths on the surface.
 
-A start from the lengths alone (`angle_synchronisation.py`), exact where the lengths are those of a developable surface;
-Gauss–Newton on the edge strains to convergence; repair of faces that inverted without being folded in space.
+A start from the lengths alone (`angle_synchronisation.py`), exact where the lengths are those of a developable surface,
+or a conformal one where that inverts faces; Gauss–Newton on the squared and then the absolute edge strains; repair of
+faces that inverted without being folded in space.
 """
 
 from __future__ import annotations

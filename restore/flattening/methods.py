@@ -45,7 +45,8 @@ def flatten_points(
     """The page of least strain of all vertices of a mesh, every edge as near to its length on the surface as can be.
 
     lengths (e,) mm are the rest lengths of the mesh's edges in the order of `network.edges_of`; when None, those along
-    the surface that the vertices sample (`surface_lengths`).
+    the surface that the vertices sample (`surface_lengths`), by the default method as far as they agree
+    (`two_lengths.py`).
     Each connected piece is flattened by itself and stays where the scan had it, unless it would lie over another. Faces
     that run the wrong way round are turned.
     Raises BadInput for an unknown method, a mesh that is broken, one-sided or a closed band, or lengths that are not
@@ -55,12 +56,10 @@ def flatten_points(
         raise BadInput(f"there is no flattening method {method!r}", f"use one of: {', '.join(METHODS)}")
     mesh = validated(mesh)
     refuse_unflattenable(mesh.vertices, mesh.faces, mesh.sides)
-    if lengths is None:
-        lengths = _first_lengths(mesh, method)
-        page = _flattened(mesh, METHODS[method], lengths, on_step)
-        page = with_surface_lengths(page, mesh) if method == DEFAULT else page
-    else:
-        page = _flattened(mesh, METHODS[method], lengths, on_step)
+    first = _first_lengths(mesh, method) if lengths is None else lengths
+    page = _flattened(mesh, METHODS[method], first, on_step)
+    if lengths is None and method == DEFAULT:
+        page = with_surface_lengths(page, mesh)
     if method == DEFAULT and rms_strain(page.flat, mesh.sides.edges, page.lengths, CAP) > MOST_STRAIN:
         return _flattened(mesh, flatten_least_distorted, page.lengths, on_step)
     return page

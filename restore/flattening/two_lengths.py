@@ -41,5 +41,5 @@ def with_surface_lengths(page: FlatMesh, mesh: ValidMesh) -> FlatMesh:
 
 def _page(page: FlatMesh, mesh: ValidMesh, found: Solution, network: Network) -> FlatMesh:
     flat: Floats = repaired(found.flat, network, face_signs(mesh.vertices, mesh.faces))
-    solved = replace(page, steps=found.iterations, residual=found.residual, converged=found.converged)
-    return replace(solved, flat=flat, lengths=network.lengths)
+    steps, residual, converged = found.iterations, found.residual, found.converged
+    return replace(page, flat=flat, lengths=network.lengths, steps=steps, residual=residual, converged=converged)
