@@ -30,7 +30,7 @@ from drivers.simulated.sheets import Curl
 from oracles.exact import exact_sheet
 from restore import SurfaceMesh
 from restore.formats import write_obj, write_ply
-from station.session import Destination, restore_file
+from station.one_page import Destination, restore_file
 from station.watch.loop import Pace, Watch
 from station.watch.presets import Options, Presets
 

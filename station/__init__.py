@@ -2,7 +2,7 @@
 
 cli         the command `planish`
 config      a station's TOML file, and settings checked with the option's name in the message
-session     one page: open → capture → store → restore → export
+one_page    one page: open → capture → store → restore → export
 export      encoders of the output files, one module a format, and writing of all files or none
 words       text recognition by Tesseract
 ocr         `planish ocr`: text, ALTO and PDF/A of restored pages

@@ -1,4 +1,4 @@
-"""The command `planish`: options in, exit code out. The work is in `session`."""
+"""The command `planish`: options in, exit code out. The work is in `one_page`."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ from station.watch.command import watch
 if TYPE_CHECKING:
     from station.destination import Destination, Outcome
 
-# `session` and what it needs take a second to import: inside the commands, so that `--help` answers at once.
+# `one_page` and what it needs take a second to import: inside the commands, so that `--help` answers at once.
 app = typer.Typer(
     add_completion=False, invoke_without_command=True, pretty_exceptions_enable=False, rich_markup_mode=None
 )
@@ -105,7 +105,7 @@ def _scan(
     """Capture a page, store the scan, restore the page."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.config import load_config
-        from station.session import scan_page
+        from station.one_page import scan_page
         from station.turntable import scan_views
 
         station = load_config(config)
@@ -125,7 +125,7 @@ def _demo(output: Out, run: Run) -> None:
     """Scan a simulated page and restore it: nothing else is needed."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.config import DEMONSTRATION, load_config
-        from station.session import scan_page
+        from station.one_page import scan_page
 
         destination = _destination(output, Kinds(review=True), run)
         outcome = scan_page(load_config(DEMONSTRATION), destination, progress=progress)
@@ -185,7 +185,7 @@ def _restore(
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from restore import Settings
         from station.config import build_model
-        from station.session import restore_file
+        from station.one_page import restore_file
 
         outcome = restore_file(
             scan,

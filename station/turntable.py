@@ -32,8 +32,8 @@ from station.destination import Clock, Destination, Outcome, SourceRecord
 from station.errors import UsageError
 from station.export.atomic import claim_folder, new_folder, refuse_existing, write_all
 from station.export.claim import Claim, recover
+from station.one_page import scan_folders, stem_of, store_and_restore
 from station.progress import Progress, silent
-from station.session import scan_folders, stem_of, store_and_restore
 
 VIEW = "-view-"  # between the stem and the number of a view
 AXIS_FILE = "axis.toml"

@@ -53,7 +53,7 @@ def compile_kernels() -> int:
     from restore import Settings, load_scan, notify_when_compiling, save_scan
     from station.destination import Destination
     from station.export import OUTPUTS
-    from station.session import restore_file
+    from station.one_page import restore_file
 
     compiled: list[None] = []
     with tempfile.TemporaryDirectory() as name, notify_when_compiling(lambda: compiled.append(None)):

@@ -19,7 +19,7 @@ from typing import Any
 import drivers
 from bench.kill.events import in_child
 from restore import RangeScan, load_scan, save_scan
-from station import export, session
+from station import export, one_page
 from station.cli import main as planish
 from station.warm_up import small_page
 from station.words import ProgramMissing, find_tesseract
@@ -119,9 +119,9 @@ def computed(material: Material) -> Iterator[None]:
         return material.page
 
     replaced = {
-        (session, "restore"): restored,
-        (session, "recognise"): lambda *_, **__: None,
-        (session, "check_language"): lambda *_, **__: None,  # asks the program that reads words
+        (one_page, "restore"): restored,
+        (one_page, "recognise"): lambda *_, **__: None,
+        (one_page, "check_language"): lambda *_, **__: None,  # asks the program that reads words
         (export, "encode_outputs"): encode,
         (drivers, "open_scanner"): lambda _config: _Scanner(material.new_scan),
     }
@@ -159,14 +159,14 @@ class _Scanner:
 
 def _restore(words: Sequence[str], pickled: Path) -> int:
     """Run a restoration, and keep its page."""
-    restore = session.restore
+    restore = one_page.restore
 
     def keeping(*arguments: Any, **options: Any) -> Any:
         page = restore(*arguments, **options)
         pickled.write_bytes(pickle.dumps(page))
         return page
 
-    session.restore = keeping
+    one_page.restore = keeping
     return planish(words)
 
 

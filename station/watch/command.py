@@ -38,7 +38,7 @@ def watch(
     """Restore every scan that arrives in a folder, until Ctrl-C; a file planish.toml in a sub-folder sets options."""
     with report_faults(debug=debug), progress_on(sys.stderr) as progress:
         from station.export.icc import read_profile
-        from station.session import restore_file
+        from station.one_page import restore_file
         from station.watch.loop import Pace, Watch
         from station.watch.presets import Options, Presets
 

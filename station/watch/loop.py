@@ -17,7 +17,7 @@ from restore import LibraryMissing, Settings
 from station.errors import StationError, UsageError, explain
 from station.export.atomic import claim_folder
 from station.export.claim import Claim
-from station.session import Destination, Outcome
+from station.one_page import Destination, Outcome
 from station.watch import records
 from station.watch.arrival import Arrival, Changed
 from station.watch.companions import Pairing, is_scan
@@ -41,7 +41,7 @@ Notify = Callable[[Event, Path, str], None]
 
 
 class Restore(Protocol):
-    """Restores a scan file; see `station.session.restore_file`."""
+    """Restores a scan file; see `station.one_page.restore_file`."""
 
     def __call__(
         self, source: Path, destination: Destination, *, settings: Settings, facts: Mapping[str, Any]

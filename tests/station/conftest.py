@@ -12,7 +12,7 @@ import pytest
 from drivers import CaptureSettings
 from restore import FlatMesh, Photograph, RangeScan, RestoredPage, Settings
 from restore.mesh.network import make_network
-from station import session
+from station import one_page
 
 COLS, ROWS = 24, 16
 WIDTH_MM, HEIGHT_MM, RADIUS_MM = 120.0, 80.0, 60.0
@@ -115,8 +115,8 @@ class Library:
 def library(monkeypatch: pytest.MonkeyPatch) -> Library:
     """The station with stand-ins in the library's place."""
     library = Library()
-    monkeypatch.setattr(session, "load_scan", library.load_scan)
-    monkeypatch.setattr(session, "restore", library.restore)
+    monkeypatch.setattr(one_page, "load_scan", library.load_scan)
+    monkeypatch.setattr(one_page, "restore", library.restore)
     return library
 
 
@@ -147,7 +147,7 @@ class StandInScanner:
 def scanner(monkeypatch: pytest.MonkeyPatch) -> StandInScanner:
     """The scanner that every configuration opens."""
     scanner = StandInScanner()
-    monkeypatch.setattr(session.drivers, "open_scanner", lambda _config: scanner)
+    monkeypatch.setattr(one_page.drivers, "open_scanner", lambda _config: scanner)
     return scanner
 
 

@@ -36,7 +36,7 @@ stem = "leaf"
 INTERRUPTED = """
 import os, signal, sys
 from station import cli, session
-session.restore = lambda *_, **__: os.kill(os.getpid(), signal.SIGINT)
+one_page.restore = lambda *_, **__: os.kill(os.getpid(), signal.SIGINT)
 sys.exit(cli.main(sys.argv[1:]))
 """
 

@@ -9,7 +9,7 @@ import pytest
 
 from restore import RangeScan
 from restore.formats import load_scan, save_scan
-from station import session
+from station import one_page
 from station.cli import main
 
 
@@ -22,7 +22,7 @@ def joined(monkeypatch):
         calls.append(len(shots))
         return replace(shots[0], provenance={"super": {"shots": len(shots)}})
 
-    monkeypatch.setattr(session, "finer_scan", finer_scan)
+    monkeypatch.setattr(one_page, "finer_scan", finer_scan)
     return calls
 
 

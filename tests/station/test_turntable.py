@@ -22,7 +22,7 @@ from station import turntable
 from station.cli import main
 from station.config import AxisSettings, StageSettings, StationConfig
 from station.errors import OverwriteError, UsageError
-from station.session import Destination
+from station.one_page import Destination
 from station.turntable import axis_table, merge_files, scan_views, view_angles
 
 DIGITS = 1e-5  # relative: what the written axis keeps

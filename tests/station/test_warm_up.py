@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from restore import Settings, load_scan, restore
-from station import session, warm_up
+from station import one_page, warm_up
 from station.cli import main
 
 ROUNDING_MM = 1e-9  # of sums of squares near 10⁶ mm² in double precision
@@ -44,7 +44,7 @@ def test_every_method_restores_a_scan_and_a_mesh(monkeypatch):
         assert "ocr" not in destination.kinds
 
     read = []
-    monkeypatch.setattr(session, "restore_file", restore_file)
+    monkeypatch.setattr(one_page, "restore_file", restore_file)
     monkeypatch.setattr("restore.load_scan", lambda path: read.append(path.read_text()))
     assert warm_up.compile_kernels() == 0
     assert read == [warm_up.TRIANGLE]

@@ -13,7 +13,7 @@ import pytest
 from drivers.simulated.clock import VirtualClock
 from restore import BadInput, Settings
 from station.export.atomic import claim_folder, write_all
-from station.session import Destination, Outcome, stem_of
+from station.one_page import Destination, Outcome, stem_of
 from station.watch.loop import Event, Pace, Watch
 from station.watch.presets import Options, Presets
 

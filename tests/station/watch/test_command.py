@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from station import session
+from station import one_page
 from station.cli import main
 from tests.station.conftest import Library
 
@@ -17,8 +17,8 @@ QUICK = ["--once", "--settle", "0", "--pair", "0", "--poll", "0.05"]
 @pytest.fixture
 def library(monkeypatch: pytest.MonkeyPatch) -> Library:
     made = Library()
-    monkeypatch.setattr(session, "load_scan", made.load_scan)
-    monkeypatch.setattr(session, "restore", made.restore)
+    monkeypatch.setattr(one_page, "load_scan", made.load_scan)
+    monkeypatch.setattr(one_page, "restore", made.restore)
     return made
 
 

@@ -14,7 +14,7 @@ from station.config import StationConfig
 from station.errors import OverwriteError
 from station.export.claim import WORK
 from station.export.journal import JOURNAL
-from station.session import Destination, restore_file, scan_page, stem_of
+from station.one_page import Destination, restore_file, scan_page, stem_of
 
 CONFIG = StationConfig(scanner={"driver": "simulated"})
 
@@ -77,7 +77,7 @@ def test_the_stored_scan_is_the_captured_one(library, scanner, scan, tmp_path):
 def test_the_scanner_is_let_go_before_the_restoration(library, scanner, tmp_path, monkeypatch):
     closed = []
     restoring = library.restore
-    monkeypatch.setattr("station.session.restore", lambda *a, **k: closed.append(scanner.closed) or restoring(*a, **k))
+    monkeypatch.setattr("station.one_page.restore", lambda *a, **k: closed.append(scanner.closed) or restoring(*a, **k))
     scan_page(CONFIG, Destination(tmp_path))
     assert closed == [1]
 
