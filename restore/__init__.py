@@ -14,6 +14,7 @@ from restore.mesh.raster import rasterise
 from restore.native import SYSTEM_LIBRARIES, SystemLibrary, missing_libraries
 from restore.photo import Photograph, read_photograph
 from restore.pipeline import restore
+from restore.range_image.segment import SegmentedScan
 from restore.scan import Bytes, FlatMesh, Floats, Ints, Mask, RangeScan, RestoredPage, SurfaceMesh
 from restore.settings import Settings
 from restore.sheets import ScannedSheet, is_rectangular, separate_sheets
@@ -42,6 +43,7 @@ __all__ = [
     "RotationAxis",
     "ScannedSheet",
     "Seen",
+    "SegmentedScan",
     "Settings",
     "SurfaceMesh",
     "SystemLibrary",

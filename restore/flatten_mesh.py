@@ -20,7 +20,7 @@ from restore.mesh.surface_lengths import estimate_noise_sigma, surface_lengths
 from restore.mesh.validate import validated
 from restore.prepare import MESH_PRECISION, fit_sheet
 from restore.range_image.resample import MIN_VERTICES, resample
-from restore.range_image.segment import fill_outline
+from restore.range_image.segment import segment
 from restore.refine import interpolate_flat_positions
 from restore.scan import FlatMesh, Floats, Ints, SurfaceMesh
 from restore.settings import Settings
@@ -78,7 +78,7 @@ def _over_grid(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMe
     if view is None:
         return None
     scan, rays = view
-    sheet = fit_sheet(scan, rays, scan.measured, fill_outline(scan.measured), precision=MESH_PRECISION)
+    sheet = fit_sheet(segment(scan, rays, scan.measured), precision=MESH_PRECISION)
     unrolled = unroll(sheet, Settings(method=method), lambda _: nullcontext(), on_step)
     nodes = np.stack(sheet.rays.grid(mesh.vertices), axis=1)
     flat = interpolate_flat_positions(

@@ -21,6 +21,7 @@ from restore.photo import (
     remove_registered_shading,
 )
 from restore.prepare import prepare
+from restore.range_image.segment import SegmentedScan
 from restore.range_image.sheet import Sheet
 from restore.report import describe
 from restore.scan import Bytes, RangeScan, RestoredPage, SurfaceMesh
@@ -37,7 +38,7 @@ Progress = Callable[[str, float], None]
 
 
 def restore(
-    scan: RangeScan | SurfaceMesh,
+    scan: RangeScan | SurfaceMesh | SegmentedScan,
     settings: Settings | None = None,
     *,
     photos: Sequence[Photograph | Bytes] = (),
@@ -46,6 +47,7 @@ def restore(
 ) -> RestoredPage:
     """Turn a scan of a warped page into the flat page.
 
+    scan: one that `load_scan` or a scanner gave, or the `segmented` of a sheet that `separate_sheets` found in it.
     photos: photographs of the same page by any camera, (h, w, 3) uint8 RGB or as `read_photograph` gives them. The page
     is painted from those whose registration to the scan is certain; the report lists all.
     progress(stage, fraction done) is called at the start and end of each stage;

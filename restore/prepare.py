@@ -16,9 +16,9 @@ from restore.numerics import TINY
 from restore.range_image.camera import Rays, find_rays
 from restore.range_image.facet_model import PRECISION, fit_facets
 from restore.range_image.resample import resample
-from restore.range_image.segment import find_sheet
+from restore.range_image.segment import SegmentedScan, find_sheet
 from restore.range_image.sheet import Sheet, make_sheet
-from restore.scan import Floats, Mask, RangeScan, SurfaceMesh
+from restore.scan import Floats, RangeScan, SurfaceMesh
 
 EXTRAPOLATION_BLUR = 3.0  # samples: Gaussian σ, wider than a drop-out
 MIN_PAGE_MM = 20.0  # mm of the longest side: a postage stamp has 24, an A3 page in inches 16.5
@@ -29,16 +29,19 @@ MESH_PRECISION = 2e-5  # of the depth: error of the linear interpolation between
 AFFINE_SUBSET = 7  # every seventh sample determines three unknowns well enough
 
 
-def prepare(scan: RangeScan | SurfaceMesh) -> Sheet | SurfaceMesh:
+def prepare(scan: RangeScan | SurfaceMesh | SegmentedScan) -> Sheet | SurfaceMesh:
     """The sheet on its range grid; or the validated mesh, when no single view shows all of it.
 
     Raises NotEnoughSurface when the scan holds no piece of surface that could be a page, BadInput for a broken mesh.
     """
+    if isinstance(scan, SegmentedScan):
+        _check_size(scan.scan)
+        return fit_sheet(scan)
     _check_size(scan)
     if isinstance(scan, RangeScan):
         rays = find_rays(scan)
         if rays is not None:
-            return fit_sheet(scan, rays, *find_sheet(scan, rays))
+            return fit_sheet(find_sheet(scan, rays))
         scan = triangulate(scan)
     mesh = validated(weld(validated(scan)))
     view = resample(mesh)
@@ -73,20 +76,20 @@ def _metric(size: float) -> str:
     return f"{size:.3g} mm" if size < 1000.0 else f"{size / 1000:.3g} m"
 
 
-def fit_sheet(scan: RangeScan, rays: Rays, samples: Mask, inside: Mask, *, precision: float = PRECISION) -> Sheet:
-    """The sheet fitted to its samples (rows, cols), smoothed and with holes filled, on the mask inside (rows, cols).
+def fit_sheet(segmented: SegmentedScan, *, precision: float = PRECISION) -> Sheet:
+    """The sheet of a segmented scan, smoothed and with its holes filled.
 
     precision is the least standard deviation of the noise that is assumed, as a share of the depth.
     """
-    scan, rays = _with_margin(scan, rays)
-    samples, inside = np.pad(samples, MARGIN), np.pad(inside, MARGIN)
+    scan, rays = _with_margin(segmented.scan, segmented.rays)
+    samples, inside = np.pad(segmented.samples, MARGIN), np.pad(segmented.inside, MARGIN)
     inverse_depth = np.where(samples, -1.0 / np.where(samples, scan.points[..., 2], -1.0), np.nan)
     facets = fit_facets(inverse_depth, samples, inside, _laser_signal(scan), precision=precision)
     return make_sheet(rays, facets, samples, inside, _texture_positions(scan), scan)
 
 
 def _fit_resampled(scan: RangeScan, rays: Rays) -> Sheet:
-    return fit_sheet(scan, rays, *find_sheet(scan, rays, framed=False), precision=MESH_PRECISION)
+    return fit_sheet(find_sheet(scan, rays, framed=False), precision=MESH_PRECISION)
 
 
 def _with_margin(scan: RangeScan, rays: Rays) -> tuple[RangeScan, Rays]:

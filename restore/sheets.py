@@ -18,8 +18,8 @@ from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import ValidMesh, validated
 from restore.outline.rectangle import fills_rectangle
 from restore.range_image.camera import find_rays
-from restore.range_image.segment import MAX_GAP, find_pieces
-from restore.scan import Floats, Ints, RangeScan, SurfaceMesh
+from restore.range_image.segment import MAX_GAP, SegmentedScan, find_pieces
+from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 
 OUTLINE_POINTS = 300  # of a sheet that is flattened for its outline alone: ten on each side of a page
 
@@ -28,12 +28,14 @@ OUTLINE_POINTS = 300  # of a sheet that is flattened for its outline alone: ten 
 class ScannedSheet:
     """One sheet of a scan.
 
-    scan   the scan without the other sheets.
-    size   area of the sheet in the scan: mm² of a mesh, samples of a range image.
+    scan       the scan without the other sheets.
+    size       area of the sheet in the scan: mm² of a mesh, samples of a range image.
+    segmented  the sheet found in the range image: `restore` takes it, and need not look for it again.
     """
 
     scan: RangeScan | SurfaceMesh
     size: float
+    segmented: SegmentedScan | None = None
 
 
 def separate_sheets(scan: RangeScan | SurfaceMesh) -> list[ScannedSheet]:
@@ -48,14 +50,21 @@ def separate_sheets(scan: RangeScan | SurfaceMesh) -> list[ScannedSheet]:
     if rays is None:
         return _sheets_of_mesh(triangulate(scan)) if scan.measured.any() else [ScannedSheet(scan, 0.0)]
     found = find_pieces(scan, rays)
-    if len(found) < 2:
-        return [ScannedSheet(scan, float(sum(piece.sum() for piece in found)))]
-    found.sort(key=lambda piece: float(np.nonzero(piece)[1].mean()))
-    others = [np.logical_or.reduce([other for other in found if other is not piece]) for piece in found]
+    if not found:
+        return [ScannedSheet(scan, 0.0)]
+    found.sort(key=lambda piece: float(np.nonzero(piece.samples)[1].mean()))
+    alone = [_without(scan, [other.samples for other in found if other is not piece]) for piece in found]
     return [
-        ScannedSheet(replace(scan, points=np.where(away[..., None], np.nan, scan.points)), float(piece.sum()))
-        for piece, away in zip(found, others, strict=True)
+        ScannedSheet(one, float(piece.samples.sum()), replace(piece, scan=one))
+        for one, piece in zip(alone, found, strict=True)
     ]
+
+
+def _without(scan: RangeScan, others: list[Mask]) -> RangeScan:
+    """The scan without the samples (rows, cols) of others."""
+    if not others:
+        return scan
+    return replace(scan, points=np.where(np.logical_or.reduce(others)[..., None], np.nan, scan.points))
 
 
 def is_rectangular(mesh: SurfaceMesh) -> bool:

@@ -258,10 +258,11 @@ def _destination(folder: Path, kinds: Kinds, run: Run) -> Destination:
 
 def _print_report(outcome: Outcome, run: Run) -> None:
     """Print the report of a run, as JSON or as a summary."""
-    from station.export.report import encode_report, summary
+    from station.export.report import encode_report, left_out, summary
 
     with report_faults(debug=run.debug):
         if run.as_json:
             print_result(encode_report(outcome.report).rstrip())
         else:
-            print_result("\n\n".join(summary(page.report, page.files) for page in outcome.pages or (outcome,)))
+            pages = [summary(page.report, page.files) for page in outcome.pages or (outcome,)]
+            print_result("\n\n".join([*pages, *left_out(outcome.report.get("left_out", ()))]))

@@ -50,7 +50,8 @@ class Destination:
 class Outcome:
     """The report of a run and the files written.
 
-    pages  of several sheets in one scan, each by itself; the report lists theirs. Empty for one sheet.
+    pages  of several sheets in one scan, each by itself; the report lists theirs as `pieces`, and as `left_out` with
+           the reason those that are no pages. Empty for one sheet.
     """
 
     report: Mapping[str, Any]

@@ -17,6 +17,7 @@ from restore import (
     BadInput,
     Photograph,
     RangeScan,
+    RestoreError,
     Settings,
     SurfaceMesh,
     finer_scan,
@@ -244,22 +245,29 @@ def _restore(
         planned = [path for sheet in sheets for path in destination.files(stem + sheet.suffix)]
         check_outputs(planned, input_files, force=destination.force)
     pages: list[Outcome] = []
+    failures: list[tuple[Selected, RestoreError]] = []
 
     def contents() -> Iterator[tuple[Path, bytes]]:
         for sheet in sheets:
-            restoration = _restore_sheet(
-                sheet,
-                destination,
-                stem,
-                source_record,
-                settings=settings,
-                photos=photos,
-                progress=progress,
-                clock=clock,
-            )
+            try:
+                restoration = _restore_sheet(
+                    sheet,
+                    destination,
+                    stem,
+                    source_record,
+                    settings=settings,
+                    photos=photos,
+                    progress=progress,
+                    clock=clock,
+                )
+            except RestoreError as error:
+                failures.append((sheet, error))
+                continue
             files = destination.files(restoration.stem, colour=restoration.page.flat.texture is not None)
             pages.append(Outcome(restoration.report, tuple(files)))
             yield from zip(files, export.encode_outputs(restoration, destination.kinds), strict=True)
+        if not pages:
+            raise failures[0][1]
 
     gone: list[Path] = []
     if destination.force:
@@ -267,9 +275,10 @@ def _restore(
         gone = superseded(destination.folder / f"{stem}.json", possible, input_files)
         gone += superseded_pieces(destination.folder, stem, str(source_record.report_fields.get("scan")), input_files)
     written = tuple(write_all(contents(), force=destination.force, claim=claim, superseded=gone))
-    if len(pages) == 1:
+    if len(sheets) == 1:
         return replace(pages[0], files=written)
-    return Outcome({"pieces": [page.report for page in pages]}, written, tuple(pages))
+    left_out = [{**sheet.report_fields["piece"], "reason": str(error)} for sheet, error in failures]
+    return Outcome({"pieces": [page.report for page in pages], "left_out": left_out}, written, tuple(pages))
 
 
 def _restore_sheet(
@@ -286,7 +295,7 @@ def _restore_sheet(
     """One sheet restored, its words read when they are asked for, with its report."""
     recorder = Recorder() if "frames" in destination.kinds else None
     start, stem = clock(), stem + sheet.suffix
-    page = restore(sheet.scan, settings, photos=photos, progress=progress, on_step=recorder)
+    page = restore(sheet.segmented or sheet.scan, settings, photos=photos, progress=progress, on_step=recorder)
     if not destination.anyway:
         refuse_no_page(page.report, len(page.fine.faces))
     page, turn_warnings = turned(page, destination.turn)

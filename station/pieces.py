@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from restore import BadInput, RangeScan, ScannedSheet, SurfaceMesh, is_rectangular, separate_sheets
+from restore import BadInput, RangeScan, ScannedSheet, SegmentedScan, SurfaceMesh, is_rectangular, separate_sheets
 from station.choices import Pieces
 
 
@@ -14,11 +14,13 @@ from station.choices import Pieces
 class Selected:
     """A sheet that a run restores.
 
+    segmented      its samples in a range image, where they were found already.
     suffix         of its results' stem.
     report_fields  that it adds to the report.
     """
 
     scan: RangeScan | SurfaceMesh
+    segmented: SegmentedScan | None = None
     suffix: str = ""
     report_fields: Mapping[str, Any] = field(default_factory=dict)
     warnings: tuple[str, ...] = ()
@@ -34,7 +36,7 @@ def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Pieces) -> list[Selecte
         return [Selected(scan)]
     sheets = separate_sheets(scan)
     if len(sheets) < 2:
-        return [Selected(scan)]
+        return [Selected(scan, sheet.segmented) for sheet in sheets]
     if pieces == Pieces.TOGETHER:
         raise BadInput(
             f"a range image of {len(sheets)} pieces cannot be laid out in one picture", "use --pieces each or largest"
@@ -56,12 +58,12 @@ def _largest(sheets: list[ScannedSheet]) -> Selected:
         f"the scan holds {len(sheets)} pieces of surface: the largest is the page, the next is "
         f"{others[-1].size / largest.size:.0%} as large; --pieces each makes a page of each"
     )
-    return Selected(largest.scan, warnings=(warning,))
+    return Selected(largest.scan, largest.segmented, warnings=(warning,))
 
 
 def _each(sheets: list[ScannedSheet]) -> list[Selected]:
     count = len(sheets)
     return [
-        Selected(sheet.scan, f"-{number}", {"piece": {"number": number, "of": count}})
+        Selected(sheet.scan, sheet.segmented, f"-{number}", {"piece": {"number": number, "of": count}})
         for number, sheet in enumerate(sheets, start=1)
     ]

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
 import cv2
 import numba
 import numpy as np
@@ -20,44 +24,73 @@ SPARSE_HINT = "bring the page into the depth window, raise the laser power for d
 CLOSING_DIAMETER = 5  # samples: notches that ink leaves in the outline
 
 
-def find_sheet(scan: RangeScan, rays: Rays, *, framed: bool = True) -> tuple[Mask, Mask]:
-    """The samples that lie on the sheet, and the sheet's whole area with its interior holes: two masks (rows, cols).
+@dataclass(frozen=True, eq=False)
+class SegmentedScan:
+    """A range image in which a sheet was found.
+
+    scan     the whole of it.
+    rays     of its picture.
+    samples  (rows, cols) that lie on the sheet.
+    inside   (rows, cols) the sheet's whole area, its interior holes included.
+    """
+
+    scan: RangeScan
+    rays: Rays
+    samples: Mask
+    inside: Mask
+
+    @property
+    def provenance(self) -> Mapping[str, Any]:
+        """Of the scan."""
+        return self.scan.provenance
+
+    @property
+    def share(self) -> float:
+        """Of the picture that the sheet covers; small for a comb of single lines, too."""
+        return float(min(self.samples.mean(), self.inside.mean()))
+
+
+def segment(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan:
+    """The scan with the sheet of these samples (rows, cols)."""
+    return SegmentedScan(scan, rays, samples, fill_outline(samples))
+
+
+def find_sheet(scan: RangeScan, rays: Rays, *, framed: bool = True) -> SegmentedScan:
+    """The scan with the largest connected surface off the table as its sheet.
 
     `framed` is True when the border of the grid is the border of the scanner's picture.
     Raises NotEnoughSurface when no connected surface is large enough to be a page.
     """
-    labels, measured = _label_off_table(scan, rays, framed=framed)
-    sizes = np.bincount(labels.ravel())
-    sizes[0] = 0  # samples without a piece
-    samples = measured & (labels == int(np.argmax(sizes)))
-    inside = fill_outline(samples)
-    share = min(samples.mean(), inside.mean())  # for a comb of single lines the second is small
-    if share < MIN_SHARE:
-        small = samples.mean() < MIN_SHARE and samples.sum() > ONE_PIECE * measured.sum()
-        raise NotEnoughSurface(
-            f"the largest connected surface covers {share:.1%} of the picture", SMALL_HINT if small else SPARSE_HINT
-        )
-    return samples, inside
+    labels, sizes, measured = _label_off_table(scan, rays, framed=framed)
+    sheet = segment(scan, rays, labels == max(int(np.argmax(sizes)), 1))
+    if sheet.share < MIN_SHARE:
+        count = sheet.samples.sum()
+        small = count < MIN_SHARE * labels.size and count > ONE_PIECE * measured.sum()
+        hint = SMALL_HINT if small else SPARSE_HINT
+        raise NotEnoughSurface(f"the largest connected surface covers {sheet.share:.1%} of the picture", hint)
+    return sheet
 
 
-def find_pieces(scan: RangeScan, rays: Rays, *, framed: bool = True) -> list[Mask]:
-    """Samples (rows, cols) of every connected surface off the table that is large enough to be a page.
+def find_pieces(scan: RangeScan, rays: Rays) -> list[SegmentedScan]:
+    """The scan with each connected surface off the table that is large enough to be a page as its sheet."""
+    labels, sizes, _ = _label_off_table(scan, rays, framed=True)
+    large = np.flatnonzero(sizes >= MIN_SHARE * labels.size)
+    pieces = [segment(scan, rays, labels == label) for label in large]
+    return [piece for piece in pieces if piece.share >= MIN_SHARE]
 
-    `framed` as for `find_sheet`.
+
+def _label_off_table(scan: RangeScan, rays: Rays, *, framed: bool) -> tuple[Ints, Ints, Mask]:
+    """Labels (rows, cols) of the connected pieces off the table, 0 for none, the samples of each, 0 for label 0.
+
+    And the samples (rows, cols) off the table.
     """
-    labels, measured = _label_off_table(scan, rays, framed=framed)
-    sizes = np.bincount(labels.ravel())
-    sizes[0] = 0
-    pieces = [measured & (labels == label) for label in np.flatnonzero(sizes >= MIN_SHARE * labels.size)]
-    return [piece for piece in pieces if fill_outline(piece).mean() >= MIN_SHARE]
-
-
-def _label_off_table(scan: RangeScan, rays: Rays, *, framed: bool) -> tuple[Ints, Mask]:
-    """Labels of the connected pieces off the table, 0 for none, and the samples off the table: both (rows, cols)."""
     measured = scan.measured
     inverse_depth = 1.0 / np.where(measured, -scan.points[..., 2], np.nan)
     measured = measured & ~find_table(scan, inverse_depth, measured, framed=framed)
-    return _label_connected(1.0 / inverse_depth, measured, rays.dx * MAX_SLOPE), measured
+    labels = _label_connected(1.0 / inverse_depth, measured, rays.dx * MAX_SLOPE)
+    sizes = np.bincount(labels.ravel())
+    sizes[0] = 0
+    return labels, sizes, measured
 
 
 def fill_outline(samples: Mask) -> Mask:

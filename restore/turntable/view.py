@@ -81,7 +81,7 @@ class RangeView:
     def sheet_samples(self) -> int:
         """The number of samples of the sheet; 0 when there is no sheet, or it reaches the border of the picture."""
         try:
-            samples, _ = find_sheet(self.scan, self.rays)
+            samples = find_sheet(self.scan, self.rays).samples
         except NotEnoughSurface:
             return 0
         cut_off = any(side.any() for side in (samples[0], samples[-1], samples[:, 0], samples[:, -1]))

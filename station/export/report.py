@@ -43,6 +43,11 @@ def summary(report: Report, files: Iterable[Path]) -> str:
     return "\n".join(f"{name:<10} {text}" for name, text in rows)
 
 
+def left_out(pieces: Iterable[Report]) -> list[str]:
+    """A line for each piece of a scan that is no page."""
+    return [f"{'warning':<10} piece {one['number']} of {one['of']} is left out: {one['reason']}" for one in pieces]
+
+
 def _photo(photo: Report) -> str:
     return (
         f"{photo['name']} gives {photo['painted_share']:.0%} of the page with {photo['effective_ppi']:.0f} pixels per "

@@ -6,6 +6,7 @@ import json
 
 import numpy as np
 import pytest
+import trimesh
 
 from restore.errors import BadInput
 from restore.formats import write_obj
@@ -110,3 +111,27 @@ def test_of_a_shot_the_largest_is_the_page_with_a_warning():
 def test_pieces_of_a_shot_cannot_be_laid_out_together():
     with pytest.raises(BadInput, match="2 pieces cannot be laid out"):
         select_sheets(shot_of_two(), Pieces.TOGETHER)
+
+
+def test_a_piece_that_is_no_page_is_left_out_with_its_reason(two_sheets, tmp_path, capsys):
+    """A closed surface, such as the weight on a corner, costs the other pieces nothing."""
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=50.0)
+    (right, faces), closed = curl(*RIGHT_MM, 400.0), ball.vertices + (100.0, 60.0, -800.0)
+    path = tmp_path / "weighted.obj"
+    write_obj(SurfaceMesh(np.concatenate([closed, right]), np.concatenate([ball.faces, faces + len(closed)])), path)
+    reports = restored(path, tmp_path / "out", "--pieces", "each")
+    assert list(reports) == ["weighted-2"]
+    assert "piece 1 of 2 is left out: the surface is closed" in capsys.readouterr().out
+    restored(path, tmp_path / "again", "--pieces", "each", "--json")
+    (left_out,) = json.loads(capsys.readouterr().out)["left_out"]
+    assert (left_out["number"], left_out["of"]) == (1, 2)
+
+
+def test_pieces_of_which_none_is_a_page_are_an_error(tmp_path, capsys):
+    ball = trimesh.creation.icosphere(subdivisions=3, radius=50.0)
+    vertices = np.concatenate([ball.vertices, ball.vertices + (200.0, 0.0, 0.0)])
+    path = tmp_path / "balls.obj"
+    write_obj(SurfaceMesh(vertices, np.concatenate([ball.faces, ball.faces + len(ball.vertices)])), path)
+    assert main(["restore", str(path), "-o", str(tmp_path / "out"), "--pieces", "each"]) == 5
+    assert "closed" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

@@ -55,7 +55,8 @@ def curled(camera):
 
 
 def find(scan):
-    return find_sheet(scan, find_rays(scan))
+    sheet = find_sheet(scan, find_rays(scan))
+    return sheet.samples, sheet.inside
 
 
 def assert_is(inside, area):
