@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from restore.bands import in_threads
 from restore.errors import BadInput
 from restore.formats.mesh import MAX_CORNERS, Numbers, check_counts
 from restore.formats.source import CUT_SHORT, DAMAGED, ONE_SHOT, parse_numbers
 from restore.scan import Bytes, Floats, Ints
 
+PARTS = 4  # two for each thread, as lines of one kind take longer than those of another
+PART_BYTES = 2**20  # a smaller part costs more for the thread than it saves
 MAX_NAMES = 1000  # of materials, and of material files; a scan has one of each
 EXACT_DIGITS = 2**53  # whole numbers below are exact in float64, and so is their product …
 EXACT_POWER = 22  # … with or quotient by a power of ten up to this one (W. Clinger, PLDI 1990)
@@ -54,24 +58,44 @@ def parse_obj(path: Path, data: bytes) -> ObjText:
     if b"\\" in data:  # a backslash at the end of a line continues it
         data = data.replace(b"\\\r\n", b"  \n").replace(b"\\\n", b"  ")
     text = np.frombuffer(data + b"\n", np.uint8)
-    sizes, libraries, materials = _count(text)
+    parts = _parts(text)
+    counted = in_threads(lambda part: _count(text[part]), parts)
+    counts = np.array([sizes for sizes, _, _ in counted])
+    before, sizes = np.cumsum(counts, axis=0) - counts, counts.sum(axis=0)
     if sizes[VERTEX] * LEAST_VERTEX_BYTES > len(text):
         raise BadInput(f"{path}: a vertex has fewer than three coordinates", DAMAGED)
     check_counts(path, sizes[VERTEX], max(sizes[-1] - 2 * sizes[FACE], 0))
     vertices, colours = np.empty((sizes[VERTEX], 3)), np.empty((sizes[VERTEX], 3), np.float32)
     uv, faces = np.empty((sizes[TEXCOORD], 2)), np.zeros(sizes[FACE], np.int32)
     corners, uvs = np.empty(sizes[-1], np.int32), np.empty(sizes[-1], np.int32)
-    places, words = np.empty(0, np.int32), np.empty(0, np.uint8)
-    while True:  # most files have no number that the kernel cannot parse exactly; for others, room is made
-        fault, line, count, length = _fill(text, vertices, colours, uv, faces, corners, uvs, places, words)
-        if fault:
-            raise _line_error(path, data, int(fault), int(line))
-        if count == len(places):
-            break
-        places, words = np.empty(count, np.int32), np.empty(length, np.uint8)
-    _parse_remaining(path, places, words, vertices, colours, uv)
-    names = (_names(path, data, found) for found in (libraries, materials))
+
+    def fill(part: slice, start: Ints) -> tuple[Numbers, Bytes]:
+        """Fill the arrays from a part of the text. Returns places and words left for `_parse_remaining`."""
+        places, words = np.empty(0, np.int32), np.empty(0, np.uint8)
+        while True:  # most files have no number that the kernel cannot parse exactly; for others, room is made
+            found = _fill(text[part], start, vertices, colours, uv, faces, corners, uvs, places, words)
+            fault, line, count, length = (int(number) for number in found)
+            if fault:
+                raise _line_error(path, data, fault, data.count(b"\n", 0, part.start) + line)
+            if count == len(places):
+                return places, words
+            places, words = np.empty(count, np.int32), np.empty(length, np.uint8)
+
+    left = in_threads(lambda item: fill(*item), zip(parts, before, strict=True))
+    for places, words in left:
+        _parse_remaining(path, places, words, vertices, colours, uv)
+    offsets = [[part.start + one for one in found[1:]] for part, found in zip(parts, counted, strict=True)]
+    names = (_names(path, data, np.concatenate(places)) for places in zip(*offsets, strict=True))
     return ObjText(vertices, colours, uv, corners, uvs, faces, *names)
+
+
+def _parts(text: Bytes) -> list[slice]:
+    """Parts of a text of whole lines, for the threads: at least PART_BYTES, the last excepted."""
+    size, edges = max(len(text) // PARTS, PART_BYTES), [0]
+    while edges[-1] < len(text):
+        end = edges[-1] + size
+        edges.append(_line_end(text, end) + 1 if end < len(text) else len(text))
+    return [slice(a, b) for a, b in pairwise(edges)]
 
 
 def _names(path: Path, data: bytes, places: Ints) -> tuple[bytes, ...]:
@@ -159,7 +183,7 @@ def _line_end(text: Bytes, at: int) -> int:
     return at
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _count(text: Bytes) -> tuple[Ints, Ints, Ints]:
     """(6,) lines of each kind and corners in all; offsets (k, 2) of the names of mtllib and usemtl lines."""
     counts, at = np.zeros(6, np.int64), 0
@@ -189,9 +213,10 @@ def _count(text: Bytes) -> tuple[Ints, Ints, Ints]:
     return counts, names[: counts[LIBRARY]], names[counts[LIBRARY] :]
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _fill(
     text: Bytes,
+    start: Ints,
     vertices: Floats,
     colours: NDArray[np.float32],
     uv: Floats,
@@ -201,12 +226,16 @@ def _fill(
     places: Numbers,
     words: Bytes,
 ) -> tuple[int, int, int, int]:
-    """Fill the arrays. Returns a fault or 0, its line, number and length of the words left for `_parse_remaining`."""
-    at, line, vertex, texcoord, face, corner, left, length = 0, 0, 0, 0, 0, 0, 0, 0
+    """Fill the arrays from a part of the file, before which are start (6,) lines of each kind and corners.
+
+    Returns a fault or 0, its line, number and length of the words left for `_parse_remaining`.
+    """
+    at, line, left, length = 0, 0, 0, 0
+    vertex, texcoord, face, corner = start[VERTEX], start[TEXCOORD], start[FACE], start[5]
     while at < len(text):
         line += 1
-        start, _ = _next_word(text, at)
-        kind, word = _keyword(text, start)
+        begin, _ = _next_word(text, at)
+        kind, word = _keyword(text, begin)
         if kind in (VERTEX, TEXCOORD):
             width = VALUES if kind == VERTEX else 2
             begin, word = _next_word(text, word)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
+from restore.bands import in_threads
 from restore.scan import Bytes, Floats, Ints, Mask, RangeScan, SurfaceMesh
 from restore.vivid import FOCAL_PX, TEXTURE_COLS, TEXTURE_ROWS
 
@@ -102,7 +103,7 @@ def _find_lattice(vertices: Floats) -> Lattice | None:
     if depth.size < MIN_LINES**2 or depth.min() < MIN_DEPTH_MM:
         return None
     right, down = vertices[:, 0] / depth, -vertices[:, 1] / depth
-    columns, rows = _find_lines(right), _find_lines(down)
+    columns, rows = in_threads(_find_lines, (right, down))
     if columns is None or rows is None:
         return None
     cells = np.rint(np.column_stack([rows.number(down), columns.number(right)])).astype(np.int64)
@@ -132,18 +133,22 @@ def _find_lines(tangents: Floats) -> Lines | None:
 
 
 def _fit_lines(tangents: Floats, lines: Lines) -> Lines | None:
-    for _ in range(3):  # numbering and fitting by turns; the first numbering is right already for nearly all
-        number = np.rint(lines.number(tangents))
-        centred = number - number.mean()
+    number = np.rint(lines.number(tangents))
+    for _ in range(3):  # fitting and numbering by turns; the first numbering is right already for nearly all
+        mean = float(number.mean())
+        centred = number - mean
         square = float(centred @ centred)
         if square == 0:
             return None
         pitch = float(centred @ tangents) / square
         if pitch <= 0:
             return None
-        lines = Lines(float(tangents.mean() - pitch * number.mean()), pitch)
-    number = np.rint(lines.number(tangents))
-    if np.std(lines.number(tangents) - number) > MAX_SCATTER or not MIN_LINES - 1 <= np.ptp(number) < MAX_LINES:
+        lines, before = Lines(float(tangents.mean()) - pitch * mean, pitch), number
+        position = lines.number(tangents)
+        number = np.rint(position)
+        if np.array_equal(number, before):
+            break
+    if np.std(position - number) > MAX_SCATTER or not MIN_LINES - 1 <= np.ptp(number) < MAX_LINES:
         return None
     return Lines(lines.first + lines.pitch * float(number.min()), lines.pitch)
 
@@ -190,13 +195,17 @@ def _texture_positions(texcoords: Floats, lattice: Lattice) -> Floats | None:
 
     None when they are not affine in the grid, or mirrored: the picture is not the camera's view.
     """
-    design = np.column_stack([lattice.cells[:, ::-1], np.ones(len(lattice.cells))])
-    affine, *_ = np.linalg.lstsq(design, texcoords, rcond=None)
-    scatter = np.sqrt(np.mean((design @ affine - texcoords) ** 2))
+    rows, cols = lattice.cells.T.astype(np.float64)
+    design = np.stack([cols - cols.mean(), rows - rows.mean(), np.ones_like(cols)])  # centred: well conditioned
+    affine = np.linalg.solve(design @ design.T, design @ texcoords)
+    scatter = np.sqrt(np.mean((affine.T @ design - texcoords.T) ** 2))
     if scatter > MAX_TEXTURE_SCATTER_PX or np.linalg.det(affine[:2]) <= 0:
         return None
-    affine_positions = lattice.positions @ affine[:2] + affine[2]
-    return np.where(lattice.occupied[..., None], texcoords[lattice.vertex_at], affine_positions)
+    height, width = lattice.occupied.shape
+    along, down = (np.arange(width) - cols.mean())[:, None], (np.arange(height) - rows.mean())[:, None, None]
+    positions = along * affine[0] + (down * affine[1] + affine[2])
+    positions[lattice.occupied] = texcoords[lattice.vertex_at[lattice.occupied]]
+    return positions
 
 
 def _picture_from_colours(colours: Bytes, lattice: Lattice) -> Bytes:
