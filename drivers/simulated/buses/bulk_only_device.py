@@ -180,13 +180,15 @@ class BulkOnlyDevice:
         status, data = self._ask(wrapper, data_out)
         if status is None:
             return
+        if len(data) > wrapper.length and wrapper.from_device:  # more than the host has room for (§6.7.2, case 7)
+            status, data = PHASE_ERROR, data[: wrapper.length]
         residue = wrapper.length - (len(data) if wrapper.from_device else len(data_out))
         answer = Answer(
             data if wrapper.from_device else None, build_status(StatusWrapper(wrapper.tag, residue, status))
         )
         fault = self.faults.get(len(self.wrappers) - 1, "")
         self._queue(ANSWER_FAULTS[fault](answer) if fault else answer, wrapper.length)
-        if fault == "phase error":
+        if status == PHASE_ERROR or fault == "phase error":
             self.waits_for_reset = True
 
     def _ask(self, wrapper: CommandWrapper, data_out: bytes) -> tuple[int | None, bytes]:

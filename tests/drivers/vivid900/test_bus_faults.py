@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterator
+from itertools import product
 
 import pytest
 
+from drivers.simulated.faults import FAULTS as DEVICE_FAULTS
 from drivers.vivid900.body import Body
 from oracles.bus_faults import RIGS
 from oracles.faults import FaultRig, Injection, count_commands, pair_injections, small_profile, without_checksums
 
 PLACES, SEED, PAIRS = 2, 5, 10  # commands of the capture for each fault; pairs of faults
 BUSES = [name for name, rig in RIGS.items() if rig.bus_faults]
-FAULTS = [(bus, fault) for bus in BUSES for fault in RIGS[bus].bus_faults]
+BUS_FAULTS = [(bus, fault) for bus in BUSES for fault in RIGS[bus].bus_faults]
 
 
 @pytest.fixture(scope="module")
@@ -29,11 +31,18 @@ def rigs() -> Iterator[dict[str, FaultRig]]:
         rig.close()
 
 
-@pytest.mark.parametrize(("bus", "fault"), FAULTS)
+@pytest.mark.parametrize(("bus", "fault"), BUS_FAULTS)
 def test_one_fault_leaves_the_true_scan_or_a_declared_error_and_the_laser_off(rigs, commands, bus, fault):
     for at in random.Random(fault).sample(range(commands), PLACES):
         verdict = rigs[bus].inject(Injection(fault, bus={at: fault}))
         assert not verdict.violation, f"{fault} at command {at}: {verdict}"
+
+
+@pytest.mark.parametrize(("bus", "fault"), list(product(BUSES, DEVICE_FAULTS)))
+def test_a_fault_of_the_device_below_the_bus_is_declared_too(rigs, commands, bus, fault):
+    (at,) = random.Random(fault).sample(range(commands), 1)
+    verdict = rigs[bus].inject(Injection(fault, device={at: DEVICE_FAULTS[fault]}))
+    assert not verdict.violation, f"{fault} at command {at}: {verdict}"
 
 
 @pytest.mark.parametrize("bus", RIGS)
