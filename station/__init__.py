@@ -3,6 +3,7 @@
 cli         the command `planish`
 config      a station's TOML file, and settings checked with the option's name in the message
 one_page    one page: open → capture → store → restore → export
+session     a volume in a folder: captures, runs of stages, decisions, as events in a BagIt bag
 export      encoders of the output files, one module a format, and writing of all files or none
 words       text recognition by Tesseract
 ocr         `planish ocr`: text, ALTO and PDF/A of restored pages

@@ -5,8 +5,6 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
-from importlib.metadata import PackageNotFoundError
-from importlib.metadata import version as installed_version
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -43,6 +41,7 @@ from station.terminal import (
     usage_fault,
 )
 from station.trace import trace
+from station.version import software_version
 from station.warm_up import warm_up
 from station.watch.command import watch
 
@@ -77,15 +76,8 @@ def _planish(
     """Turn a 3D scan of a warped page into the flat page it once was."""
     if version or context.invoked_subcommand is None:
         with report_faults():
-            print_result(_version() if version else context.get_help())
+            print_result(software_version() if version else context.get_help())
         raise typer.Exit(0 if version else USAGE)
-
-
-def _version() -> str:
-    try:
-        return f"planish {installed_version('planish')}"
-    except PackageNotFoundError:
-        return "planish, from the sources, not installed"
 
 
 @app.command("scan")

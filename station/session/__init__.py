@@ -1,0 +1,42 @@
+"""Sessions: a volume in a folder that is a BagIt bag, written one event at a time and never overwritten.
+
+events    what one record holds, and its line of JSON
+history   pages and pointers: a fold over the events
+bag       tag files as functions of the events
+reading   what stands in the folder, and completing what an interrupted writer left
+store     create, read, open for writing; one event at a time
+steps     scans, runs of stages, decisions, undo and redo
+volume    what a session is of
+"""
+
+from station.session.events import VOLUME, Event, Input, slot_of
+from station.session.history import History, Page
+from station.session.reading import SessionDamaged
+from station.session.steps import add_files, add_scan, decide, move, record_run, redo, scan_path, undo
+from station.session.store import Session, SessionBroken, Writer, create_session, open_session, read_session
+from station.session.volume import Volume
+
+__all__ = [
+    "VOLUME",
+    "Event",
+    "History",
+    "Input",
+    "Page",
+    "Session",
+    "SessionBroken",
+    "SessionDamaged",
+    "Volume",
+    "Writer",
+    "add_files",
+    "add_scan",
+    "create_session",
+    "decide",
+    "move",
+    "open_session",
+    "read_session",
+    "record_run",
+    "redo",
+    "scan_path",
+    "slot_of",
+    "undo",
+]

@@ -1,0 +1,107 @@
+"""The steps that a session records: a scan, a stage's run, a decision, undo and redo."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from restore import RangeScan, save_scan
+from station.session.events import VOLUME, Event, slot_of
+from station.session.history import CAPTURE, redo_target, undo_target
+from station.session.store import Session, Writer
+
+ORIGINAL, SCAN = "original", "scan"
+CAPTURING = "capturing"
+
+
+def add_scan(writer: Writer, scan: RangeScan, *, page: int | None = None, facts: Mapping[str, Any]) -> Event:
+    """Store a scan of the scanner as a page's current one, and return its event; it is on the disk by then.
+
+    page   None for a new page.
+    facts  further facts of the capture; `source` is where `load_scan` finds it in the event's folder.
+    """
+    folder = _empty(writer.staging(CAPTURING))
+    save_scan(scan, folder / ORIGINAL / SCAN)
+    return _capture(writer, folder, page, {"source": f"{ORIGINAL}/{SCAN}", **facts})
+
+
+def add_files(
+    writer: Writer, files: Mapping[str, Path], source: str, *, page: int | None = None, facts: Mapping[str, Any]
+) -> Event:
+    """Store a copy of a scan's files as a page's current scan, and return its event.
+
+    files   name under `original` → the file to copy.
+    source  the name of the scan among them.
+    """
+    folder = _empty(writer.staging(CAPTURING))
+    for name, path in files.items():
+        (folder / ORIGINAL / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(path, folder / ORIGINAL / name)
+    return _capture(writer, folder, page, {"source": f"{ORIGINAL}/{source}", **facts})
+
+
+def record_run(
+    writer: Writer,
+    stage: str,
+    on: Event,
+    *,
+    parameters: Mapping[str, Any],
+    result: Mapping[str, Any],
+    files: Path | None = None,
+    facts: Mapping[str, Any] | None = None,
+) -> Event:
+    """Record a stage's run on the result of another event, and return its event.
+
+    parameters  all that the run depends on beside its input; a replay uses them.
+    result      JSON values that follow from input and parameters: a replay must find the same.
+    files       a folder of `staging` with the run's files, which a replay must write again to the byte.
+    facts       what does not follow from them: seconds, memory.
+    """
+    told = {"parameters": dict(parameters), "result": dict(result), **(facts or {})}
+    return writer.record("stage", slot_of(stage, on), page=on.page, facts=told, inputs=[on], files=files)
+
+
+def decide(writer: Writer, name: str, value: object, *, page: int = VOLUME, on: Event | None = None) -> Event:
+    """Record a decision on a page, or `on` its scan, and return its event: name and a JSON value."""
+    return writer.record("decision", slot_of(name, on), page=page, facts={"value": value})
+
+
+def move(writer: Writer, page: int, slot: str, to: Event | None, *, reason: str) -> Event:
+    """Let a slot of a page name another of its events, or none, and return the event of that."""
+    facts = {"to": None if to is None else to.number, "reason": reason}
+    return writer.record("move", slot, page=page, facts=facts)
+
+
+def undo(writer: Writer) -> Event | None:
+    """Take back the operator's last step; returns that step, None when there is none."""
+    step = undo_target(writer.history)
+    if step is not None:
+        before = None if step.parent is None else writer.history.event(step.parent)
+        move(writer, step.page, step.slot, before, reason="undo")
+    return step
+
+
+def redo(writer: Writer) -> Event | None:
+    """Bring back the step that was taken back last; returns it, None when there is none."""
+    step = redo_target(writer.history)
+    if step is not None:
+        move(writer, step.page, step.slot, step, reason="redo")
+    return step
+
+
+def scan_path(session: Session, capture: Event) -> Path:
+    """The path of a capture's scan, for `load_scan`."""
+    return session.path(capture, str(capture.facts["source"]))
+
+
+def _capture(writer: Writer, folder: Path, page: int | None, facts: Mapping[str, Any]) -> Event:
+    number = writer.history.free_page() if page is None else page
+    return writer.record("capture", CAPTURE, page=number, facts=facts, files=folder)
+
+
+def _empty(folder: Path) -> Path:
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
+    return folder

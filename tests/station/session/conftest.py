@@ -1,0 +1,36 @@
+"""Sessions of small scans, on a clock of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+from itertools import count
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from restore import RangeScan
+from station.session import Volume, create_session
+
+
+def ticking() -> Callable[[], datetime]:
+    """A clock on which a second passes every time somebody looks."""
+    seconds = count()
+    return lambda: datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC) + timedelta(seconds=next(seconds))
+
+
+@pytest.fixture
+def tiny_scan() -> RangeScan:
+    """A scan of four by five points: to be stored, not to be restored."""
+    random = np.random.default_rng(1)
+    points, texture_xy = random.normal(size=(4, 5, 3)), random.uniform(0, 7, (4, 5, 2))
+    return RangeScan(points, np.arange(192, dtype=np.uint8).reshape(8, 8, 3), texture_xy, {"device": "none"})
+
+
+@pytest.fixture
+def volume(tmp_path: Path) -> Path:
+    """A session without pages."""
+    folder = tmp_path / "volume"
+    create_session(folder, Volume(title="A volume", project="tests"), now=ticking(), new_id=lambda: "an-id")
+    return folder
