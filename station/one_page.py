@@ -56,6 +56,7 @@ def restore_file(
     shots: Sequence[Path] = (),
     unit: str = "auto",
     facts: Mapping[str, Any] | None = None,
+    stem: str | None = None,
     progress: Progress = silent,
     clock: Clock = perf_counter,
 ) -> Outcome:
@@ -63,11 +64,12 @@ def restore_file(
 
     Further shots of the same page make its colour image finer. unit: of a mesh's coordinates, as for `load_scan`.
     facts: further fields of the report, which replace those of the same name.
+    stem: first part of the files' names; that of the scan's own name by default.
     Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
     """
     _check_programs(destination)
     recover(destination.folder)
-    stem, destination = stem_of(source), destination.with_implied_outputs(settings)
+    stem, destination = stem or stem_of(source), destination.with_implied_outputs(settings)
     input_files = [source, *([] if texture is None else [texture]), *photos, *shots]
     check_outputs(destination.files(stem), input_files, force=destination.force)
     start = clock()

@@ -22,8 +22,22 @@ TAG_FILES = (*FIXED, *GROWING, TAG_MANIFEST)
 DECLARATION = b"BagIt-Version: 1.0\nTag-File-Character-Encoding: UTF-8\n"
 
 
-def bag_info(fields: Mapping[str, str]) -> bytes:
-    """bag-info.txt of the fields, a line each; line breaks and tabs in a value become blanks."""
+def fixed_files(first: Event) -> dict[str, bytes]:
+    """bagit.txt and bag-info.txt: functions of the first event, which says what the session is of."""
+    volume = first.facts["volume"]
+    info = {
+        "Bag-Software-Agent": first.software,
+        "Bagging-Date": first.time[:10],
+        "External-Identifier": first.facts["id"],
+        "External-Description": volume.get("title", ""),
+        "Bag-Group-Identifier": volume.get("project", ""),
+        "Source-Organization": volume.get("organisation", ""),
+    }
+    return {BAGIT: DECLARATION, BAG_INFO: _bag_info(info)}
+
+
+def _bag_info(fields: Mapping[str, str]) -> bytes:
+    """The fields, a line each; line breaks and tabs in a value become blanks."""
     return "".join(f"{name}: {' '.join(value.split())}\n" for name, value in fields.items() if value.strip()).encode()
 
 
@@ -46,9 +60,9 @@ def growing_files(events: Sequence[Event]) -> dict[str, bytes]:
     }
 
 
-def tag_files(events: Sequence[Event], fixed: Mapping[str, bytes]) -> dict[str, bytes]:
-    """Every tag file of a session with these events. fixed: bagit.txt and bag-info.txt."""
-    files = {**fixed, **growing_files(events)}
+def tag_files(events: Sequence[Event]) -> dict[str, bytes]:
+    """Every tag file of a session with these events."""
+    files = {**fixed_files(events[0]), **growing_files(events)}
     return {**files, TAG_MANIFEST: tag_manifest({name: sha512(data) for name, data in files.items()})}
 
 

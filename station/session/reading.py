@@ -72,6 +72,16 @@ def complete_tag_files(folder: Path) -> Stored:
     return _rewrite(folder, stored, expected, bag.tag_manifest(digests))
 
 
+def complete_is_possible(folder: Path) -> bool:
+    """Whether the tag files are those of a writer that was interrupted in its last event. Writes nothing."""
+    try:
+        stored = read_stored(folder)
+        _check_interrupted(folder, stored, stored.events[:-1], _read(folder, bag.TAG_MANIFEST))
+    except (SessionDamaged, BadInput):
+        return False
+    return True
+
+
 def _check_interrupted(folder: Path, stored: Stored, before: Sequence[Event], tag_manifest: bytes) -> None:
     """Raise SessionDamaged unless the tag files are those of a writer that was interrupted in its last event."""
     older = bag.growing_files(before)

@@ -78,19 +78,10 @@ def create_session(
     Raises OverwriteError when something of that name is there, FolderInUse, OSError when the disk refuses.
     """
     folder = Path(os.path.abspath(folder))  # noqa: PTH100 — without following a link at its end
-    identifier = new_id()
-    facts = {"id": identifier, "volume": volume.model_dump(mode="json", exclude_none=True)}
+    facts = {"id": new_id(), "volume": volume.model_dump(mode="json", exclude_none=True)}
     time = _stamp(now())
     first = Event(1, VOLUME, "session", "session", None, time, software_version(), facts)
-    info = {
-        "Bag-Software-Agent": first.software,
-        "Bagging-Date": time[:10],
-        "External-Identifier": identifier,
-        "External-Description": volume.title,
-        "Bag-Group-Identifier": volume.project,
-        "Source-Organization": volume.organisation,
-    }
-    files = bag.tag_files([first], {bag.BAGIT: bag.DECLARATION, bag.BAG_INFO: bag.bag_info(info)})
+    files = bag.tag_files([first])
     with claim_folder(folder.parent) as claim, new_folder(claim, folder.name) as staged:
         (staged / bag.PAYLOAD / first.folder).mkdir(parents=True)
         for name, data in files.items():

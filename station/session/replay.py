@@ -1,0 +1,76 @@
+"""`replay`: derives every derivative of a session again from the originals, and compares digests."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from restore import BadInput
+from station.export.report import finite
+from station.session.events import Event
+from station.session.stages import RESTORE, Run, run_restore
+from station.session.steps import scan_path
+from station.session.store import Session, file_digests
+
+Derive = Callable[[Session, Event, Path], Run]
+
+
+@dataclass(frozen=True)
+class Replayed:
+    """A run of a stage that was derived again.
+
+    differing  names of its files that came out otherwise, are missing or new, and `result` when that did.
+    """
+
+    event: Event
+    differing: tuple[str, ...]
+
+
+def replay(session: Session, scratch: Path, *, derivers: Mapping[str, Derive] | None = None) -> Iterator[Replayed]:
+    """Derive every run of a stage again, in the order of the session, and compare. Writes only below `scratch`.
+
+    Raises BadInput for a stage that this program does not know, what the stages raise, OSError.
+    """
+    for event in session.history.events:
+        if event.kind == "stage":
+            folder = scratch / event.folder
+            try:
+                run = derive(session, event, folder, derivers=derivers)
+                yield Replayed(event, tuple(_differences(event, run, folder)))
+            finally:
+                shutil.rmtree(folder, ignore_errors=True)
+
+
+def derive(session: Session, event: Event, folder: Path, *, derivers: Mapping[str, Derive] | None = None) -> Run:
+    """Run the stage of an event again, with its parameters on its inputs, into a new folder.
+
+    Raises BadInput for a stage that this program does not know, and what the stage raises.
+    """
+    known = DERIVERS if derivers is None else derivers
+    if event.name not in known:
+        raise BadInput(f"{event.folder}: this program has no stage {event.name!r}", f"use {event.software}")
+    folder.mkdir(parents=True)
+    return known[event.name](session, event, folder)
+
+
+def _differences(event: Event, run: Run, folder: Path) -> Iterator[str]:
+    files = file_digests(folder)
+    yield from sorted(name for name in {*files, *event.files} if files.get(name) != event.files.get(name))
+    if finite(run.result) != finite(event.facts["result"]):
+        yield "result"
+
+
+def _restore(session: Session, event: Event, folder: Path) -> Run:
+    capture = session.history.event(event.inputs[0].event)
+    return run_restore(scan_path(session, capture), _parameters(event), folder)
+
+
+def _parameters(event: Event) -> Mapping[str, Any]:
+    parameters: Mapping[str, Any] = event.facts["parameters"]
+    return parameters
+
+
+DERIVERS: Mapping[str, Derive] = {RESTORE: _restore}

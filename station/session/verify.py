@@ -1,0 +1,206 @@
+"""`verify`: compares every file of a session with what its events say, and names the page that is hurt."""
+
+from __future__ import annotations
+
+import fcntl
+import os
+from collections.abc import Iterator, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from restore import BadInput
+from station.errors import FolderInUse, StationError
+from station.export.claim import LOCK, PID_BYTES, WORK
+from station.session import bag
+from station.session.events import FOLDER, RECORD, VOLUME, Event
+from station.session.history import folded
+from station.session.reading import complete_is_possible
+from station.session.store import file_digest
+from station.session.witnesses import Testimony, hear
+
+Kind = Literal["damaged", "missing", "extra", "renamed", "contradiction", "unfinished"]
+
+
+@dataclass(frozen=True)
+class Problem:
+    """One thing that is wrong with a session.
+
+    page     the page that is hurt; VOLUME when none is.
+    path     of the file, relative to the session.
+    remedy   how the file can be had again; empty when only a copy of the session has it.
+    moved_to where a renamed file is now.
+    """
+
+    kind: Kind
+    page: int
+    path: str
+    remedy: str
+    moved_to: str = ""
+
+    @property
+    def text(self) -> str:
+        """The problem in a line."""
+        place = f"page {self.page}" if self.page else "the volume"
+        moved = f", it is now {self.moved_to}" if self.moved_to else ""
+        remedy = self.remedy or "it cannot be derived again: take it from a copy with planish repair --from"
+        return f"{place}: {self.path} is {WORDS[self.kind]}{moved}; {remedy}"
+
+
+WORDS = {
+    "damaged": "not the file that was written",
+    "missing": "missing",
+    "extra": "no part of the session",
+    "renamed": "renamed",
+    "contradiction": "at odds with the other records",
+    "unfinished": "not finished: its writer was interrupted",
+}
+FROM_RECORDS = "planish repair writes it from the other records"
+DERIVED = "planish repair derives it again"
+PUT_BACK = "planish repair puts it back"
+SET_ASIDE = "planish repair sets it aside"
+COPIED = "planish repair copies it from an equal file of the session"
+COMPLETED = "the next command that writes to the session completes it"
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """A session as it stands: its files' digests, what its witnesses say, and the problems found."""
+
+    found: Mapping[str, str]
+    testimony: Testimony
+    problems: tuple[Problem, ...]
+
+
+def verify(folder: Path, *, workers: int | None = None) -> Inspection:
+    """Compare every file with what the events say. Writes nothing.
+
+    workers: threads that compute digests; one for each processor by default.
+    Raises BadInput when the folder is no session, FolderInUse while a writer is at work, OSError.
+    """
+    if not (folder / bag.PAYLOAD).is_dir():
+        raise BadInput(f"{folder} is no session: it has no folder {bag.PAYLOAD}", "check the path")
+    refuse_live_writer(folder)
+    paths = sorted(_walk(folder))
+    with ThreadPoolExecutor(workers or len(os.sched_getaffinity(0))) as pool:
+        found = dict(zip(paths, pool.map(lambda name: _digest(folder / name), paths), strict=True))
+    testimony = hear(folder, paths)
+    problems = list(_compare(found, testimony))
+    problems += _broken_references(testimony)
+    if problems and complete_is_possible(folder):
+        problems = _without_interruption(problems, testimony)
+    return Inspection(found, testimony, tuple(problems))
+
+
+def refuse_live_writer(folder: Path) -> None:
+    """Raise FolderInUse while a writer has the session; the lock is only looked at."""
+    with suppress(FileNotFoundError, NotADirectoryError), (folder / WORK / LOCK).open("rb") as file:
+        try:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+        except BlockingIOError:
+            raise FolderInUse(folder, file.read(PID_BYTES).decode("ascii", "replace")) from None
+
+
+def page_of(path: str) -> int:
+    """The page that a path of a session belongs to, from its folder's name; VOLUME for others."""
+    parts = path.split("/")
+    match = FOLDER.fullmatch(parts[1]) if len(parts) > 1 and parts[0] == bag.PAYLOAD else None
+    return int(match["page"]) if match else VOLUME
+
+
+def _walk(folder: Path) -> Iterator[str]:
+    """Path of every file, link and empty folder below a folder, but for the work folder of writers."""
+    for base, folders, files in os.walk(folder):
+        here = Path(base)
+        if here == folder and WORK in folders:
+            folders.remove(WORK)
+        names = [*files, *(name for name in folders if (here / name).is_symlink())]
+        if not names and not folders:
+            yield here.relative_to(folder).as_posix()
+        yield from ((here / name).relative_to(folder).as_posix() for name in names)
+
+
+def _digest(path: Path) -> str:
+    """SHA-512 of a regular file; a word that is no digest for what is none, or cannot be read."""
+    if path.is_symlink() or not path.is_file():
+        return "no regular file"
+    try:
+        return file_digest(path)
+    except OSError as error:
+        return f"unreadable: {error.strerror}"
+
+
+def _compare(found: Mapping[str, str], testimony: Testimony) -> Iterator[Problem]:
+    expected = testimony.expected()
+    missing = [path for path in expected if path not in found]
+    extra = [
+        path for path in found if path not in expected and not (path in bag.TAG_FILES and not testimony.is_complete)
+    ]
+    for path, digest in expected.items():
+        if path in found and found[path] != digest:
+            yield Problem("damaged", page_of(path), path, _remedy(path, expected, found, testimony))
+    for path in missing:
+        place = next((other for other in extra if found[other] == expected[path]), "")
+        if place:
+            extra.remove(place)
+            yield Problem("renamed", page_of(path), path, PUT_BACK, place)
+        else:
+            yield Problem("missing", page_of(path), path, _remedy(path, expected, found, testimony))
+    yield from (Problem("extra", page_of(path), path, SET_ASIDE) for path in extra)
+
+
+def _remedy(path: str, expected: Mapping[str, str], found: Mapping[str, str], testimony: Testimony) -> str:
+    """How a file can be had again; empty when it cannot."""
+    if path in bag.TAG_FILES or path.endswith(f"/{RECORD}"):
+        return FROM_RECORDS
+    if expected[path] in found.values():
+        return COPIED
+    event = testimony.events[int(path.split("/")[1].split("-")[1])]
+    return DERIVED if event.kind == "stage" and _is_derivable(event, expected, found, testimony) else ""
+
+
+def _is_derivable(event: Event, expected: Mapping[str, str], found: Mapping[str, str], testimony: Testimony) -> bool:
+    """Whether everything that an event was made from is whole, or can be derived in its turn."""
+    for one in event.inputs:
+        source = testimony.events.get(one.event)
+        if source is None or source.sha512 != one.sha512:
+            return False
+        inside = f"{bag.PAYLOAD}/{source.folder}"
+        whole = all(found.get(f"{inside}/{name}") == digest for name, digest in source.files.items())
+        if not whole and not (source.kind == "stage" and _is_derivable(source, expected, found, testimony)):
+            return False
+    return True
+
+
+def _broken_references(testimony: Testimony) -> Iterator[Problem]:
+    """Events that refer to what is not there: inputs, scans, pointers, gaps in the numbers."""
+    for name in testimony.disputed:
+        yield Problem("contradiction", page_of(f"{bag.PAYLOAD}/{name}/"), f"{bag.PAYLOAD}/{name}/{RECORD}", "")
+    if testimony.events and not testimony.is_complete:
+        gaps = sorted(set(range(1, max(testimony.events) + 1)) - set(testimony.events))
+        yield from (Problem("missing", VOLUME, f"event {number}", "") for number in gaps)
+    for event in testimony.events.values():
+        for one in event.inputs:
+            source = testimony.events.get(one.event)
+            if source is None or source.sha512 != one.sha512:
+                yield Problem("contradiction", event.page, f"{bag.PAYLOAD}/{event.folder}/{RECORD}", "")
+    if testimony.is_complete:
+        try:
+            folded(testimony.events[number] for number in sorted(testimony.events))
+        except ValueError:
+            yield Problem("contradiction", VOLUME, bag.LOG, "")
+
+
+def _without_interruption(problems: list[Problem], testimony: Testimony) -> list[Problem]:
+    """The problems, those of an unfinished last event as one."""
+    last = testimony.events[max(testimony.events)]
+    others = [problem for problem in problems if problem.path not in (bag.LOG, bag.MANIFEST, bag.TAG_MANIFEST)]
+    return [*others, Problem("unfinished", last.page, f"{bag.PAYLOAD}/{last.folder}", COMPLETED)]
+
+
+class NotSound(StationError):
+    """Raised when a session that was checked is not as its events say."""
+
+    exit_code = 6

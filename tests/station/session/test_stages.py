@@ -1,0 +1,32 @@
+"""A restoration as a stage: the same bytes from the same scan, and nothing of time or place in them."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from restore import save_scan
+from station.session.stages import RestoreParameters, run_restore
+from station.session.store import file_digests
+from station.warm_up import small_page
+
+COARSE = {"settings": {"points": 300, "dpi": 60}, "outputs": ["coverage", "tiff"]}
+
+
+def test_two_runs_in_two_places_give_the_same(tmp_path):
+    runs = []
+    for name in ("one", "two"):
+        save_scan(small_page(), tmp_path / name / "scan")
+        runs.append(run_restore(tmp_path / name / "scan", COARSE, tmp_path / name / "made"))
+    assert runs[0].result == runs[1].result
+    digests = file_digests(tmp_path / "one" / "made")
+    assert digests == file_digests(tmp_path / "two" / "made")
+    assert sorted(digests) == ["page-coverage.png", "page.png", "page.tif"]
+    assert runs[0].facts["seconds"]["total"] > 0
+    assert str(tmp_path) not in json.dumps(runs[0].result)
+
+
+def test_unknown_parameters_are_refused():
+    with pytest.raises(ValueError, match="extra"):
+        RestoreParameters.model_validate({"colour": "red"})
