@@ -11,6 +11,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
+#include <sys/sendfile.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -120,6 +121,9 @@ WRAP(ssize_t, pread64, (int file, void *data, size_t size, off_t at), (file, dat
 WRAP(ssize_t, write, (int file, const void *data, size_t size), (file, data, size), opened(file), TAKES_SPACE, -1)
 WRAP(ssize_t, pwrite, (int file, const void *data, size_t size, off_t at), (file, data, size, at), opened(file), TAKES_SPACE, -1)
 WRAP(ssize_t, pwrite64, (int file, const void *data, size_t size, off_t at), (file, data, size, at), opened(file), TAKES_SPACE, -1)
+WRAP(ssize_t, sendfile, (int into, int from, off_t *at, size_t size), (into, from, at, size), opened(into), TAKES_SPACE, -1)
+WRAP(ssize_t, sendfile64, (int into, int from, off_t *at, size_t size), (into, from, at, size), opened(into), TAKES_SPACE, -1)
+WRAP(ssize_t, copy_file_range, (int from, off_t *at, int into, off_t *to, size_t size, unsigned flags), (from, at, into, to, size, flags), opened(into), TAKES_SPACE, -1)
 WRAP(int, fsync, (int file), (file), opened(file), TAKES_SPACE, -1)
 WRAP(int, fdatasync, (int file), (file), opened(file), TAKES_SPACE, -1)
 WRAP(int, ftruncate, (int file, off_t size), (file, size), opened(file), TAKES_SPACE, -1)
