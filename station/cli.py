@@ -31,6 +31,8 @@ from station.options import (
 )
 from station.park import park
 from station.progress import progress_on
+from station.session_commands import app as sessions
+from station.session_commands import reindex, repair, replay, verify
 from station.terminal import (
     READER_GONE,
     CommandLineError,
@@ -235,8 +237,12 @@ def _colour(
         print_result(summary_line(profile_colours(target, output, force=force)))
 
 
-for command in (devices, doctor, ask, park, trace, board, calibrate, warm_up, watch):
+for command in (
+    *(devices, doctor, ask, park, trace, board, calibrate, warm_up, watch),
+    *(verify, repair, replay, reindex),
+):
     app.command()(command)
+app.add_typer(sessions, name="session")
 
 
 def _destination(folder: Path, kinds: Kinds, run: Run) -> Destination:

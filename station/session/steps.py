@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from restore import RangeScan, save_scan
+from restore import BadInput, RangeScan, save_scan
 from station.session.events import VOLUME, Event, slot_of
 from station.session.history import CAPTURE, redo_target, undo_target
-from station.session.store import Session, Writer
+from station.session.store import Session, Writer, file_digest
 
 ORIGINAL, SCAN = "original", "scan"
 CAPTURING = "capturing"
@@ -28,18 +28,30 @@ def add_scan(writer: Writer, scan: RangeScan, *, page: int | None = None, facts:
 
 
 def add_files(
-    writer: Writer, files: Mapping[str, Path], source: str, *, page: int | None = None, facts: Mapping[str, Any]
+    writer: Writer,
+    files: Mapping[str, Path],
+    source: str,
+    *,
+    page: int | None = None,
+    facts: Mapping[str, Any],
+    inspect: Callable[[Path], Mapping[str, Any]] = lambda _path: {},
 ) -> Event:
     """Store a copy of a scan's files as a page's current scan, and return its event.
 
     files   name under `original` → the file to copy.
     source  the name of the scan among them.
+    inspect looks at the copy before it is stored: returns further facts, or raises.
+    Raises BadInput for a file that changes while it is copied, OSError.
     """
     folder = _empty(writer.staging(CAPTURING))
     for name, path in files.items():
-        (folder / ORIGINAL / name).parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(path, folder / ORIGINAL / name)
-    return _capture(writer, folder, page, {"source": f"{ORIGINAL}/{source}", **facts})
+        target = folder / ORIGINAL / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(path, target)
+        if file_digest(path) != file_digest(target):
+            raise BadInput(f"{path} changed while it was copied", "wait until it is complete, then add it again")
+    found = inspect(folder / ORIGINAL / source)
+    return _capture(writer, folder, page, {"source": f"{ORIGINAL}/{source}", **facts, **found})
 
 
 def record_run(

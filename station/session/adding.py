@@ -1,0 +1,68 @@
+"""Scans by others: the files that make up one scan, under the names by which they refer to each other."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from restore import SCAN_SUFFIXES, BadInput, load_scan
+from station.session.events import Event
+from station.session.steps import add_files
+from station.session.store import Writer
+from station.watch.companions import Pairing, is_scan
+from station.watch.listing import list_files
+
+
+@dataclass(frozen=True)
+class Gathered:
+    """The files of one scan.
+
+    source  the scan's name among them. files: name, relative to the scan → where it is.
+    """
+
+    source: str
+    files: Mapping[str, Path]
+
+
+def gather(path: Path) -> Gathered:
+    """The files of a scan file, with those that it names and the picture of its name, or of a scan folder.
+
+    Raises BadInput for what is no scan, OSError when the folder cannot be read.
+    """
+    path = path.absolute()
+    if path.is_dir():
+        name = path.resolve().name
+        inside = sorted(file for file in path.rglob("*") if file.is_file())
+        return Gathered(name, {f"{name}/{file.relative_to(path).as_posix()}": file for file in inside})
+    source = Path(path.name)
+    listing = list_files(path.parent, without=path.parent)
+    if not is_scan(source) or source not in listing:
+        raise BadInput(
+            f"{path} is no scan file that is known", f"give a scan folder, or one of {', '.join(SCAN_SUFFIXES)}"
+        )
+    pairing = Pairing(path.parent)
+    pairing.update(listing)
+    found = pairing.companions(source).found
+    return Gathered(path.name, {path.name: path, **{name: path.parent / place for name, place in found.items()}})
+
+
+def add_original(writer: Writer, path: Path, *, page: int | None = None, unit: str = "auto") -> Event:
+    """Store a scan of others as a page, unchanged, with where it came from; returns its event.
+
+    unit: of a mesh's coordinates, as for `load_scan`; kept for the restoration.
+    Raises BadInput for what cannot be read as a scan, OSError.
+    """
+    gathered = gather(path)
+    facts = {
+        "by": "session add",
+        "from": str(path.absolute()),
+        "unit": unit,
+        "modified": {name: file.stat().st_mtime_ns for name, file in gathered.files.items()},
+    }
+
+    def provenance(copy: Path) -> dict[str, Any]:
+        return {"provenance": dict(load_scan(copy, unit=unit).provenance)}
+
+    return add_files(writer, gathered.files, gathered.source, page=page, facts=facts, inspect=provenance)

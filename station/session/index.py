@@ -1,0 +1,214 @@
+"""The index of all sessions: an SQLite database that holds nothing but what the folders say.
+
+WAL, so that a list is read while a session is written to; synchronous FULL, so that a power cut takes no entry back.
+"""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import closing, contextmanager, suppress
+from dataclasses import astuple, dataclass, fields
+from pathlib import Path
+
+from restore import BadInput
+from station.errors import DISK, StationError
+from station.session import bag
+from station.session.history import Page
+from station.session.reading import SessionDamaged
+from station.session.store import Session, read_session
+
+SCHEMA = """
+create table if not exists sessions (
+    id text primary key, folder text not null, project text not null, title text not null, preset text not null,
+    created text not null, changed text not null, events integer not null, pages integer not null
+) strict, without rowid;
+create table if not exists pages (
+    session text not null, page integer not null, position integer not null, label text not null,
+    state text not null, level text not null, note text not null, captured text not null,
+    primary key (session, page)
+) strict, without rowid;
+"""
+WAIT_S = 10.0  # for another process that writes to the index: entries are written in milliseconds
+INDEX = "sessions.sqlite"
+
+
+class IndexUnusable(StationError):
+    """Raised when the database of the index cannot be used; the sessions themselves do not need it."""
+
+    exit_code = DISK
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A session in the index. changed: time of its last event; pages: that have a scan."""
+
+    id: str
+    folder: str
+    project: str
+    title: str
+    preset: str
+    created: str
+    changed: str
+    events: int
+    pages: int
+
+
+@dataclass(frozen=True)
+class PageEntry:
+    """A page in the index.
+
+    position  in the volume, from 1. state: `new`, `restored`, `accepted` or `again`. level: of its verdict, or empty.
+    """
+
+    session: str
+    page: int
+    position: int
+    label: str
+    state: str
+    level: str
+    note: str
+    captured: str
+
+
+def default_index(environment: Mapping[str, str]) -> Path:
+    """The place of the index of a user: `planish/sessions.sqlite` in XDG_DATA_HOME."""
+    base = environment.get("XDG_DATA_HOME") or Path(environment.get("HOME") or "/") / ".local" / "share"
+    return Path(base) / "planish" / INDEX
+
+
+def entries_of(session: Session) -> tuple[Entry, list[PageEntry]]:
+    """The entries of a session and of its pages."""
+    events, volume = session.history.events, session.volume
+    pages = list(session.history.pages())
+    folder = os.path.realpath(session.folder)
+    entry = Entry(
+        session.identifier,
+        folder,
+        volume.project,
+        volume.title,
+        volume.preset,
+        events[0].time,
+        events[-1].time,
+        len(events),
+        len(pages),
+    )
+    return entry, [_page_entry(session.identifier, page, position) for position, page in enumerate(pages, 1)]
+
+
+def state_of(page: Page) -> str:
+    """`accepted` or `again`, as was decided on the page's scan; else `restored` or `new`."""
+    decided = {True: "accepted", False: "again"}.get(page.decided("accept"))  # type: ignore[call-overload]
+    return decided or ("restored" if "restore" in page.runs else "new")
+
+
+def level_of(page: Page) -> str:
+    """The level of a page's verdict, empty when it has none."""
+    run = page.runs.get("verdict")
+    return "" if run is None else str(run.facts["result"]["level"])
+
+
+def update(index: Path, session: Session) -> None:
+    """Write the entries of one session. Raises IndexUnusable, OSError."""
+    with _opened(index) as database:
+        _write(database, session)
+
+
+def reindex(index: Path, folders: Iterable[Path]) -> list[str]:
+    """Build the index anew from the sessions in these folders and below; returns why those that were not read were not.
+
+    Without any folder: from those that the index knows. Raises IndexUnusable, OSError.
+    """
+    folders = list(folders)
+    if not folders:
+        folders = [Path(entry.folder) for entry in sessions(index)]
+    else:
+        for suffix in ("", "-wal", "-shm"):
+            with suppress(FileNotFoundError):
+                index.with_name(index.name + suffix).unlink()
+    problems = []
+    with _opened(index) as database:
+        database.execute("delete from sessions")
+        database.execute("delete from pages")
+        for folder in _sessions_below(folders):
+            try:
+                _write(database, read_session(folder))
+            except (BadInput, SessionDamaged) as error:
+                problems.append(str(error))
+    return problems
+
+
+def sessions(index: Path) -> list[Entry]:
+    """All sessions of the index, the one that was changed last first. Raises IndexUnusable."""
+    if not index.exists():
+        return []
+    names = ", ".join(item.name for item in fields(Entry))
+    with _opened(index) as database:
+        return [Entry(*row) for row in database.execute(f"select {names} from sessions order by changed desc, id")]
+
+
+def pages(index: Path) -> list[PageEntry]:
+    """All pages of the index, by session and position. Raises IndexUnusable."""
+    names = ", ".join(item.name for item in fields(PageEntry))
+    with _opened(index) as database:
+        rows = database.execute(f"select {names} from pages order by session, position")
+        return [PageEntry(*row) for row in rows]
+
+
+def find(index: Path, name: str) -> Path:
+    """The folder of a session: a path, or the identifier or title of a session that the index knows.
+
+    Raises BadInput when there is none, or several.
+    """
+    if Path(name).is_dir():
+        return Path(name)
+    known = [entry for entry in sessions(index) if name in (entry.id, entry.title)]
+    if len(known) == 1:
+        return Path(known[0].folder)
+    if known:
+        raise BadInput(f"{len(known)} sessions are called {name!r}", "give the folder: planish session list names it")
+    raise BadInput(f"there is no session {name!r}", "give its folder, or see planish session list")
+
+
+@contextmanager
+def _opened(index: Path) -> Iterator[sqlite3.Connection]:
+    """The database in a transaction, which ends with the block."""
+    index.parent.mkdir(parents=True, exist_ok=True)
+    try:
+        with closing(sqlite3.connect(index, timeout=WAIT_S, isolation_level=None)) as database:
+            database.execute("pragma journal_mode = wal")
+            database.execute("pragma synchronous = full")
+            database.executescript(SCHEMA)
+            database.execute("begin immediate")
+            yield database
+            database.execute("commit")
+    except sqlite3.Error as error:
+        hint = "the sessions are whole without it: rebuild it with planish reindex FOLDER"
+        raise IndexUnusable(f"the index {index} cannot be used: {error}", hint) from error
+
+
+def _write(database: sqlite3.Connection, session: Session) -> None:
+    entry, own = entries_of(session)
+    database.execute("delete from pages where session = ?", (entry.id,))
+    database.execute(f"insert or replace into sessions values ({_marks(Entry)})", astuple(entry))
+    database.executemany(f"insert into pages values ({_marks(PageEntry)})", [astuple(page) for page in own])
+
+
+def _marks(table: type) -> str:
+    return ", ".join("?" * len(fields(table)))
+
+
+def _page_entry(session: str, page: Page, position: int) -> PageEntry:
+    assert page.capture is not None
+    label, note = (str(page.decided(name, "")) for name in ("label", "note"))
+    return PageEntry(session, page.number, position, label, state_of(page), level_of(page), note, page.capture.time)
+
+
+def _sessions_below(folders: Iterable[Path]) -> Iterator[Path]:
+    """Every folder with a log of events, at or below these; none within a session."""
+    for start in folders:
+        for base, inner, files in os.walk(start):
+            if bag.LOG in files and bag.BAGIT in files:
+                inner.clear()
+                yield Path(base)

@@ -1,0 +1,108 @@
+"""Presets: how the pages of a kind of volume are restored, judged and numbered."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, field_validator
+
+from drivers.shipped import CONFIGS
+from restore import Settings, read_toml
+from station.config import build_model
+from station.errors import UsageError
+from station.options import FLAGS
+
+PRESETS = CONFIGS / "presets"
+Limits = tuple[float, float]
+
+
+class Thresholds(BaseModel):
+    """Limits of each check, amber and red; where the first is the greater one, less is worse. None: not checked."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    covered_share: Limits | None = None
+    hole_mm: Limits | None = None
+    cut_share: Limits | None = None
+    depth_share: Limits | None = None
+    strain_rms: Limits | None = None
+    effective_ppi: Limits | None = None
+    blur_px: Limits | None = None
+    clipped_share: Limits | None = None
+    similarity: Limits | None = None
+
+
+class Preset(BaseModel):
+    """A preset.
+
+    settings    of the restoration; those that are not named are by default.
+    outputs     files beside the page, as the options of `planish restore` are called.
+    foliation   how pages are numbered: `pages` (1, 2, 3), `folios` (1r, 1v, 2r) or `none`.
+    first       the number of the first page or leaf.
+    sides       whether pages lie left and right in turn, the first one `left` or `right`; None for single sheets.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+    settings: dict[str, Any] = {}
+    outputs: tuple[str, ...] = ("coverage",)
+    language: str = "eng"
+    foliation: Literal["pages", "folios", "none"] = "pages"
+    first: int = Field(default=1, ge=0, le=100_000)
+    sides: Literal["left", "right"] | None = None
+    thresholds: Thresholds = Thresholds()
+
+    @field_validator("settings")
+    @classmethod
+    def _are_settings(cls, settings: dict[str, Any]) -> dict[str, Any]:
+        Settings.model_validate(settings)
+        return settings
+
+    @field_validator("outputs")
+    @classmethod
+    def _are_known(cls, outputs: tuple[str, ...]) -> tuple[str, ...]:
+        unknown = sorted(set(outputs) - set(FLAGS))
+        if unknown:
+            raise ValueError(f"{unknown[0]!r} is no output; there are {', '.join(FLAGS)}")
+        return outputs
+
+    def parameters(self, *, unit: str = "auto") -> dict[str, Any]:
+        """The parameters of a restoration, every setting by name: a later default changes none of them."""
+        settings = Settings.model_validate(self.settings).model_dump(mode="json")
+        outputs = sorted({*self.outputs, "coverage"})
+        return {"settings": settings, "outputs": outputs, "language": self.language, "unit": unit}
+
+    def label(self, position: int) -> str:
+        """The label of the page at a position of the volume, from 1 on; empty where pages are not numbered."""
+        if self.foliation == "none":
+            return ""
+        if self.foliation == "pages":
+            return str(self.first + position - 1)
+        leaf, verso = divmod(position - 1, 2)
+        return f"{self.first + leaf}{'v' if verso else 'r'}"
+
+    def side(self, position: int) -> str:
+        """`left` or `right` of the opening, empty for single sheets."""
+        if self.sides is None:
+            return ""
+        return ("left", "right")[(position - 1 + (self.sides == "right")) % 2]
+
+
+def load_preset(name: str) -> Preset:
+    """A preset that comes along, by its name, or of one's own: the path of a TOML file.
+
+    Raises UsageError that names file and key.
+    """
+    path = Path(name) if name.endswith(".toml") else PRESETS / f"{name}.toml"
+    shipped = ", ".join(sorted(one.stem for one in PRESETS.glob("*.toml")))
+    try:
+        table = read_toml(path)
+    except (OSError, ValueError) as error:
+        raise UsageError(f"cannot read the preset {name}: {error}", f"give a TOML file, or one of {shipped}") from error
+    return build_preset(table, str(path))
+
+
+def build_preset(table: dict[str, Any], where: str) -> Preset:
+    """The preset of a table. where: what the table stands in. Raises UsageError that names the key."""
+    return build_model(
+        Preset, table, name=lambda key: f"{where}: {key}", hint=f"compare it with {PRESETS / 'book.toml'}"
+    )

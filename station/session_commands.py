@@ -1,0 +1,286 @@
+"""`planish session new|list|show|open|add|set|undo|redo`, and `planish verify|repair|replay|reindex`."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from station.options import Debug, Json, output_path
+from station.progress import progress_on
+from station.terminal import print_note, print_result, report_faults
+
+if TYPE_CHECKING:
+    from station.session import Event, Session, Writer
+
+app = typer.Typer(help="Sessions: a volume in a folder, with all its scans and everything made of them.")
+
+Named = Annotated[
+    str, typer.Argument(metavar="SESSION", help="The session's folder, or its title.", show_default=False)
+]
+Index = Annotated[
+    Path | None,
+    typer.Option(help="Index of all sessions (planish/sessions.sqlite in XDG_DATA_HOME).", parser=output_path),
+]
+PageNumber = Annotated[int | None, typer.Option("--page", min=1, max=9999, help="Number of the page.")]
+Workers = Annotated[int | None, typer.Option(min=1, help="Threads; one for each processor by default.")]
+
+
+@app.command("new")
+def new(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="The folder to make.", parser=output_path)],
+    title: Annotated[str, typer.Option(help="Title of the volume (the folder's name).")] = "",
+    project: Annotated[str, typer.Option(help="What the volume belongs to.")] = "",
+    organisation: Annotated[str, typer.Option(help="Who keeps it.")] = "",
+    preset: Annotated[str, typer.Option(help="book, map, leaflet, crumpled, or a TOML file.")] = "book",
+    index: Index = None,
+    debug: Debug = False,
+) -> None:
+    """Make a session for a volume."""
+    with report_faults(debug=debug):
+        from station.session import Volume, create_session, read_session
+        from station.session.presets import load_preset
+
+        settings = load_preset(preset).model_dump(mode="json", exclude_none=True)
+        name = title or folder.resolve().name
+        volume = Volume(
+            title=name, project=project, organisation=organisation, preset=Path(preset).stem, settings=settings
+        )
+        create_session(folder, volume)
+        _enter(index, read_session(folder))
+        print_result(f"{folder}\nshoot its pages with: planish shoot {folder}")
+
+
+@app.command("list")
+def list_sessions(index: Index = None, as_json: Json = False, debug: Debug = False) -> None:
+    """List all sessions, the one that was changed last first."""
+    with report_faults(debug=debug):
+        import json
+        from dataclasses import asdict
+
+        from station.session.index import sessions
+
+        entries = sessions(_index(index))
+        if as_json:
+            print_result(json.dumps([asdict(entry) for entry in entries], indent=2))
+            return
+        rows = [f"{one.changed[:16]}  {one.pages:>5} pages  {one.title}  {one.folder}" for one in entries]
+        print_result("\n".join(rows) or "no sessions: make one with planish session new FOLDER")
+
+
+@app.command("show")
+def show(session: Named, index: Index = None, as_json: Json = False, debug: Debug = False) -> None:
+    """Show the pages of a session: label, state, verdict, note."""
+    with report_faults(debug=debug):
+        import json
+
+        from station.session import read_session
+        from station.session.overview import overview, overview_lines
+
+        stored = read_session(_find(index, session))
+        print_result(
+            json.dumps(overview(stored), indent=2, ensure_ascii=False) if as_json else "\n".join(overview_lines(stored))
+        )
+
+
+@app.command("open")
+def open_(session: Named, index: Index = None, debug: Debug = False) -> None:
+    """Complete what an interrupted run left, enter the session in the index, show where it stands."""
+    with report_faults(debug=debug), _writing(index, session) as writer:
+        from station.session.overview import overview_lines
+
+        print_result("\n".join(overview_lines(writer.session)))
+
+
+@app.command("add")
+def add(
+    session: Named,
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Scan files or scan folders.")],
+    page: PageNumber = None,
+    unit: Annotated[str, typer.Option(help="Unit of a mesh's coordinates, as for planish restore.")] = "auto",
+    index: Index = None,
+    debug: Debug = False,
+) -> None:
+    """Take scans of any supported format into a session as pages, unchanged."""
+    with report_faults(debug=debug), _writing(index, session) as writer:
+        from station.errors import UsageError
+        from station.session.adding import add_original
+
+        if page is not None and len(files) > 1:
+            raise UsageError("several files cannot be one page", "give one file with --page")
+        for path in files:
+            event = add_original(writer, path, page=page, unit=unit)
+            print_result(f"page {event.page}: {path}")
+
+
+@app.command("set")
+def set_(
+    session: Named,
+    page: Annotated[int, typer.Argument(metavar="PAGE", min=0, max=9999, help="Number of the page, 0: the volume.")],
+    label: Annotated[str | None, typer.Option(help="Label, as it is printed on the page.")] = None,
+    side: Annotated[str | None, typer.Option(help="left, right, recto, verso, …")] = None,
+    note: Annotated[str | None, typer.Option(help="A note.")] = None,
+    position: Annotated[float | None, typer.Option(help="Place in the volume: 3.5 is between 3 and 4.")] = None,
+    mark: Annotated[bool | None, typer.Option("--mark/--no-mark", help="Mark the page to come back to.")] = None,
+    accept: Annotated[bool | None, typer.Option("--accept/--again", help="Accept its scan, or want another.")] = None,
+    index: Index = None,
+    debug: Debug = False,
+) -> None:
+    """Decide on a page; every decision can be undone."""
+    with report_faults(debug=debug), _writing(index, session) as writer:
+        from station.errors import UsageError
+        from station.session import decide
+
+        capture = writer.history.page(page).capture
+        if page and capture is None:
+            raise UsageError(f"the session has no page {page}", f"planish session show {session} lists its pages")
+        values = {"label": label, "side": side, "note": note, "position": position, "mark": mark}
+        for name, value in values.items():
+            if value is not None:
+                decide(writer, name, value, page=page)
+        if accept is not None and page:
+            decide(writer, "accept", accept, page=page, on=capture)
+
+
+@app.command("undo")
+def undo_(session: Named, index: Index = None, debug: Debug = False) -> None:
+    """Take back the last step of the operator: a shot, a decision."""
+    with report_faults(debug=debug), _writing(index, session) as writer:
+        from station.session import undo
+
+        _print_step(undo(writer), "undone", "undo")
+
+
+@app.command("redo")
+def redo_(session: Named, index: Index = None, debug: Debug = False) -> None:
+    """Bring back the step that was taken back last."""
+    with report_faults(debug=debug), _writing(index, session) as writer:
+        from station.session import redo
+
+        _print_step(redo(writer), "brought back", "redo")
+
+
+def verify(session: Named, workers: Workers = None, index: Index = None, debug: Debug = False) -> None:
+    """Check every file of a session: damaged, missing, extra, renamed, broken pointers. Names the pages."""
+    with report_faults(debug=debug):
+        from station.session.verify import NotSound
+        from station.session.verify import verify as inspect
+
+        folder = _find(index, session)
+        inspection = inspect(folder, workers=workers)
+        for problem in inspection.problems:
+            print_result(problem.text)
+        if inspection.problems:
+            pages = sorted({problem.page for problem in inspection.problems if problem.page})
+            where = f", on pages {', '.join(map(str, pages))}" if pages else ""
+            raise NotSound(f"{folder} is not sound{where}", "planish repair mends what can be mended")
+        print_result(f"{folder}: {len(inspection.found)} files, all as they were written")
+
+
+def repair(
+    session: Named,
+    copy: Annotated[Path | None, typer.Option("--from", metavar="COPY", help="Another copy of the session.")] = None,
+    index: Index = None,
+    debug: Debug = False,
+) -> None:
+    """Mend what `planish verify` finds; what is replaced is kept beside the session."""
+    with report_faults(debug=debug):
+        from station.session.repair import repair as mend
+        from station.session.verify import NotSound
+
+        folder = _find(index, session)
+        done = mend(folder, copy=copy)
+        for one in done:
+            print_result(f"{one.problem.path}: {one.how or f'not mended: {one.why_not}'}")
+        left = [one for one in done if not one.how]
+        if left:
+            raise NotSound(f"{folder}: {len(left)} of {len(done)} problems are left", "give a copy with --from")
+        print_result(f"{folder}: {len(done)} problems mended" if done else f"{folder}: nothing to mend")
+
+
+def replay(session: Named, index: Index = None, debug: Debug = False) -> None:
+    """Derive everything again from the originals and compare digests; nothing is written to the session."""
+    with report_faults(debug=debug), progress_on(sys.stderr):
+        import tempfile
+
+        from station.session import read_session
+        from station.session.replay import replay as derive_again
+        from station.session.verify import NotSound
+
+        stored = read_session(_find(index, session))
+        count, differing = 0, 0
+        with tempfile.TemporaryDirectory() as scratch:
+            for one in derive_again(stored, Path(scratch)):
+                count += 1
+                differing += bool(one.differing)
+                verdict = f"differs: {', '.join(one.differing)}" if one.differing else "equal"
+                print_result(f"page {one.event.page}, {one.event.name} of event {one.event.number}: {verdict}")
+        if differing:
+            raise NotSound(f"{differing} of {count} runs came out otherwise", "was it made by another version?")
+        print_result(f"{count} runs, all equal")
+
+
+def reindex(
+    folders: Annotated[
+        list[Path] | None,
+        typer.Argument(
+            metavar="FOLDER...", help="Folders with sessions (those that the index knows).", show_default=False
+        ),
+    ] = None,
+    index: Index = None,
+    debug: Debug = False,
+) -> None:
+    """Build the index of all sessions anew from their folders."""
+    with report_faults(debug=debug):
+        from station.session.index import reindex as rebuild
+        from station.session.index import sessions
+
+        for problem in rebuild(_index(index), folders or []):
+            print_note(f"left out: {problem}")
+        print_result(f"{len(sessions(_index(index)))} sessions")
+
+
+def _print_step(event: Event | None, done: str, name: str) -> None:
+    if event is None:
+        print_result(f"nothing to {name}")
+    else:
+        print_result(f"{done}: {event.name} of page {event.page}, event {event.number}")
+
+
+def _index(given: Path | None) -> Path:
+    from station.session.index import default_index
+
+    return given or default_index(os.environ)
+
+
+def _find(index: Path | None, name: str) -> Path:
+    from station.session.index import find
+
+    return find(_index(index), name)
+
+
+def _enter(index: Path | None, session: Session) -> None:
+    """Enter a session in the index; a fault of the index is a note, no more."""
+    from station.session.index import IndexUnusable, update
+
+    try:
+        update(_index(index), session)
+    except (IndexUnusable, OSError) as error:
+        print_note(f"the index was not updated: {error}; planish reindex rebuilds it")
+
+
+@contextmanager
+def _writing(index: Path | None, name: str) -> Iterator[Writer]:
+    """The session, opened for writing; its entry in the index follows when the block ends."""
+    from station.session import open_session
+
+    with open_session(_find(index, name)) as writer:
+        try:
+            yield writer
+        finally:
+            _enter(index, writer.session)

@@ -1,0 +1,63 @@
+"""Scans of others: every file of a scan, unchanged, under the names by which they refer to each other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from restore import BadInput, load_scan, save_scan
+from station.export.png import encode_png
+from station.session import open_session, scan_path
+from station.session.adding import add_original, gather
+from station.warm_up import small_page
+
+OBJ = """mtllib Sheet.MTL
+v 0 0 0\nv 9 0 0\nv 0 9 0\nv 9 9 1
+vt 0 0\nvt 1 0\nvt 0 1\nvt 1 1
+f 1/1 2/2 3/3\nf 2/2 4/4 3/3
+"""
+
+
+@pytest.fixture
+def mesh(tmp_path):
+    """A mesh with its material and picture, in a folder with a file of no concern."""
+    folder = tmp_path / "export"
+    (folder / "maps").mkdir(parents=True)
+    (folder / "sheet.obj").write_text(OBJ)
+    (folder / "sheet.mtl").write_text("newmtl m\nmap_Kd maps/colour.png\n")
+    (folder / "maps/colour.png").write_bytes(encode_png(np.zeros((4, 4, 3), np.uint8), 100.0))
+    (folder / "other.txt").write_text("x")
+    return folder / "sheet.obj"
+
+
+def test_a_mesh_with_its_material_and_picture(volume, mesh):
+    assert sorted(gather(mesh).files) == ["Sheet.MTL", "maps/colour.png", "sheet.obj"]
+    with open_session(volume) as writer:
+        event = add_original(writer, mesh, unit="mm")
+        stored = scan_path(writer.session, event)
+    assert (event.page, event.facts["unit"], event.facts["from"]) == (1, "mm", str(mesh))
+    for name, path in gather(mesh).files.items():
+        assert (stored.parent / name).read_bytes() == path.read_bytes()
+    assert load_scan(stored).texture.shape == (4, 4, 3)
+
+
+def test_a_scan_folder(volume, tmp_path):
+    save_scan(small_page(), tmp_path / "a.scan")
+    with open_session(volume) as writer:
+        event = add_original(writer, tmp_path / "a.scan", page=7)
+        assert np.array_equal(load_scan(scan_path(writer.session, event)).points, small_page().points)
+    assert event.page == 7
+
+
+@pytest.mark.parametrize("content", [b"", b"v 0 0\nf 1 2 3\n"])
+def test_what_cannot_be_read_is_no_page(volume, tmp_path, content):
+    (tmp_path / "bad.obj").write_bytes(content)
+    with open_session(volume) as writer:
+        with pytest.raises(BadInput):
+            add_original(writer, tmp_path / "bad.obj")
+        assert len(writer.history.events) == 1
+
+
+def test_a_file_that_is_not_there(tmp_path):
+    with pytest.raises(BadInput, match="no scan file"):
+        gather(tmp_path / "gone.obj")

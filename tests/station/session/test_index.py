@@ -1,0 +1,76 @@
+"""The index holds what the folders say, whoever wrote it."""
+
+from __future__ import annotations
+
+import shutil
+import sqlite3
+
+import pytest
+
+from restore import BadInput
+from station.session import Volume, add_scan, create_session, decide, open_session, read_session, record_run
+from station.session.index import IndexUnusable, default_index, find, pages, reindex, sessions, update
+
+
+def test_rebuilt_it_is_equal_to_the_one_that_grew(volume, tiny_scan, tmp_path):
+    index, other = tmp_path / "index" / "grown", tmp_path / "rebuilt"
+    create_session(tmp_path / "second", Volume(title="Another"))
+    update(index, read_session(tmp_path / "second"))
+    with open_session(volume) as writer:
+        for number in (1, 2, 3):
+            capture = add_scan(writer, tiny_scan, facts={})
+            run = record_run(writer, "restore", capture, parameters={}, result={})
+            record_run(writer, "verdict", run, parameters={}, result={"level": "amber"})
+            decide(writer, "accept", number == 1, page=number, on=capture)
+            update(index, writer.session)
+        decide(writer, "position", 0.5, page=3)
+        update(index, writer.session)
+    assert reindex(other, [tmp_path]) == []
+    assert (sessions(index), pages(index)) == (sessions(other), pages(other))
+    told = [(one.page, one.state, one.level) for one in pages(index)]
+    assert told == [(3, "again", "amber"), (1, "accepted", "amber"), (2, "again", "amber")]
+    assert reindex(index, []) == []
+    assert (sessions(index), pages(index)) == (sessions(other), pages(other))
+
+
+def test_its_modes(volume, tmp_path):
+    index = tmp_path / "index"
+    update(index, read_session(volume))
+    with sqlite3.connect(index) as database:
+        assert database.execute("pragma journal_mode").fetchone() == ("wal",)
+    database.close()
+
+
+def test_a_session_is_found_by_folder_identifier_or_title(volume, tmp_path):
+    index = tmp_path / "index"
+    update(index, read_session(volume))
+    assert find(index, str(volume)) == find(index, "an-id") == find(index, "A volume") == volume
+    create_session(tmp_path / "second", Volume(title="A volume"))
+    update(index, read_session(tmp_path / "second"))
+    with pytest.raises(BadInput, match="2 sessions"):
+        find(index, "A volume")
+
+
+def test_a_damaged_index_is_told_and_rebuilt(volume, tmp_path):
+    index = tmp_path / "index"
+    index.write_bytes(b"no database at all" * 100)
+    with pytest.raises(IndexUnusable, match="cannot be used"):
+        update(index, read_session(volume))
+    reindex(index, [tmp_path])
+    assert [one.id for one in sessions(index)] == ["an-id"]
+
+
+def test_a_damaged_session_is_left_out_and_named(volume, tmp_path):
+    create_session(tmp_path / "second", Volume(title="Another"))
+    (volume / "events.jsonl").write_bytes(b"x\n")
+    (problem,) = reindex(tmp_path / "index", [tmp_path])
+    assert str(volume) in problem
+    assert [one.title for one in sessions(tmp_path / "index")] == ["Another"]
+    shutil.rmtree(tmp_path / "second")
+    assert reindex(tmp_path / "index", []) == []
+    assert sessions(tmp_path / "index") == []
+
+
+def test_the_place_of_the_index(tmp_path):
+    assert default_index({"XDG_DATA_HOME": "/x", "HOME": "/h"}).as_posix() == "/x/planish/sessions.sqlite"
+    assert default_index({"HOME": "/h"}).as_posix() == "/h/.local/share/planish/sessions.sqlite"

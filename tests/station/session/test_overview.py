@@ -1,0 +1,28 @@
+"""What a session shows of itself."""
+
+from __future__ import annotations
+
+from station.session import add_scan, decide, open_session, undo
+from station.session.overview import overview, overview_lines
+
+
+def test_pages_are_told_in_their_order_with_their_labels(volume, tiny_scan):
+    with open_session(volume) as writer:
+        for _ in range(3):
+            add_scan(writer, tiny_scan, facts={})
+        decide(writer, "position", 1.5, page=3)
+        decide(writer, "label", "iv", page=1)
+        decide(writer, "note", "gone again", page=2)
+        undo(writer)
+        told, lines = overview(writer.session), list(overview_lines(writer.session))
+    assert [(page["page"], page["label"], page["note"]) for page in told["pages"]] == [
+        (1, "iv", ""),
+        (3, "2", ""),
+        (2, "3", ""),
+    ]
+    assert lines[-2:] == ["undo: label of page 1", "redo: note of page 2"]
+
+
+def test_an_empty_session(volume):
+    with open_session(volume) as writer:
+        assert list(overview_lines(writer.session)) == ["A volume  tests", f"{volume}, 0 pages, 1 events, preset book"]

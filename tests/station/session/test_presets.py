@@ -1,0 +1,54 @@
+"""Presets: those that come along, labels and sides, one's own."""
+
+from __future__ import annotations
+
+import pytest
+
+from restore import Settings
+from station.errors import UsageError
+from station.session.presets import PRESETS, Preset, load_preset
+from station.session.stages import RestoreParameters
+
+
+@pytest.mark.parametrize("path", sorted(PRESETS.glob("*.toml")), ids=lambda path: path.stem)
+def test_presets_that_come_along_are_usable(path):
+    preset = load_preset(path.stem)
+    parameters = RestoreParameters.model_validate(preset.parameters())
+    assert parameters.settings == Settings.model_validate(preset.settings)
+    assert all(limits is not None for _, limits in preset.thresholds)
+    assert Preset.model_validate(preset.model_dump(mode="json", exclude_none=True)) == preset
+
+
+def test_labels_and_sides():
+    assert [Preset().label(n) for n in (1, 2, 10)] == ["1", "2", "10"]
+    folios = Preset(foliation="folios", first=3, sides="right")
+    assert [folios.label(n) for n in (1, 2, 3)] == ["3r", "3v", "4r"]
+    assert [folios.side(n) for n in (1, 2, 3)] == ["right", "left", "right"]
+    assert (Preset(foliation="none").label(1), Preset().side(1)) == ("", "")
+
+
+def test_a_preset_of_ones_own(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_text('outputs = ["tiff"]\n[settings]\ndpi = 300\n[thresholds]\nstrain_rms = [0.1, 0.2]\n')
+    preset = load_preset(str(path))
+    assert preset.parameters()["outputs"] == ["coverage", "tiff"]
+    assert preset.parameters()["settings"]["dpi"] == 300
+    assert (preset.thresholds.strain_rms, preset.thresholds.hole_mm) == ((0.1, 0.2), None)
+
+
+@pytest.mark.parametrize(
+    ("text", "named"),
+    [
+        ("[settings]\ndpi = 1", "dpi"),
+        ('outputs = ["x"]', "outputs"),
+        ("foliation = 1", "foliation"),
+        ("[thresholds]\nhole_mm = 1", "hole_mm"),
+        ("x = 1", "x"),
+        ("x =", "cannot read"),
+    ],
+)
+def test_what_is_wrong_with_a_preset_is_named(tmp_path, text, named):
+    path = tmp_path / "mine.toml"
+    path.write_text(text)
+    with pytest.raises(UsageError, match=named):
+        load_preset(str(path))

@@ -1,0 +1,145 @@
+"""`planish session`, `verify`, `repair`, `replay` and `reindex` as they are typed."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from restore import save_scan
+from station.cli import main
+from station.session import open_session, read_session
+from station.warm_up import small_page
+
+
+@pytest.fixture
+def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a session of two pages; the index lies there too."""
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    monkeypatch.chdir(tmp_path)
+    save_scan(small_page(), tmp_path / "a.scan")
+    assert main(["session", "new", "book", "--title", "Missale", "--project", "P", "--preset", "leaflet"]) == 0
+    assert main(["session", "add", "book", "a.scan", "a.scan"]) == 0
+    return tmp_path
+
+
+def test_a_session_is_made_filled_and_shown(place, capsys):
+    assert main(["session", "set", "Missale", "2", "--note", "torn", "--mark", "--side", "left", "--accept"]) == 0
+    capsys.readouterr()
+    assert main(["session", "show", "book"]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "Missale  P",
+        "book, 2 pages, 7 events, preset leaflet",
+        " page  label    side   state     level  note",
+        "    1  1r              new",
+        "    2  1v       left   accepted         * torn",
+        "undo: accept of page 2",
+    ]
+    assert main(["session", "show", "book", "--json"]) == 0
+    pages = json.loads(capsys.readouterr().out)["pages"]
+    assert [(page["label"], page["state"], page["mark"]) for page in pages] == [
+        ("1r", "new", False),
+        ("1v", "accepted", True),
+    ]
+
+
+def test_decisions_and_shots_are_undone_and_redone(place, capsys):
+    main(["session", "set", "book", "1", "--label", "x"])
+    capsys.readouterr()
+    assert main(["session", "undo", "book"]) == 0
+    assert main(["session", "undo", "book"]) == 0
+    assert len(list(read_session(place / "book").history.pages())) == 1
+    assert main(["session", "redo", "book"]) == 0
+    assert capsys.readouterr().out.splitlines() == [
+        "undone: label of page 1, event 4",
+        "undone: capture of page 2, event 3",
+        "brought back: capture of page 2, event 3",
+    ]
+    assert main(["session", "redo", "book"]) == 0
+    assert main(["session", "redo", "book"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "nothing to redo"
+
+
+def test_the_index_is_rebuilt_from_the_folders_alone(place, capsys):
+    main(["session", "list", "--json"])
+    before = json.loads(capsys.readouterr().out)
+    assert [entry["title"] for entry in before] == ["Missale"]
+    shutil.rmtree(place / "data")
+    assert main(["session", "list"]) == 0
+    assert "no sessions" in capsys.readouterr().out
+    assert main(["reindex", str(place)]) == 0
+    assert capsys.readouterr().out == "1 sessions\n"
+    main(["session", "list", "--json"])
+    assert json.loads(capsys.readouterr().out) == before
+
+
+def test_a_session_that_was_moved_is_entered_by_opening_it(place, capsys):
+    shutil.move(place / "book", place / "elsewhere")
+    assert main(["session", "open", "elsewhere"]) == 0
+    capsys.readouterr()
+    assert main(["session", "list", "--json"]) == 0
+    (entry,) = json.loads(capsys.readouterr().out)
+    assert entry["folder"] == str(place / "elsewhere")
+
+
+def test_damage_is_told_and_mended(place, capsys):
+    record = place / "book/data/0002-000003-capture/event.json"
+    record.chmod(0o644)
+    record.write_bytes(b"x" + record.read_bytes())
+    capsys.readouterr()
+    assert main(["verify", "book"]) == 6
+    out, err = capsys.readouterr()
+    assert out.startswith("page 2: data/0002-000003-capture/event.json is not the file that was written")
+    assert "on pages 2" in err
+    assert main(["repair", "book"]) == 0
+    assert main(["verify", "book"]) == 0
+    assert "all as they were written" in capsys.readouterr().out
+
+
+def test_damage_that_only_a_copy_can_mend(place, capsys):
+    shutil.copytree(place / "book", place / "copy")
+    for path in place.glob("book/data/*/original/a.scan/texture.png"):
+        path.unlink()
+    assert main(["repair", "book"]) == 6
+    assert "--from" in capsys.readouterr().err
+    assert main(["repair", "book", "--from", "copy"]) == 0
+    assert main(["verify", "book"]) == 0
+
+
+def test_a_session_without_runs_replays(place, capsys):
+    assert main(["replay", "book"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "0 runs, all equal"
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "text"),
+    [
+        (["show", "nothing"], 3, "there is no session 'nothing'"),
+        (["add", "book", "book/bagit.txt"], 3, "no scan file"),
+        (["add", "book", "a.scan", "a.scan", "--page", "1"], 2, "cannot be one page"),
+        (["set", "book", "9", "--label", "x"], 2, "has no page 9"),
+        (["new", "book"], 2, "is there already"),
+        (["new", "other", "--preset", "none"], 2, "cannot read the preset"),
+    ],
+)
+def test_what_cannot_be_is_refused(place, capsys, words, code, text):
+    assert main(["session", *words]) == code
+    assert text in capsys.readouterr().err
+    assert len(read_session(place / "book").history.events) == 3
+
+
+def test_a_second_writer_is_told_who_holds_the_session(place, capsys):
+    with open_session(place / "book"):
+        assert main(["session", "undo", "book"]) == 2
+        assert "in use by another run" in capsys.readouterr().err
+        assert main(["session", "show", "book"]) == 0
+
+
+def test_an_index_that_cannot_be_written_hinders_no_step(place, capsys):
+    shutil.rmtree(place / "data")
+    (place / "data").write_text("a file in its place")
+    assert main(["session", "set", "book", "1", "--label", "x"]) == 0
+    assert "the index was not updated" in capsys.readouterr().err
+    assert read_session(place / "book").history.page(1).decided("label") == "x"
