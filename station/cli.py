@@ -33,6 +33,7 @@ from station.park import park
 from station.progress import progress_on
 from station.session_commands import app as sessions
 from station.session_commands import reindex, repair, replay, verify
+from station.shoot import shoot
 from station.terminal import (
     READER_GONE,
     CommandLineError,
@@ -239,7 +240,7 @@ def _colour(
 
 for command in (
     *(devices, doctor, ask, park, trace, board, calibrate, warm_up, watch),
-    *(verify, repair, replay, reindex),
+    *(shoot, verify, repair, replay, reindex),
 ):
     app.command()(command)
 app.add_typer(sessions, name="session")

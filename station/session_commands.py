@@ -1,4 +1,4 @@
-"""`planish session new|list|show|open|add|set|undo|redo`, and `planish verify|repair|replay|reindex`."""
+"""The commands of sessions: new, list, show, open, add, set, undo, redo; verify, repair, replay, reindex."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def new(
             title=name, project=project, organisation=organisation, preset=Path(preset).stem, settings=settings
         )
         create_session(folder, volume)
-        _enter(index, read_session(folder))
+        enter(index, read_session(folder))
         print_result(f"{folder}\nshoot its pages with: planish shoot {folder}")
 
 
@@ -82,7 +82,7 @@ def show(session: Named, index: Index = None, as_json: Json = False, debug: Debu
         from station.session import read_session
         from station.session.overview import overview, overview_lines
 
-        stored = read_session(_find(index, session))
+        stored = read_session(find_session(index, session))
         print_result(
             json.dumps(overview(stored), indent=2, ensure_ascii=False) if as_json else "\n".join(overview_lines(stored))
         )
@@ -171,7 +171,7 @@ def verify(session: Named, workers: Workers = None, index: Index = None, debug: 
         from station.session.verify import NotSound
         from station.session.verify import verify as inspect
 
-        folder = _find(index, session)
+        folder = find_session(index, session)
         inspection = inspect(folder, workers=workers)
         for problem in inspection.problems:
             print_result(problem.text)
@@ -193,7 +193,7 @@ def repair(
         from station.session.repair import repair as mend
         from station.session.verify import NotSound
 
-        folder = _find(index, session)
+        folder = find_session(index, session)
         done = mend(folder, copy=copy)
         for one in done:
             print_result(f"{one.problem.path}: {one.how or f'not mended: {one.why_not}'}")
@@ -212,7 +212,7 @@ def replay(session: Named, index: Index = None, debug: Debug = False) -> None:
         from station.session.replay import replay as derive_again
         from station.session.verify import NotSound
 
-        stored = read_session(_find(index, session))
+        stored = read_session(find_session(index, session))
         count, differing = 0, 0
         with tempfile.TemporaryDirectory() as scratch:
             for one in derive_again(stored, Path(scratch)):
@@ -258,13 +258,13 @@ def _index(given: Path | None) -> Path:
     return given or default_index(os.environ)
 
 
-def _find(index: Path | None, name: str) -> Path:
+def find_session(index: Path | None, name: str) -> Path:
     from station.session.index import find
 
     return find(_index(index), name)
 
 
-def _enter(index: Path | None, session: Session) -> None:
+def enter(index: Path | None, session: Session) -> None:
     """Enter a session in the index; a fault of the index is a note, no more."""
     from station.session.index import IndexUnusable, update
 
@@ -279,8 +279,8 @@ def _writing(index: Path | None, name: str) -> Iterator[Writer]:
     """The session, opened for writing; its entry in the index follows when the block ends."""
     from station.session import open_session
 
-    with open_session(_find(index, name)) as writer:
+    with open_session(find_session(index, name)) as writer:
         try:
             yield writer
         finally:
-            _enter(index, writer.session)
+            enter(index, writer.session)

@@ -11,7 +11,7 @@ from typing import Any
 from restore import BadInput
 from station.export.report import finite
 from station.session.events import Event
-from station.session.stages import RESTORE, Run, run_restore
+from station.session.stages import RESTORE, VERDICT, Run, run_restore, run_verdict
 from station.session.steps import scan_path
 from station.session.store import Session, file_digests
 
@@ -73,4 +73,10 @@ def _parameters(event: Event) -> Mapping[str, Any]:
     return parameters
 
 
-DERIVERS: Mapping[str, Derive] = {RESTORE: _restore}
+def _verdict(session: Session, event: Event, _folder: Path) -> Run:
+    on, *others = (session.history.event(one.event) for one in event.inputs)
+    compared = {other.page: str(other.facts["result"]["measures"]["fingerprint"]) for other in others}
+    return run_verdict(on.facts["result"]["measures"], _parameters(event), compared)
+
+
+DERIVERS: Mapping[str, Derive] = {RESTORE: _restore, VERDICT: _verdict}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -63,6 +63,7 @@ def record_run(
     result: Mapping[str, Any],
     files: Path | None = None,
     facts: Mapping[str, Any] | None = None,
+    others: Sequence[Event] = (),
 ) -> Event:
     """Record a stage's run on the result of another event, and return its event.
 
@@ -70,9 +71,10 @@ def record_run(
     result      JSON values that follow from input and parameters: a replay must find the same.
     files       a folder of `staging` with the run's files, which a replay must write again to the byte.
     facts       what does not follow from them: seconds, memory.
+    others      further events that it read.
     """
     told = {"parameters": dict(parameters), "result": dict(result), **(facts or {})}
-    return writer.record("stage", slot_of(stage, on), page=on.page, facts=told, inputs=[on], files=files)
+    return writer.record("stage", slot_of(stage, on), page=on.page, facts=told, inputs=[on, *others], files=files)
 
 
 def decide(writer: Writer, name: str, value: object, *, page: int = VOLUME, on: Event | None = None) -> Event:

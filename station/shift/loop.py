@@ -1,0 +1,250 @@
+"""A shift: what happens on each key, and when a restoration ends."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, field
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any
+
+from drivers import ScannerError
+from restore import RangeScan
+from station.session import Event, Page, Writer, add_scan, decide, record_run, redo, scan_path, undo
+from station.session.overview import label_of, preset_of
+from station.session.stages import RESTORE, VERDICT, Run, run_verdict
+from station.shift.keys import ACTIONS, HELP, Action
+from station.shift.workers import Submit
+
+Show = Callable[[str], None]
+ERASE = "\b\x7f"  # what terminals send for backspace
+MAX_ATTEMPTS = 2  # of a restoration that ends its process: after that it is the scan that does it
+MAX_COMPARED = 400  # pages that a new one is compared with, the latest: a fingerprint takes a tenth of a millisecond
+
+
+@dataclass(frozen=True)
+class Done:
+    """A restoration that has ended."""
+
+    capture: Event
+    folder: Path
+    future: Future[Run]
+
+
+@dataclass
+class Shift:
+    """A shift at the scanner.
+
+    shoot    captures a page; None where there is no scanner: what is left is restored and judged.
+    submit   restores in the background.
+    show     prints a line for the operator.
+    changed  is called after every event.
+    """
+
+    writer: Writer
+    shoot: Callable[[], RangeScan] | None
+    submit: Submit
+    show: Show
+    changed: Callable[[], None] = lambda: None
+    inbox: SimpleQueue[str | Done] = field(default_factory=SimpleQueue)
+
+    def __post_init__(self) -> None:
+        self._preset = preset_of(self.writer.session)
+        self._waiting: dict[int, Future[Run]] = {}
+        self._attempts: dict[int, int] = {}
+        self._page: int | None = None
+        self._leaving = False
+        self._typed: str | None = None
+
+    def run(self) -> None:
+        """Take up what an earlier shift left, then work until the operator leaves and every restoration has ended.
+
+        Raises OSError when the disk refuses; what was shot is stored by then.
+        """
+        self._take_up()
+        while not (self._leaving and not self._waiting):
+            message = self.inbox.get()
+            if isinstance(message, Done):
+                self._finish(message)
+            elif self._typed is not None and message:
+                self._type(message)
+            elif not self._leaving:
+                self.press(ACTIONS.get(message, "help"))
+
+    def press(self, action: Action) -> None:
+        """What one key does."""
+        {
+            "shoot": lambda: self._shoot(None),
+            "again": lambda: self._shoot(self._page),
+            "accept": self._accept,
+            "undo": lambda: self._step(undo(self.writer), "undone"),
+            "redo": lambda: self._step(redo(self.writer), "done again"),
+            "mark": self._mark,
+            "note": self._note,
+            "help": lambda: self.show(HELP),
+            "quit": self._leave,
+        }[action]()
+
+    def _take_up(self) -> None:
+        pages = list(self.writer.history.pages())
+        self._page = pages[-1].number if pages else None
+        self.show(f"{self.writer.session.volume.title}: {len(pages)} pages. {HELP}")
+        for page in pages:
+            self._continue(page)
+
+    def _continue(self, page: Page) -> None:
+        """Restore a page that is not restored, judge one that is not judged."""
+        if page.capture is None or page.capture.number in self._waiting:
+            return
+        if RESTORE not in page.runs:
+            self._begin(page.capture)
+        elif VERDICT not in page.runs and "measures" in page.runs[RESTORE].facts["result"]:
+            self._judge(page.runs[RESTORE])
+
+    def _shoot(self, page: int | None) -> None:
+        if self.shoot is None:
+            self.show("there is no scanner: name its configuration with --config")
+            return
+        try:
+            scan = self.shoot()
+        except ScannerError as error:
+            self.show(f"not shot: {error}" + (f" ({error.hint})" if error.hint else ""))
+            return
+        event = add_scan(
+            self.writer, scan, page=page, facts={"by": "planish shoot", "provenance": dict(scan.provenance)}
+        )
+        self._page = event.page
+        self.changed()
+        self.show(f"{self._name(event.page)}: stored")
+        self._begin(event)
+
+    def _begin(self, capture: Event) -> None:
+        folder = self.writer.staging(f"restore-{capture.number}")
+        shutil.rmtree(folder, ignore_errors=True)
+        parameters = self._preset.parameters(unit=str(capture.facts.get("unit", "auto")))
+        future = self.submit(scan_path(self.writer.session, capture), parameters, folder)
+        self._waiting[capture.number] = future
+        future.add_done_callback(lambda done: self.inbox.put(Done(capture, folder, done)))
+
+    def _finish(self, done: Done) -> None:
+        """Record a restoration, and judge it. One whose process crashed is tried once more, then recorded as failed."""
+        del self._waiting[done.capture.number]
+        if done.future.cancelled():
+            return
+        try:
+            run: Run | None = done.future.result()
+        except BrokenProcessPool:
+            run = self._after_crash(done)
+        if run is None:
+            return
+        parameters = self._preset.parameters(unit=str(done.capture.facts.get("unit", "auto")))
+        event = record_run(
+            self.writer,
+            RESTORE,
+            done.capture,
+            parameters=parameters,
+            result=run.result,
+            facts=run.facts,
+            files=done.folder,
+        )
+        if "error" in run.result:
+            self.show(f"{self._name(event.page)}: RED  not restored: {run.result['error']} ({run.result['hint']})")
+        else:
+            self._judge(event)
+        self.changed()
+
+    def _after_crash(self, done: Done) -> Run | None:
+        """The result of a scan that ends its process each time; None when it is tried again."""
+        number = done.capture.number
+        self._attempts[number] = self._attempts.get(number, 0) + 1
+        if self._attempts[number] < MAX_ATTEMPTS:
+            self._begin(done.capture)
+            return None
+        done.folder.mkdir(exist_ok=True)
+        return Run({"error": "the program ended while it restored this scan", "hint": "shoot the page again"})
+
+    def _judge(self, restored: Event) -> None:
+        parameters = {"thresholds": self._preset.thresholds.model_dump(mode="json", exclude_none=True)}
+        others = list(self._restored_pages(without=restored.page))[-MAX_COMPARED:]
+        compared = {other.page: str(other.facts["result"]["measures"]["fingerprint"]) for other in others}
+        run = run_verdict(restored.facts["result"]["measures"], parameters, compared)
+        event = record_run(self.writer, VERDICT, restored, parameters=parameters, result=run.result, others=others)
+        for line in verdict_lines(self._name(event.page), run.result):
+            self.show(line)
+
+    def _restored_pages(self, *, without: int) -> Iterator[Event]:
+        for page in self.writer.history.pages():
+            run = page.runs.get(RESTORE)
+            if page.number != without and run is not None and "measures" in run.facts["result"]:
+                yield run
+
+    def _accept(self) -> None:
+        page = self._current()
+        if page is None or page.capture is None:
+            return
+        decide(self.writer, "accept", True, page=page.number, on=page.capture)
+        self._told(page.number, "accepted")
+
+    def _mark(self) -> None:
+        page = self._current()
+        if page is not None:
+            marked = not page.decided("mark", False)
+            decide(self.writer, "mark", marked, page=page.number)
+            self._told(page.number, "marked" if marked else "no longer marked")
+
+    def _note(self) -> None:
+        if self._current() is not None:
+            self._typed = ""
+            self.show("note, then enter:")
+
+    def _type(self, key: str) -> None:
+        """One more character of a note; enter ends it, an empty note is none."""
+        typed, page = self._typed or "", self._current()
+        if key not in "\r\n":
+            self._typed = typed[:-1] if key in ERASE else typed + key
+            return
+        self._typed = None
+        if page is not None and typed.strip():
+            decide(self.writer, "note", typed.strip(), page=page.number)
+            self._told(page.number, f"note: {typed.strip()}")
+
+    def _step(self, step: Event | None, word: str) -> None:
+        if step is None:
+            self.show("there is nothing more")
+            return
+        self._page = step.page
+        self._told(step.page, f"{step.name} {word}")
+
+    def _leave(self) -> None:
+        self._leaving = True
+        if self._waiting:
+            self.show(f"{len(self._waiting)} pages are still being restored; Ctrl-C leaves them for the next shift")
+
+    def _told(self, page: int, text: str) -> None:
+        self.changed()
+        self.show(f"{self._name(page)}: {text}")
+
+    def _current(self) -> Page | None:
+        if self._page is None:
+            self.show("there is no page yet: space shoots the first")
+            return None
+        return self.writer.history.page(self._page)
+
+    def _name(self, number: int) -> str:
+        """`page 3 [2r]`: its number and its label."""
+        for position, page in enumerate(self.writer.history.pages(), 1):
+            if page.number == number:
+                label = label_of(page, position, self._preset)
+                return f"page {number} [{label}]" if label else f"page {number}"
+        return f"page {number}"
+
+
+def verdict_lines(name: str, result: Any) -> list[str]:
+    """A verdict for the operator: the level, then each measure that is not green beside its limits, with what to do."""
+    findings: Sequence[Any] = result["findings"]
+    lines = [f"{name}: {str(result['level']).upper()}  {len(findings)} checks"]
+    lines += [f"    {one['level']:<6} {one['text']}: {one['hint']}" for one in findings if one["level"] != "green"]
+    return lines

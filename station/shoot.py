@@ -1,0 +1,54 @@
+"""The command `planish shoot`."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from station.options import Debug
+from station.session_commands import Index, Named, enter, find_session
+from station.terminal import print_result, report_faults
+
+Station = Annotated[
+    Path | None,
+    typer.Option("--config", help="The station's configuration (TOML), or `simulated`.", show_default=False),
+]
+FootSwitch = Annotated[
+    str | None, typer.Option(metavar="PORT", help="Serial port of a foot-switch, which shoots the next page.")
+]
+
+
+def shoot(
+    session: Named, config: Station = None, foot_switch: FootSwitch = None, index: Index = None, debug: Debug = False
+) -> None:
+    """Shoot the pages of a session; each is restored and judged while the next one is shot."""
+    with report_faults(debug=debug), ExitStack() as stack:
+        import drivers
+        from station.config import load_config
+        from station.errors import UsageError
+        from station.session import open_session
+        from station.shift import keys
+        from station.shift.loop import Shift
+        from station.shift.workers import background
+
+        station = None if config is None else load_config(config)
+        writer = stack.enter_context(open_session(find_session(index, session)))
+        stack.callback(lambda: enter(index, writer.session))
+        submit = stack.enter_context(background())
+        capture = None
+        if station is not None:
+            try:
+                scanner = stack.enter_context(drivers.open_scanner(station.scanner))
+            except drivers.SettingsError as error:
+                raise UsageError(f"configuration: {error}", error.hint) from error
+            settings = station.capture
+            capture = lambda: scanner.capture(settings)  # noqa: E731 — bound to this scanner
+        shift = Shift(writer, capture, submit, print_result, changed=lambda: enter(index, writer.session))
+        stack.enter_context(keys.single_strokes(sys.stdin))
+        stack.enter_context(keys.foot_switch(foot_switch, lambda: shift.inbox.put(" ")))
+        keys.read_keys(sys.stdin, shift.inbox.put)
+        shift.run()

@@ -1,0 +1,93 @@
+"""Green, amber or red: a measure beside the limits of a preset."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+from station.session.presets import Limits, Thresholds
+from station.verdict.measures import similarity
+
+Level = Literal["green", "amber", "red"]
+LEVELS: tuple[Level, ...] = ("green", "amber", "red")
+
+# name → what it is, how it is printed, what to do when it is not green.
+CHECKS = {
+    "covered_share": (
+        "covered",
+        "{:.1%}",
+        "turn the page to the light of the laser, or shoot it again from another side",
+    ),
+    "hole_mm": ("widest hole", "{:.1f} mm", "dark or glossy places give no range: shoot again with more laser power"),
+    "cut_share": ("cut off", "{:.1%} of the outline", "move the page into the picture"),
+    "depth_share": ("depth window", "{:.0%} of the way", "move the page to the middle of the scanner's range"),
+    "strain_rms": (
+        "strain",
+        "{:.2%} rms",
+        "the surface is no single sheet: look for a finger, a weight, a leaf behind",
+    ),
+    "effective_ppi": ("resolution", "{:.0f} ppi", "go nearer, or take the lens of longer focal length"),
+    "blur_px": ("focus", "{:.1f} px", "focus again; did the page move?"),
+    "clipped_share": ("clipped", "{:.1%}", "change the exposure: light or gain"),
+    "similarity": ("same page", "{:.2f}", "it looks like a page that was shot already: did the leaf turn?"),
+}
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One measure beside its limits. text: for the operator."""
+
+    name: str
+    level: Level
+    value: float
+    limits: Limits
+    text: str
+    hint: str
+
+
+def judge(
+    measures: Mapping[str, Any], thresholds: Thresholds, others: Mapping[int, str]
+) -> tuple[Level, tuple[Finding, ...]]:
+    """The level of a page and the findings, the worst first. others: page → fingerprint of the other pages."""
+    likeness = {page: similarity(measures["fingerprint"], other) for page, other in others.items()}
+    values = {**measures, "similarity": max(likeness.values(), default=None)}
+    findings = []
+    for name, limits in thresholds:
+        value = values.get(name)
+        if limits is not None and value is not None:
+            level = level_of(float(value), limits)
+            with_page = f" as page {max(likeness, key=lambda n: likeness[n])}" if name == "similarity" else ""
+            findings.append(
+                Finding(name, level, float(value), limits, _text(name, value, limits, with_page), CHECKS[name][2])
+            )
+    findings.sort(key=lambda finding: -LEVELS.index(finding.level))
+    return worst([finding.level for finding in findings]), tuple(findings)
+
+
+def level_of(value: float, limits: Limits) -> Level:
+    """The level of a value. Where the first limit is the greater one, less is worse.
+
+    >>> level_of(0.95, (0.97, 0.90)), level_of(1.0, (1.5, 2.5)), level_of(9.0, (1.5, 2.5))
+    ('amber', 'green', 'red')
+    """
+    sign = 1.0 if limits[0] <= limits[1] else -1.0
+    return LEVELS[(sign * value > sign * limits[0]) + (sign * value > sign * limits[1])]
+
+
+def worst(levels: Sequence[Level]) -> Level:
+    """The worst of the levels, green for none."""
+    return max(levels, key=LEVELS.index, default="green")
+
+
+def as_result(level: Level, findings: Sequence[Finding]) -> dict[str, Any]:
+    """The verdict as JSON values, as it is recorded."""
+    return {"level": level, "findings": [{**asdict(one), "limits": list(one.limits)} for one in findings]}
+
+
+def _text(name: str, value: float, limits: Limits, with_page: str) -> str:
+    what, form, _ = CHECKS[name]
+    sign = "<" if limits[0] > limits[1] else ">"
+    number = form.partition(" of")[0]
+    amber, red = (number.format(limit) for limit in limits)
+    return f"{what}{with_page} {form.format(value)} (amber {sign} {amber}, red {sign} {red})"

@@ -1,0 +1,155 @@
+"""What a scan and its page are measured by: numbers, each with a unit, that a preset has limits for."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping
+from typing import Any
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from drivers.vivid900.lenses import FAST, FINE, LENSES, depth_window
+from restore import Bytes, Floats, Mask, RangeScan, Seen, SurfaceMesh
+
+MM_PER_INCH = 25.4
+EDGE_PX = 3.0  # of the picture: the page is painted by interpolation, so its last pixel lies within two of the edge
+STRONGEST = 0.02  # share of the page's pixels whose gradient is that of an edge: print covers five per cent and more
+REACH_PX = 4  # within which an edge of up to two pixels' spread has risen: two standard deviations
+FLAT_LEVELS = 24.0  # grey levels that an edge must rise by: several times the sensor's noise
+SIDE = 64  # pixels of a fingerprint's side: lines of print still differ, shifts of a millimetre hardly matter
+SHIFT = 3  # pixels by which two fingerprints of one page may be shifted: a twentieth of the page
+PRE_SMOOTH_PX = 0.7  # before differences are taken, and taken out of the result: the sensor's noise is no edge
+DIFFERENCE_PX = 3**-0.5  # spread by a central difference, the mean slope over two pixels; taken out as well
+NOISE_LEVELS = 6.0  # of a fingerprint's pixel, a mean of hundreds: below it the page is blank
+SMOOTH = 6.0  # pixels: what is wider is light and margins, alike on every page
+WHITE, BLACK = 255, 0
+MODES = {"fast": FAST, "fine": FINE}
+
+Measures = dict[str, Any]
+
+
+def measure(
+    image: Bytes,
+    coverage: Bytes,
+    page_map: NDArray[np.float32],
+    dpi: float,
+    scan: RangeScan | SurfaceMesh,
+    report: Mapping[str, Any],
+) -> Measures:
+    """The measures of a page; None for one that this scan does not allow.
+
+    image     (h, w, 3) uint8, the page. coverage: (h, w) uint8, values of `Seen`.
+    page_map  (h, w, 2) texture pixels, NaN outside the page.
+    report    that of the restoration.
+    """
+    page = coverage != Seen.OUTSIDE
+    measured = coverage == Seen.MEASURED
+    texture = scan.texture
+    return {
+        "covered_share": float(measured.sum() / max(page.sum(), 1)),
+        "hole_mm": widest_place(page & ~measured) * MM_PER_INCH / dpi,
+        "cut_share": None if texture is None else cut_share(page, page_map, texture.shape[:2]),
+        "depth_share": depth_share(scan) if isinstance(scan, RangeScan) else None,
+        "strain_rms": float(report["strain"]["rms"]),
+        "effective_ppi": None if texture is None else float(report["effective_ppi"]),
+        "blur_px": None if texture is None else blur_px(texture, seen_in(page_map, texture.shape[:2])),
+        "clipped_share": None if texture is None else clipped_share(image, measured),
+        "fingerprint": fingerprint(image),
+    }
+
+
+def widest_place(mask: Mask) -> float:
+    """Width, in pixels, of the largest circle within a mask (h, w)."""
+    if not mask.any():
+        return 0.0
+    padded = np.pad(mask.astype(np.uint8), 1)
+    return 2.0 * float(cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_PRECISE).max()) - 1.0
+
+
+def cut_share(page: Mask, page_map: NDArray[np.float32], size: tuple[int, int]) -> float:
+    """Share of the outline of a page (h, w) that shows the edge of the picture: there the page goes on, unseen.
+
+    page_map: (h, w, 2) texture pixels. size: height and width of the texture.
+    """
+    outline = page & ~cv2.erode(np.pad(page.astype(np.uint8), 1), np.ones((3, 3), np.uint8))[1:-1, 1:-1].astype(bool)
+    x, y = page_map[outline].T
+    inside = (x > EDGE_PX) & (y > EDGE_PX) & (x < size[1] - 1 - EDGE_PX) & (y < size[0] - 1 - EDGE_PX)
+    known = np.isfinite(x) & np.isfinite(y)
+    return float((known & ~inside).sum() / max(known.sum(), 1))
+
+
+def depth_share(scan: RangeScan) -> float | None:
+    """How far the surface reaches to an end of the depth window: 0 in its middle, 1 at its end, the window in 1/depth.
+
+    None unless the scan says with which lens, mode and distance it was shot, at one distance.
+    """
+    facts = scan.provenance
+    lens, mode, distance = (
+        LENSES.get(str(facts.get("lens"))),
+        MODES.get(str(facts.get("mode"))),
+        facts.get("distance_mm"),
+    )
+    if lens is None or mode is None or not isinstance(distance, int | float) or len(facts.get("distances_mm", [0])) > 1:
+        return None
+    near, far = depth_window(lens, mode, float(distance))
+    inverse = -1.0 / scan.points[scan.measured][:, 2]
+    middle, half = (1 / near + 1 / far) / 2, (1 / near - 1 / far) / 2
+    return float(np.abs(inverse - middle).max() / half) if inverse.size else None
+
+
+def seen_in(page_map: NDArray[np.float32], size: tuple[int, int]) -> Mask:
+    """(h, w) of the texture: the pixels that a page map (h', w', 2) shows, with those between them."""
+    x, y = np.round(page_map[np.isfinite(page_map).all(axis=2)]).astype(int).T
+    mask = np.zeros(size, np.uint8)
+    mask[np.clip(y, 0, size[0] - 1), np.clip(x, 0, size[1] - 1)] = 1
+    return cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8)).astype(bool)
+
+
+def blur_px(texture: Bytes, page: Mask) -> float | None:
+    """Standard deviation, in pixels, of the spread of the sharpest edges on the page; None without edges.
+
+    An edge of height a that a Gaussian of width s has spread rises by a / (s √2π) at its steepest pixel. The median
+    over the steepest pixels of the page. texture: (h, w, 3). page: (h, w).
+    """
+    grey = cv2.GaussianBlur(cv2.cvtColor(texture, cv2.COLOR_RGB2GRAY).astype(np.float32), (0, 0), PRE_SMOOTH_PX)
+    gradient = np.hypot(cv2.Scharr(grey, cv2.CV_32F, 1, 0), cv2.Scharr(grey, cv2.CV_32F, 0, 1)) / 32.0
+    inner = cv2.erode(page.astype(np.uint8), np.ones((2 * REACH_PX + 1,) * 2, np.uint8)).astype(bool)
+    if not inner.any():
+        return None
+    window = np.ones((2 * REACH_PX + 1,) * 2, np.uint8)
+    height = cv2.dilate(grey, window) - cv2.erode(grey, window)
+    steep = inner & (gradient >= np.quantile(gradient[inner], 1.0 - STRONGEST)) & (height > FLAT_LEVELS)
+    if not steep.any():
+        return None
+    spread = float(np.median(height[steep] / (gradient[steep] * np.sqrt(2.0 * np.pi))))
+    return float(np.sqrt(max(spread**2 - PRE_SMOOTH_PX**2 - DIFFERENCE_PX**2, 0.0)))
+
+
+def clipped_share(image: Bytes, measured: Mask) -> float:
+    """Share of the measured pixels (h, w) of a page (h, w, 3) in which a channel is full, or all are empty."""
+    colours = image[measured]
+    clipped = (colours == WHITE).any(axis=1) | (colours == BLACK).all(axis=1)
+    return float(clipped.mean()) if clipped.size else 0.0
+
+
+def fingerprint(image: Bytes) -> str:
+    """A page (h, w, 3) as SIDE × SIDE grey levels in base64, by which `similarity` compares pages."""
+    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+    return base64.b64encode(cv2.resize(grey, (SIDE, SIDE), interpolation=cv2.INTER_AREA).tobytes()).decode()
+
+
+def similarity(one: str, other: str) -> float:
+    """Greatest correlation, −1 to 1, of two fingerprints within a shift of SHIFT pixels, light and margins left out."""
+    first, second = _details(one), _details(other)
+    inner = np.ascontiguousarray(second[SHIFT:-SHIFT, SHIFT:-SHIFT])
+    if not first.any() or not inner.any():
+        return 0.0  # a blank page is like no other
+    return float(cv2.matchTemplate(first, inner, cv2.TM_CCOEFF_NORMED).max())
+
+
+def _details(fingerprint: str) -> Floats:
+    levels = np.frombuffer(base64.b64decode(fingerprint), np.uint8).reshape(SIDE, SIDE).astype(np.float32)
+    details: Floats = levels - cv2.GaussianBlur(levels, (0, 0), SMOOTH)
+    return np.where(np.abs(details).max() > NOISE_LEVELS, details, 0.0).astype(np.float32)

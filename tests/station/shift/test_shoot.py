@@ -1,0 +1,52 @@
+"""`planish shoot` as it is typed."""
+
+from __future__ import annotations
+
+import io
+import sys
+
+import pytest
+
+import drivers
+from station.cli import main
+from station.session import read_session
+from station.session.verify import verify
+from tests.station.conftest import StandInScanner
+
+
+@pytest.fixture
+def place(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
+    assert main(["session", "new", str(tmp_path / "book"), "--title", "Missale"]) == 0
+    return tmp_path
+
+
+def typed(monkeypatch, keys: str) -> None:
+    monkeypatch.setattr(sys, "stdin", io.StringIO(keys))
+
+
+def test_what_was_shot_is_stored_restored_and_listed(place, monkeypatch, capsys):
+    scanner = StandInScanner()
+    monkeypatch.setattr(drivers, "open_scanner", lambda _config: scanner)
+    scanner.capture = lambda settings: StandInScanner.capture(scanner, settings, lambda *_: None)
+    typed(monkeypatch, " \n")
+    assert main(["shoot", str(place / "book"), "--config", "simulated"]) == 0
+    out = capsys.readouterr().out
+    assert "page 1 [1]: stored" in out
+    assert "page 1 [1]: accepted" in out
+    (page,) = read_session(place / "book").history.pages()
+    assert "restore" in page.runs
+    assert verify(place / "book").problems == ()
+    assert main(["session", "list"]) == 0
+    assert "1 pages  Missale" in capsys.readouterr().out
+
+
+def test_without_a_scanner_what_is_left_is_done(place, monkeypatch, capsys):
+    typed(monkeypatch, " ")
+    assert main(["shoot", "Missale"]) == 0
+    assert "there is no scanner" in capsys.readouterr().out
+
+
+def test_a_session_that_is_not_there(place, capsys):
+    assert main(["shoot", "gone", "--config", "simulated"]) == 3
+    assert "no session" in capsys.readouterr().err

@@ -1,0 +1,52 @@
+"""Levels of measures beside their limits."""
+
+from __future__ import annotations
+
+import base64
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from station.session.presets import Thresholds
+from station.verdict.judge import CHECKS, LEVELS, as_result, judge, level_of, worst
+from station.verdict.measures import SIDE
+
+NUMBERS = st.floats(-1e6, 1e6)
+
+
+def picture(seed: int) -> str:
+    return base64.b64encode(np.random.default_rng(seed).integers(0, 256, SIDE * SIDE, np.uint8).tobytes()).decode()
+
+
+@given(NUMBERS, NUMBERS, NUMBERS, NUMBERS)
+def test_more_in_the_worse_direction_is_never_better(one, other, amber, red):
+    low, high = sorted([one, other])
+    levels = [LEVELS.index(level_of(value, (amber, red))) for value in (low, high)]
+    assert levels == sorted(levels, reverse=amber > red)
+
+
+def test_the_limits_themselves_belong_to_the_better_level():
+    assert [level_of(value, (1.0, 2.0)) for value in (1.0, 1.1, 2.0, 2.1)] == ["green", "amber", "amber", "red"]
+    assert [level_of(value, (2.0, 1.0)) for value in (2.0, 1.9, 1.0, 0.9)] == ["green", "amber", "amber", "red"]
+
+
+def test_every_check_of_a_preset_has_words():
+    assert set(CHECKS) == set(Thresholds.model_fields)
+
+
+def test_the_worst_finding_decides_and_comes_first():
+    limits = Thresholds(strain_rms=(0.1, 0.2), blur_px=(1.0, 2.0), hole_mm=(1.0, 2.0), similarity=(0.6, 0.8))
+    measures = {"strain_rms": 0.3, "blur_px": 1.5, "hole_mm": None, "covered_share": 0.0, "fingerprint": picture(1)}
+    level, findings = judge(measures, limits, {4: picture(2), 7: picture(1)})
+    assert (level, [(one.name, one.level) for one in findings]) == (
+        "red",
+        [("strain_rms", "red"), ("similarity", "red"), ("blur_px", "amber")],
+    )
+    assert findings[1].text.startswith("same page as page 7 1.00 (amber > 0.60, red > 0.80)")
+    assert as_result(level, findings)["findings"][0]["limits"] == [0.1, 0.2]
+
+
+def test_nothing_to_judge_is_green():
+    assert worst([]) == "green"
+    assert judge({"fingerprint": picture(1)}, Thresholds(), {})[0] == "green"

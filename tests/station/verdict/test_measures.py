@@ -1,0 +1,114 @@
+"""Measures of pages whose truth is known."""
+
+from __future__ import annotations
+
+import base64
+
+import cv2
+import numpy as np
+import pytest
+
+from restore import RangeScan, Seen
+from station.verdict.measures import (
+    SIDE,
+    blur_px,
+    clipped_share,
+    cut_share,
+    depth_share,
+    fingerprint,
+    measure,
+    seen_in,
+    similarity,
+    widest_place,
+)
+
+BLUR_ERROR = 0.15  # relative: an edge ends within the window that its height is taken from
+SHARP_PX = 0.45  # what a step between two pixels measures: the pixel itself is an average
+
+
+def printed(seed: int, size: int = 256) -> np.ndarray:
+    """A page of black blocks on white paper."""
+    random, page = np.random.default_rng(seed), np.full((size, size), 200, np.uint8)
+    for _ in range(60):
+        x, y = random.integers(10, size - 40, 2)
+        page[y : y + 12, x : x + 25] = 30
+    return np.dstack([page] * 3)
+
+
+@pytest.mark.parametrize("sigma", [1.0, 1.5, 2.0])
+def test_the_blur_of_edges_is_that_of_the_lens(sigma):
+    page = cv2.GaussianBlur(printed(1), (0, 0), sigma)
+    assert blur_px(page, np.ones(page.shape[:2], bool)) == pytest.approx(sigma, rel=BLUR_ERROR)
+
+
+def test_noise_is_no_blur_and_a_blank_page_has_no_edges():
+    random = np.random.default_rng(2)
+    noisy = np.clip(printed(1) + random.normal(0, 3, (256, 256, 1)), 0, 255).astype(np.uint8)
+    everywhere = np.ones((256, 256), bool)
+    assert blur_px(noisy, everywhere) < SHARP_PX + 0.3
+    assert blur_px(np.full((64, 64, 3), 200, np.uint8), np.ones((64, 64), bool)) is None
+    assert blur_px(noisy, np.zeros((256, 256), bool)) is None
+
+
+def test_the_widest_place():
+    mask = np.zeros((40, 40), bool)
+    assert widest_place(mask) == 0.0
+    mask[10:17, 5:30] = True
+    assert widest_place(mask) == pytest.approx(7.0)
+
+
+def test_the_share_of_the_outline_at_the_edge_of_the_picture():
+    rows, cols = np.indices((20, 40)).astype(np.float32)
+    inside = np.dstack([cols + 100, rows + 100]).astype(np.float32)
+    page = np.ones((20, 40), bool)
+    assert cut_share(page, inside, (480, 640)) == 0.0
+    cut = np.dstack([cols, rows + 100]).astype(np.float32)  # its left side, 20 of 116 pixels, and the next columns
+    assert cut_share(page, cut, (480, 640)) == pytest.approx((20 + 2 * 3) / 116)
+
+
+@pytest.mark.parametrize(("offset", "share"), [(0.0, 0.0), (1.0, 1.0), (-1.0, 1.0), (0.5, 0.5)])
+def test_the_depth_window_is_symmetric_in_inverse_depth(offset, share):
+    from drivers.vivid900.lenses import FINE, LENSES, depth_window
+
+    near, far = depth_window(LENSES["MIDDLE"], FINE, 900.0)
+    inverse = (1 / near + 1 / far) / 2 + offset * (1 / near - 1 / far) / 2
+    points = np.full((2, 2, 3), -1.0 / inverse)
+    facts = {"lens": "MIDDLE", "mode": "fine", "distance_mm": 900}
+    assert depth_share(RangeScan(points, None, np.zeros((2, 2, 2)), facts)) == pytest.approx(share)
+    assert depth_share(RangeScan(points, None, np.zeros((2, 2, 2)), {})) is None
+
+
+def test_clipped_pixels():
+    image = np.full((10, 10, 3), 128, np.uint8)
+    image[0] = 0
+    image[1, :, 0] = 255
+    assert clipped_share(image, np.ones((10, 10), bool)) == pytest.approx(0.2)
+    assert clipped_share(image, np.zeros((10, 10), bool)) == 0.0
+
+
+def test_the_same_page_is_alike_in_another_light_and_place_and_others_are_not():
+    page = printed(1)
+    again = np.clip(np.roll(page, (3, 2), (0, 1)) * np.linspace(0.6, 0.9, 256)[:, None, None], 0, 255).astype(np.uint8)
+    assert similarity(fingerprint(page), fingerprint(again)) > 0.9
+    assert similarity(fingerprint(page), fingerprint(printed(2))) < 0.5
+    blank = base64.b64encode(bytes([200]) * SIDE * SIDE).decode()
+    assert similarity(blank, blank) == 0.0
+
+
+def test_all_measures_of_a_page():
+    page = printed(1)
+    rows, cols = np.indices((256, 256)).astype(np.float32)
+    page_map = np.dstack([cols, rows]).astype(np.float32)
+    coverage = np.full((256, 256), Seen.MEASURED, np.uint8)
+    coverage[100:110, 100:110] = Seen.HIDDEN
+    points = np.zeros((4, 4, 3)) - 900.0
+    scan = RangeScan(points, page, np.zeros((4, 4, 2)), {})
+    measured = measure(page, coverage, page_map, 25.4, scan, {"strain": {"rms": 0.001}, "effective_ppi": 25.4})
+    assert measured["covered_share"] == pytest.approx(1 - 100 / 256**2)
+    assert measured["hole_mm"] == pytest.approx(9.0, abs=1.0)
+    assert (measured["strain_rms"], measured["effective_ppi"], measured["depth_share"]) == (0.001, 25.4, None)
+    bare = measure(
+        page, coverage, page_map, 25.4, RangeScan(points, None, np.zeros((4, 4, 2)), {}), {"strain": {"rms": 0.0}}
+    )
+    assert [bare[name] for name in ("cut_share", "effective_ppi", "blur_px", "clipped_share")] == [None] * 4
+    assert seen_in(page_map, (256, 256)).all()
