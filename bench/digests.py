@@ -25,6 +25,7 @@ RUNS: dict[str, tuple[str, ...]] = {
     "sticks": EVERYTHING,
     "springs": ("--method", "springs"),
     "conformal": ("--method", "conformal"),
+    "applicable": ("--method", "applicable"),
     "many-points": ("--points", "5000", "--map"),
     "fine": ("--dpi", "300"),
     "without-light": ("--shading", "remove", "--fill-hidden", "3"),

@@ -24,7 +24,7 @@ class Settings(BaseModel):
 
     points: int = Field(1000, ge=0, le=400_000, description="points that the sheet is reduced to, 0 for all")
     dpi: float = Field(150.0, ge=30, le=1200, description="pixels of the page for one inch of paper")
-    method: Literal["isometric", "sticks", "springs", "conformal"] = Field(
+    method: Literal["isometric", "sticks", "springs", "conformal", "applicable"] = Field(
         "isometric", description="how the sheet is flattened"
     )
     shading: Literal["keep", "remove"] = Field("keep", description="leave light and shadow, or divide them out")

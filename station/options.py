@@ -93,7 +93,9 @@ class Restoration:
 
     points: Annotated[int | None, typer.Option(help="Points kept for the flattening, 0 for all (1000).")] = None
     dpi: Annotated[float | None, typer.Option(help="Page pixels to an inch of paper (150).")] = None
-    method: Annotated[str | None, typer.Option(help="isometric, sticks, springs or conformal (isometric).")] = None
+    method: Annotated[
+        str | None, typer.Option(help="isometric, sticks, springs, conformal or applicable (isometric).")
+    ] = None
     shading: Annotated[str | None, typer.Option(help="Light and shadow: keep or remove (keep).")] = None
     fill_hidden_mm: Annotated[
         float | None,

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from restore.errors import BadInput, NotEnoughSurface
+from restore.flattening.applicable import flatten_applicable
 from restore.flattening.conformal import flatten_conformal
 from restore.flattening.isometric import CAP, MOST_STRAIN, flatten_isometric, flatten_least_distorted
 from restore.flattening.joints import flatten_parts
@@ -34,6 +35,7 @@ METHODS: dict[str, Solver] = {
     "sticks": flatten_sticks,
     "springs": flatten_springs,
     "conformal": flatten_conformal,
+    "applicable": flatten_applicable,
 }
 
 DEFAULT = "isometric"
@@ -57,11 +59,11 @@ def flatten_points(
     mesh = validated(mesh)
     refuse_unflattenable(mesh.vertices, mesh.faces, mesh.sides)
     first = _first_lengths(mesh, method) if lengths is None else lengths
-    page = _flattened(mesh, METHODS[method], first, on_step)
+    page = flatten_with(mesh, METHODS[method], first, on_step)
     if lengths is None and method == DEFAULT:
         page = with_surface_lengths(page, mesh)
     if method == DEFAULT and rms_strain(page.flat, mesh.sides.edges, page.lengths, CAP) > MOST_STRAIN:
-        return _flattened(mesh, flatten_least_distorted, page.lengths, on_step)
+        return flatten_with(mesh, flatten_least_distorted, page.lengths, on_step)
     return page
 
 
@@ -72,8 +74,11 @@ def _first_lengths(mesh: ValidMesh, method: str) -> Floats:
     return surface_lengths(mesh.vertices, mesh.faces, mesh.sides.edges)
 
 
-def _flattened(mesh: ValidMesh, solver: Solver, lengths: Floats, on_step: OnStep | None) -> FlatMesh:
-    """Each connected piece by itself, then all of them side by side."""
+def flatten_with(mesh: ValidMesh, solver: Solver, lengths: Floats, on_step: OnStep | None) -> FlatMesh:
+    """The page of a mesh by a solver and rest lengths (e,) mm: each connected piece by itself, then all side by side.
+
+    Raises NotEnoughSurface for a surface without a border.
+    """
     network = make_network(mesh.vertices, mesh.faces, lengths, mesh.sides)
     if not (np.diff(mesh.sides.first) == 1).any():
         raise NotEnoughSurface("the surface is closed all round: a page has a border", "cut the page out of the mesh")
