@@ -28,6 +28,7 @@ Index = Annotated[
     typer.Option(help="Index of all sessions (planish/sessions.sqlite in XDG_DATA_HOME).", parser=output_path),
 ]
 PageNumber = Annotated[int | None, typer.Option("--page", min=1, max=9999, help="Number of the page.")]
+Stage = Annotated[str | None, typer.Option(help="A stage, with --page: restore, verdict, …")]
 Workers = Annotated[int | None, typer.Option(min=1, help="Threads; one for each processor by default.")]
 
 
@@ -148,21 +149,29 @@ def set_(
 
 
 @app.command("undo")
-def undo_(session: Named, index: Index = None, debug: Debug = False) -> None:
-    """Take back the last step of the operator: a shot, a decision."""
+def undo_(
+    session: Named, page: PageNumber = None, stage: Stage = None, index: Index = None, debug: Debug = False
+) -> None:
+    """Take back the last step of the operator, or the last run of a stage on a page; nothing is deleted."""
     with report_faults(debug=debug), _writing(index, session) as writer:
-        from station.session import undo
+        from station.session import undo, undo_run
 
-        _print_step(undo(writer), "undone", "undo")
+        _check_stage(page, stage)
+        step = undo_run(writer, page, stage) if page and stage else undo(writer)
+        _print_step(step, "undone", "undo")
 
 
 @app.command("redo")
-def redo_(session: Named, index: Index = None, debug: Debug = False) -> None:
-    """Bring back the step that was taken back last."""
+def redo_(
+    session: Named, page: PageNumber = None, stage: Stage = None, index: Index = None, debug: Debug = False
+) -> None:
+    """Bring back the step that was taken back last, or the next run of a stage on a page."""
     with report_faults(debug=debug), _writing(index, session) as writer:
-        from station.session import redo
+        from station.session import redo, redo_run
 
-        _print_step(redo(writer), "brought back", "redo")
+        _check_stage(page, stage)
+        step = redo_run(writer, page, stage) if page and stage else redo(writer)
+        _print_step(step, "brought back", "redo")
 
 
 def verify(session: Named, workers: Workers = None, index: Index = None, debug: Debug = False) -> None:
@@ -243,6 +252,13 @@ def reindex(
         for problem in rebuild(_index(index), folders or []):
             print_note(f"left out: {problem}")
         print_result(f"{len(sessions(_index(index)))} sessions")
+
+
+def _check_stage(page: int | None, stage: str | None) -> None:
+    from station.errors import UsageError
+
+    if (page is None) != (stage is None):
+        raise UsageError("--page and --stage go together", "name both, or none for the last step of the operator")
 
 
 def _print_step(event: Event | None, done: str, name: str) -> None:

@@ -12,7 +12,18 @@ volume    what a session is of
 from station.session.events import VOLUME, Event, Input, slot_of
 from station.session.history import History, Page
 from station.session.reading import SessionDamaged
-from station.session.steps import add_files, add_scan, decide, move, record_run, redo, scan_path, undo
+from station.session.steps import (
+    add_files,
+    add_scan,
+    decide,
+    move,
+    record_run,
+    redo,
+    redo_run,
+    scan_path,
+    undo,
+    undo_run,
+)
 from station.session.store import Session, SessionBroken, Writer, create_session, open_session, read_session
 from station.session.volume import Volume
 
@@ -36,7 +47,9 @@ __all__ = [
     "read_session",
     "record_run",
     "redo",
+    "redo_run",
     "scan_path",
     "slot_of",
     "undo",
+    "undo_run",
 ]

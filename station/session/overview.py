@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any
 
 from station.session.history import Page, redo_target, undo_target
@@ -46,9 +47,19 @@ def overview_lines(session: Session) -> Iterator[str]:
         marked = "* " if page["mark"] else ""
         cells = page["page"], page["label"], page["side"], page["state"], page["level"], marked + page["note"]
         yield ROW.format(*cells).rstrip()
+    for gap in missing_labels(session):
+        yield f"pages are missing {gap}"
     for name, step in (("undo", undo_target(session.history)), ("redo", redo_target(session.history))):
         if step is not None:
             yield f"{name}: {step.name} of page {step.page}"
+
+
+def missing_labels(session: Session) -> list[str]:
+    """Where the labels, as decided or by the preset, leave out pages: `between 12 and 15`."""
+    preset = preset_of(session)
+    labels = [label_of(page, at, preset) for at, page in enumerate(session.history.pages(), 1)]
+    numbered = [(label, place) for label in labels if (place := preset.place(label)) is not None]
+    return [f"between {one} and {two}" for (one, at), (two, then) in pairwise(numbered) if then > at + 1]
 
 
 def _page(page: Page, position: int, preset: Preset) -> dict[str, Any]:

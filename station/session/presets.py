@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any, Literal
 
@@ -15,6 +16,11 @@ from station.options import FLAGS
 
 PRESETS = CONFIGS / "presets"
 Limits = tuple[float, float]
+LABELS = {
+    "pages": re.compile(r"(?P<number>\d{1,6})"),
+    "folios": re.compile(r"(?P<number>\d{1,6})(?P<side>[rv])"),
+    "none": re.compile(r"(?!)"),
+}
 
 
 class Thresholds(BaseModel):
@@ -79,6 +85,18 @@ class Preset(BaseModel):
             return str(self.first + position - 1)
         leaf, verso = divmod(position - 1, 2)
         return f"{self.first + leaf}{'v' if verso else 'r'}"
+
+    def place(self, label: str) -> int | None:
+        """The position that a label has by itself, the inverse of `label`; None for another kind of label.
+
+        >>> Preset(foliation="folios").place("2r"), Preset().place("7"), Preset().place("vii")
+        (3, 7, None)
+        """
+        match = LABELS[self.foliation].fullmatch(label)
+        if match is None:
+            return None
+        leaf = int(match["number"]) - self.first
+        return 2 * leaf + 1 + (match["side"] == "v") if self.foliation == "folios" else leaf + 1
 
     def side(self, position: int) -> str:
         """`left` or `right` of the opening, empty for single sheets."""

@@ -9,7 +9,7 @@ from typing import Any
 
 from restore import BadInput, RangeScan, save_scan
 from station.session.events import VOLUME, Event, slot_of
-from station.session.history import CAPTURE, redo_target, undo_target
+from station.session.history import CAPTURE, earlier, later, redo_target, undo_target
 from station.session.store import Session, Writer, file_digest
 
 ORIGINAL, SCAN = "original", "scan"
@@ -108,6 +108,25 @@ def redo(writer: Writer) -> Event | None:
 def scan_path(session: Session, capture: Event) -> Path:
     """The path of a capture's scan, for `load_scan`."""
     return session.path(capture, str(capture.facts["source"]))
+
+
+def undo_run(writer: Writer, page: int, stage: str) -> Event | None:
+    """Let a page's stage name the run before its current one, or none; returns the run that was current, if any."""
+    run = writer.history.page(page).runs.get(stage)
+    if run is not None:
+        move(writer, page, run.slot, earlier(writer.history, page, run.slot), reason="stage")
+    return run
+
+
+def redo_run(writer: Writer, page: int, stage: str) -> Event | None:
+    """Let a page's stage name the run after its current one; returns that run, None when there is none."""
+    shown = writer.history.page(page)
+    for on in (shown.capture, *shown.runs.values()):
+        run = None if on is None else later(writer.history, page, slot_of(stage, on))
+        if run is not None:
+            move(writer, page, run.slot, run, reason="stage")
+            return run
+    return None
 
 
 def _capture(writer: Writer, folder: Path, page: int | None, facts: Mapping[str, Any]) -> Event:

@@ -14,7 +14,7 @@ from typing import Any
 from drivers import ScannerError
 from restore import RangeScan
 from station.session import Event, Page, Writer, add_scan, decide, record_run, redo, scan_path, undo
-from station.session.overview import label_of, preset_of
+from station.session.overview import label_of, missing_labels, preset_of
 from station.session.stages import RESTORE, VERDICT, Run, run_verdict
 from station.shift.keys import ACTIONS, HELP, Action
 from station.shift.workers import Submit
@@ -92,6 +92,8 @@ class Shift:
         pages = list(self.writer.history.pages())
         self._page = pages[-1].number if pages else None
         self.show(f"{self.writer.session.volume.title}: {len(pages)} pages. {HELP}")
+        for gap in missing_labels(self.writer.session):
+            self.show(f"pages are missing {gap}")
         for page in pages:
             self._continue(page)
 

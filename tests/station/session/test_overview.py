@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from station.session import add_scan, decide, open_session, undo
-from station.session.overview import overview, overview_lines
+from station.session.overview import missing_labels, overview, overview_lines
 
 
 def test_pages_are_told_in_their_order_with_their_labels(volume, tiny_scan):
@@ -26,3 +26,15 @@ def test_pages_are_told_in_their_order_with_their_labels(volume, tiny_scan):
 def test_an_empty_session(volume):
     with open_session(volume) as writer:
         assert list(overview_lines(writer.session)) == ["A volume  tests", f"{volume}, 0 pages, 1 events, preset book"]
+
+
+def test_labels_that_leave_out_pages_are_told(volume, tiny_scan):
+    with open_session(volume) as writer:
+        for _ in range(3):
+            add_scan(writer, tiny_scan, facts={})
+        assert missing_labels(writer.session) == []
+        decide(writer, "label", "5", page=3)
+        assert missing_labels(writer.session) == ["between 2 and 5"]
+        assert "pages are missing between 2 and 5" in list(overview_lines(writer.session))
+        decide(writer, "label", "plate", page=3)
+        assert missing_labels(writer.session) == []

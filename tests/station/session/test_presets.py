@@ -24,6 +24,9 @@ def test_labels_and_sides():
     folios = Preset(foliation="folios", first=3, sides="right")
     assert [folios.label(n) for n in (1, 2, 3)] == ["3r", "3v", "4r"]
     assert [folios.side(n) for n in (1, 2, 3)] == ["right", "left", "right"]
+    for preset in (folios, Preset(first=9)):
+        assert [preset.place(preset.label(n)) for n in range(1, 9)] == list(range(1, 9))
+    assert [Preset(foliation="none").place("1"), folios.place("3"), Preset().place("3r")] == [None] * 3
     assert (Preset(foliation="none").label(1), Preset().side(1)) == ("", "")
 
 
