@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from restore import scan_stem
+from station.one_page import SCAN_SUFFIX
 from station.watch.listing import Listing, Stamp
 
 BLOCK = 2**20  # bytes that are copied at a time
@@ -25,6 +26,7 @@ class Arrival:
 
     folder  the watched folder; source: path of the scan relative to it.
     files   name for the copy, relative to that of the scan → path relative to the watched folder; the scan is first.
+            Of a scan folder, those in it.
     stamps  of the files, in their order.
     """
 
@@ -39,10 +41,24 @@ class Arrival:
         files = {source.name: source, **companions}
         return cls(folder, source, files, tuple(listing[path] for path in files.values()))
 
+    @classmethod
+    def of_folder(cls, folder: Path, source: Path, listing: Listing) -> Arrival:
+        """The arrival of a scan folder of Planish's own, as a listing has its files."""
+        inside = [path for path in listing if path.is_relative_to(source)]
+        files = {str(path.relative_to(source.parent)): path for path in inside}
+        return cls(folder, source, files, tuple(listing[path] for path in inside))
+
     @property
     def stem(self) -> str:
         """First part of the names of its results."""
-        return scan_stem(self.source)
+        if self.source.name in self.files:
+            return scan_stem(self.source)
+        return self.source.name.removesuffix(SCAN_SUFFIX) or self.source.name
+
+    @property
+    def size(self) -> int:
+        """Bytes of all its files."""
+        return sum(stamp.size for stamp in self.stamps)
 
     def copy(self, to: Path) -> str:
         """Copy the files to an empty folder. Returns the SHA-256 digest of names and contents, hexadecimal.

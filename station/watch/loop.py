@@ -6,31 +6,28 @@ import errno
 import shutil
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from datetime import datetime
 from pathlib import Path
-from typing import Any, Literal, Protocol
+from typing import Literal
 
-from restore import LibraryMissing, Settings
-from station.errors import StationError, UsageError, explain
+from station.errors import UsageError
 from station.export.atomic import claim_folder
 from station.export.claim import Claim
-from station.one_page import Destination, Outcome
 from station.watch import records
 from station.watch.arrival import Arrival, Changed
 from station.watch.companions import Pairing, is_scan
 from station.watch.listing import Quiet, Stamp, has_writer, list_files
-from station.watch.presets import Options, Presets
+from station.watch.once import Restore, restore_once
+from station.watch.presets import Presets
 
 POLL_S = 1.0
 SETTLE_S = 3.0  # without a change: copying programs write several times a second, over a slow network every other one
 PAIR_S = 30.0  # for files that belong to a scan: programs write them one after the other
-MAX_ATTEMPTS = 2  # that may be cut off: by an operator, by a power cut; after that it is the scan that ends the program
 
 STAGED = "arrival"
-UNREADABLE = "unreadable"  # in place of the digest of a file that may not be read
 # Of a network share that is not there just now.
 PASSING = {errno.EIO, errno.ESTALE, errno.ETIMEDOUT, errno.EHOSTDOWN, errno.ENOTCONN, errno.ECONNRESET, errno.EAGAIN}
 
@@ -38,14 +35,6 @@ Event = Literal["restored", "set aside", "waiting"]
 State = Literal["done", "worked", "waiting"]
 Notify = Callable[[Event, Path, str], None]
 """Called with what happened, the scan relative to the watched folder, and where the result is, or why there is none."""
-
-
-class Restore(Protocol):
-    """Restores a scan file; see `station.one_page.restore_file`."""
-
-    def __call__(
-        self, source: Path, destination: Destination, *, settings: Settings, facts: Mapping[str, Any]
-    ) -> Outcome: ...
 
 
 @dataclass(frozen=True)
@@ -163,51 +152,12 @@ class Watch:
             self._wait(arrival.source, error)
             return "waiting"
         with staging(self.out) as staged:
-            try:
-                digest = arrival.copy(staged)
-            except PermissionError as error:
-                return self._set_aside(arrival, UNREADABLE, [f"cannot read {error.filename}: {error.strerror}"])
-            if records.find_result(self.out, arrival, digest):
-                return "done"
-            return self._restore(arrival, digest, staged, options)
-
-    def _restore(self, arrival: Arrival, digest: str, staged: Path, options: Options) -> State:
-        """Restore a copied scan, or set it aside when it cannot be restored. Raises what is not the scan's fault."""
-        if records.failed_digest(self.out, arrival) == digest:
+            settled = restore_once(arrival, self.out, options, staged, self.restore, now=self.now)
+        if settled.state == "done":
             return "done"
-        if records.begin_attempt(self.out, arrival, digest) >= MAX_ATTEMPTS:
-            reason = f"the program has ended {MAX_ATTEMPTS} times while it restored this scan"
-            return self._set_aside(arrival, digest, [reason])
-        folder = records.free_folder(self.out, arrival)
-        destination = Destination(folder, options.outputs, language=options.language, colours=options.colours)
-        original = arrival.folder / arrival.source
-        facts = {"scan": str(original), "arrival": arrival.as_data(digest)}
-        settings = options.build(str(original))
-        try:
-            self.restore(staged / arrival.source.name, destination, settings=settings, facts=facts)
-        except (OSError, StationError, LibraryMissing):  # a fault of the disk, the results or this computer
-            records.end_attempt(self.out, arrival)
-            raise
-        except Exception as error:
-            fault = explain(error)
-            lines = [line.replace(str(staged), str(original.parent)) for line in (fault.message, *fault.hints)]
-            return self._set_aside(arrival, digest, lines)
-        except BaseException:  # Ctrl-C: it is not the scan that ends the program
-            records.end_attempt(self.out, arrival)
-            raise
-        records.end_attempt(self.out, arrival)
-        records.forget_failure(self.out, arrival)
-        self.counts["restored"] += 1
-        self.notify("restored", arrival.source, str(folder))
-        return "worked"
-
-    def _set_aside(self, arrival: Arrival, digest: str, reasons: list[str]) -> State:
-        if records.failed_digest(self.out, arrival) == digest:
-            return "done"
-        note = records.set_aside(self.out, arrival, digest, reasons, self.now())
-        records.end_attempt(self.out, arrival)
-        self.counts["set aside"] += 1
-        self.notify("set aside", arrival.source, f"{reasons[0]} ({note})")
+        self.counts[settled.state] += 1
+        reason = f"{settled.reason} ({settled.place})" if settled.reason else str(settled.place)
+        self.notify(settled.state, arrival.source, reason)
         return "worked"
 
     def _wait(self, path: Path, error: UsageError) -> None:

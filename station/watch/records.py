@@ -6,6 +6,7 @@ A result is `OUT/<sub-folder>/<stem>/`, whose report names the scan and the dige
 
 from __future__ import annotations
 
+import glob
 import json
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -15,17 +16,19 @@ from pathlib import Path
 from typing import Any
 
 from restore import read_regular
-from station.export.atomic import write_all
+from station.export.disk import sync_folder, write_file
 from station.watch.arrival import Arrival
 
 FAILED, NOTE, ATTEMPT = "failed", ".txt", ".attempt"
 MAX_BYTES = 2**24  # of a report or a note
+MAX_TRIES = 100  # to write into a folder that others remove: each needs one of them to come between two system calls
 DIGEST = "sha256: "
 
 
-def report_of(folder: Path, arrival: Arrival) -> Path:
-    """The report of the arrival's results in a folder."""
-    return folder / f"{arrival.stem}.json"
+def reports_of(folder: Path, arrival: Arrival) -> list[Path]:
+    """The reports of the arrival's results in a folder: one, or one for each of several sheets of a scan."""
+    report = folder / f"{arrival.stem}.json"
+    return [report] if report.exists() else sorted(folder.glob(f"{glob.escape(arrival.stem)}-[0-9]*.json"))
 
 
 def result_folders(out: Path, arrival: Arrival) -> Iterator[Path]:
@@ -40,7 +43,7 @@ def find_result(out: Path, arrival: Arrival, digest: str | None = None) -> Path 
     for folder in result_folders(out, arrival):
         if _is_free(folder):
             return None
-        known = _arrival_in(report_of(folder, arrival))
+        known = next(map(_arrival_in, reports_of(folder, arrival)), {})
         if known.get("source") != str(arrival.source):
             continue
         if known.get("sha256") == digest or known.get("files") == arrival.as_data("")["files"]:
@@ -73,7 +76,7 @@ def set_aside(out: Path, arrival: Arrival, digest: str, reasons: Sequence[str], 
     lines = [*reasons, "", *(f"{name}: {value}" for name, value in facts.items()), DIGEST + digest]
     path = note_of(out, arrival)
     text = "\n".join(lines) + "\n"
-    write_all([(path, text.encode("utf-8", "backslashreplace"))], force=True)
+    _put(path, text.encode("utf-8", "backslashreplace"))
     return path
 
 
@@ -99,7 +102,7 @@ def begin_attempt(out: Path, arrival: Arrival, digest: str) -> int:
     with suppress(OSError, ValueError):
         known, times = read_regular(path, MAX_BYTES).decode().split()
     before = int(times) if known == digest and times.isdigit() else 0
-    write_all([(path, f"{digest} {before + 1}\n".encode())], force=True)
+    _put(path, f"{digest} {before + 1}\n".encode())
     return before
 
 
@@ -113,6 +116,24 @@ def end_attempt(out: Path, arrival: Arrival) -> None:
 def utc() -> datetime:
     """The present time."""
     return datetime.now(UTC)
+
+
+def _put(path: Path, data: bytes) -> None:
+    """Write a record in one step; other processes may write others to the same folder, and remove it when it is empty.
+
+    Each scan has records of its own, which one process writes at a time.
+    """
+    part = path.with_name(f".{path.name}.part")
+    for attempt in range(MAX_TRIES):
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            write_file(part, data)
+            part.replace(path)
+            sync_folder(path.parent)
+            return
+        except FileNotFoundError:  # another process has just removed the empty folder
+            if attempt == MAX_TRIES - 1:
+                raise
 
 
 def _attempt_of(out: Path, arrival: Arrival) -> Path:
