@@ -4,6 +4,9 @@ cli         the command `planish`
 config      a station's TOML file, and settings checked with the option's name in the message
 one_page    one page: open → capture → store → restore → export
 session     a volume in a folder: captures, runs of stages, decisions, as events in a BagIt bag
+session_commands  `planish session`, `verify`, `repair`, `replay`, `reindex`
+shift       a day at the scanner: keys, restorations in the background
+verdict     measures of a shot, and their levels beside the limits of a preset
 export      encoders of the output files, one module a format, and writing of all files or none
 words       text recognition by Tesseract
 ocr         `planish ocr`: text, ALTO and PDF/A of restored pages

@@ -5,7 +5,9 @@ from __future__ import annotations
 import errno
 import fcntl
 import os
+import pwd
 import shutil
+import socket
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
@@ -17,7 +19,7 @@ from station.export.journal import JOURNAL, NEW, OLD, roll_back
 
 WORK = ".planish-run"
 LOCK = "lock"
-PID_BYTES = 20  # more digits than any system's process numbers have
+HOLDER_BYTES = 400  # a process number, a user's name and a host's, of at most 255 bytes
 
 
 @dataclass(frozen=True)
@@ -78,7 +80,7 @@ def recover(folder: Path) -> bool:
 
 
 def _lock(claim: Claim) -> int:
-    """Take the lock, and write this process's number into it. Returns the descriptor that holds it."""
+    """Take the lock, and write into it who holds it. Returns the descriptor that does."""
     path = claim.work / LOCK
     while True:
         claim.work.mkdir(exist_ok=True)
@@ -102,19 +104,28 @@ def _is_taken(claim: Claim, path: Path, descriptor: int) -> bool:
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
-        owner = os.pread(descriptor, PID_BYTES, 0).decode("ascii", "replace")
+        owner = os.pread(descriptor, HOLDER_BYTES, 0).decode("utf-8", "replace")
         raise FolderInUse(claim.folder, owner) from None
     if not _is_open_file(path, descriptor):
         return False
     try:
         with add_path_to_errors(path):
             os.ftruncate(descriptor, 0)
-            os.pwrite(descriptor, str(os.getpid()).encode(), 0)
+            os.pwrite(descriptor, _holder().encode("utf-8", "replace")[:HOLDER_BYTES], 0)
             os.fsync(descriptor)  # a disk that refuses is better met before the work than after it
     except BaseException:
         path.unlink(missing_ok=True)
         raise
     return True
+
+
+def _holder() -> str:
+    """This process, its user and its computer: a session on a shared disk is opened from several."""
+    try:
+        user = pwd.getpwuid(os.getuid()).pw_name
+    except KeyError:  # a user that this system has no name for
+        user = str(os.getuid())
+    return f"{os.getpid()} of {user} on {socket.gethostname()}"
 
 
 def _is_open_file(path: Path, descriptor: int) -> bool:

@@ -13,7 +13,7 @@ from typing import Literal
 
 from restore import BadInput
 from station.errors import FolderInUse, StationError
-from station.export.claim import LOCK, PID_BYTES, WORK
+from station.export.claim import HOLDER_BYTES, LOCK, WORK
 from station.session import bag
 from station.session.events import FOLDER, RECORD, VOLUME, Event
 from station.session.history import folded
@@ -100,7 +100,7 @@ def refuse_live_writer(folder: Path) -> None:
         try:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError:
-            raise FolderInUse(folder, file.read(PID_BYTES).decode("ascii", "replace")) from None
+            raise FolderInUse(folder, file.read(HOLDER_BYTES).decode("utf-8", "replace")) from None
 
 
 def page_of(path: str) -> int:

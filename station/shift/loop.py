@@ -68,11 +68,21 @@ class Shift:
         while not (self._leaving and not self._waiting):
             message = self.inbox.get()
             if isinstance(message, Done):
-                self._finish(message)
-            elif self._typed is not None and message:
-                self._type(message)
+                self.finish(message)
             elif not self._leaving:
-                self.press(ACTIONS.get(message, "help"))
+                self.type(message)
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a restoration is under way."""
+        return bool(self._waiting)
+
+    def type(self, key: str) -> None:
+        """One key of the operator: an action, or a character of a note."""
+        if self._typed is not None and key:
+            self._add_to_note(key)
+        else:
+            self.press(ACTIONS.get(key, "help"))
 
     def press(self, action: Action) -> None:
         """What one key does."""
@@ -131,7 +141,7 @@ class Shift:
         self._waiting[capture.number] = future
         future.add_done_callback(lambda done: self.inbox.put(Done(capture, folder, done)))
 
-    def _finish(self, done: Done) -> None:
+    def finish(self, done: Done) -> None:
         """Record a restoration, and judge it. One whose process crashed is tried once more, then recorded as failed."""
         del self._waiting[done.capture.number]
         if done.future.cancelled():
@@ -202,7 +212,7 @@ class Shift:
             self._typed = ""
             self.show("note, then enter:")
 
-    def _type(self, key: str) -> None:
+    def _add_to_note(self, key: str) -> None:
         """One more character of a note; enter ends it, an empty note is none."""
         typed, page = self._typed or "", self._current()
         if key not in "\r\n":
