@@ -155,7 +155,7 @@ def main(workers: int | None = None, only: str = "", share: int = 1) -> int:
     start = time.perf_counter()
     with tempfile.TemporaryDirectory(dir=MEMORY if MEMORY.is_dir() else None) as name:
         scratch = Path(name).resolve()
-        _prepare(scratch / "before")
+        prepare(scratch / "before")
         tasks = [task for run in RUNS if only in run.name for task in _tasks(run, scratch)][::share]
         with get_context("fork").Pool(workers or len(os.sched_getaffinity(0))) as pool:
             verdicts = pool.map(_judge, tasks, chunksize=20)
@@ -167,7 +167,7 @@ def main(workers: int | None = None, only: str = "", share: int = 1) -> int:
     return 1 if failures else 0
 
 
-def _prepare(folder: Path) -> None:
+def prepare(folder: Path) -> None:
     """A session with a scan, its restoration and a label; an index that knows it; a scan folder of others."""
     folder.mkdir()
     create_session(folder / VOLUME, Volume(title="A volume"))
