@@ -39,18 +39,30 @@ def new(
     project: Annotated[str, typer.Option(help="What the volume belongs to.")] = "",
     organisation: Annotated[str, typer.Option(help="Who keeps it.")] = "",
     preset: Annotated[str, typer.Option(help="book, map, leaflet, crumpled, or a TOML file.")] = "book",
+    config: Annotated[
+        str, typer.Option(help="Configuration of the station that will shoot it, for planish shoot.")
+    ] = "",
     index: Index = None,
     debug: Debug = False,
 ) -> None:
     """Make a session for a volume."""
     with report_faults(debug=debug):
+        from station.config import load_config
         from station.session import Volume, create_session, read_session
         from station.session.presets import load_preset
 
         settings = load_preset(preset).model_dump(mode="json", exclude_none=True)
         name = title or folder.resolve().name
+        if config:
+            load_config(Path(config))
+        station = str(Path(config).resolve()) if config.endswith(".toml") else config
         volume = Volume(
-            title=name, project=project, organisation=organisation, preset=Path(preset).stem, settings=settings
+            title=name,
+            project=project,
+            organisation=organisation,
+            preset=Path(preset).stem,
+            station=station,
+            settings=settings,
         )
         create_session(folder, volume)
         enter(index, read_session(folder))

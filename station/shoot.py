@@ -15,7 +15,9 @@ from station.terminal import print_result, report_faults
 
 Station = Annotated[
     Path | None,
-    typer.Option("--config", help="The station's configuration (TOML), or `simulated`.", show_default=False),
+    typer.Option(
+        "--config", help="The station's configuration (TOML), or `simulated` (that of the session).", show_default=False
+    ),
 ]
 FootSwitch = Annotated[
     str | None, typer.Option(metavar="PORT", help="Serial port of a foot-switch, which shoots the next page.")
@@ -35,8 +37,9 @@ def shoot(
         from station.shift.loop import Shift
         from station.shift.workers import background
 
-        station = None if config is None else load_config(config)
         writer = stack.enter_context(open_session(find_session(index, session)))
+        named = writer.session.volume.station
+        station = load_config(config or Path(named)) if config or named else None
         stack.callback(lambda: enter(index, writer.session))
         submit = stack.enter_context(background())
         capture = None

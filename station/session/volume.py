@@ -16,6 +16,7 @@ class Volume(BaseModel):
     title         of the volume.
     organisation  who keeps it; may be empty.
     preset        name of the preset that the session began with.
+    station       configuration of the station that shoots it, unless another one is named; may be empty.
     settings      the whole of that preset, so that a later change of its file changes no session.
     """
 
@@ -24,4 +25,5 @@ class Volume(BaseModel):
     title: str = Field(max_length=MAX_TEXT)
     organisation: str = Field(default="", max_length=MAX_TEXT)
     preset: str = Field(default="book", max_length=MAX_TEXT)
+    station: str = Field(default="", max_length=4096)
     settings: dict[str, Any] = {}

@@ -18,6 +18,7 @@ from tests.station.conftest import StandInScanner
 def place(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "data"))
     assert main(["session", "new", str(tmp_path / "book"), "--title", "Missale"]) == 0
+    assert main(["session", "new", str(tmp_path / "known"), "--config", "simulated"]) == 0
     return tmp_path
 
 
@@ -39,6 +40,16 @@ def test_what_was_shot_is_stored_restored_and_listed(place, monkeypatch, capsys)
     assert verify(place / "book").problems == ()
     assert main(["session", "list"]) == 0
     assert "1 pages  Missale" in capsys.readouterr().out
+
+
+def test_the_station_of_the_session_is_used(place, monkeypatch, capsys):
+    opened = []
+    monkeypatch.setattr(drivers, "open_scanner", lambda config: opened.append(config["driver"]) or StandInScanner())
+    typed(monkeypatch, "?")
+    assert main(["shoot", "known"]) == 0
+    assert opened == ["simulated"]
+    assert main(["session", "new", str(place / "other"), "--config", "gone.toml"]) == 2
+    assert "cannot read gone.toml" in capsys.readouterr().err
 
 
 def test_without_a_scanner_what_is_left_is_done(place, monkeypatch, capsys):
