@@ -61,7 +61,7 @@ def _shots() -> Iterator[tuple[str, RangeScan]]:
 
 def _shot(number: int, *, noise: int = 1, page_mm: tuple[float, float] = PAGE_MM) -> RangeScan:
     artwork = {"name": "text", "seed": number, "title_pt": 14.0, "sizes_pt": [12.0]}
-    scene = {"sheet": "binding", "artwork": artwork, "page_mm": page_mm, "table": "dark"}
+    scene = {"sheet": "curl", "artwork": artwork, "page_mm": page_mm, "table": "dark"}
     config = {"driver": "simulated", "lens": "MIDDLE", "distance_mm": 900, "seed": noise, "scene": scene}
     with drivers.open_scanner(config) as scanner:
         return scanner.capture(CaptureSettings(mode="fast"))

@@ -63,6 +63,11 @@ def add_original(writer: Writer, path: Path, *, page: int | None = None, unit: s
     }
 
     def provenance(copy: Path) -> dict[str, Any]:
-        return {"provenance": dict(load_scan(copy, unit=unit).provenance)}
+        try:
+            return {"provenance": dict(load_scan(copy, unit=unit).provenance)}
+        except BadInput as error:
+            if isinstance(error.__cause__, OSError):  # of the copy, which was written just now: the disk's fault
+                raise error.__cause__ from None
+            raise
 
     return add_files(writer, gathered.files, gathered.source, page=page, facts=facts, inspect=provenance)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+
 import numpy as np
 import pytest
 
@@ -56,6 +58,15 @@ def test_what_cannot_be_read_is_no_page(volume, tmp_path, content):
         with pytest.raises(BadInput):
             add_original(writer, tmp_path / "bad.obj")
         assert len(writer.history.events) == 1
+
+
+def test_a_copy_that_the_disk_does_not_give_back_is_a_fault_of_the_disk(volume, mesh, monkeypatch):
+    def unreadable(path, unit):
+        raise BadInput(f"{path} cannot be read") from OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr("station.session.adding.load_scan", unreadable)
+    with open_session(volume) as writer, pytest.raises(OSError, match="Input/output"):
+        add_original(writer, mesh)
 
 
 def test_a_file_that_is_not_there(tmp_path):
