@@ -13,6 +13,7 @@ from typing import Any
 
 from drivers import ScannerError
 from restore import RangeScan
+from station.errors import explain
 from station.session import Event, Page, Writer, add_scan, decide, record_run, redo, scan_path, undo
 from station.session.overview import label_of, missing_labels, preset_of
 from station.session.stages import RESTORE, VERDICT, Run, run_verdict
@@ -150,6 +151,13 @@ class Shift:
             run: Run | None = done.future.result()
         except BrokenProcessPool:
             run = self._after_crash(done)
+        except OSError:
+            raise
+        except Exception as error:  # a fault of the program, which costs this page and not the shift
+            fault = explain(error)
+            shutil.rmtree(done.folder, ignore_errors=True)
+            done.folder.mkdir()
+            run = Run({"error": fault.message, "hint": " ".join(fault.hints)})
         if run is None:
             return
         parameters = self._preset.parameters(unit=str(done.capture.facts.get("unit", "auto")))

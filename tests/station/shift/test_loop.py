@@ -179,6 +179,39 @@ def test_a_crash_of_a_restoration_is_tried_again_once(book, tiny_scan, crashes, 
     assert any(told in line for line in work(book, tiny_scan, restorer, " "))
 
 
+def test_a_fault_of_the_program_costs_one_page(book, tiny_scan):
+    restorer = Restorer()
+
+    def faulty(source: Path, parameters: object, folder: Path) -> Future[Run]:
+        future: Future[Run] = Future()
+        folder.mkdir()
+        (folder / "half.png").write_bytes(b"half")
+        future.set_exception(ZeroDivisionError("no such page"))
+        return future
+
+    with shift_of(book, tiny_scan, restorer) as (shift, lines):
+        shift.submit = faulty
+        shift.press("shoot")
+        shift.finish(shift.inbox.get())
+        shift.submit = restorer.submit
+        shift.press("shoot")
+        shift.finish(shift.inbox.get())
+    assert any("RED  not restored: unexpected fault: ZeroDivisionError: no such page" in line for line in lines)
+    first, second = pages(book)
+    assert (dict(first.runs["restore"].files), "verdict" in first.runs) == ({}, False)
+    assert "verdict" in second.runs
+
+
+def test_a_full_disk_ends_the_shift(book, tiny_scan):
+    with shift_of(book, tiny_scan, Restorer()) as (shift, _):
+        future: Future[Run] = Future()
+        future.set_exception(OSError(28, "No space left on device"))
+        shift.submit = lambda *_: future
+        shift.press("shoot")
+        with pytest.raises(OSError, match="No space"):
+            shift.finish(shift.inbox.get())
+
+
 def test_a_scanner_that_fails_ends_no_shift(book, tiny_scan):
     with shift_of(book, tiny_scan, Restorer()) as (shift, lines):
 
