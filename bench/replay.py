@@ -33,7 +33,7 @@ def main(pages: int) -> int:
         create_session(folder, Volume(title="Replayed", settings=preset.model_dump(mode="json", exclude_none=True)))
         scans = (_scan(number) for number in range(pages))
         with open_session(folder) as writer:
-            shift = Shift(writer, lambda: next(scans), _restore_now, lambda _line: None)
+            shift = Shift(writer, lambda: next(scans), restore_now, lambda _line: None)
             for key in (*" " * pages, "q"):
                 shift.inbox.put(key)
             shift.run()
@@ -53,7 +53,8 @@ def _scan(number: int) -> RangeScan:
     return replace(scan, texture=texture)
 
 
-def _restore_now(source: Path, parameters: Mapping[str, Any], folder: Path) -> Future[Run]:
+def restore_now(source: Path, parameters: Mapping[str, Any], folder: Path) -> Future[Run]:
+    """Restore a scan in this process. See `station.shift.workers.Submit`."""
     future: Future[Run] = Future()
     future.set_result(run_restore(source, parameters, folder))
     return future

@@ -14,17 +14,16 @@ from pathlib import Path
 
 import cv2
 
-import drivers
-from drivers import CaptureSettings
+from bench.replay import restore_now
+from drivers.simulated import Curl, Text
+from drivers.simulated import shoot as simulate
 from restore import RangeScan
 from station.session import Volume, create_session, open_session, read_session
 from station.session.overview import overview_lines
 from station.session.presets import load_preset
 from station.session.verify import verify
 from station.shift.loop import Done, Shift
-from station.shift.workers import background
 
-SETTINGS = CaptureSettings(mode="fast")
 PAGE_MM, LARGE_MM = (200.0, 150.0), (420.0, 150.0)
 BLUR_PX = 3.0
 # Pages in the order in which they lie before the scanner, and the keys between them.
@@ -73,8 +72,8 @@ def main() -> int:
 def _work(folder: Path) -> None:
     """Press every key, and wait after each until what was shot is judged, so that the screen is always the same."""
     shots = _shots()
-    with open_session(folder) as writer, background() as submit:
-        shift = Shift(writer, lambda: next(shots), submit, lambda line: print(f"    {line}", flush=True))
+    with open_session(folder) as writer:
+        shift = Shift(writer, lambda: next(shots), restore_now, lambda line: print(f"    {line}", flush=True))
         for key in KEYS:
             print(f"[{NAMES.get(key, key)}]", flush=True)
             shift.type(key)
@@ -90,17 +89,15 @@ def _shots() -> Iterator[RangeScan]:
         yield _shot(int(number), fault)
 
 
+def page_scan(number: int, *, page_mm: tuple[float, float] = PAGE_MM, noise: int = 1) -> RangeScan:
+    """A FAST shot of a curled page of text. number: which text; noise: seed of the scanner's."""
+    artwork = Text(seed=number, title_pt=14.0, sizes_pt=(12.0,), columns=1 + number % 2)
+    scan, _ = simulate(Curl(), artwork, mode="fast", seed=noise, page_mm=page_mm)
+    return scan
+
+
 def _shot(number: int, fault: str) -> RangeScan:
-    artwork = {"name": "text", "seed": number, "title_pt": 14.0, "sizes_pt": [12.0], "columns": 1 + number % 2}
-    scene = {
-        "sheet": "curl",
-        "artwork": artwork,
-        "page_mm": LARGE_MM if fault == "large" else PAGE_MM,
-        "table": "dark",
-    }
-    config = {"driver": "simulated", "lens": "MIDDLE", "distance_mm": 900, "seed": number, "scene": scene}
-    with drivers.open_scanner(config) as scanner:
-        scan = scanner.capture(SETTINGS)
+    scan = page_scan(number, page_mm=LARGE_MM if fault == "large" else PAGE_MM, noise=number)
     if fault == "blurred" and scan.texture is not None:
         return replace(scan, texture=cv2.GaussianBlur(scan.texture, (0, 0), BLUR_PX))
     return scan

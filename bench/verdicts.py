@@ -14,15 +14,13 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-import drivers
-from drivers import CaptureSettings
+from bench.shift import LARGE_MM, page_scan
 from restore import RangeScan, save_scan
 from station.session.presets import Thresholds, load_preset
 from station.session.stages import run_restore
 from station.verdict.measures import similarity
 
 NAMES = [name for name in Thresholds.model_fields if name != "similarity"]
-PAGE_MM, LARGE_MM = (200.0, 150.0), (420.0, 150.0)
 
 
 def main() -> int:
@@ -44,27 +42,19 @@ def main() -> int:
 
 
 def _shots() -> Iterator[tuple[str, RangeScan]]:
-    good = _shot(1)
+    good = page_scan(1)
     assert good.texture is not None
     yield "good", good
-    yield "the same page again", _shot(1, noise=7)
-    yield "another page", _shot(2)
-    yield "page three", _shot(3)
+    yield "the same page again", page_scan(1, noise=7)
+    yield "another page", page_scan(2)
+    yield "page three", page_scan(3)
     for blur in (1.0, 2.0, 3.0):
         yield f"out of focus by {blur:g} px", replace(good, texture=cv2.GaussianBlur(good.texture, (0, 0), blur))
     yield "a fifth more light", replace(good, texture=np.clip(good.texture * 1.2, 0, 255).astype(np.uint8))
-    yield "too large for the picture", _shot(1, page_mm=LARGE_MM)
+    yield "too large for the picture", page_scan(1, page_mm=LARGE_MM)
     points = good.points.copy()
     points[100:120, 150:165] = np.nan
     yield "a dark stain of 15 × 20 samples", replace(good, points=points)
-
-
-def _shot(number: int, *, noise: int = 1, page_mm: tuple[float, float] = PAGE_MM) -> RangeScan:
-    artwork = {"name": "text", "seed": number, "title_pt": 14.0, "sizes_pt": [12.0]}
-    scene = {"sheet": "curl", "artwork": artwork, "page_mm": page_mm, "table": "dark"}
-    config = {"driver": "simulated", "lens": "MIDDLE", "distance_mm": 900, "seed": noise, "scene": scene}
-    with drivers.open_scanner(config) as scanner:
-        return scanner.capture(CaptureSettings(mode="fast"))
 
 
 def _cell(value: float | None) -> str:
