@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from station.archive.command import export
 from station.ask import ask
 from station.calibrate import board, calibrate
 from station.devices import devices
@@ -241,6 +242,7 @@ def _colour(
 for command in (
     *(devices, doctor, ask, park, trace, board, calibrate, warm_up, watch),
     *(shoot, verify, repair, replay, reindex),
+    export,
 ):
     app.command()(command)
 app.add_typer(sessions, name="session")

@@ -187,11 +187,15 @@ def redo_(
 
 
 def verify(session: Named, workers: Workers = None, index: Index = None, debug: Debug = False) -> None:
-    """Check every file of a session: damaged, missing, extra, renamed, broken pointers. Names the pages."""
+    """Check every file of a session or an export: damaged, missing, extra, renamed, at odds. Names the pages."""
     with report_faults(debug=debug):
+        from station.archive.check import is_export
         from station.session.verify import NotSound
         from station.session.verify import verify as inspect
 
+        if is_export(Path(session)):
+            _verify_export(Path(session), workers)
+            return
         folder = find_session(index, session)
         inspection = inspect(folder, workers=workers)
         for problem in inspection.problems:
@@ -201,6 +205,18 @@ def verify(session: Named, workers: Workers = None, index: Index = None, debug: 
             where = f", on pages {', '.join(map(str, pages))}" if pages else ""
             raise NotSound(f"{folder} is not sound{where}", "planish repair mends what can be mended")
         print_result(f"{folder}: {len(inspection.found)} files, all as they were written")
+
+
+def _verify_export(folder: Path, workers: int | None) -> None:
+    from station.archive.check import check_export
+    from station.session.verify import NotSound
+
+    problems = check_export(folder, workers=workers)
+    for problem in problems:
+        print_result(problem.text)
+    if problems:
+        raise NotSound(f"{folder} is not sound", "export the session again")
+    print_result(f"{folder}: all files as they were written")
 
 
 def repair(

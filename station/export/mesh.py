@@ -45,7 +45,7 @@ def _encode(vertices: Floats, mesh: SurfaceMesh, material_file: str) -> bytes:
         out.write(f"mtllib {material_file}\nusemtl page\n".encode())
     np.savetxt(out, vertices, "v %.6f %.6f %.6f")
     if mesh.texcoords is not None and mesh.texture is not None:
-        np.savetxt(out, _unit_square(mesh.texcoords, *mesh.texture.shape[:2]), "vt %.8f %.8f")
+        np.savetxt(out, unit_square(mesh.texcoords, *mesh.texture.shape[:2]), "vt %.8f %.8f")
     corners = mesh.faces + 1  # OBJ counts from 1
     if painted:
         np.savetxt(out, np.repeat(corners, 2, axis=1), "f %d/%d %d/%d %d/%d")
@@ -54,7 +54,7 @@ def _encode(vertices: Floats, mesh: SurfaceMesh, material_file: str) -> bytes:
     return out.getvalue()
 
 
-def _unit_square(pixels: Floats, height: int, width: int) -> Floats:
-    """Texture pixels to OBJ's texture coordinates: 0 to 1 from edge to edge of the image, v upwards."""
+def unit_square(pixels: Floats, height: int, width: int) -> Floats:
+    """Texture pixels (n, 2) as texture coordinates (n, 2): 0 to 1 from edge to edge of the image, v upwards."""
     x, y = pixels.T
     return np.column_stack([(x + 0.5) / width, 1 - (y + 0.5) / height])

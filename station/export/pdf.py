@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import io
 import struct
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from restore import Bytes
@@ -40,24 +40,29 @@ def encode_pdf(image: Bytes, dpi: float, words: Words, *, title: str, profile: b
         page = pdf.pages[0]
         intent = pdf.make_stream(srgb_profile(), N=3)
         colours = intent if profile is None else pdf.make_stream(profile, N=3)
-        page.Resources.XObject = pikepdf.Dictionary(Page=_picture(pdf, image, colours))
+        page.Resources.XObject = pikepdf.Dictionary(Page=picture_stream(pdf, image, colours))
         page.MediaBox = pikepdf.Array([0, 0, round(width, 4), round(height, 4)])
-        picture = f"/Artifact BMC\nq {width:.4f} 0 0 {height:.4f} 0 0 cm /Page Do Q\nEMC\n"
+        picture = draw_picture(width, height)
         point = POINTS_PER_INCH / dpi
         fonts = list(page.Resources.get("/Font", pikepdf.Dictionary()).keys())
         paragraphs = words.paragraphs if fonts else ()
         text = content_of(paragraphs, image.shape[0], str(fonts[0]) if fonts else "")
         draw = f"{picture}q {point:.6f} 0 0 {point:.6f} 0 0 cm\n".encode() + text + b"\nQ\n"
         page.Contents = pdf.make_stream(draw)
-        _tag(pdf, page, len(paragraphs), words.language)
-        _declare(pdf, intent, title)
+        tag_pages(pdf, [len(paragraphs)], words.language)
+        declare(pdf, intent, title)
         out = io.BytesIO()
         pdf.save(out, deterministic_id=True, force_version="1.7")
     return out.getvalue()
 
 
-def _picture(pdf: pikepdf.Pdf, image: Bytes, colours: pikepdf.Object) -> pikepdf.Stream:
-    """The picture as the compressed stream of a PNG file: PDF stores rows in the same way."""
+def draw_picture(width: float, height: float) -> str:
+    """The operators that draw the picture `Page` on all of a page of this size in points, as an artifact."""
+    return f"/Artifact BMC\nq {width:.4f} 0 0 {height:.4f} 0 0 cm /Page Do Q\nEMC\n"
+
+
+def picture_stream(pdf: pikepdf.Pdf, image: Bytes, colours: pikepdf.Object) -> pikepdf.Stream:
+    """A picture (h, w, 3) uint8 RGB as the compressed stream of a PNG file: PDF stores rows in the same way."""
     import pikepdf
 
     height, width = image.shape[:2]
@@ -76,28 +81,33 @@ def _picture(pdf: pikepdf.Pdf, image: Bytes, colours: pikepdf.Object) -> pikepdf
     return picture
 
 
-def _tag(pdf: pikepdf.Pdf, page: pikepdf.Page, paragraphs: int, language: str) -> None:
-    """Give the marked paragraphs of the only page a structure (ISO 32000-1, 14.7), and name their language."""
+def tag_pages(pdf: pikepdf.Pdf, paragraphs: Sequence[int], language: str) -> None:
+    """Give the marked paragraphs of every page, so many each, a structure (ISO 32000-1, 14.7); name their language."""
     import pikepdf
 
     name = pikepdf.Name
     root = pdf.make_indirect(pikepdf.Dictionary(Type=name.StructTreeRoot))
     document = pdf.make_indirect(pikepdf.Dictionary(Type=name.StructElem, S=name.Document, P=root))
-    children = [
-        pdf.make_indirect(pikepdf.Dictionary(Type=name.StructElem, S=name.P, P=document, Pg=page.obj, K=number))
-        for number in range(paragraphs)
-    ]
-    document.K = pikepdf.Array(children)
+    elements: list[pikepdf.Object] = []
+    parents: list[int | pikepdf.Object] = []
+    for number, (page, count) in enumerate(zip(pdf.pages, paragraphs, strict=True)):
+        children = [
+            pdf.make_indirect(pikepdf.Dictionary(Type=name.StructElem, S=name.P, P=document, Pg=page.obj, K=mark))
+            for mark in range(count)
+        ]
+        elements += children
+        parents += [number, pikepdf.Array(children)]
+        page.obj.StructParents = number
+    document.K = pikepdf.Array(elements)
     root.K = document
-    root.ParentTree = pdf.make_indirect(pikepdf.Dictionary(Nums=pikepdf.Array([0, pikepdf.Array(children)])))
-    root.ParentTreeNextKey = 1
-    page.obj.StructParents = 0
+    root.ParentTree = pdf.make_indirect(pikepdf.Dictionary(Nums=pikepdf.Array(parents)))
+    root.ParentTreeNextKey = len(paragraphs)
     pdf.Root.StructTreeRoot = root
     pdf.Root.MarkInfo = pikepdf.Dictionary(Marked=True)
     pdf.Root.Lang = pikepdf.String(language)
 
 
-def _declare(pdf: pikepdf.Pdf, intent: pikepdf.Object, title: str) -> None:
+def declare(pdf: pikepdf.Pdf, intent: pikepdf.Object, title: str) -> None:
     """Declare conformance to PDF/A-2b, the output intent and the title."""
     import pikepdf
 

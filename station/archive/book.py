@@ -1,0 +1,73 @@
+"""One PDF/A-2b of a volume: pages at their true sizes, labelled as in the volume, their words to search and copy."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from station.export.icc import srgb_profile
+from station.export.pdf import POINTS_PER_INCH, declare, draw_picture, picture_stream, tag_pages
+from station.pages import read_page
+
+if TYPE_CHECKING:
+    import pikepdf
+
+NO_LANGUAGE = "und"  # BCP 47, of a volume without words
+
+
+@dataclass(frozen=True)
+class Leaf:
+    """A page of the PDF: its label, its picture, and the PDF/A of the page with its words, None where there is none."""
+
+    label: str
+    picture: Path
+    words: Path | None = None
+
+
+def write_book(leaves: Sequence[Leaf], path: Path, *, title: str) -> None:
+    """Write the PDF of a volume, one page in memory at a time. Raises BadInput for a picture that cannot be read."""
+    import pikepdf
+
+    with ExitStack() as stack:
+        pdf = stack.enter_context(pikepdf.new())
+        intent = pdf.make_stream(srgb_profile(), N=3)
+        paragraphs, language = [], ""
+        for leaf in leaves:
+            if leaf.words is None:
+                _add_picture(pdf, leaf.picture, intent)
+                paragraphs.append(0)
+                continue
+            source = stack.enter_context(pikepdf.open(leaf.words))
+            pdf.pages.extend(source.pages)
+            paragraphs.append(_paragraphs(source))
+            language = language or str(source.Root.get("/Lang", ""))
+        tag_pages(pdf, paragraphs, language or NO_LANGUAGE)
+        labels = [
+            part
+            for number, leaf in enumerate(leaves)
+            for part in (number, pikepdf.Dictionary(P=pikepdf.String(leaf.label)))
+        ]
+        pdf.Root.PageLabels = pikepdf.Dictionary(Nums=pikepdf.Array(labels))
+        declare(pdf, intent, title)
+        pdf.save(path, deterministic_id=True, force_version="1.7")
+
+
+def _add_picture(pdf: pikepdf.Pdf, path: Path, intent: pikepdf.Object) -> None:
+    """Add a page that is a picture without words."""
+    import pikepdf
+
+    stored = read_page(path)
+    height, width = (pixels / stored.dpi * POINTS_PER_INCH for pixels in stored.image.shape[:2])
+    page = pdf.add_blank_page(page_size=(round(width, 4), round(height, 4)))
+    colours = intent if stored.profile is None else pdf.make_stream(stored.profile, N=3)
+    picture = picture_stream(pdf, stored.image, colours)
+    page.obj.Resources = pikepdf.Dictionary(XObject=pikepdf.Dictionary(Page=picture))
+    page.obj.Contents = pdf.make_stream(draw_picture(width, height).encode())
+
+
+def _paragraphs(pdf: pikepdf.Pdf) -> int:
+    """The number of marked paragraphs of the only page of a PDF that `encode_pdf` made."""
+    return len(pdf.Root.StructTreeRoot.ParentTree.Nums[1])

@@ -1,0 +1,211 @@
+"""A volume written to a new folder in one of the formats: whole, or not at all."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from datetime import datetime
+from enum import StrEnum
+from pathlib import Path
+
+from restore import BadInput, load_scan
+from station.archive import iiif
+from station.archive.bag import MANIFEST, PAYLOAD, manifest, seal_bag
+from station.archive.book import Leaf, write_book
+from station.archive.iiif import PageImage, encode_info, encode_manifest, encode_tiles
+from station.archive.mets import encode_mets
+from station.archive.mix import read_image_facts
+from station.archive.sheets import encode_sheet, surface_of
+from station.archive.tiff import encode_master
+from station.archive.volume import Page, Role, StoredFile, Volume, missing
+from station.choices import Pieces
+from station.export.atomic import claim_folder, new_folder
+from station.export.disk import write_file
+from station.export.image_metadata import software
+from station.pages import read_page
+from station.pieces import select_sheets
+from station.progress import Progress, silent
+from station.session.store import file_digest
+
+METS_NAME = "mets.xml"
+NOTHING = "restore pages of the session first: planish batch"
+
+
+class Format(StrEnum):
+    """A format of delivery."""
+
+    BAGIT = "bagit"
+    METS = "mets"
+    IIIF = "iiif"
+    PDF = "pdf"
+    TIFF = "tiff"
+    MESH = "mesh"
+
+
+@dataclass(frozen=True)
+class Delivery:
+    """What was written, and a line for everything that the volume lacks."""
+
+    folder: Path
+    files: int
+    missing: tuple[str, ...]
+
+
+# What each page should have.
+WANTED = {
+    Format.BAGIT: (Role.ORIGINAL, Role.PAGE),
+    Format.METS: (Role.ORIGINAL, Role.PAGE, Role.WORDS),
+    Format.IIIF: (Role.PAGE,),
+    Format.PDF: (Role.PAGE, Role.WORDS),
+    Format.TIFF: (Role.PAGE,),
+    Format.MESH: (Role.ORIGINAL,),
+}
+
+
+def deliver(
+    volume: Volume,
+    kind: Format,
+    out: Path,
+    *,
+    address: str = "",
+    now: datetime,
+    source: Callable[[Page], Path] | None = None,
+    progress: Progress = silent,
+) -> Delivery:
+    """Write a volume to the new folder `out`.
+
+    address  of the web folder that an IIIF export is served from.
+    source   where `load_scan` finds the scan of a page, for meshes.
+    Raises OverwriteError when something is there, BadInput when there is nothing to write or a file of the volume is
+    damaged, OSError when the disk refuses; then nothing is left.
+    """
+    lacks = missing(volume, *WANTED[kind])
+    with claim_folder(out.parent) as claim, new_folder(claim, out.name) as folder:
+        folder.mkdir(parents=True)
+        for done, (name, content) in enumerate(_files(volume, kind, address, source, now)):
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            content(path)
+            progress("export", min(done / max(_expected(volume, kind), 1), 1.0))
+        count = sum(path.is_file() for path in folder.rglob("*"))
+        if not count:
+            raise BadInput(f"{volume.title}: there is nothing to export: {'; '.join(lacks)}", NOTHING)
+        if kind is Format.BAGIT:
+            seal_bag(folder, _bag_info(volume, now, lacks))
+        else:
+            everything = sorted(path for path in folder.rglob("*") if path.is_file())
+            write_file(folder / MANIFEST, manifest(folder, everything))
+    progress("export", 1.0)
+    return Delivery(out, count, tuple(lacks))
+
+
+Content = Callable[[Path], object]
+"""Writes the content of a file to a path."""
+
+
+def _files(
+    volume: Volume, kind: Format, address: str, source: Callable[[Page], Path] | None, now: datetime
+) -> Iterator[tuple[str, Content]]:
+    match kind:
+        case Format.BAGIT:
+            return ((f"{PAYLOAD}/{name}", content) for name, content in _mets(volume, now))
+        case Format.METS:
+            return _mets(volume, now)
+        case Format.IIIF:
+            return _iiif(volume, address)
+        case Format.PDF:
+            return _pdf(volume)
+        case Format.TIFF:
+            return _tiff(volume)
+        case Format.MESH:
+            return _mesh(volume, source)
+
+
+def _mets(volume: Volume, now: datetime) -> Iterator[tuple[str, Content]]:
+    """Every file of the volume, and the document that holds them together."""
+    images = {}
+    for file in volume.files:
+        yield file.name, _copy_of(file)
+        if file.media_type.startswith("image/"):
+            images[file.name] = read_image_facts(file.path)
+    if next(volume.files, None) is not None:
+        yield METS_NAME, _written(encode_mets(volume, images, now=now))
+
+
+def _copy_of(file: StoredFile) -> Content:
+    """Copies a file, and compares it with its digest. Raises BadInput when it is damaged."""
+
+    def copy(path: Path) -> None:
+        shutil.copyfile(file.path, path)
+        if file_digest(path) != file.sha512:
+            raise BadInput(f"{file.path} is damaged: its digest has changed", "see planish verify")
+
+    return copy
+
+
+def _iiif(volume: Volume, address: str) -> Iterator[tuple[str, Content]]:
+    images = []
+    for page, file in _restored(volume):
+        stored = read_page(file.path)
+        height, width = stored.image.shape[:2]
+        image = PageImage(page, f"{iiif.IMAGES}/{page.number:04}", width, height, stored.dpi)
+        images.append(image)
+        for name, data in encode_tiles(stored.image, stored.profile):
+            yield f"{image.folder}/{name}", _written(data)
+        yield f"{image.folder}/info.json", _written(encode_info(f"{address}/{image.folder}", width, height))
+    if images:
+        yield iiif.MANIFEST, _written(encode_manifest(volume, images, address))
+
+
+def _pdf(volume: Volume) -> Iterator[tuple[str, Content]]:
+    leaves = []
+    for page, file in _restored(volume):
+        words = page.find(Role.PDF)
+        leaves.append(Leaf(page.label, file.path, None if words is None else words.path))
+    if leaves:
+        yield "volume.pdf", lambda path: write_book(leaves, path, title=volume.title)
+
+
+def _tiff(volume: Volume) -> Iterator[tuple[str, Content]]:
+    for page in volume.pages:
+        file = page.find(Role.MASTER, Role.PAGE)
+        if file is not None:
+            yield f"{page.number:04}.tif", _written(encode_master(page, file.path))
+
+
+def _mesh(volume: Volume, source: Callable[[Page], Path] | None) -> Iterator[tuple[str, Content]]:
+    for page in volume.pages:
+        if source is None or page.find(Role.ORIGINAL) is None:
+            continue
+        (sheet, *_) = select_sheets(load_scan(source(page)), Pieces.LARGEST)
+        for name, data in encode_sheet(surface_of(sheet.scan), f"{page.number:04}"):
+            yield name, _written(data)
+
+
+def _restored(volume: Volume) -> Iterable[tuple[Page, StoredFile]]:
+    return ((page, file) for page in volume.pages if (file := page.find(Role.PAGE)) is not None)
+
+
+def _written(data: bytes) -> Content:
+    return lambda path: write_file(path, data)
+
+
+def _expected(volume: Volume, kind: Format) -> int:
+    """About how many files there will be."""
+    if kind in (Format.BAGIT, Format.METS):
+        return sum(1 for _ in volume.files)
+    return len(volume.pages) * {Format.IIIF: 60, Format.MESH: 5}.get(kind, 1)
+
+
+def _bag_info(volume: Volume, now: datetime, lacks: list[str]) -> dict[str, str]:
+    """The reserved elements of RFC 8493, 2.2.2, that are known."""
+    return {
+        "Source-Organization": volume.organisation,
+        "External-Identifier": volume.identifier,
+        "External-Description": volume.title,
+        "Bag-Group-Identifier": volume.project,
+        "Bagging-Date": now.date().isoformat(),
+        "Bag-Software-Agent": software(),
+        "Internal-Sender-Description": f"incomplete: {'; '.join(lacks)}" if lacks else "complete",
+    }

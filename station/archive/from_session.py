@@ -1,0 +1,120 @@
+"""The record of a volume, from a session: current scans, their current derivatives, and the events that made both."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import suppress
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from restore import read_regular
+from station.archive.volume import Event, Page, Role, StoredFile, Volume
+from station.session import Event as SessionEvent
+from station.session import History, Session, scan_path
+from station.session import Page as SessionPage
+from station.session.overview import label_of, preset_of
+from station.session.presets import Preset
+
+# In the vocabulary of preservation events of the Library of Congress.
+KINDS = {"capture": "capture", "restore": "creation", "verdict": "validation"}
+DERIVED, CHECKED = "creation", "metadata extraction"  # other stages, with files and without
+ROLES = {
+    "page.png": Role.PAGE,
+    "page-master.png": Role.MASTER,
+    "page-alto.xml": Role.WORDS,
+    "page.txt": Role.TEXT,
+    "page.hocr": Role.HOCR,
+    "page.pdf": Role.PDF,
+    "page-warped.obj": Role.MESH,
+}
+MAX_SCAN_RECORD = 2**20
+
+
+def volume_of(session: Session) -> Volume:
+    """The volume of a session, as its pointers show it now. Raises OSError for a file that is missing."""
+    pages, preset = list(session.history.pages()), preset_of(session)
+    events = [event for page in pages for event in _events_of(page)]
+    names = {event.number: _names(event) for event in events}
+    first = session.history.event(1)
+    return Volume(
+        session.identifier,
+        session.volume.title,
+        tuple(_page(session, page, number, preset) for number, page in enumerate(pages, 1)),
+        tuple(_event(event, names, session.history) for event in events),
+        datetime.fromisoformat(first.time),
+        session.volume.project,
+        session.volume.organisation,
+    )
+
+
+def scan_of(session: Session, page: Page) -> Path:
+    """The path of a page's scan, for `load_scan`."""
+    current = list(session.history.pages())[page.number - 1]
+    assert current.capture is not None
+    return scan_path(session, current.capture)
+
+
+def _events_of(page: SessionPage) -> Iterator[SessionEvent]:
+    """The current capture of a page, and the current runs on it in their order."""
+    if page.capture is not None:
+        yield page.capture
+    yield from sorted(page.runs.values(), key=lambda event: event.number)
+
+
+def _page(session: Session, page: SessionPage, number: int, preset: Preset) -> Page:
+    files = [file for event in _events_of(page) for file in _files(session, event)]
+    side = page.decided("side", preset.side(number))
+    return Page(
+        number,
+        label_of(page, number, preset) or str(number),
+        tuple(files),
+        side if side in ("left", "right") else "",
+        _provenance(session, page.capture),
+    )
+
+
+def _files(session: Session, event: SessionEvent) -> Iterator[StoredFile]:
+    for (path, digest), name in zip(event.files.items(), _names(event), strict=True):
+        where = session.path(event, path)
+        role = Role.ORIGINAL if event.kind == "capture" else ROLES.get(path, Role.OTHER)
+        yield StoredFile(where, name, role, digest, where.stat().st_size, _identifier(event))
+
+
+def _names(event: SessionEvent) -> tuple[str, ...]:
+    """The names of an event's files in an export; scans of several captures of a page never meet in one."""
+    folder = f"pages/{event.page:04}" + ("" if event.kind == "capture" else f"/{event.name}")
+    return tuple(f"{folder}/{path}" for path in event.files)
+
+
+def _event(event: SessionEvent, names: dict[int, tuple[str, ...]], history: History) -> Event:
+    sources = [name for one in event.inputs for name in names.get(one.event, _names(history.event(one.event)))]
+    kind = KINDS.get(event.name, DERIVED if event.files else CHECKED)
+    facts = {name: value for name, value in event.facts.items() if name != "parameters"}
+    return Event(
+        _identifier(event),
+        kind,
+        datetime.fromisoformat(event.time),
+        event.software,
+        f"{event.name}, page {event.page}",
+        tuple(sources),
+        _names(event),
+        event.facts.get("parameters", {}),
+        facts,
+    )
+
+
+def _identifier(event: SessionEvent) -> str:
+    return f"{event.number:06}"
+
+
+def _provenance(session: Session, capture: SessionEvent | None) -> dict[str, Any]:
+    """What the scan folder of a capture says of its shot; nothing for scans of other formats."""
+    path = None if capture is None else next((name for name in capture.files if name.endswith("/scan.json")), None)
+    if capture is None or path is None:
+        return {}
+    with suppress(OSError, ValueError, KeyError):
+        found = json.loads(read_regular(session.path(capture, path), MAX_SCAN_RECORD))["provenance"]
+        return found if isinstance(found, dict) else {}
+    return {}

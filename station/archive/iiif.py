@@ -1,0 +1,195 @@
+"""IIIF: a Presentation 3 manifest of a volume, its pages as static tiles of an Image 3 service, level 0.
+
+Level 0 is files alone (IIIF Image API 3.0, 6 and "Image API compliance"): every size and tile that `info.json` offers
+lies ready under the path that a viewer asks for, in its canonical form.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from PIL import Image
+
+from restore import Bytes
+from station.archive.volume import Page, Volume
+from station.export.icc import srgb_profile
+
+TILE = 512  # pixels, the side that the API's own examples have; 4 × 3 tiles fill a screen
+QUALITY = 90  # of JPEG: masters are in the other formats
+IMAGE_CONTEXT = "http://iiif.io/api/image/3/context.json"
+PRESENTATION_CONTEXT = "http://iiif.io/api/presentation/3/context.json"
+MANIFEST, IMAGES = "manifest.json", "images"
+
+
+@dataclass(frozen=True)
+class PageImage:
+    """A page in the manifest: the folder of its image service, its size in pixels, dots to the inch."""
+
+    page: Page
+    folder: str
+    width: int
+    height: int
+    dpi: float
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A part of an image at a reduced size: region (x, y, w, h) of the whole, size (w, h), path of its file."""
+
+    region: tuple[int, int, int, int]
+    size: tuple[int, int]
+    path: str
+
+
+def encode_tiles(image: Bytes, profile: bytes | None = None) -> Iterator[tuple[str, bytes]]:
+    """The files of an image (h, w, 3) uint8 RGB, as (path below its service, content); `info.json` is not among them.
+
+    profile: ICC, sRGB when None.
+    """
+    height, width = image.shape[:2]
+    whole = Image.fromarray(image)
+    for factor in scale_factors(width, height):
+        size = _reduced(width, height, factor)
+        level = whole if factor == 1 else whole.resize(size, Image.Resampling.LANCZOS)
+        yield _path("full", "max" if factor == 1 else f"{size[0]},{size[1]}"), _jpeg(level, profile)
+        for tile in _tiles(width, height, factor):
+            left, top = tile.region[0] // factor, tile.region[1] // factor
+            part = level.crop((left, top, left + tile.size[0], top + tile.size[1]))
+            yield tile.path, _jpeg(part, profile)
+
+
+def encode_info(identifier: str, width: int, height: int) -> bytes:
+    """The `info.json` of an image of this size. identifier: address of the service."""
+    factors = scale_factors(width, height)
+    sizes = [dict(zip(("width", "height"), _reduced(width, height, factor), strict=True)) for factor in factors[::-1]]
+    return _encode(
+        {
+            "@context": IMAGE_CONTEXT,
+            "id": identifier,
+            "type": "ImageService3",
+            "protocol": "http://iiif.io/api/image",
+            "profile": "level0",
+            "width": width,
+            "height": height,
+            "sizes": sizes,
+            "tiles": [{"width": TILE, "height": TILE, "scaleFactors": factors}],
+        }
+    )
+
+
+def encode_manifest(volume: Volume, images: Sequence[PageImage], address: str) -> bytes:
+    """The manifest of a volume. address: of the folder that it is served from, without a slash at its end."""
+    manifest: dict[str, Any] = {
+        "@context": PRESENTATION_CONTEXT,
+        "id": f"{address}/{MANIFEST}",
+        "type": "Manifest",
+        "label": _text(volume.title),
+        "metadata": [
+            {"label": {"en": [name]}, "value": _text(value)}
+            for name, value in (("Identifier", volume.identifier), ("Collection", volume.project))
+            if value
+        ],
+        "behavior": ["paged" if any(image.page.side for image in images) else "individuals"],
+        "items": [_canvas(image, address) for image in images],
+    }
+    if volume.organisation:
+        manifest["requiredStatement"] = {"label": {"en": ["Held by"]}, "value": _text(volume.organisation)}
+    return _encode(manifest)
+
+
+def scale_factors(width: int, height: int) -> list[int]:
+    """1, 2, 4, … down to the reduction at which the image is one tile."""
+    factors = [1]
+    while max(_reduced(width, height, factors[-1])) > TILE:
+        factors.append(2 * factors[-1])
+    return factors
+
+
+def _tiles(width: int, height: int, factor: int) -> Iterator[Tile]:
+    """The tiles of a reduction, without the one that is the whole image: that is there as a size."""
+    side = TILE * factor
+    if width <= side and height <= side:
+        return
+    for y in range(0, height, side):
+        for x in range(0, width, side):
+            region = (x, y, min(side, width - x), min(side, height - y))
+            size = _reduced(*region[2:], factor)
+            yield Tile(region, size, _path(",".join(map(str, region)), f"{size[0]},{size[1]}"))
+
+
+def _canvas(image: PageImage, address: str) -> Mapping[str, Any]:
+    number = f"{image.page.number:04}"
+    canvas, service = f"{address}/canvas/{number}", f"{address}/{image.folder}"
+    small = _reduced(image.width, image.height, scale_factors(image.width, image.height)[-1])
+    services = [{"id": service, "type": "ImageService3", "profile": "level0"}]
+    return {
+        "id": canvas,
+        "type": "Canvas",
+        "label": _text(image.page.label),
+        "height": image.height,
+        "width": image.width,
+        "thumbnail": [
+            {
+                "id": f"{service}/{_path('full', _size_name(small, image))}",
+                "type": "Image",
+                "format": "image/jpeg",
+                "width": small[0],
+                "height": small[1],
+                "service": services,
+            }
+        ],
+        "metadata": [{"label": {"en": ["Resolution"]}, "value": _text(f"{image.dpi:g} pixels to the inch of paper")}],
+        "items": [
+            {
+                "id": f"{canvas}/page",
+                "type": "AnnotationPage",
+                "items": [
+                    {
+                        "id": f"{canvas}/painting",
+                        "type": "Annotation",
+                        "motivation": "painting",
+                        "target": canvas,
+                        "body": {
+                            "id": f"{service}/{_path('full', 'max')}",
+                            "type": "Image",
+                            "format": "image/jpeg",
+                            "height": image.height,
+                            "width": image.width,
+                            "service": services,
+                        },
+                    }
+                ],
+            }
+        ],
+    }
+
+
+def _size_name(size: tuple[int, int], image: PageImage) -> str:
+    return "max" if size == (image.width, image.height) else f"{size[0]},{size[1]}"
+
+
+def _reduced(width: int, height: int, factor: int) -> tuple[int, int]:
+    return -(-width // factor), -(-height // factor)
+
+
+def _path(region: str, size: str) -> str:
+    return f"{region}/{size}/0/default.jpg"
+
+
+def _text(text: str) -> dict[str, list[str]]:
+    """A text of no language (Presentation API 3.0, 4.1)."""
+    return {"none": [text]}
+
+
+def _jpeg(image: Image.Image, profile: bytes | None) -> bytes:
+    out = io.BytesIO()
+    image.save(out, "JPEG", quality=QUALITY, icc_profile=profile or srgb_profile())
+    return out.getvalue()
+
+
+def _encode(value: Mapping[str, Any]) -> bytes:
+    return (json.dumps(value, indent=1, ensure_ascii=False) + "\n").encode("utf-8", "backslashreplace")

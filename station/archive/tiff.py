@@ -1,0 +1,16 @@
+"""TIFF masters: each page without loss, with its profile, its resolution and where it comes from."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from station.archive.volume import Page
+from station.export.image_metadata import ImageMetadata
+from station.export.tiff import encode_tiff
+from station.pages import read_page
+
+
+def encode_master(page: Page, picture: Path) -> bytes:
+    """The picture of a page as a TIFF file. Raises BadInput when it cannot be read or has no resolution."""
+    stored = read_page(picture)
+    return encode_tiff(stored.image, stored.dpi, ImageMetadata.from_provenance(page.provenance, stored.profile))

@@ -1,0 +1,145 @@
+"""A volume as an archive sees it: pages in their order, their files, and the events that made those.
+
+The encoders read these records alone, and know nothing of where and how a session keeps its files.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from enum import StrEnum
+from pathlib import Path
+from typing import Any, Literal
+
+
+class Role(StrEnum):
+    """What a file is to the archive, in the terms of FADGI's guidelines (2023, "Digital files")."""
+
+    ORIGINAL = "archival master"  # as captured: never changed
+    MASTER = "production master"  # the restored page with its shading, where the page is without
+    PAGE = "access"  # the restored page
+    WORDS = "words"  # ALTO
+    TEXT = "text"
+    HOCR = "hocr"
+    PDF = "pdf"
+    MESH = "mesh"
+    REPORT = "report"
+    OTHER = "derivative"
+
+
+MEDIA_TYPES = {
+    ".png": "image/png",
+    ".tif": "image/tiff",
+    ".jpg": "image/jpeg",
+    ".xml": "application/xml",
+    ".json": "application/json",
+    ".txt": "text/plain",
+    ".hocr": "application/xhtml+xml",
+    ".pdf": "application/pdf",
+    ".obj": "model/obj",
+    ".mtl": "model/mtl",
+    ".ply": "model/ply",
+    ".glb": "model/gltf-binary",
+    ".stl": "model/stl",
+    ".npz": "application/zip",
+    ".gz": "application/gzip",
+    ".wrl": "model/vrml",
+}
+UNKNOWN_TYPE = "application/octet-stream"
+
+
+@dataclass(frozen=True)
+class StoredFile:
+    """A file of a volume.
+
+    path    where it is now.
+    name    its name in an export: relative, parts joined by /.
+    sha512  hexadecimal. size: bytes. event: identifier of the event that made it.
+    """
+
+    path: Path
+    name: str
+    role: Role
+    sha512: str
+    size: int
+    event: str
+
+    @property
+    def media_type(self) -> str:
+        """Its type (IANA)."""
+        return MEDIA_TYPES.get(self.path.suffix.lower(), UNKNOWN_TYPE)
+
+
+@dataclass(frozen=True)
+class Event:
+    """Something that happened to a volume or a page.
+
+    kind        in the words of the Library of Congress's vocabulary of preservation events, where it has one.
+    agent       the software, with its version.
+    sources     names of files that it read. results: of those that it made.
+    parameters  of the step, JSON values. facts: what it found.
+    """
+
+    identifier: str
+    kind: str
+    time: datetime
+    agent: str
+    detail: str = ""
+    sources: tuple[str, ...] = ()
+    results: tuple[str, ...] = ()
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+    facts: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page: its number in the volume, from 1; its label as it is printed or foliated; its side.
+
+    provenance: of its scan: device, lens, time, … (JSON values).
+    """
+
+    number: int
+    label: str
+    files: tuple[StoredFile, ...]
+    side: Literal["left", "right", ""] = ""
+    provenance: Mapping[str, Any] = field(default_factory=dict)
+
+    def find(self, *roles: Role) -> StoredFile | None:
+        """The file of the first of these roles that it has."""
+        return next((file for role in roles for file in self.files if file.role == role), None)
+
+
+@dataclass(frozen=True)
+class Volume:
+    """A volume: identifier, title, project, organisation (empty when not given), pages, events in their order."""
+
+    identifier: str
+    title: str
+    pages: tuple[Page, ...]
+    events: tuple[Event, ...]
+    created: datetime
+    project: str = ""
+    organisation: str = ""
+
+    @property
+    def files(self) -> Iterator[StoredFile]:
+        """The files of all pages, in their order."""
+        return (file for page in self.pages for file in page.files)
+
+
+def missing(volume: Volume, *wanted: Role) -> list[str]:
+    """A line for each page that lacks a file of one of the roles `wanted`, and for each number that is left out."""
+    numbers = {page.number for page in volume.pages}
+    gaps = set(range(1, max(numbers, default=0) + 1)) - numbers
+    lines = [f"page {number}: not captured" for number in sorted(gaps)]
+    lines += [f"page {page.number}: {LACKS[role]}" for page in volume.pages for role in wanted if not page.find(role)]
+    return lines
+
+
+LACKS = {
+    Role.ORIGINAL: "not captured",
+    Role.PAGE: "not restored",
+    Role.WORDS: "its words are not read",
+    Role.MESH: "it has no mesh",
+}

@@ -1,0 +1,105 @@
+"""`planish export` of a real session: what its pointers show now is what is delivered."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+
+import pytest
+
+from station.archive.from_session import scan_of, volume_of
+from station.archive.volume import Role
+from station.cli import main
+from station.export.png import encode_png
+from station.session import Volume, add_scan, create_session, decide, open_session, read_session, record_run, undo
+from tests.station.archive.conftest import picture
+from tests.station.conftest import curl_scan
+
+NOW = datetime(2026, 3, 4, 5, 6, 7, tzinfo=UTC)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A session of two pages; the first was shot twice and restored."""
+    create_session(tmp_path / "book", Volume(title="A book", project="Fragments"), now=lambda: NOW)
+    with open_session(tmp_path / "book", now=lambda: NOW) as writer:
+        add_scan(writer, curl_scan(), facts={})
+        capture = add_scan(writer, curl_scan(), page=1, facts={})
+        run = writer.staging("page-0001")
+        run.mkdir(parents=True)
+        (run / "page.png").write_bytes(encode_png(picture(1), 150.0))
+        parameters, result = {"settings": {"dpi": 150}}, {"strain": {"rms": 0.001}}
+        made = record_run(writer, "restore", capture, parameters=parameters, result=result, files=run)
+        record_run(writer, "verdict", made, parameters={}, result={"level": "green"})
+        decide(writer, "label", "12r", page=1)
+        decide(writer, "side", "right", page=1)
+        add_scan(writer, curl_scan(), facts={})
+    return tmp_path / "book"
+
+
+def test_the_current_scan_and_what_was_made_of_it_are_the_page(folder) -> None:
+    volume = volume_of(read_session(folder))
+    first, second = volume.pages
+    assert (first.label, first.side, second.label, second.side) == ("12r", "right", "2", "")
+    assert first.find(Role.PAGE).name == "pages/0001/restore/page.png"
+    assert first.provenance["device"] == "stand-in"
+    assert second.find(Role.PAGE) is None
+    assert [(event.kind, event.detail) for event in volume.events] == [
+        ("capture", "capture, page 1"),
+        ("creation", "restore, page 1"),
+        ("validation", "verdict, page 1"),
+        ("capture", "capture, page 2"),
+    ]
+    assert all(file.path.is_file() for file in volume.files)
+
+
+def test_events_name_what_they_read_and_made(folder) -> None:
+    _, restore, verdict, _ = volume_of(read_session(folder)).events
+    assert "pages/0001/original/scan/points.npz" in restore.sources
+    assert restore.results == ("pages/0001/restore/page.png",)
+    assert restore.parameters == {"settings": {"dpi": 150}}
+    assert verdict.sources == restore.results
+    assert verdict.facts["result"] == {"level": "green"}
+
+
+def test_what_was_undone_is_not_delivered(folder) -> None:
+    with open_session(folder) as writer:
+        undo(writer)  # the second page
+        undo(writer)  # the side
+    (page,) = volume_of(read_session(folder)).pages
+    assert page.side == ""
+
+
+def test_the_scan_of_a_page_is_found(folder) -> None:
+    session = read_session(folder)
+    page = volume_of(session).pages[1]
+    assert (scan_of(session, page) / "scan.json").is_file()
+
+
+@pytest.mark.parametrize("kind", ["bagit", "mets", "iiif", "pdf", "tiff", "mesh"])
+def test_the_command_says_what_is_missing(folder, tmp_path, capsys, kind) -> None:
+    before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    assert main(["export", str(folder), "--to", kind, "-o", str(tmp_path / "out")]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-1] == f"folder     {tmp_path / 'out'}"
+    assert ("missing    page 2: not restored" in lines) == (kind != "mesh")
+    assert {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()} == before
+
+
+def test_a_format_that_is_none_and_a_folder_that_is_no_session(folder, tmp_path, capsys) -> None:
+    assert main(["export", str(folder), "--to", "docx", "-o", str(tmp_path / "out")]) == 2
+    assert "use one of bagit" in capsys.readouterr().err
+    assert main(["export", str(tmp_path), "--to", "pdf", "-o", str(tmp_path / "out")]) == 3
+    assert not (tmp_path / "out").exists()
+
+
+def test_planish_verify_checks_an_export(folder, tmp_path, capsys) -> None:
+    out = tmp_path / "out"
+    main(["export", str(folder), "--to", "tiff", "-o", str(out)])
+    assert main(["verify", str(out)]) == 0
+    with (out / "0001.tif").open("ab") as file:
+        file.write(b"more")
+    capsys.readouterr()
+    assert main(["verify", str(out)]) == 6
+    assert "page 1: 0001.tif is not the file that was written" in capsys.readouterr().out
+    assert main(["verify", str(folder)]) == 0  # a session is none
