@@ -16,7 +16,7 @@ from restore.mesh.network import Network
 from restore.scan import Floats, Ints
 
 LOOK = 5  # iterations between two looks at the energy
-MOST_ITERATIONS = 200
+MOST_ITERATIONS = 200  # bounds the time where the energy goes on falling slowly
 STILL = 1e-4  # relative change of the energy in LOOK iterations: a tenth of a per cent is not seen on a page
 
 
