@@ -7,9 +7,19 @@ from restore.kernel_cache import notify_when_compiling
 from restore.errors import BadInput, LibraryMissing, NotEnoughSurface, RestoreError
 from restore.files import read_regular, read_toml
 from restore.flatten_mesh import flatten
-from restore.formats import PICTURE_SUFFIXES, SCAN_SUFFIXES, load_scan, read_bytes, read_picture, save_scan, scan_stem
+from restore.formats import (
+    PICTURE_SUFFIXES,
+    SCAN_SUFFIXES,
+    check_unit,
+    load_scan,
+    read_bytes,
+    read_picture,
+    save_scan,
+    scan_stem,
+)
 from restore.mesh.measures import average_at_vertices, face_strain, vertex_normals
 from restore.mesh.network import edges_of
+from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.raster import rasterise
 from restore.native import SYSTEM_LIBRARIES, SystemLibrary, missing_libraries
 from restore.photo import Photograph, read_photograph
@@ -32,6 +42,7 @@ __all__ = [
     "Bytes",
     "FlatMesh",
     "Floats",
+    "GridMesh",
     "Ints",
     "LibraryMissing",
     "Mask",
@@ -49,6 +60,7 @@ __all__ = [
     "SystemLibrary",
     "average_at_vertices",
     "board_corners",
+    "check_unit",
     "edges_of",
     "face_strain",
     "finer_scan",

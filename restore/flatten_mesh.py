@@ -8,13 +8,15 @@ from dataclasses import replace
 import numpy as np
 
 from restore.flattening.layout import arrange_pieces
-from restore.flattening.methods import METHODS, OnStep, flatten_points
+from restore.flattening.methods import DEFAULT, METHODS, OnStep, flatten_points
+from restore.flattening.ordered_grid import flatten_grid
 from restore.flattening.repair import least_strain_page, uninverted
 from restore.mesh.clean import select
 from restore.mesh.decimate import patch_and_smooth
 from restore.mesh.jets import rings_of
 from restore.mesh.measures import flipped_faces, straight_lengths
 from restore.mesh.network import edges_of, make_network, pieces
+from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.pose import move_upright, pose_on_table
 from restore.mesh.surface_lengths import estimate_noise_sigma, surface_lengths
 from restore.mesh.validate import validated
@@ -37,7 +39,7 @@ def flatten(
     The vertices of a piece of less than MIN_VERTICES all settle together; those of a larger one settle on few points,
     and its noise is taken out. lengths (e,) mm are the rest lengths of the edges in the order of `network.edges_of`;
     when None, those along the surface that the vertices sample. Each connected piece stays where the scan had it,
-    unless it would lie over another. Faces that run the wrong way round are turned.
+    unless it would lie over another. Faces that run the wrong way round are turned. An ordered grid keeps its order.
     on_step(step, positions (n, 3) mm, faces (m, 3)) is called after each time step.
     Raises BadInput for an unknown method, a broken mesh or lengths that are not one for each edge, NotEnoughSurface for
     a mesh without area or without a border.
@@ -49,6 +51,8 @@ def flatten(
     >>> page.flat.shape, round(float(np.linalg.norm(page.flat[0] - page.flat[2])), 3)
     ((4, 2), 14.142)
     """
+    if isinstance(mesh, GridMesh) and method == DEFAULT and lengths is None:
+        return flatten_grid(mesh)
     if lengths is not None or method not in METHODS or len(mesh.vertices) < MIN_VERTICES:
         return flatten_points(mesh, method, lengths=lengths, on_step=on_step)
     mesh = validated(mesh)

@@ -10,8 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from restore.flatten_mesh import flatten
-from restore.flattening.methods import OnStep
+from restore.flattening.methods import DEFAULT, OnStep
+from restore.flattening.ordered_grid import flatten_grid, thinned
 from restore.mesh.clean import clean
+from restore.mesh.ordered_grid import GridMesh
 from restore.photo import (
     Photograph,
     Registered,
@@ -113,8 +115,13 @@ def _remove_shading(
 def _unroll(surface: Sheet | SurfaceMesh, settings: Settings, clock: Stopwatch, on_step: OnStep | None) -> Unrolled:
     if isinstance(surface, Sheet):
         return unroll(surface, settings, clock, on_step)
+    count = settings.points or len(surface.vertices)
+    if isinstance(surface, GridMesh) and settings.method == DEFAULT:  # all points tell the shape
+        with clock("flatten"):
+            flat = square_to_picture(flatten_grid(surface, count))
+        return Unrolled(flat, flat, np.empty((0, 2)), {})
     with clock("decimate"):
-        mesh = clean(surface, settings.points or len(surface.vertices))
+        mesh = thinned(surface, count) if isinstance(surface, GridMesh) else clean(surface, count)
     with clock("flatten"):
         flat = square_to_picture(flatten(mesh, settings.method, on_step=on_step))
     return Unrolled(flat, flat, np.empty((0, 2)), {})

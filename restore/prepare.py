@@ -10,6 +10,7 @@ import numpy as np
 from restore.errors import BadInput
 from restore.formats.unit import GIVEN, UNIT_MM, UNSTATED
 from restore.mesh.clean import weld
+from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import validated
 from restore.numerics import TINY
@@ -30,10 +31,12 @@ AFFINE_SUBSET = 7  # every seventh sample determines three unknowns well enough
 
 
 def prepare(scan: RangeScan | SurfaceMesh | SegmentedScan) -> Sheet | SurfaceMesh:
-    """The sheet on its range grid; or the validated mesh, when no single view shows all of it.
+    """The sheet on its range grid; the validated mesh, when no single view shows all of it; an ordered grid as it is.
 
     Raises NotEnoughSurface when the scan holds no piece of surface that could be a page, BadInput for a broken mesh.
     """
+    if isinstance(scan, GridMesh):
+        return scan
     if isinstance(scan, SegmentedScan):
         _check_size(scan.scan)
         return fit_sheet(scan)

@@ -5,16 +5,6 @@ from __future__ import annotations
 from enum import StrEnum
 
 
-class Unit(StrEnum):
-    """Units of length of a mesh file; AUTO is that of its format."""
-
-    MM = "mm"
-    CM = "cm"
-    M = "m"
-    IN = "in"
-    AUTO = "auto"
-
-
 class Pieces(StrEnum):
     """What becomes of several pieces of surface in one scan.
 

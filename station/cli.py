@@ -168,7 +168,10 @@ def _axis(
 def _restore(
     scan: Annotated[
         Path,
-        typer.Argument(metavar="SCAN", help="A scan: .abs[.gz], .obj, .ply, .stl, .glb, .wrl, .vvd or a scan folder."),
+        typer.Argument(
+            metavar="SCAN",
+            help="A scan: .abs[.gz], .obj, .ply, .stl, .glb, .wrl, .vvd or a scan folder; a segment: .vcps or tifxyz.",
+        ),
     ],
     output: Out,
     reading: Reading,

@@ -14,7 +14,7 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
-from station.choices import Pieces, Turn, Unit
+from station.choices import Pieces, Turn
 
 
 def output_path(text: str) -> Path:
@@ -22,6 +22,17 @@ def output_path(text: str) -> Path:
     if not text.strip():
         raise typer.BadParameter("the name is empty: give a path, or . for this folder")
     return Path(text)
+
+
+def unit_name(text: str) -> str:
+    """The unit that an option names. Raises BadParameter for another text."""
+    from restore import BadInput, check_unit
+
+    try:
+        check_unit(text)
+    except BadInput as error:
+        raise typer.BadParameter(f"{error}: {error.hint}") from error
+    return text
 
 
 Out = Annotated[
@@ -117,9 +128,15 @@ class Restoration:
 class Reading:
     """How a scan file is read, and which of its sheets become pages."""
 
-    unit: Annotated[Unit, typer.Option(help="Unit of a mesh's coordinates (auto: that of its format, else mm).")] = (
-        Unit.AUTO
-    )
+    unit: Annotated[
+        str,
+        typer.Option(
+            metavar="UNIT",
+            parser=unit_name,
+            help="Unit of a mesh's coordinates: mm, cm, m, in, or the edge of a voxel, as 7.91um "
+            "(auto: that of its format, else mm).",
+        ),
+    ] = "auto"
     pieces: Annotated[
         Pieces,
         typer.Option(

@@ -6,7 +6,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from restore import BadInput, RangeScan, ScannedSheet, SegmentedScan, SurfaceMesh, is_rectangular, separate_sheets
+from restore import (
+    BadInput,
+    GridMesh,
+    RangeScan,
+    ScannedSheet,
+    SegmentedScan,
+    SurfaceMesh,
+    is_rectangular,
+    separate_sheets,
+)
 from station.choices import Pieces
 
 
@@ -31,6 +40,8 @@ def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Pieces) -> list[Selecte
 
     Raises BadInput for a range image whose pieces are to be laid out TOGETHER, NotEnoughSurface without any surface.
     """
+    if isinstance(scan, GridMesh):  # what its order joins is one sheet, also over gaps
+        return [Selected(scan)]
     is_mesh = isinstance(scan, SurfaceMesh)
     if pieces == Pieces.TOGETHER and is_mesh:
         return [Selected(scan)]

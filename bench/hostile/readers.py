@@ -67,9 +67,11 @@ def readers() -> list[Reader]:
         Reader("ply, text", "a.ply", "text", partial(samples.write_with_trimesh, encoding="ascii"), load_scan, 2),
         Reader("ply, grid", "a.ply", "text", samples.write_range_grid, load_scan),
         Reader("stl, text", "a.stl", "text", partial(samples.write_with_trimesh, file_type="stl_ascii"), load_scan, 2),
+        Reader("vcps", "a.vcps", "mixed", samples.write_point_set, load_scan, 2),
+        *(Reader("tifxyz", name, kind, samples.write_tifxyz, _load_folder) for name, kind in _SEGMENT.items()),
         Reader("mtl", "a.mtl", "text", _write_material, lambda path: load_scan(path.with_suffix(".obj"))),
-        Reader("folder, index", INDEX, "json", folder, lambda path: load_scan(path.parent)),
-        Reader("folder, points", POINTS, "zip", folder, lambda path: load_scan(path.parent)),
+        Reader("folder, index", INDEX, "json", folder, _load_folder),
+        Reader("folder, points", POINTS, "zip", folder, _load_folder),
         *(Reader(name, f"a.{name}", kind, samples.write_picture, read_picture) for name, kind in _PICTURES.items()),
         Reader("photograph", "a.jpg", "binary", photo, read_photograph),
         Reader("page", "a.png", "png", partial(samples.write_picture, dpi=(150, 150)), read_page),
@@ -92,6 +94,7 @@ _SCANS = {
     "abs": "text", "abs.gz": "gzip", "wrl": "text", "vvd": "binary", "obj": "text", "ply": "mixed", "stl": "binary",
     "glb": "glb",
 }  # fmt: skip
+_SEGMENT = {"x.tif": "binary", "z.tif": "binary", "mask.tif": "binary", "meta.json": "json"}
 _PICTURES = {"png": "png", "ppm": "mixed", "jpg": "binary", "tif": "binary", "bmp": "binary"}
 
 
@@ -100,6 +103,11 @@ def command(*words: str | Path) -> int:
     from station.cli import main
 
     return main([str(word) for word in words])
+
+
+def _load_folder(path: Path) -> object:
+    """The scan in the folder of a file."""
+    return load_scan(path.parent)
 
 
 def _copy(source: Path, path: Path) -> None:

@@ -7,6 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from PIL import Image
 
 from restore import RangeScan, SurfaceMesh, save_scan
@@ -71,6 +72,23 @@ def write_range_grid(path: Path) -> None:
     head += f"element range_grid {rows * cols}\nproperty list uchar int vertex_indices\nend_header\n"
     lines = ["{:.4f} {:.4f} {:.4f}".format(*point) for point in points]
     path.write_text(head + "\n".join(lines + [f"1 {k}" for k in range(len(points))]) + "\n")
+
+
+def write_point_set(path: Path) -> None:
+    """Write the samples of a scan as an ordered point set of Volume Cartographer."""
+    points = np.nan_to_num(small_page().points, nan=-1.0)
+    rows, cols, _ = points.shape
+    header = f"width: {cols}\nheight: {rows}\ndim: 3\nordered: true\ntype: double\nversion: 1\n<>\n"
+    path.write_bytes(header.encode() + points.astype("<f8").tobytes())
+
+
+def write_tifxyz(path: Path) -> None:
+    """Write the samples of a scan as a `tifxyz` folder with a mask; `path` is a file in it."""
+    points = small_page().points
+    for name, axis in zip("xyz", np.moveaxis(np.nan_to_num(np.abs(points), nan=-1.0), 2, 0), strict=True):
+        Image.fromarray(axis.astype(np.float32)).save(path.with_name(f"{name}.tif"), compression="tiff_lzw")
+    Image.fromarray(np.full(points.shape[:2], 255, np.uint8)).save(path.with_name("mask.tif"))
+    path.with_name("meta.json").write_text(json.dumps({"format": "tifxyz", "scale": [0.05, 0.05], "uuid": "a"}))
 
 
 def write_capture(path: Path) -> None:

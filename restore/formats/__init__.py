@@ -17,9 +17,12 @@ from restore.formats.picture import read_picture
 from restore.formats.ply import read_ply, write_ply
 from restore.formats.source import is_file, is_folder, read_bytes, scan_stem
 from restore.formats.stl import read_stl
+from restore.formats.tifxyz import is_tifxyz, read_tifxyz
 from restore.formats.unit import AUTO, UNSTATED, check_unit, in_millimetres
+from restore.formats.vcps import read_vcps
 from restore.formats.vrml import read_vrml, write_vrml
 from restore.formats.vvd import read_vvd, write_vvd
+from restore.mesh.ordered_grid import GridMesh
 from restore.range_image.organise import organise
 from restore.scan import Bytes, RangeScan, SurfaceMesh
 
@@ -27,6 +30,7 @@ __all__ = [
     "PICTURE_SUFFIXES",
     "READERS",
     "SCAN_SUFFIXES",
+    "check_unit",
     "load_scan",
     "read_bytes",
     "read_picture",
@@ -44,6 +48,7 @@ READERS: dict[str, Reader] = {
     ".obj": read_obj,
     ".ply": read_ply,
     ".stl": read_stl,
+    ".vcps": read_vcps,
     ".vvd": read_vvd,
     ".wrl": read_vrml,
 }
@@ -54,11 +59,13 @@ SCAN_SUFFIXES = tuple(READERS)
 def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str = AUTO) -> RangeScan | SurfaceMesh:
     """Read a scan file or a scan folder; a mesh that is one shot of a scanner comes back on its range grid.
 
-    path     a file with one of the extensions of READERS, or a folder that `save_scan` wrote.
+    path     a file with one of the extensions of READERS, a folder that `save_scan` wrote, or a `tifxyz` folder.
     texture  a picture to use instead of the file's own. Without it a file that names none takes the picture of the
              same name in its folder.
-    unit     of a mesh's coordinates: mm, cm, m, in, or auto for the unit of the format, mm where it has none.
-    Doubled faces are merged. `provenance` names the unit, and warnings for the report.
+    unit     of a mesh's coordinates: mm, cm, m, in, the edge of a voxel as 7.91um, or auto for the unit of the format,
+             mm where it has none.
+    A segment of a CT volume comes back as a GridMesh. Doubled faces are merged. `provenance` names the unit, and
+    warnings for the report.
     Raises BadInput for a missing, damaged or unknown file.
 
     >>> from tempfile import TemporaryDirectory
@@ -74,12 +81,15 @@ def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str 
     check_unit(unit)
     given_picture = None if texture is None else read_picture(Path(texture))
     if is_folder(path):
+        if is_tifxyz(path):
+            return in_millimetres(path, read_tifxyz(path, given_picture), unit)
         if given_picture is not None:
             raise BadInput(f"{path}: a scan folder has its own picture", "leave --texture out")
         return _in_its_unit(path, read_folder(path), unit)
     scan = _reader(path)(path, given_picture)
     if isinstance(scan, SurfaceMesh):
-        scan = _on_range_grid(merge_copies(in_millimetres(path, scan, unit)))
+        mesh = in_millimetres(path, scan, unit)
+        scan = mesh if isinstance(mesh, GridMesh) else _on_range_grid(merge_copies(mesh))
     else:
         scan = _in_its_unit(path, scan, unit)
     if given_picture is not None and scan.texture is None:

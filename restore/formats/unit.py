@@ -1,7 +1,8 @@
-"""Units of length of mesh files: most formats name none."""
+"""Units of length of mesh files: most formats name none, and those of CT volumes count voxels."""
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,42 +10,79 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.formats.source import MAX_COORDINATE_MM
+from restore.mesh.ordered_grid import GridMesh
 from restore.scan import SurfaceMesh
 
 UNIT_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
+EDGE_MM = {**UNIT_MM, "um": 1e-3, "µm": 1e-3}
+ASSUMED_VOXEL = "10um"  # between the 3 and 25 µm of the scrolls that have been scanned
+MAX_UNIT_MM = 1e4
 AUTO = "auto"
+_EDGE = re.compile(r"([0-9]+(?:\.[0-9]+)?|\.[0-9]+) ?([a-zµ]+)", re.ASCII | re.IGNORECASE)
 STANDARD = {".glb": "m"}  # glTF 2.0, section 3.4 "Coordinate System and Units"
 UNSTATED = "mm"  # what scanners' software writes into formats that have no unit
 GIVEN, BY_FORMAT, ASSUMED = "given", "format", "assumed"
 
 
 def check_unit(unit: str) -> None:
-    """Raise BadInput for a unit that is none of UNIT_MM and not AUTO."""
-    if unit != AUTO and unit not in UNIT_MM:
-        raise BadInput(f"{unit!r} is no unit", f"use one of: {', '.join([*UNIT_MM, AUTO])}")
+    """Raise BadInput for a unit that is none of UNIT_MM, not AUTO, and no edge of a voxel such as 7.91um."""
+    if unit != AUTO and unit_mm(unit) is None:
+        raise BadInput(
+            f"{unit!r} is no unit", f"use one of: {', '.join([*UNIT_MM, AUTO])}, or the edge of a voxel, as 7.91um"
+        )
+
+
+def unit_mm(unit: str) -> float | None:
+    """A unit in mm: one of UNIT_MM, or a number and one of EDGE_MM for the edge of a voxel; None for another text.
+
+    >>> unit_mm("cm"), unit_mm("0.5mm"), unit_mm("ft")
+    (10.0, 0.5, None)
+    """
+    if unit in UNIT_MM:
+        return UNIT_MM[unit]
+    found = _EDGE.fullmatch(unit)
+    if found is None or found[2] not in EDGE_MM:
+        return None
+    edge = float(found[1]) * EDGE_MM[found[2]]
+    return edge if 0.0 < edge <= MAX_UNIT_MM else None
 
 
 def in_millimetres(path: Path, mesh: SurfaceMesh, unit: str = AUTO) -> SurfaceMesh:
     """The mesh of a file in mm; its provenance names the unit where it was given or is that of the format.
 
-    AUTO takes the unit of the format. Many programs write millimetres into formats of metres: where a coordinate would
-    lie beyond MAX_COORDINATE_MM, they are read as such, with a warning. Raises BadInput for a given unit under which a
-    coordinate lies beyond that.
+    AUTO takes the unit of the format, for a segment the voxel that its file names, or else ASSUMED_VOXEL with a
+    warning. Many programs write millimetres into formats of metres: where a coordinate would lie beyond
+    MAX_COORDINATE_MM, they are read as such, with a warning. Raises BadInput for a given unit under which a coordinate
+    lies beyond that.
     """
     check_unit(unit)
     largest = float(np.abs(mesh.vertices).max(initial=0.0))
-    source, warnings = GIVEN, []
+    source, warnings = GIVEN, list[str]()
     if unit == AUTO:
-        standard = STANDARD.get(path.suffix.lower())
-        unit, source = (standard, BY_FORMAT) if standard else (UNSTATED, ASSUMED)
-        if largest * UNIT_MM[unit] > MAX_COORDINATE_MM:
-            warnings = [f"the coordinates are too large for {unit}, the unit of the format: read as {UNSTATED}"]
-            unit, source = UNSTATED, ASSUMED
-    if largest * UNIT_MM[unit] > MAX_COORDINATE_MM:
+        unit, source, warnings = _own_unit(path, mesh, largest)
+    factor = unit_mm(unit) or 1.0
+    if largest * factor > MAX_COORDINATE_MM:
         raise BadInput(f"{path}: a vertex lies {largest:g} {unit} from the origin", "give the file's unit with --unit")
     if source == ASSUMED and not warnings:
         return mesh
     provenance = {**mesh.provenance, "unit": unit, "unit_source": source}
     if warnings:
         provenance["warnings"] = [*mesh.provenance.get("warnings", ()), *warnings]
-    return replace(mesh, vertices=mesh.vertices * UNIT_MM[unit], provenance=provenance)
+    return replace(mesh, vertices=mesh.vertices * factor, provenance=provenance)
+
+
+def _own_unit(path: Path, mesh: SurfaceMesh, largest: float) -> tuple[str, str, list[str]]:
+    """The unit of a file whose largest coordinate is given, where it comes from, and warnings."""
+    if isinstance(mesh, GridMesh):
+        if voxel_um := mesh.provenance.get("voxel_um"):
+            return f"{voxel_um:.9f}um", BY_FORMAT, []
+        return ASSUMED_VOXEL, ASSUMED, [
+            f"the file does not tell the size of a voxel: it is taken for {ASSUMED_VOXEL}; --unit gives it, as 7.91um"
+        ]  # fmt: skip
+    standard = STANDARD.get(path.suffix.lower())
+    if standard is None:
+        return UNSTATED, ASSUMED, []
+    if largest * UNIT_MM[standard] > MAX_COORDINATE_MM:
+        warning = f"the coordinates are too large for {standard}, the unit of the format: read as {UNSTATED}"
+        return UNSTATED, ASSUMED, [warning]
+    return standard, BY_FORMAT, []

@@ -117,6 +117,12 @@ def write_ascii_stl(mesh, path):
     trimesh.Trimesh(mesh.vertices, mesh.faces, process=False).export(path, file_type="stl_ascii")
 
 
+def write_point_set(scan, path):
+    rows, cols, _ = scan.points.shape
+    header = f"width: {cols}\nheight: {rows}\ndim: 3\nordered: true\ntype: double\nversion: 1\n<>\n"
+    path.write_bytes(header.encode() + scan.points.astype("<f8").tobytes())
+
+
 # File to damage → how to write a sound one with all that belongs to it.
 SOUND = {
     "a.abs": write_abs,
@@ -128,6 +134,7 @@ SOUND = {
     "text.ply": lambda scan, path: write_ascii_ply(as_mesh(scan), path),
     "binary.stl": lambda scan, path: write_mesh(as_mesh(scan), path),
     "text.stl": lambda scan, path: write_ascii_stl(as_mesh(scan), path),
+    "a.vcps": write_point_set,
     "a.glb": lambda scan, path: write_mesh(as_mesh(scan), path),
 }
 # Files that belong to a scan, and the scan that is loaded with them.

@@ -1,0 +1,238 @@
+"""The page of an ordered grid: a segment of a CT volume, which winds round so that no view sees all of it.
+
+Its points are dense and their noise is a good part of their spacing: straight lengths would be too long by a tenth. So
+a quadratic patch is fitted round every few points, and the page is that of these nodes, with lengths along the surface
+(`surface_lengths.bent_lengths`). The points between follow the nodes. Where the segment jumps to another winding, links
+between neighbours are far longer than others: no patch reaches over them, and on the page they get the length of an
+ordinary link, so that the grid keeps its order. The strain there shows the jump.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import ceil, sqrt
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt
+
+from restore.errors import NotEnoughSurface
+from restore.flattening.isometric import flatten_isometric
+from restore.flattening.least_distortion import embedded
+from restore.flattening.methods import flatten_with
+from restore.mesh.adjacency import components
+from restore.mesh.grid_patches import fit_patches
+from restore.mesh.measures import straight_lengths
+from restore.mesh.network import edges_of
+from restore.mesh.ordered_grid import GridMesh, grid_faces
+from restore.mesh.surface_lengths import bent_lengths
+from restore.mesh.validate import validated
+from restore.numerics import TINY
+from restore.robust import robust_sigma
+from restore.scan import FlatMesh, Floats, Ints, Mask, SurfaceMesh
+
+MOST_NODES = 20_000  # solved in seconds; a page of two million points is smooth between so many
+MOST_SLOPE = 3e-3  # of a link between nodes, from noise: it is too long by half the square, 5 µm in a metre
+LEAST_REACH = 2  # points to either side of a node: fewer do not determine a quadratic patch at the border
+JUMP_SIGMAS = 10.0  # beyond the median link: none of millions is so long by chance
+LEAST_JUMP = 1.5  # of the median link: a regular grid has no scatter that could tell
+SAMPLED_ROWS = 200  # tell the noise, by fourth differences: the bend of the surface is gone in them
+FOURTH = sqrt(1.0 + 16.0 + 36.0 + 16.0 + 1.0)  # standard deviations of the noise, in a fourth difference
+SPANNING = 0.5  # of a side of the grid: a piece that goes so far is the sheet, a smaller one lies in its place
+
+
+@dataclass(frozen=True, eq=False)
+class Nodes:
+    """The nodes of a coarser grid over a grid of points, with patches of the surface.
+
+    rows (k,), cols (l,)  lines of the grid of points on which they lie, from its first to its last.
+    positions, normals    (k, l, 3) mm on the surface; NaN for a node without enough points near it.
+    pieces                (k, l) piece of the grid, as jumps part it, that a node belongs to; −1 for none.
+    """
+
+    rows: Ints
+    cols: Ints
+    positions: Floats
+    normals: Floats
+    pieces: Ints
+
+    def typical_steps(self) -> tuple[float, float]:
+        """Median mm from a point of the grid to the next one along its rows and along its columns, without noise."""
+        along = np.linalg.norm(np.diff(self.positions, axis=1), axis=2) / np.diff(self.cols)
+        down = np.linalg.norm(np.diff(self.positions, axis=0), axis=2) / np.diff(self.rows)[:, None]
+        return float(np.nanmedian(along)), float(np.nanmedian(down))
+
+    def of_sheet(self) -> Mask:
+        """(k, l) True for the nodes of the pieces that span the grid, or of the largest, that are in a triangle.
+
+        A piece that jumped to another winding is wider or narrower than its place. Solved together with the others it
+        would push them apart.
+        """
+        known = self.pieces >= 0
+        if not known.any():
+            return known
+        pieces = np.unique(self.pieces[known], return_inverse=True)[1]
+        spanning = np.bincount(pieces) == np.bincount(pieces).max()
+        for axis, at in enumerate(np.nonzero(known)):
+            low, high = np.full(len(spanning), known.shape[axis]), np.zeros(len(spanning), np.int64)
+            np.minimum.at(low, pieces, at)
+            np.maximum.at(high, pieces, at + 1)
+            spanning |= high - low > SPANNING * known.shape[axis]
+        chosen = known.copy()
+        chosen[known] = spanning[pieces]
+        used = np.zeros(int(chosen.sum()), bool)
+        used[grid_faces(chosen)] = True
+        chosen[chosen] = used
+        return chosen
+
+
+def flatten_grid(mesh: GridMesh, most: int | None = None) -> FlatMesh:
+    """The page of an ordered grid, or of about `most` of its points, with the grid's rows and columns as its own.
+
+    The rest lengths are those between the points moved onto the surface; over a jump they are those in space.
+    Raises NotEnoughSurface where no node has enough points round it.
+    """
+    points = points_on_grid(mesh)
+    links = typical_links(points)
+    pieces = _pieces(points, *links)
+    nodes = _fitted(points, pieces, node_step(points, min(link[0] for link in links)))
+    sheet = nodes.of_sheet()
+    if not sheet.any():
+        raise NotEnoughSurface("the grid has no patch of neighbouring points", "export a larger segment")
+    along, down = nodes.typical_steps()
+    page = _page_of(nodes, sheet, along, down)
+    kept = mesh if most is None else thinned(mesh, most)
+    displacement = _harmonic(sheet, page.flat - page.vertices[:, :2])
+    flat = _between(nodes, displacement, mesh.shape) + _plane(mesh.shape, along, down)
+    surface = _moved_onto_surface(points, pieces, nodes)
+    lengths = straight_lengths(surface.reshape(-1, 3)[kept.places], edges_of(kept.faces))
+    lengths = np.maximum(lengths, TINY)
+    convergence = {"residual": page.residual, "converged": page.converged}
+    return FlatMesh.of(kept, flat.reshape(-1, 2)[kept.places], lengths, page.steps, **convergence)
+
+
+def points_on_grid(mesh: GridMesh) -> Floats:
+    """(rows, cols, 3) mm: the vertices in their places on the grid, NaN in the others."""
+    points: Floats = np.full((mesh.shape[0] * mesh.shape[1], 3), np.nan)
+    points[mesh.places] = mesh.vertices
+    return points.reshape(*mesh.shape, 3)
+
+
+def thinned(mesh: GridMesh, most: int) -> GridMesh:
+    """Every k-th row and column of a grid and the last ones, so that about `most` points are left."""
+    step = max(sqrt(len(mesh.vertices) / max(most, 1)), 1.0)
+    kept = np.zeros(mesh.shape, bool)
+    kept[np.ix_(_lines(mesh.shape[0], step), _lines(mesh.shape[1], step))] = True
+    valid = np.zeros(kept.size, bool)
+    valid[mesh.places] = True
+    chosen = (kept.ravel() & valid)[mesh.places]
+    lines = np.ix_(kept.any(axis=1), kept.any(axis=0))
+    faces = grid_faces(valid.reshape(mesh.shape)[lines])
+    texcoords = None if mesh.texcoords is None else mesh.texcoords[chosen]
+    return GridMesh(
+        mesh.vertices[chosen], faces, texcoords, mesh.texture, mesh.provenance, mesh.shape, mesh.places[chosen]
+    )
+
+
+def typical_links(points: Floats) -> list[tuple[float, float]]:
+    """Median and limit, mm, of the links of points (rows, cols, 3) along rows and along columns: longer ones jump."""
+    found = []
+    for axis in (1, 0):
+        lengths = np.linalg.norm(np.diff(points, axis=axis), axis=2)
+        lengths = lengths[np.isfinite(lengths)]
+        middle = float(np.median(lengths)) if len(lengths) else 0.0
+        spread = robust_sigma(lengths - middle) if len(lengths) else 0.0
+        found.append((max(middle, TINY), max(middle + JUMP_SIGMAS * spread, LEAST_JUMP * middle)))
+    return found
+
+
+def _pieces(points: Floats, along: tuple[float, float], down: tuple[float, float]) -> Ints:
+    """(rows, cols) piece of each point: points hang together over links that do not jump."""
+    place = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape[:2])
+    right = np.linalg.norm(np.diff(points, axis=1), axis=2) <= along[1]
+    below = np.linalg.norm(np.diff(points, axis=0), axis=2) <= down[1]
+    pairs = [np.stack([place[:, :-1][right], place[:, 1:][right]], axis=1)]
+    pairs.append(np.stack([place[:-1][below], place[1:][below]], axis=1))
+    return np.asarray(components(np.concatenate(pairs), place.size).reshape(place.shape))
+
+
+def node_step(points: Floats, link: float) -> int:
+    """How many points (rows, cols, 3) apart nodes lie: so far that noise bends no link by more than MOST_SLOPE.
+
+    A patch over (2b + 1)² points has 1 / (2b + 1) of their noise, and the next node is b links away.
+    """
+    fourth = np.diff(points[:: max(len(points) // SAMPLED_ROWS, 1)], 4, axis=1)
+    fourth = fourth[np.isfinite(fourth)]
+    noise = robust_sigma(fourth) / FOURTH if len(fourth) else 0.0
+    step = max(ceil(sqrt(points.shape[0] * points.shape[1] / MOST_NODES)), 1)
+    while noise > MOST_SLOPE * step * (2 * step + 1) * link and 2 * step < min(points.shape[:2]):
+        step += 1
+    return step
+
+
+def _lines(count: int, step: float) -> Ints:
+    """Lines of a grid, from its first to its last, as evenly as can be about `step` apart."""
+    return np.unique(np.rint(np.linspace(0, count - 1, max(round((count - 1) / step), 1) + 1)).astype(np.int64))
+
+
+def _fitted(points: Floats, pieces: Ints, step: int) -> Nodes:
+    rows, cols = (_lines(count, step) for count in pieces.shape)
+    sizes = np.bincount(pieces.ravel())[pieces]
+    return Nodes(rows, cols, *fit_patches(points, pieces, sizes, rows, cols, max(step, LEAST_REACH)))
+
+
+def _page_of(nodes: Nodes, sheet: Mask, along: float, down: float) -> FlatMesh:
+    """The page of the nodes of the sheet (k, l), their mesh lying as the grid does, with links of along and down mm."""
+    lying = np.stack(np.meshgrid(along * nodes.cols, -down * nodes.rows), axis=-1)[sheet]
+    mesh = validated(SurfaceMesh(np.column_stack([lying, np.zeros(len(lying))]), grid_faces(sheet)))
+    edges, pieces = mesh.sides.edges, nodes.pieces[sheet]
+    lengths = bent_lengths(nodes.positions[sheet], nodes.normals[sheet], edges)
+    jumps = pieces[edges[:, 0]] != pieces[edges[:, 1]]
+    lengths = np.where(jumps, straight_lengths(lying, edges), lengths)
+    return flatten_with(mesh, flatten_isometric, lengths, None)
+
+
+def _plane(shape: tuple[int, int], along: float, down: float) -> Floats:
+    """(rows, cols, 2) mm: where the points of a grid lie when all its links are along and down mm long."""
+    return np.stack(np.meshgrid(along * np.arange(shape[1]), -down * np.arange(shape[0])), axis=-1)
+
+
+def _harmonic(known: Mask, values: Floats) -> Floats:
+    """(k, l, d) values (n, d) where a grid of nodes (k, l) is known, and elsewhere the mean of the neighbours."""
+    node = np.arange(known.size).reshape(known.shape)
+    filled: Floats = np.zeros((known.size, values.shape[1]))
+    filled[known.ravel()] = values
+    if not known.all():
+        pairs = [(node[:, :-1], node[:, 1:]), (node[:-1], node[1:])]
+        edges = np.concatenate([np.stack([a.ravel(), b.ravel()], axis=1) for a, b in pairs])
+        filled = embedded(edges, known.size, node[known], values)
+    return filled.reshape(*known.shape, -1)
+
+
+def _next_known(known: Mask) -> tuple[Ints, ...]:
+    """Indices (2, k, l) of the known node that is next to each."""
+    return tuple(distance_transform_edt(~known, return_distances=False, return_indices=True))
+
+
+def _between(nodes: Nodes, values: Floats, shape: tuple[int, int]) -> Floats:
+    """(rows, cols, d) values (k, l, d) of the nodes, interpolated linearly to all points of the grid."""
+    for axis, lines in enumerate((nodes.rows, nodes.cols)):
+        at = np.interp(np.arange(shape[axis]), lines, np.arange(len(lines)))
+        first = np.minimum(at.astype(np.int64), max(len(lines) - 2, 0))
+        share = (at - first).reshape(-1, *[1] * (values.ndim - 1 - axis))
+        last = np.minimum(first + 1, len(lines) - 1)
+        values = (1.0 - share) * values.take(first, axis) + share * values.take(last, axis)
+    return values
+
+
+def _moved_onto_surface(points: Floats, pieces: Ints, nodes: Nodes) -> Floats:
+    """(rows, cols, 3) mm: the points moved between the nodes of their own piece; those beside a jump as they are."""
+    corners = [nodes.pieces[a:b, c:d] for a, b in ((0, -1), (1, None)) for c, d in ((0, -1), (1, None))]
+    one = np.logical_and.reduce([corner == corners[0] for corner in corners])
+    cell = np.where(one, corners[0], -1)
+    row, col = (
+        np.clip(np.searchsorted(lines, np.arange(count), "right") - 1, 0, max(len(lines) - 2, 0))
+        for lines, count in zip((nodes.rows, nodes.cols), pieces.shape, strict=True)
+    )
+    own = cell[np.ix_(row, col)] == pieces if cell.size else np.zeros(pieces.shape, bool)
+    surface = _between(nodes, nodes.positions[_next_known(nodes.pieces >= 0)], (pieces.shape[0], pieces.shape[1]))
+    return np.where(own[..., None], surface, points)
