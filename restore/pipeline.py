@@ -30,6 +30,7 @@ from restore.scan import Bytes, RangeScan, RestoredPage, SurfaceMesh
 from restore.settings import Settings
 from restore.shading.relief import relief_of
 from restore.shading.remove import LIGHT_DPI, ShadingResult
+from restore.shading.white import WhiteBalance, balance_on_paper
 from restore.texture.coverage import blank_hidden, compute_coverage, inpaint_hidden
 from restore.texture.page import Painting
 from restore.unroll import Unrolled, square_to_picture, unroll
@@ -77,10 +78,12 @@ def restore(
         painting = replace(painting, image=blank_hidden(painting.image, coverage), mask=coverage.mask)
     with clock("shade"):
         shading = _remove_shading(surface, unrolled, painting, registered, settings)
-        image = blank_hidden(shading.image, coverage)
+        balance = _balance_white(shading.image, painting, unrolled, settings)
+        image = blank_hidden(balance.image, coverage)
         image, coverage = inpaint_hidden(image, coverage, settings.dpi, settings.fill_hidden_mm)
     report = describe(surface, unrolled, painting, settings)
-    report |= {"light": shading.report, "coverage": coverage.shares()}
+    report |= {"light": shading.report, "white": balance.report, "coverage": coverage.shares()}
+    report["warnings"] += _reasons_for_keeping(balance)
     report |= {"source": dict(scan.provenance), "seconds": clock.seconds}
     if photos:
         report |= {"photos": photo_report, "warnings": report["warnings"] + reasons(registered)}
@@ -110,6 +113,21 @@ def _remove_shading(
         return ShadingResult(painting.image, {})
     relief = relief_of(surface, unrolled.fine, min(LIGHT_DPI, settings.dpi))
     return remove_registered_shading(unrolled.fine, registered, settings.dpi, relief, painting.image, painting.mask)
+
+
+def _balance_white(image: Bytes, painting: Painting, unrolled: Unrolled, settings: Settings) -> WhiteBalance:
+    """The page in the colours that the settings ask for; unchanged when the scan has no texture."""
+    if settings.white == "keep" or unrolled.fine.texture is None:
+        return WhiteBalance(image, {"mode": "keep"})
+    balance = balance_on_paper(image, painting.mask, settings.dpi)
+    return replace(balance, report={"mode": settings.white, **balance.report})
+
+
+def _reasons_for_keeping(balance: WhiteBalance) -> list[str]:
+    """Warnings of what the settings ask for and the page does not allow."""
+    if "reason" not in balance.report:
+        return []
+    return [f"the colour of the light is kept: {balance.report['reason']}"]
 
 
 def _unroll(surface: Sheet | SurfaceMesh, settings: Settings, clock: Stopwatch, on_step: OnStep | None) -> Unrolled:

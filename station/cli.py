@@ -27,6 +27,7 @@ from station.options import (
     Reading,
     Restoration,
     Run,
+    colours_of,
     grouped,
     output_path,
 )
@@ -188,7 +189,7 @@ def _restore(
 
         outcome = restore_file(
             scan,
-            replace(_destination(output, kinds, run), pieces=reading.pieces),
+            replace(_destination(output, kinds, run), pieces=reading.pieces, **colours_of(kinds, chosen)),
             settings=build_model(Settings, chosen.given, name=chosen.option, hint="see planish restore --help"),
             texture=pictures.texture,
             photos=pictures.photo,

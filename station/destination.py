@@ -21,6 +21,7 @@ class Destination:
     kinds     those of `export.OUTPUTS` on top of the page and its report.
     language  of the words, as Tesseract calls it, when they are read.
     colours   ICC profile of the colour image, as `planish colour` writes it; None for sRGB.
+    to_srgb   convert the page from that profile to sRGB; the master keeps codes and profile.
     pieces    what becomes of several sheets in one scan.
     turn      right angles by which the page is turned.
     anyway    write a page whose surface is no page's, too.
@@ -31,6 +32,7 @@ class Destination:
     force: bool = False
     language: str = "eng"
     colours: bytes | None = None
+    to_srgb: bool = False
     pieces: Pieces = Pieces.AUTO
     turn: Turn = Turn.NONE
     anyway: bool = False
@@ -40,9 +42,10 @@ class Destination:
         return [self.folder / name for name in export.names(stem, self.kinds, colour=colour)]
 
     def with_implied_outputs(self, settings: Settings) -> Destination:
-        """The destination with the outputs that the settings imply: the master when shading is removed, the coverage
-        when hidden places are filled."""
-        implied = {"master": settings.shading == "remove", "coverage": settings.fill_hidden_mm > 0}
+        """The destination with the outputs that the settings imply: the master when light or colours
+        change, the coverage when hidden places are filled."""
+        changed = settings.shading == "remove" or settings.white != "keep" or self.to_srgb
+        implied = {"master": changed, "coverage": settings.fill_hidden_mm > 0}
         return replace(self, kinds=self.kinds | {kind for kind, on in implied.items() if on})
 
 

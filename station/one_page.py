@@ -34,6 +34,7 @@ from station.destination import Clock, Destination, Outcome, SourceRecord
 from station.errors import UsageError
 from station.export.atomic import claim_folder, new_folder, refuse_captured, refuse_existing, write_all
 from station.export.claim import Claim, recover
+from station.export.conversion import convert_to_srgb
 from station.export.report import finite
 from station.orientation import turned
 from station.overwrite_check import check_outputs, superseded, superseded_pieces
@@ -300,6 +301,8 @@ def _restore_sheet(
     page = restore(sheet.segmented or sheet.scan, settings, photos=photos, progress=progress, on_step=recorder)
     if not destination.anyway:
         refuse_no_page(page.report, len(page.fine.faces))
+    if destination.to_srgb and destination.colours is not None and page.flat.texture is not None:
+        page = convert_to_srgb(page, destination.colours)
     page, turn_warnings = turned(page, destination.turn)
     seconds = {**source_record.seconds, **page.report["seconds"]}
     words = None
@@ -318,7 +321,8 @@ def _restore_sheet(
     ]
     report = finite({**page.report, **source_record.report_fields, **run_fields})
     frames = recorder.frames() if recorder else ()
-    return export.Restoration(stem, page, sheet.scan, frames, report, words, destination.colours)
+    colours = None if destination.to_srgb else destination.colours
+    return export.Restoration(stem, page, sheet.scan, frames, report, words, colours, destination.colours)
 
 
 def _peak_memory_mib() -> float:

@@ -108,6 +108,14 @@ class Restoration:
         str | None, typer.Option(help="isometric, sticks, springs, conformal or applicable (isometric).")
     ] = None
     shading: Annotated[str | None, typer.Option(help="Light and shadow: keep or remove (keep).")] = None
+    white: Annotated[
+        str | None,
+        typer.Option(
+            metavar="keep|paper|PROFILE",
+            help="Colour of the light: keep it; make bare paper neutral; or convert to sRGB by the ICC profile of a "
+            "chart in the same light, of `planish colour` (keep).",
+        ),
+    ] = None
     fill_hidden_mm: Annotated[
         float | None,
         typer.Option("--fill-hidden", metavar="MM", help="Invent hidden places up to this wide (0: leave them blank)."),
@@ -116,12 +124,36 @@ class Restoration:
     @property
     def given(self) -> dict[str, Any]:
         """The settings that the operator named."""
-        return {item.name: value for item in fields(self) if (value := getattr(self, item.name)) is not None}
+        given = {item.name: value for item in fields(self) if (value := getattr(self, item.name)) is not None}
+        if self.white_profile is not None:
+            del given["white"]
+        return given
+
+    @property
+    def white_profile(self) -> Path | None:
+        """The file of the profile that `white` names, if it is one."""
+        return None if self.white in (None, "keep", "paper") else Path(str(self.white))
 
     @classmethod
     def option(cls, setting: str) -> str:
         """The name of a setting on the command line."""
         return "--fill-hidden" if setting == "fill_hidden_mm" else f"--{setting.replace('_', '-')}"
+
+
+def colours_of(kinds: Kinds, chosen: Restoration) -> dict[str, Any]:
+    """The fields `colours` and `to_srgb` of a destination. Raises BadInput for an unusable profile, UsageError for two
+    of them."""
+    from station.errors import UsageError
+    from station.export.icc import read_profile
+
+    path = chosen.white_profile
+    if path is None:
+        return {"colours": kinds.profile and read_profile(kinds.profile), "to_srgb": False}
+    if kinds.profile is not None:
+        raise UsageError("--white and --profile name a profile each", "give one: --white to convert, --profile to keep")
+    if not path.is_file():
+        raise UsageError(f"--white: there is no file {path}", "give keep, paper, or the ICC profile of a chart")
+    return {"colours": read_profile(path), "to_srgb": True}
 
 
 @dataclass(frozen=True)

@@ -21,16 +21,16 @@ from restore.bands import in_bands
 from restore.numerics import SINGLE_TINY
 from restore.robust import MAD_TO_SIGMA
 from restore.scan import Bytes, Floats, Mask
+from restore.shading.channels import as_list, highest, lowest, scaled, total_of
 from restore.shading.crease_residual import crease_light
 from restore.shading.horizon_map import fill_nearest, horizon_map
 from restore.shading.lamps import SAMPLES, Light, Places, fit_light
+from restore.shading.paper import paper_candidates
 from restore.shading.relief import Field, Relief
+from restore.shading.srgb import LINEAR, srgb_codes
 from restore.texture.page import MM_PER_INCH
 
 LIGHT_DPI = 60.0  # cells of 0.42 mm, the samples of the range grid: no shadow is known more exactly
-LOCAL_MM = 20.0  # the brightest thing within this distance is paper
-PAPER_SHARE = 0.6  # of that light: darker is ink or picture
-HUE = 0.05  # of a channel's share in the colour: lamps of several colours differ by less, inks by more
 TINT = 0.15  # of it, from channel to channel: noise of dim paper stays below, pale inks do not
 CONTRAST = 0.12  # of the light expected: cells nearer to it than this are paper
 NEAR_MM, FAR_MM = 6.0, 30.0  # widths of the surface that takes what the light leaves: on bare paper, and under figures
@@ -41,13 +41,8 @@ MAX_GAIN = 8.0  # three stops: a deeper shadow holds no picture to bring back, o
 DIMMEST = 4 * MAX_GAIN  # of the level light: less is not found in any hollow, and would be divided by
 BLUR_MM = 0.5  # of a camera with 50 pixels to the inch
 BRIGHTEST = 1.3  # of the paper's light in one channel: printed on white, no ink gives back more
-CLIPPED = 252  # code above which the sensor may be full and the light unknown
 SPARED = 7  # of the cells one in so many tells how uneven they are
 CODES = 4096  # steps of light for the way back to codes: half a code at the dark end, far less elsewhere
-
-_CODE = np.arange(256) / 255
-LINEAR = np.where(_CODE <= 0.04045, _CODE / 12.92, ((_CODE + 0.055) / 1.055) ** 2.4).astype(np.float32)
-"""(256,) linear light of an sRGB code (IEC 61966-2-1)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,40 +56,30 @@ class ShadingResult:
 def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> ShadingResult:
     """Page (h, w, 3) uint8 with its shading divided out, by its relief; pixels outside mask (h, w) do not change."""
     colour, inside = _cells(image, mask, dpi, relief)
-    chosen = np.flatnonzero(_paper_candidates(colour, inside))
+    chosen = np.flatnonzero(paper_candidates(colour, inside, relief.dpi))
     if len(chosen) < LEAST_PAPER:
         return ShadingResult(image, {"lamps": 0, "paper_share": 0.0})
     horizon = horizon_map(relief)
     nodes = horizon.nodes(relief.points)
     openness = cv2.remap(horizon.openness(), nodes, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     # What lies off the page is taken along, and never looked at: to sort it out would take longer.
-    places = Places(*(_as_list(field) for field in (relief.points, relief.normals, openness, nodes)))
+    places = Places(*(as_list(field) for field in (relief.points, relief.normals, openness, nodes)))
     chosen = chosen[:: max(1, len(chosen) // SAMPLES)]
-    light = fit_light(_as_list(colour)[chosen], places[chosen], horizon)
+    light = fit_light(as_list(colour)[chosen], places[chosen], horizon)
     # From here on light is measured in the level light.
     relative = 1 / np.maximum(light.level, SINGLE_TINY)
-    expected = np.maximum(_scaled(light.irradiance(places).reshape(colour.shape), relative), 1 / DIMMEST)
+    expected = np.maximum(scaled(light.irradiance(places).reshape(colour.shape), relative), 1 / DIMMEST)
     # The camera has blurred the light of a crease with everything else.
     expected = cv2.GaussianBlur(fill_nearest(expected, inside), (0, 0), BLUR_MM / MM_PER_INCH * relief.dpi)
-    seen = _scaled(colour, relative)
+    seen = scaled(colour, relative)
     rest, paper = _residual_light(seen / expected, inside)
     surface = expected * rest
     reflectance = seen / surface
-    surface *= crease_light(_lowest(reflectance), _highest(reflectance), _sum(expected), inside)[..., None]
+    surface *= crease_light(lowest(reflectance), highest(reflectance), total_of(expected), inside)[..., None]
     gain = fill_nearest(np.clip(1 / np.maximum(surface, SINGLE_TINY), 1 / MAX_GAIN, MAX_GAIN), inside)
-    evened, scale, codes = np.empty_like(image), relief.dpi / dpi, _codes()
+    evened, scale, codes = np.empty_like(image), relief.dpi / dpi, srgb_codes(np.arange(CODES) / (CODES - 1))
     in_bands(lambda band: _multiply(image, mask, gain, scale, LINEAR, codes, band.start, evened[band]), len(image))
     return ShadingResult(evened, _shading_report(light, colour, gain, paper, inside))
-
-
-def _scaled(field: Field, factors: Floats) -> Field:
-    """A field (r, c, 3), each channel times its own of three factors; numpy is slow to repeat three numbers."""
-    return np.asarray(cv2.transform(field, np.diag(factors)))
-
-
-def _as_list(field: Field) -> Field:
-    """(r · c, …) of a field (r, c, …)."""
-    return field.reshape(-1, *field.shape[2:])
 
 
 def _cells(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> tuple[Field, Mask]:
@@ -113,30 +98,11 @@ def _cells(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> tuple[Field,
     return np.asarray(cv2.LUT(codes, LINEAR)), whole & relief.inside
 
 
-def _paper_candidates(colour: Field, inside: Mask) -> Mask:
-    """Where the page may show bare paper: as bright as its surroundings, of the paper's hue, and beside no ink."""
-    total = _sum(colour)
-    brightness = np.where(inside, total, np.float32(0))
-    small = brightness[::SHRINK, ::SHRINK]
-    reach = 2 * round(LOCAL_MM / MM_PER_INCH * LIGHT_DPI / SHRINK / 2) + 1
-    brightest = cv2.dilate(small, np.ones((reach, reach), np.uint8))
-    brightest = cv2.resize(brightest, brightness.shape[::-1], interpolation=cv2.INTER_LINEAR)
-    bright = inside & (brightness > PAPER_SHARE * brightest)
-    if not bright.any():
-        return bright
-    some = np.flatnonzero(bright)[::SPARED]
-    hue = np.median(_as_list(colour)[some] / _as_list(total)[some, None], axis=0)
-    odd = _highest(np.abs(cv2.transform(colour, np.eye(3) - hue[:, None]))) > HUE * total
-    dark = (~bright | odd).astype(np.uint8)
-    full = _lowest(colour) > LINEAR[CLIPPED]
-    return np.asarray((cv2.dilate(dark, np.ones((3, 3), np.uint8)) == 0) & ~full)
-
-
 def _residual_light(ratio: Field, inside: Mask) -> tuple[Field, Mask]:
     """Smooth residual (r, c, 3) of the paper's brightness over the fitted light, and the paper mask (r, c)."""
-    some = _as_list(ratio)[np.flatnonzero(inside)[::SPARED]]
+    some = as_list(ratio)[np.flatnonzero(inside)[::SPARED]]
     level = np.array([_mode(some[:, k]) for k in range(3)])
-    ratio = _scaled(ratio, 1 / level)
+    ratio = scaled(ratio, 1 / level)
     # To tell where there may be paper, few cells do.
     few, within = ratio[::SHRINK, ::SHRINK], inside[::SHRINK, ::SHRINK]
     smooth = np.ones_like(few)
@@ -147,12 +113,12 @@ def _residual_light(ratio: Field, inside: Mask) -> tuple[Field, Mask]:
     fields = cv2.copyTo(ratio, paper.view(np.uint8)), paper.astype(np.float32)
     size = smooth.shape[1::-1]
     surface = _enlarged(_smooth(*(cv2.resize(field, size, interpolation=cv2.INTER_AREA) for field in fields)), inside)
-    return _scaled(surface * _excess_light(ratio / surface, inside), level), paper
+    return scaled(surface * _excess_light(ratio / surface, inside), level), paper
 
 
 def _paper(ratio: Field, tolerance: float, inside: Mask) -> Mask:
     """Where the page is paper by a ratio (r, c, 3) that is 1 there, give or take a tolerance."""
-    low, high = _lowest(ratio), _highest(ratio)
+    low, high = lowest(ratio), highest(ratio)
     return np.asarray(inside & (low > 1 - tolerance) & (high < 1 + tolerance) & (high - low < TINT))
 
 
@@ -162,7 +128,7 @@ def _excess_light(ratio: Field, inside: Mask) -> Field:
     No ink is brighter than paper in all channels, and none much brighter in one: what seems to be lies beside a crease
     or a shadow that is not quite where it was thought to be.
     """
-    above = np.maximum(_lowest(ratio) / (1 + CONTRAST / 2), _highest(ratio) / BRIGHTEST)
+    above = np.maximum(lowest(ratio) / (1 + CONTRAST / 2), highest(ratio) / BRIGHTEST)
     above = np.where(inside, np.maximum(above, 1), 1).astype(np.float32)
     lifted: Field = cv2.GaussianBlur(cv2.dilate(above, np.ones((3, 3), np.uint8)), (0, 0), 1.0)
     return lifted[..., None]
@@ -196,7 +162,7 @@ def _enlarged(field: Field, over: Mask) -> Field:
 
 def _shading_report(light: Light, colour: Field, gain: Field, paper: Mask, inside: Mask) -> dict[str, Any]:
     some = np.flatnonzero(paper)[::SPARED]
-    seen, gains = (_as_list(field)[some] for field in (colour, gain))
+    seen, gains = (as_list(field)[some] for field in (colour, gain))
     before, after = seen.mean(axis=1), (seen * gains).mean(axis=1)
     return {
         "lamps": len(light.lamps),
@@ -213,12 +179,6 @@ def _unevenness(brightness: Floats) -> float:
         return 0.0
     centre = np.median(brightness)
     return float(MAD_TO_SIGMA * np.median(np.abs(brightness - centre)) / max(centre, SINGLE_TINY))
-
-
-def _codes() -> NDArray[np.uint8]:
-    light = np.arange(CODES) / (CODES - 1)
-    codes = np.where(light <= 0.0031308, light * 12.92, 1.055 * light ** (1 / 2.4) - 0.055) * 255
-    return np.clip(np.rint(codes), 0, 255).astype(np.uint8)
 
 
 @numba.njit(cache=True, nogil=True)
@@ -257,16 +217,3 @@ def _multiply(
                 here = across[j, k]
                 light = linear[before[col, k]] * (here + u * (across[j + step, k] - here))
                 after[col, k] = codes[np.uint32(min(light + np.float32(0.5), top))]
-
-
-def _lowest(field: Field) -> Field:
-    """(r, c) of the channels (r, c, 3); in pairs, since numpy is slow along an axis of three."""
-    return np.asarray(np.minimum(np.minimum(field[..., 0], field[..., 1]), field[..., 2]))
-
-
-def _highest(field: Field) -> Field:
-    return np.asarray(np.maximum(np.maximum(field[..., 0], field[..., 1]), field[..., 2]))
-
-
-def _sum(field: Field) -> Field:
-    return np.asarray(cv2.transform(field, np.ones((1, 3))))

@@ -34,7 +34,8 @@ class Restoration:
     frames  steps of the flattening; empty unless they were requested.
     report  the page's report with what the station adds (JSON values only).
     words   recognised text; None unless it was requested.
-    colours ICC profile of the colour image; None for sRGB.
+    colours ICC profile of the page; None for sRGB.
+    master_colours  ICC profile of the master; None for sRGB.
     """
 
     stem: str
@@ -44,11 +45,17 @@ class Restoration:
     report: Mapping[str, Any]
     words: Words | None = None
     colours: bytes | None = None
+    master_colours: bytes | None = None
 
     @property
     def metadata(self) -> ImageMetadata:
-        """Metadata of the picture files."""
+        """Metadata of the pictures of the page."""
         return ImageMetadata.from_provenance(self.source.provenance, self.colours)
+
+    @property
+    def master_metadata(self) -> ImageMetadata:
+        """Metadata of the master."""
+        return ImageMetadata.from_provenance(self.source.provenance, self.master_colours)
 
 
 @dataclass(frozen=True)
@@ -80,7 +87,7 @@ OUTPUTS = (
     Output(
         "master",
         "-master.png",
-        lambda done: encode_png(done.page.master, done.page.dpi, done.metadata),
+        lambda done: encode_png(done.page.master, done.page.dpi, done.master_metadata),
         needs_colour=True,
     ),
     Output("coverage", "-coverage.png", lambda done: encode_coverage(done.page.coverage, done.page.dpi)),

@@ -29,6 +29,7 @@ def summary(report: Report, files: Iterable[Path]) -> str:
     ppi, strain = report["effective_ppi"], report["strain"]
     rows = [
         ("page", f"{width:.1f} × {height:.1f} mm at {report['dpi']:g} dpi, shading: {report['shading']}"),
+        *(("white", text) for text in _white(report.get("white", {}))),
         ("source", "no colour image" if not ppi else f"resolves {ppi:.0f} pixels per inch"),
         *(("samples", text) for key, text in ASSURANCES.items() if report.get("source", {}).get("assurance") == key),
         ("flattened", f"{report['points']} points by {report['method']} in {report['steps']} steps"),
@@ -46,6 +47,15 @@ def summary(report: Report, files: Iterable[Path]) -> str:
 def left_out(pieces: Iterable[Report]) -> list[str]:
     """A line for each piece of a scan that is no page."""
     return [f"{'warning':<10} piece {one['number']} of {one['of']} is left out: {one['reason']}" for one in pieces]
+
+
+def _white(white: Report) -> list[str]:
+    """What was done to the colour of the light, if anything."""
+    if white.get("mode") == "profile":
+        return [f"converted to sRGB by the profile {white['profile']}"]
+    if white.get("balanced"):
+        return ["bare paper made neutral; it was sRGB {}, {}, {}".format(*white["paper"])]
+    return []
 
 
 def _photo(photo: Report) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from station.options import Debug, Kinds, Out, Restoration, grouped
+from station.options import Debug, Kinds, Out, Restoration, colours_of, grouped
 from station.progress import progress_on
 from station.terminal import print_result, report_faults
 
@@ -37,14 +37,12 @@ def watch(
 ) -> None:
     """Restore every scan that arrives in a folder, until Ctrl-C; a file planish.toml in a sub-folder sets options."""
     with report_faults(debug=debug), progress_on(sys.stderr) as progress:
-        from station.export.icc import read_profile
         from station.one_page import restore_file
         from station.watch.loop import Pace, Watch
         from station.watch.presets import Options, Presets
 
         folder, output = folder.resolve(), output.resolve()
-        colours = None if kinds.profile is None else read_profile(kinds.profile)
-        options = Options(chosen.given, kinds.wanted, kinds.language, colours)
+        options = Options(chosen.given, kinds.wanted, kinds.language, **colours_of(kinds, chosen))
         options.build("options")
         watching = Watch(
             folder,

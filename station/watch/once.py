@@ -75,7 +75,9 @@ def restore_once(
     folder = records.free_folder(out, arrival)
     original = arrival.folder / arrival.source
     settings = options.build(str(original))
-    destination = Destination(folder, options.outputs, language=options.language, colours=options.colours)
+    destination = Destination(
+        folder, options.outputs, language=options.language, colours=options.colours, to_srgb=options.to_srgb
+    )
     facts = {"scan": str(original), "arrival": arrival.as_data(digest)}
     try:
         restore(staged / arrival.source.name, destination, settings=settings, facts=facts)

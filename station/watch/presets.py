@@ -24,13 +24,14 @@ class Options:
     """How scans are restored.
 
     settings  those that are given; the rest is by default.
-    outputs, language, colours  as the kinds, language and colours of a `Destination`.
+    outputs, language, colours, to_srgb  as the kinds, language, colours and to_srgb of a `Destination`.
     """
 
     settings: Mapping[str, Any] = field(default_factory=dict)
     outputs: frozenset[str] = frozenset()
     language: str = "eng"
     colours: bytes | None = None
+    to_srgb: bool = False
 
     def build(self, where: str) -> Settings:
         """The settings, checked. where: the file or option that they come from. Raises UsageError."""

@@ -23,6 +23,7 @@ SIZE_TOLERANCE = 0.001  # of the page: the outline is known to a quarter of a sa
 # Both edges of a page to a sixth of a sample, where its samples lie 0.47 mm apart, and half a pixel of the picture.
 EDGES_MM = 0.25
 FILLED = 0.99  # of the picture is page: a corner that the scanner lost is white
+ROUNDED_CODES = 1
 FLAT_TOLERANCE_MM = 0.02  # noise of 0.035 mm a sample, averaged over windows of 49
 # Two ways to the same page: coordinates in the files are rounded to 0.01 mm, less than the scanner's noise.
 SAME_PAGE_MM = 0.1
@@ -209,6 +210,17 @@ def test_shading_is_removed_on_request():
     np.testing.assert_array_equal(kept.master, kept.image)
     assert kept.report["light"] == {}
     assert removed.report["light"]["unevenness"] < 0.25 * removed.report["light"]["unevenness_before"]
+
+
+def test_bare_paper_is_made_neutral_on_request_and_the_master_keeps_its_colour():
+    scan, _ = shoot(CASES["curl"].sheet, White(), seed=3, mode="fast")
+    texture = (scan.texture * np.array([1.0, 0.85, 0.7])).astype(np.uint8)
+    restored = restore(replace(scan, texture=texture), Settings(white="paper"))
+    paper, before = (np.median(picture[restored.mask], axis=0) for picture in (restored.image, restored.master))
+    assert np.ptp(before) > 40
+    assert np.ptp(paper) <= ROUNDED_CODES
+    assert restored.report["white"]["mode"] == "paper"
+    assert restored.report["white"]["balanced"]
 
 
 def test_a_relief_without_colour_keeps_its_shading():

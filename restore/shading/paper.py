@@ -1,0 +1,41 @@
+"""Where a page may show bare paper, told by brightness and hue alone."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from restore.scan import Mask
+from restore.shading.channels import as_list, highest, lowest, total_of
+from restore.shading.relief import Field
+from restore.shading.srgb import LINEAR
+from restore.texture.page import MM_PER_INCH
+
+LOCAL_MM = 20.0  # the brightest thing within this distance is paper
+PAPER_SHARE = 0.6  # of that light: darker is ink or picture
+HUE = 0.05  # of a channel's share in the colour: lamps of several colours differ by less, inks by more
+CLIPPED = 252  # code above which the sensor may be full and the light unknown
+SHRINK = 4  # of the cells for the brightest one near each, which varies slowly
+SPARED = 7  # of the cells one in so many tells the hue
+
+
+def paper_candidates(colour: Field, inside: Mask, dpi: float) -> Mask:
+    """(r, c) where a page of linear colour (r, c, 3), `dpi` cells to the inch, may show bare paper.
+
+    It is as bright as its surroundings, of the paper's hue, and beside no ink.
+    """
+    total = total_of(colour)
+    brightness = np.where(inside, total, np.float32(0))
+    small = brightness[::SHRINK, ::SHRINK]
+    reach = 2 * round(LOCAL_MM / MM_PER_INCH * dpi / SHRINK / 2) + 1
+    brightest = cv2.dilate(small, np.ones((reach, reach), np.uint8))
+    brightest = cv2.resize(brightest, brightness.shape[::-1], interpolation=cv2.INTER_LINEAR)
+    bright = inside & (brightness > PAPER_SHARE * brightest)
+    if not bright.any():
+        return bright
+    some = np.flatnonzero(bright)[::SPARED]
+    hue = np.median(as_list(colour)[some] / as_list(total)[some, None], axis=0)
+    odd = highest(np.abs(cv2.transform(colour, np.eye(3) - hue[:, None]))) > HUE * total
+    dark = (~bright | odd).astype(np.uint8)
+    full = lowest(colour) > LINEAR[CLIPPED]
+    return np.asarray((cv2.dilate(dark, np.ones((3, 3), np.uint8)) == 0) & ~full)

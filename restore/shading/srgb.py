@@ -1,0 +1,21 @@
+"""Linear light of sRGB codes, and back."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restore.scan import Bytes
+
+_CODE = np.arange(256) / 255
+LINEAR = np.where(_CODE <= 0.04045, _CODE / 12.92, ((_CODE + 0.055) / 1.055) ** 2.4).astype(np.float32)
+"""(256,) linear light of an sRGB code (IEC 61966-2-1)."""
+
+
+def srgb_codes(light: NDArray[Any]) -> Bytes:
+    """(…) uint8 sRGB codes of linear light (…), which is clipped to 0 to 1."""
+    light = np.clip(light, 0, 1)
+    codes = np.where(light <= 0.0031308, light * 12.92, 1.055 * light ** (1 / 2.4) - 0.055) * 255
+    return np.rint(codes).astype(np.uint8)
