@@ -13,21 +13,25 @@ from dataclasses import replace
 from pathlib import Path
 
 import cv2
+import numpy as np
 
 from bench.replay import restore_now
-from drivers.simulated import Curl, Text
-from drivers.simulated import shoot as simulate
+from drivers.simulated import Text
+from drivers.simulated.shot import printed
 from restore import RangeScan
 from station.session import Volume, create_session, open_session, read_session
 from station.session.overview import overview_lines
 from station.session.presets import load_preset
 from station.session.verify import verify
 from station.shift.loop import Done, Shift
+from station.warm_up import small_page
 
-PAGE_MM, LARGE_MM = (200.0, 150.0), (420.0, 150.0)
+PAGE_MM = (106.0, 75.0)
+PIXELS, MARGIN = 8, 24  # of the picture: for each sample, and of the dark table around the leaf
+DARK, PAPER = 20, 0.85  # grey level of the table; light on white paper
 BLUR_PX = 3.0
 # Pages in the order in which they lie before the scanner, and the keys between them.
-SHOTS = ("1", "2", "3 blurred", "3", "4", "4", "5", "6 large", "6", "7", "8", "9", "10")
+SHOTS = ("1", "2", "3 blurred", "3", "4", "4", "5", "6 cut", "6", "7", "8", "9", "10")
 KEYS = (
     " ",
     "\n",
@@ -89,15 +93,23 @@ def _shots() -> Iterator[RangeScan]:
         yield _shot(int(number), fault)
 
 
-def page_scan(number: int, *, page_mm: tuple[float, float] = PAGE_MM, noise: int = 1) -> RangeScan:
-    """A FAST shot of a curled page of text. number: which text; noise: seed of the scanner's."""
-    artwork = Text(seed=number, title_pt=14.0, sizes_pt=(12.0,), columns=1 + number % 2)
-    scan, _ = simulate(Curl(), artwork, mode="fast", seed=noise, page_mm=page_mm)
-    return scan
+def page_scan(number: int, *, cut: bool = False) -> RangeScan:
+    """A scan of a small curled leaf with a text of its own; `cut`: its left side lies at the edge of the picture."""
+    leaf = small_page()
+    rows, cols = leaf.points.shape[:2]
+    size = (cols * PIXELS, rows * PIXELS)
+    artwork = Text(seed=number, title_pt=12.0, sizes_pt=(9.0,), margin_mm=8.0, columns=1 + number % 2)
+    text = cv2.resize(printed(artwork, PAGE_MM).image, size, interpolation=cv2.INTER_AREA)
+    left = 0 if cut else MARGIN
+    picture = np.full((size[1] + 2 * MARGIN, size[0] + left + MARGIN, 3), DARK, np.uint8)
+    picture[MARGIN : MARGIN + size[1], left : left + size[0]] = text * PAPER
+    return replace(
+        leaf, texture=picture, texture_xy=leaf.texture_xy * PIXELS + (PIXELS / 2 + left, PIXELS / 2 + MARGIN)
+    )
 
 
 def _shot(number: int, fault: str) -> RangeScan:
-    scan = page_scan(number, page_mm=LARGE_MM if fault == "large" else PAGE_MM, noise=number)
+    scan = page_scan(number, cut=fault == "cut")
     if fault == "blurred" and scan.texture is not None:
         return replace(scan, texture=cv2.GaussianBlur(scan.texture, (0, 0), BLUR_PX))
     return scan

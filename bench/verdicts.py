@@ -14,7 +14,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from bench.shift import LARGE_MM, page_scan
+from bench.shift import page_scan
 from restore import RangeScan, save_scan
 from station.session.presets import Thresholds, load_preset
 from station.session.stages import run_restore
@@ -45,16 +45,18 @@ def _shots() -> Iterator[tuple[str, RangeScan]]:
     good = page_scan(1)
     assert good.texture is not None
     yield "good", good
-    yield "the same page again", page_scan(1, noise=7)
+    moved = good.texture_xy + (1.5, 0.7)
+    light = np.clip(good.texture * 0.8, 0, 255).astype(np.uint8)
+    yield "the same page again", replace(good, texture=light, texture_xy=moved)
     yield "another page", page_scan(2)
     yield "page three", page_scan(3)
     for blur in (1.0, 2.0, 3.0):
         yield f"out of focus by {blur:g} px", replace(good, texture=cv2.GaussianBlur(good.texture, (0, 0), blur))
     yield "a fifth more light", replace(good, texture=np.clip(good.texture * 1.2, 0, 255).astype(np.uint8))
-    yield "too large for the picture", page_scan(1, page_mm=LARGE_MM)
+    yield "its left side at the edge of the picture", page_scan(1, cut=True)
     points = good.points.copy()
-    points[100:120, 150:165] = np.nan
-    yield "a dark stain of 15 × 20 samples", replace(good, points=points)
+    points[15:25, 20:28] = np.nan
+    yield "a dark stain of 8 × 10 samples", replace(good, points=points)
 
 
 def _cell(value: float | None) -> str:

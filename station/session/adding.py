@@ -66,8 +66,9 @@ def add_original(writer: Writer, path: Path, *, page: int | None = None, unit: s
         try:
             return {"provenance": dict(load_scan(copy, unit=unit).provenance)}
         except BadInput as error:
-            if isinstance(error.__cause__, OSError):  # of the copy, which was written just now: the disk's fault
-                raise error.__cause__ from None
+            cause = error.__cause__
+            if isinstance(cause, OSError):  # of the copy, which was written just now: the disk's fault
+                raise OSError(cause.errno, cause.strerror, str(copy)) from error
             raise
 
     return add_files(writer, gathered.files, gathered.source, page=page, facts=facts, inspect=provenance)

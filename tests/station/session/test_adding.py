@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from restore import BadInput, load_scan, save_scan
+from station.errors import explain
 from station.export.png import encode_png
 from station.session import open_session, scan_path
 from station.session.adding import add_original, gather
@@ -65,8 +66,9 @@ def test_a_copy_that_the_disk_does_not_give_back_is_a_fault_of_the_disk(volume, 
         raise BadInput(f"{path} cannot be read") from OSError(errno.EIO, "Input/output error")
 
     monkeypatch.setattr("station.session.adding.load_scan", unreadable)
-    with open_session(volume) as writer, pytest.raises(OSError, match="Input/output"):
+    with open_session(volume) as writer, pytest.raises(OSError, match="Input/output") as raised:
         add_original(writer, mesh)
+    assert explain(raised.value).exit_code == 6
 
 
 def test_a_file_that_is_not_there(tmp_path):
