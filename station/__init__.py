@@ -2,6 +2,7 @@
 
 cli         the command `planish`
 config      a station's TOML file, and settings checked with the option's name in the message
+batch       many scans on several processes or machines, and a report of the worst pages
 archive     a volume in the formats of archives: BagIt, METS, IIIF, PDF/A, TIFF, meshes
 one_page    one page: open → capture → store → restore → export
 session     a volume in a folder: captures, runs of stages, decisions, as events in a BagIt bag

@@ -12,6 +12,7 @@ import typer
 
 from station.archive.command import export
 from station.ask import ask
+from station.batch.command import batch
 from station.calibrate import board, calibrate
 from station.devices import devices
 from station.doctor import doctor
@@ -246,7 +247,7 @@ def _colour(
 for command in (
     *(devices, doctor, ask, park, trace, board, calibrate, warm_up, watch),
     *(shoot, verify, repair, replay, reindex),
-    export,
+    *(batch, export),
 ):
     app.command()(command)
 app.add_typer(sessions, name="session")

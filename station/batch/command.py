@@ -1,0 +1,85 @@
+"""The command `planish batch`."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from station.errors import UsageError
+from station.options import Debug, Kinds, Out, Restoration, grouped
+from station.terminal import print_result, report_faults
+
+if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
+    from station.batch.executors import Workers
+    from station.batch.progress import Event
+
+Sources = Annotated[
+    list[Path],
+    typer.Argument(metavar="SOURCE...", help="Folders of scans, sub-folders included; sessions.", show_default=False),
+]
+Count = Annotated[
+    int | None, typer.Option("--workers", "-w", min=1, help="Pages to restore at a time (one for each processor).")
+]
+Scheduler = Annotated[
+    str | None, typer.Option(metavar="ADDRESS", help="Restore on a Dask cluster: its scheduler, tcp://HOST:8786.")
+]
+Memory = Annotated[
+    int | None, typer.Option(min=0, metavar="MIB", help="Memory of each worker, 0 for no limit (an equal share).")
+]
+PageLimit = Annotated[float, typer.Option(min=1, metavar="S", help="Seconds after which a page is given up.")]
+
+SHARE = 0.9  # of the memory: the rest is the system's
+
+
+@grouped
+def batch(
+    sources: Sources,
+    output: Out,
+    chosen: Restoration,
+    kinds: Kinds,
+    workers: Count = None,
+    scheduler: Scheduler = None,
+    memory: Memory = None,
+    page_limit: PageLimit = 3600.0,
+    debug: Debug = False,
+) -> None:
+    """Restore all scans of folders and sessions with several workers; started again, it goes on where it was."""
+    with report_faults(debug=debug):
+        from station.batch.executors import cluster_workers, local_workers
+        from station.batch.process import Limits
+        from station.batch.whole import run_batch
+        from station.export.icc import read_profile
+        from station.watch.presets import Options
+
+        if workers is not None and scheduler is not None:
+            raise UsageError("--workers is the cluster's business", "leave --workers out with --scheduler")
+        colours = None if kinds.profile is None else read_profile(kinds.profile)
+        options = Options(chosen.given, kinds.wanted, kinds.language, colours)
+        options.build("options")
+        count = workers or len(os.sched_getaffinity(0))
+        if memory is None and scheduler is None:
+            memory = _share_mib(count)
+        threads = 1 if scheduler is not None else max(len(os.sched_getaffinity(0)) // count, 1)
+        limits = Limits(memory, page_limit, threads=threads)
+        places: AbstractContextManager[Workers]
+        places = local_workers(count, limits) if scheduler is None else cluster_workers(scheduler, limits)
+        counts: Counter[str] = Counter()
+
+        def show(event: Event) -> None:
+            counts[event.state] += 1
+            print_result(f"{event.state:<10} {event.name}: {event.text}  [{event.progress}]")
+
+        report = run_batch([source.resolve() for source in sources], output.resolve(), options, places, show)
+        print_result(f"{counts['restored']} restored, {counts['set aside']} set aside\nreport     {report}")
+
+
+def _share_mib(count: int) -> int:
+    """An equal share of this computer's memory for each of so many processes, MiB."""
+    pages = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    return int(pages * SHARE / count) // 2**20

@@ -1,0 +1,59 @@
+"""A batch over folders of scans: planned from the records of earlier runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from station.batch.executors import Workers
+from station.batch.outcomes import PageOutcome, outcomes
+from station.batch.page import Done, Task, restore_task
+from station.batch.plan import check_names, plan_folder
+from station.batch.process import Work
+from station.batch.progress import Event, Pace, Show
+from station.batch.run import run
+from station.errors import UsageError
+from station.export.claim import recover
+from station.watch.loop import check_folders
+from station.watch.presets import Options
+
+
+class FolderBatch:
+    """The scans of folders; of several folders, each has its results below its own name in `output`.
+
+    Raises UsageError for folders or presets that are not usable, OSError when a folder cannot be read.
+    """
+
+    def __init__(self, folders: Sequence[Path], output: Path, options: Options) -> None:
+        self._plans = [plan_folder(folder, out, options) for folder, out in _places(folders, output).items()]
+
+    def run(self, workers: Workers, show: Show, *, work: Work[Done] = restore_task) -> None:
+        """Restore or set aside what is still to do. Raises as `station.batch.run.run` does."""
+        tasks = sorted((task for plan in self._plans for task in plan.tasks), key=lambda task: -task.size)
+        pace = Pace(task.size for task in tasks)
+        for task, done in run(tasks, workers, work):
+            progress = pace.done(task.size, done.seconds, workers.threads())
+            for event in _events(task, done, progress):
+                show(event)
+
+    def pages(self) -> Iterator[PageOutcome]:
+        """Every page as its records have it now."""
+        for plan in self._plans:
+            yield from outcomes(plan)
+
+
+def _places(folders: Sequence[Path], output: Path) -> dict[Path, Path]:
+    """Each folder of scans with the folder of its results."""
+    if len(folders) > 1 and not check_names(folders):
+        raise UsageError("two of the folders have the same name", "run them one after the other, or rename one")
+    places = {folder: output if len(folders) == 1 else output / folder.name for folder in folders}
+    for folder, out in places.items():
+        check_folders(folder, out)
+        recover(out)
+    return places
+
+
+def _events(task: Task, done: Done, progress: str) -> Iterator[Event]:
+    for arrival, settled in zip(task.arrivals, done.settled, strict=True):
+        text = f"{settled.reason} ({settled.place})" if settled.reason else str(settled.place)
+        yield Event(settled.state, str(arrival.source), text, progress)

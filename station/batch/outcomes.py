@@ -1,0 +1,140 @@
+"""What became of the pages of a batch, read from the records of its results, and how bad each is beside the others."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from restore import read_regular
+from station.batch.plan import Plan
+from station.watch import records
+from station.watch.arrival import Arrival
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure of a report: its name for the operator, how it is read and written, and whether less of it is worse."""
+
+    name: str
+    read: Callable[[Mapping[str, Any]], float | None]
+    text: str
+    less_is_worse: bool = False
+
+
+FIGURES = (
+    Figure("strain rms", lambda report: report["strain"]["rms"], "{:.3%}"),
+    Figure("strain max", lambda report: report["strain"]["max"], "{:.2%}"),
+    Figure("inverted triangles", lambda report: report["flipped_faces"], "{:.0f}"),
+    Figure("filled in", lambda report: report.get("filled_share"), "{:.1%}"),
+    Figure("source ppi", lambda report: report["effective_ppi"] or None, "{:.0f}", less_is_worse=True),
+    Figure("warnings", lambda report: len(report.get("warnings", ())), "{:.0f}"),
+)
+"""The figures that order the pages; a page without one (None) is not compared by it."""
+
+
+@dataclass(frozen=True)
+class PageOutcome:
+    """One page, or one scan without a page.
+
+    name     the scan, relative to the folder of the batch, and the number of the sheet where it has several.
+    state    restored, set aside, or missing when the batch did not come to it.
+    picture  its page's file, None without.
+    figures  name → value, of FIGURES.
+    notes    warnings of the report, or why it was set aside.
+    size_mm  width and height of the page; None without.
+    seconds  of its restoration.
+    """
+
+    name: str
+    state: str
+    picture: Path | None = None
+    figures: Mapping[str, float] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    size_mm: tuple[float, float] | None = None
+    seconds: float = 0.0
+
+
+@dataclass(frozen=True)
+class Ranked:
+    """A page with its rank: the greatest share of the other pages that are better by one figure, and that figure."""
+
+    page: PageOutcome
+    rank: float
+    by: str
+
+
+def outcomes(plan: Plan) -> Iterator[PageOutcome]:
+    """The pages of every scan of a plan, as the records have them now."""
+    for arrival in plan.scans:
+        yield from _pages_of(arrival, plan.out)
+
+
+def worst_first(pages: Sequence[PageOutcome]) -> list[Ranked]:
+    """The pages in the order in which somebody should look at them: without a result first, then by their ranks.
+
+    Ranks need no thresholds, and say nothing of how bad the worst page is: the figures do.
+    """
+    ranks: dict[int, list[tuple[float, str]]] = {index: [(0.0, "")] for index in range(len(pages))}
+    for figure in FIGURES:
+        known = [(page.figures[figure.name], index) for index, page in enumerate(pages) if figure.name in page.figures]
+        better: dict[float, int] = {}
+        for position, (value, _) in enumerate(sorted(known, reverse=figure.less_is_worse)):
+            better.setdefault(value, position)
+        for value, index in known:
+            ranks[index].append((better[value] / len(known), figure.name))
+    worst = (max(ranks[index]) for index in range(len(pages)))
+    ranked = [Ranked(page, rank, by if rank else "") for page, (rank, by) in zip(pages, worst, strict=True)]
+    return sorted(ranked, key=lambda one: (one.page.state == "restored", -one.rank, one.page.name))
+
+
+def figures_of(report: Mapping[str, Any]) -> dict[str, float]:
+    """The figures of a report, by their names; those that it lacks are left out."""
+    figures: dict[str, float] = {}
+    for figure in FIGURES:
+        with suppress(KeyError, TypeError):
+            if (value := figure.read(report)) is not None:
+                figures[figure.name] = value
+    return figures
+
+
+def _pages_of(arrival: Arrival, out: Path) -> Iterator[PageOutcome]:
+    name = str(arrival.source)
+    folder = records.find_result(out, arrival)
+    reports = [] if folder is None else [(path, _report(path)) for path in records.reports_of(folder, arrival)]
+    for path, report in reports:
+        several = f", sheet {path.stem.rpartition('-')[2]}" if len(reports) > 1 else ""
+        yield _restored(name + several, path, report)
+    if reports:
+        return
+    note = records.note_of(out, arrival)
+    with suppress(OSError, ValueError):
+        text = read_regular(note, records.MAX_BYTES).decode("utf-8", "replace")
+        yield PageOutcome(name, "set aside", notes=tuple(text.split("\n\n")[0].splitlines()))
+        return
+    yield PageOutcome(name, "missing", notes=("the batch has not come to it",))
+
+
+def _restored(name: str, path: Path, report: Mapping[str, Any]) -> PageOutcome:
+    picture = path.with_suffix(".png")
+    width, height = report.get("page_mm", (0.0, 0.0))
+    return PageOutcome(
+        name,
+        "restored",
+        picture if picture.is_file() else None,
+        figures_of(report),
+        tuple(map(str, report.get("warnings", ()))),
+        (width, height),
+        float(report.get("seconds", {}).get("total", 0.0)),
+    )
+
+
+def _report(path: Path) -> Mapping[str, Any]:
+    try:
+        report = json.loads(read_regular(path, records.MAX_BYTES))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return report if isinstance(report, dict) else {}

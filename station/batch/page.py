@@ -1,0 +1,92 @@
+"""The work on one name of a folder: its scans restored or set aside, in a process of its own."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from resource import RUSAGE_SELF, getrusage
+
+from station.errors import FolderInUse, OverwriteError
+from station.one_page import restore_file
+from station.watch.arrival import Arrival, Changed
+from station.watch.once import Restore, Settled, restore_once
+from station.watch.presets import Options
+
+GONE = "it changed or went away while the batch ran; run the batch again"
+POLL_S = 1.0  # another process has the page: a worker that was given up by the cluster, but is still alive
+MAX_TRIES = 3600  # of them: the longest page takes a fraction of an hour
+
+
+@dataclass(frozen=True)
+class Task:
+    """Scans of one name, which are restored one after the other: arrivals, folder of the results, options."""
+
+    arrivals: tuple[Arrival, ...]
+    out: Path
+    options: Options
+
+    @property
+    def size(self) -> int:
+        """Bytes of all its files."""
+        return sum(arrival.size for arrival in self.arrivals)
+
+    @property
+    def name(self) -> str:
+        """The first scan, relative to the folder of the batch."""
+        return str(self.arrivals[0].source)
+
+
+@dataclass(frozen=True)
+class Done:
+    """What became of a task: one result for each of its scans.
+
+    seconds   wall time. memory_mib: peak of the process that did it, so far. pid, host: of that process.
+    """
+
+    settled: tuple[Settled, ...]
+    seconds: float
+    memory_mib: float
+    pid: int
+    host: str
+
+
+def restore_task(
+    task: Task,
+    causes: Sequence[str] = (),
+    *,
+    restore: Restore = restore_file,
+    clock: Callable[[], float] = time.perf_counter,
+    sleep: Callable[[float], None] = time.sleep,
+) -> Done:
+    """Restore or set aside the scans of a task. What an earlier run or another worker has done is not done again.
+
+    causes: how the processes ended that tried before. Raises what is not the scan's fault: of the disk, the settings,
+    this computer.
+    """
+    start = clock()
+    settled = tuple(_settle(arrival, task, causes, restore, sleep) for arrival in task.arrivals)
+    memory = getrusage(RUSAGE_SELF).ru_maxrss / 1024  # Linux counts in KiB
+    return Done(settled, clock() - start, memory, os.getpid(), os.uname().nodename)
+
+
+def _settle(
+    arrival: Arrival, task: Task, causes: Sequence[str], restore: Restore, sleep: Callable[[float], None]
+) -> Settled:
+    """Restore a scan, after any other process that is at it has ended."""
+    for attempt in range(MAX_TRIES):
+        try:
+            with tempfile.TemporaryDirectory(prefix="planish-") as staged:
+                return restore_once(arrival, task.out, task.options, Path(staged), restore, causes=causes)
+        except Changed:
+            return Settled("set aside", arrival.folder / arrival.source, GONE)
+        except (FolderInUse, OverwriteError, FileNotFoundError):  # its folder was free, and there, a moment ago
+            if not all((arrival.folder / path).exists() for path in arrival.files.values()):
+                return Settled("set aside", arrival.folder / arrival.source, GONE)
+            if attempt == MAX_TRIES - 1:
+                raise
+            sleep(POLL_S)
+    raise AssertionError  # the last try returns or raises

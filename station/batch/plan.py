@@ -1,0 +1,102 @@
+"""What a batch has to do: the scans of a folder that have neither a result nor a note of failure, longest first."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from pathlib import Path
+
+from station.batch.page import Task
+from station.watch import records
+from station.watch.arrival import BLOCK, Arrival
+from station.watch.companions import Pairing, is_scan
+from station.watch.listing import Listing, list_files
+from station.watch.presets import Options, Presets
+
+SCAN_FOLDER = {"scan.json", "points.npz"}  # the files that every scan folder of Planish's own has
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The scans of a folder.
+
+    out     folder of the results.
+    tasks   what is still to do, longest first.
+    scans   every scan, in the order of their names.
+    """
+
+    out: Path
+    tasks: tuple[Task, ...]
+    scans: tuple[Arrival, ...]
+
+
+def plan_folder(folder: Path, out: Path, base: Options) -> Plan:
+    """The plan for a folder of scans and its sub-folders.
+
+    Raises OSError when the folder cannot be read, UsageError for a preset with a mistake.
+    """
+    listing = list_files(folder, without=out)
+    presets = Presets(folder, base)
+    presets.update(listing)
+    scans = tuple(find_scans(folder, listing))
+    tasks = []
+    for place, group in groupby(sorted(scans, key=_place), key=_place):
+        waiting = tuple(scan for scan in group if not _is_settled(scan, out))
+        if waiting:  # scans of one name share the folders of their results: one task takes them in turn
+            tasks.append(Task(waiting, out, presets.options(Path(place[0]))))
+    return Plan(out, tuple(sorted(tasks, key=lambda task: -task.size)), scans)
+
+
+def find_scans(folder: Path, listing: Listing) -> Iterator[Arrival]:
+    """Every scan of a listing with the files that belong to it: scan files, and scan folders of Planish's own."""
+    pairing = Pairing(folder)
+    pairing.update(listing)
+    names: dict[Path, set[str]] = {}
+    for path in listing:
+        names.setdefault(path.parent, set()).add(path.name)
+    inside = {parent for parent, files in names.items() if files >= SCAN_FOLDER and parent != Path()}
+    sources = [path for path in listing if is_scan(path) and path.parent not in inside]
+    for source in sorted([*sources, *inside]):
+        if source in inside:
+            files = {path: listing[path] for path in (source / name for name in sorted(names[source]))}
+            yield Arrival.of_folder(folder, source, files)
+        else:
+            try:
+                companions = pairing.companions(source).found
+            except PermissionError:  # the restoration meets it again, and sets the scan aside
+                companions = {}
+            yield Arrival.of(folder, source, companions, listing)
+
+
+def _place(arrival: Arrival) -> tuple[str, str]:
+    return str(arrival.source.parent), arrival.stem
+
+
+def _is_settled(arrival: Arrival, out: Path) -> bool:
+    """Whether the scan has a result, or was set aside and has not changed since."""
+    if records.find_result(out, arrival):
+        return True
+    failed = records.failed_digest(out, arrival)
+    return failed is not None and failed == _digest(arrival)
+
+
+def _digest(arrival: Arrival) -> str:
+    """The digest that `Arrival.copy` would return, empty for files that cannot be read."""
+    digest = hashlib.sha256()
+    try:
+        for (name, path), stamp in zip(arrival.files.items(), arrival.stamps, strict=True):
+            digest.update(os.fsencode(name) + b"\0" + stamp.size.to_bytes(8, "big"))
+            with (arrival.folder / path).open("rb") as file:
+                while block := file.read(BLOCK):
+                    digest.update(block)
+    except OSError:
+        return ""
+    return digest.hexdigest()
+
+
+def check_names(folders: Sequence[Path]) -> bool:
+    """Whether the folders have names of their own, so that the results of each can lie below that name."""
+    return len({folder.name for folder in folders}) == len(folders)

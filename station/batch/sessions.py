@@ -1,0 +1,164 @@
+"""A batch over sessions: each page without a current restoration is restored, and recorded in its session.
+
+Workers compute into folders on the session's disk; the process of the batch, the session's only writer, records.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from resource import RUSAGE_SELF, getrusage
+from typing import Any
+
+from restore import LibraryMissing
+from station.batch.executors import Workers
+from station.batch.outcomes import PageOutcome, figures_of
+from station.batch.process import Work
+from station.batch.progress import Event, Pace, Show
+from station.batch.run import run
+from station.errors import StationError, explain
+from station.session import Event as SessionEvent
+from station.session import Page, Session, Writer, record_run, scan_path
+from station.session.overview import label_of, preset_of
+from station.session.presets import Preset
+from station.session.stages import PAGE, RESTORE, Run, run_restore
+from station.watch.once import MAX_ATTEMPTS
+from station.watch.presets import Options
+
+ERROR = "error"  # in the result of a run that has no page
+
+
+@dataclass(frozen=True)
+class SessionTask:
+    """A page to restore: its scan, the parameters of the stage, the empty folder for its files, bytes of the scan."""
+
+    session: str
+    page: int
+    source: Path
+    parameters: Mapping[str, Any]
+    folder: Path
+    size: int
+
+
+@dataclass(frozen=True)
+class SessionDone:
+    """What became of it: the run, whose result has `error` where there is no page; seconds, memory of the process."""
+
+    run: Run
+    seconds: float
+    memory_mib: float
+
+
+def restore_session_page(task: SessionTask, causes: Sequence[str] = ()) -> SessionDone:
+    """Restore the scan of a page. causes: how the processes ended that tried before; after two it is not tried again.
+
+    Raises what is not the scan's fault: of the disk, the settings, this computer.
+    """
+    start = time.perf_counter()
+    shutil.rmtree(task.folder, ignore_errors=True)  # of a process that has ended
+    if len(causes) >= MAX_ATTEMPTS:
+        made = _failed(task, f"the program ended {len(causes)} times while it restored this scan: {causes[-1]}", "")
+    else:
+        try:
+            made = run_restore(task.source, task.parameters, task.folder)
+        except (OSError, StationError, LibraryMissing):  # a fault of the disk or of this computer
+            raise
+        except Exception as error:
+            fault = explain(error)
+            made = _failed(task, fault.message, " ".join(fault.hints))
+    memory = getrusage(RUSAGE_SELF).ru_maxrss / 1024  # Linux counts in KiB
+    return SessionDone(made, time.perf_counter() - start, memory)
+
+
+def _failed(task: SessionTask, error: str, hint: str) -> Run:
+    """A run without a page, in an empty folder."""
+    shutil.rmtree(task.folder, ignore_errors=True)
+    task.folder.mkdir(parents=True)
+    return Run({ERROR: error, "hint": hint})
+
+
+class SessionBatch:
+    """The pages of sessions, by the names of their folders. What came of a scan is recorded, and not tried again.
+
+    options: those that are given win over the session's preset.
+    """
+
+    def __init__(self, writers: Mapping[str, Writer], options: Options) -> None:
+        self._writers, self._options = writers, options
+
+    def run(self, workers: Workers, show: Show, *, work: Work[SessionDone] = restore_session_page) -> None:
+        """Restore the pages that have no restoration, and record each. Raises as `station.batch.run.run` does."""
+        tasks = [task for name in self._writers for task in plan_session(name, self._writers[name], self._options)]
+        tasks.sort(key=lambda task: -task.size)
+        pace = Pace(task.size for task in tasks)
+        for task, done in run(tasks, workers, work):
+            show(self._settle(task, done, pace.done(task.size, done.seconds, workers.threads())))
+
+    def pages(self) -> Iterator[PageOutcome]:
+        """Every page as its session has it now."""
+        for writer in self._writers.values():
+            for position, page in enumerate(writer.history.pages(), 1):
+                yield _outcome(writer.session, page, position)
+
+    def _settle(self, task: SessionTask, done: SessionDone, progress: str) -> Event:
+        writer = self._writers[task.session]
+        name = f"{writer.session.volume.title}, page {task.page}"
+        event = _record(writer, task, done.run)
+        if ERROR in done.run.result:
+            return Event("set aside", name, str(done.run.result[ERROR]), progress)
+        return Event("restored", name, str(writer.session.path(event, PAGE)), progress)
+
+
+def plan_session(name: str, writer: Writer, options: Options) -> Iterator[SessionTask]:
+    """The pages of a session that have a scan and no restoration of it."""
+    session = writer.session
+    preset = _preset(preset_of(session), options)
+    for page in session.history.pages():
+        if page.capture is None or RESTORE in page.runs:
+            continue
+        parameters = preset.parameters(unit=str(page.capture.facts.get("unit", "auto")))
+        source = scan_path(session, page.capture)
+        size = sum(session.path(page.capture, file).stat().st_size for file in page.capture.files)
+        yield SessionTask(name, page.number, source, parameters, writer.staging(f"batch-{page.number:04}"), size)
+
+
+def _preset(preset: Preset, options: Options) -> Preset:
+    """The preset with the options that were given on the command line."""
+    settings = {**preset.settings, **options.settings}
+    return preset.model_copy(
+        update={"settings": settings, "outputs": tuple(sorted({*preset.outputs, *options.outputs}))}
+    )
+
+
+def _record(writer: Writer, task: SessionTask, made: Run) -> SessionEvent:
+    capture = writer.history.page(task.page).capture
+    assert capture is not None
+    facts = {**made.facts, "host": os.uname().nodename}
+    return record_run(
+        writer, RESTORE, capture, parameters=task.parameters, result=made.result, files=task.folder, facts=facts
+    )
+
+
+def _outcome(session: Session, page: Page, position: int) -> PageOutcome:
+    label = label_of(page, position, preset_of(session))
+    name = f"{session.volume.title}, page {page.number}{f' ({label})' if label else ''}"
+    event = page.runs.get(RESTORE)
+    if event is None:
+        return PageOutcome(name, "missing", notes=("the batch has not come to it",))
+    report, seconds = event.facts.get("result", {}), event.facts.get("seconds", {})
+    if ERROR in report:
+        return PageOutcome(name, "set aside", notes=tuple(filter(None, (report[ERROR], report.get("hint", "")))))
+    size = tuple(report.get("page_mm", (0.0, 0.0)))
+    return PageOutcome(
+        name,
+        "restored",
+        session.path(event, PAGE),
+        figures_of(report),
+        tuple(map(str, report.get("warnings", ()))),
+        (size[0], size[1]),
+        float(seconds.get("total", 0.0)) if isinstance(seconds, dict) else 0.0,
+    )

@@ -1,0 +1,71 @@
+"""A whole batch: folders of scans and sessions in one run, and its report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from contextlib import AbstractContextManager, ExitStack
+from datetime import datetime
+from pathlib import Path
+from typing import Protocol
+
+from station.batch.executors import Workers
+from station.batch.folders import FolderBatch
+from station.batch.outcomes import PageOutcome
+from station.batch.progress import Show
+from station.batch.report import encode_report
+from station.batch.sessions import SessionBatch
+from station.errors import UsageError
+from station.export.atomic import claim_folder, write_all
+from station.session import open_session
+from station.session.bag import BAGIT, LOG
+from station.watch import records
+from station.watch.presets import Options
+
+REPORT = "report.html"
+
+
+class Part(Protocol):
+    """The pages of one kind of source."""
+
+    def run(self, workers: Workers, show: Show) -> None: ...
+
+    def pages(self) -> Iterable[PageOutcome]: ...
+
+
+def run_batch(
+    sources: Sequence[Path],
+    output: Path,
+    options: Options,
+    workers: AbstractContextManager[Workers],
+    show: Show,
+    *,
+    now: Callable[[], datetime] = records.utc,
+) -> Path:
+    """Restore what is to do in folders of scans, into `output`, and in sessions. Returns the path of the report.
+
+    The report is written whatever ends the batch. Raises UsageError, FolderInUse, BadInput for a damaged session,
+    OSError when the disk refuses, StationError for other faults that are not a page's.
+    """
+    sessions = [source for source in sources if is_session(source)]
+    folders = [source for source in sources if source not in sessions]
+    if any(output.is_relative_to(session) for session in sessions):
+        raise UsageError(f"{output} lies in a session", "choose another folder with -o")
+    with ExitStack() as stack:
+        claim = stack.enter_context(claim_folder(output))
+        writers = {str(session): stack.enter_context(open_session(session)) for session in sessions}
+        parts: list[Part] = [SessionBatch(writers, options)] if writers else []
+        parts += [FolderBatch(folders, output, options)] if folders else []
+        places = stack.enter_context(workers)
+        try:
+            for part in parts:
+                part.run(places, show)
+        finally:
+            title = f"Batch of {', '.join(source.name for source in sources)}"
+            pages = [page for part in parts for page in part.pages()]
+            write_all([(output / REPORT, encode_report(pages, title=title, now=now()))], force=True, claim=claim)
+    return output / REPORT
+
+
+def is_session(folder: Path) -> bool:
+    """Whether a folder is that of a session."""
+    return (folder / BAGIT).is_file() and (folder / LOG).is_file()

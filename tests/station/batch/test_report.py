@@ -1,0 +1,114 @@
+"""The report: what needs a look comes first; nothing in it leaves the file or runs."""
+
+from __future__ import annotations
+
+import re
+from datetime import UTC, datetime
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from PIL import Image
+
+from station.batch import report
+from station.batch.outcomes import FIGURES, PageOutcome, worst_first
+from station.batch.report import encode_report
+
+NOW = datetime(2026, 3, 4, 5, 6, tzinfo=UTC)
+GOOD = {"strain rms": 0.001, "strain max": 0.01, "inverted triangles": 0, "source ppi": 60.0, "warnings": 0}
+
+
+def outcome(name: str, **figures: float) -> PageOutcome:
+    return PageOutcome(name, "restored", figures={**GOOD, **{k.replace("_", " "): v for k, v in figures.items()}})
+
+
+class Parsed(HTMLParser):
+    """Tags and attributes of a document, and its text."""
+
+    def __init__(self, data: bytes) -> None:
+        super().__init__()
+        self.tags, self.attributes, self.text = [], [], []
+        self.feed(data.decode())
+
+    def handle_starttag(self, tag, attrs) -> None:
+        self.tags.append(tag)
+        self.attributes += attrs
+
+    def handle_data(self, data: str) -> None:
+        self.text.append(data)
+
+
+def order(pages) -> list[tuple[str, str]]:
+    return [(one.page.name, one.by) for one in worst_first(pages)]
+
+
+def test_the_worst_by_any_figure_come_first() -> None:
+    pages = [
+        outcome("good"),
+        outcome("also good"),
+        outcome("strained", strain_rms=0.02),
+        outcome("coarse", source_ppi=20.0),
+        PageOutcome("lost", "set aside", notes=("damaged",)),
+        outcome("fair", strain_rms=0.002),
+    ]
+    assert order(pages) == [
+        ("lost", ""),
+        ("coarse", "source ppi"),
+        ("strained", "strain rms"),
+        ("fair", "strain rms"),
+        ("also good", ""),
+        ("good", ""),
+    ]
+
+
+@given(st.lists(st.floats(0, 1), min_size=1, max_size=30))
+def test_a_page_is_never_behind_one_that_is_better_in_everything(values) -> None:
+    pages = [outcome(f"{index:03}", strain_rms=value) for index, value in enumerate(values)]
+    strains = [one.page.figures["strain rms"] for one in worst_first(pages)]
+    assert strains == sorted(values, reverse=True)
+
+
+def test_a_page_without_a_figure_is_compared_by_the_others() -> None:
+    bare = PageOutcome("bare", "restored", figures={"strain rms": 0.5})
+    assert order([outcome("good"), bare])[0] == ("bare", "strain rms")
+
+
+def test_the_file_stands_alone(tmp_path) -> None:
+    Image.fromarray(np.full((900, 600, 3), 200, np.uint8)).save(tmp_path / "page.png")
+    one = PageOutcome("a.ply", "restored", tmp_path / "page.png", GOOD, size_mm=(210.0, 297.0), seconds=5.0)
+    parsed = Parsed(encode_report([one], title="Batch", now=NOW))
+    sources = [value for name, value in parsed.attributes if name in ("src", "href", "action")]
+    assert len(sources) == 1
+    assert re.match(r"data:image/jpeg;base64,[A-Za-z0-9+/=]+$", sources[0])
+    assert not {"script", "link", "iframe", "form"} & set(parsed.tags)
+    assert "210.0 × 297.0" in parsed.text
+
+
+@pytest.mark.parametrize("name", ["<script>alert(1)</script>.ply", "a&b\"'.ply", "odd\udcff.ply"])
+def test_names_are_text_and_nothing_else(name) -> None:
+    one = PageOutcome(name, "set aside", notes=(f"{name} is damaged",))
+    parsed = Parsed(encode_report([one], title=name, now=NOW))
+    assert "script" not in parsed.tags
+    assert parsed.tags.count("tr") == 2
+    shown = name.encode("utf-8", "backslashreplace").decode()
+    assert shown in parsed.text
+
+
+def test_of_very_many_pages_the_best_are_left_out(monkeypatch) -> None:
+    monkeypatch.setattr(report, "MAX_ROWS", 3)
+    parsed = Parsed(encode_report([outcome(str(n), strain_rms=n / 9) for n in range(9)], title="x", now=NOW))
+    assert parsed.tags.count("tr") == 1 + 3
+    assert "6 better pages are not listed." in parsed.text
+
+
+def test_a_picture_that_is_gone_or_damaged_leaves_its_place_empty(tmp_path) -> None:
+    (tmp_path / "bad.png").write_bytes(b"no picture")
+    pages = [PageOutcome("bad", "restored", tmp_path / "bad.png"), PageOutcome("gone", "restored", tmp_path / "x.png")]
+    assert "img" not in Parsed(encode_report(pages, title="x", now=NOW)).tags
+
+
+def test_figures_are_read_from_a_report_of_the_library(page) -> None:
+    values = [figure.read(page.report) for figure in FIGURES]
+    assert values == [0.001, 0.012, 0, None, 20.3, 0]
