@@ -1,7 +1,8 @@
-"""`planish batch` over real scans: each is restored once or set aside once, and the next batch finds it done."""
+"""`planish batch` over real scans: interrupted, killed and started again, it restores every page once."""
 
 from __future__ import annotations
 
+import json
 import os
 import signal
 import subprocess
@@ -14,7 +15,7 @@ import pytest
 from station.batch.executors import local_workers
 from station.batch.folders import FolderBatch
 from station.batch.process import Limits
-from station.batch.whole import run_batch
+from station.batch.whole import REPORT, run_batch
 from station.cli import main
 from station.errors import FolderInUse, UsageError
 from station.export.atomic import claim_folder
@@ -55,6 +56,14 @@ def test_every_scan_is_restored_or_set_aside_once(scans, tmp_path) -> None:
     assert again == []
 
 
+def test_the_command_prints_what_became_of_each_page(scans, tmp_path, capsys) -> None:
+    out = tmp_path / "out"
+    assert main(["batch", str(scans), "-o", str(out), "-w", "1", *OPTIONS]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[-2:] == ["4 restored, 1 set aside", f"report     {out / REPORT}"]
+    assert f"restored   a.ply: {out / 'a'}" in "\n".join(lines)
+
+
 def test_options_are_checked_before_anything_else(scans, tmp_path, capsys) -> None:
     out = str(tmp_path / "out")
     assert main(["batch", str(scans), "-o", out, "--dpi", "1"]) == 2
@@ -63,17 +72,20 @@ def test_options_are_checked_before_anything_else(scans, tmp_path, capsys) -> No
     assert not (tmp_path / "out").exists()
 
 
+def test_several_folders_have_results_of_their_own(scans, tmp_path) -> None:
+    small_scan(tmp_path / "more/a.ply", 9)
+    run_batch([scans, tmp_path / "more"], tmp_path / "out", QUICK, local_workers(1, Limits()), lambda _: None)
+    assert pages(tmp_path / "out") == sorted(["more/a/a.png", *(f"scans/{page}" for page in PAGES)])
+    with pytest.raises(UsageError, match="same name"):
+        FolderBatch([scans, tmp_path / "x/scans"], tmp_path / "o", QUICK)
+
+
 def test_two_batches_do_not_write_to_one_folder(scans, tmp_path) -> None:
     with claim_folder(tmp_path / "out"), pytest.raises(FolderInUse):
         folders(scans, tmp_path / "out", [])
 
 
-def test_two_folders_of_one_name_are_refused(scans, tmp_path) -> None:
-    with pytest.raises(UsageError, match="same name"):
-        FolderBatch([scans, tmp_path / "x/scans"], tmp_path / "out", QUICK)
-
-
-@pytest.mark.parametrize("number", [signal.SIGKILL])
+@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
 def test_a_batch_that_is_stopped_goes_on_where_it_was(scans, tmp_path, number) -> None:
     out = tmp_path / "out"
     for seed in range(6):
@@ -96,3 +108,9 @@ def test_a_batch_that_is_stopped_goes_on_where_it_was(scans, tmp_path, number) -
 
 def reports(out: Path) -> dict[Path, bytes]:
     return {path: path.read_bytes() for path in out.rglob("*.json") if ".planish-run" not in str(path)}
+
+
+def test_a_report_names_its_scan(scans, tmp_path) -> None:
+    folders(scans, tmp_path / "out", [])
+    report = json.loads((tmp_path / "out/sub/c/c.json").read_text())
+    assert report["arrival"]["source"] == "sub/c.ply"

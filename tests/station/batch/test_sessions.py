@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Future
+
+import numpy as np
 import pytest
 
 from station.archive.from_session import volume_of
 from station.archive.volume import Role
-from station.batch.executors import local_workers
+from station.batch.executors import Workers, local_workers
 from station.batch.process import Limits
-from station.batch.whole import REPORT, run_batch
+from station.batch.sessions import SessionBatch, SessionTask, restore_session_page
+from station.batch.whole import REPORT, is_session, run_batch
+from station.cli import main
+from station.errors import FolderInUse, UsageError
 from station.session import Volume, add_files, create_session, open_session, read_session
 from station.session.adding import add_original
 from station.session.presets import Preset
@@ -55,3 +61,44 @@ def test_pages_are_restored_and_recorded_once(session, tmp_path) -> None:
     again: list = []
     batch(session, tmp_path / "out", again)
     assert again == []
+
+
+def test_the_settings_of_the_preset_hold_where_none_is_given(session) -> None:
+    tasks: list[SessionTask] = []
+
+    def keep(work, task):
+        tasks.append(task)
+        future: Future = Future()
+        future.set_result(restore_session_page(task, ("a crash", "another")))
+        return future
+
+    with open_session(session) as writer:
+        SessionBatch({"book": writer}, type(QUICK)({"dpi": 80}, frozenset({"mesh"}))).run(
+            Workers(keep, lambda: 1, lambda: 1), lambda _: None
+        )
+    assert {task.parameters["settings"]["dpi"] for task in tasks} == {80.0}
+    assert {task.parameters["settings"]["points"] for task in tasks} == {100}
+    assert tasks[0].parameters["outputs"] == ["coverage", "mesh"]
+    assert [task.size for task in tasks] == sorted((task.size for task in tasks), reverse=True)
+    assert restored(session) == []  # two processes had ended over each of them
+
+
+def test_the_session_is_the_batchs_alone(session, tmp_path) -> None:
+    with open_session(session), pytest.raises(FolderInUse):
+        batch(session, tmp_path / "out", [])
+    with pytest.raises(UsageError, match="lies in a session"):
+        batch(session, session / "out", [])
+
+
+def test_the_command_takes_sessions_and_folders(session, tmp_path, capsys) -> None:
+    small_scan(tmp_path / "more/x.ply", 9)
+    words = ["batch", str(session), str(tmp_path / "more"), "-o", str(tmp_path / "out"), "-w", "1"]
+    assert main([*words, "--points", "100", "--dpi", "40"]) == 0
+    assert capsys.readouterr().out.splitlines()[-2] == "4 restored, 1 set aside"
+    assert (tmp_path / "out/x/x.png").exists()
+    assert np.array_equal(restored(session), [1, 2, 3])
+
+
+def test_a_session_is_told_from_a_folder_of_scans(session, tmp_path) -> None:
+    assert is_session(session)
+    assert not is_session(tmp_path / "scans")
