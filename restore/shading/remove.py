@@ -8,6 +8,7 @@ surface only takes what is left.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import ceil
 from typing import Any
@@ -37,6 +38,7 @@ NEAR_MM, FAR_MM = 6.0, 30.0  # widths of the surface that takes what the light l
 FAR_SHARE = 1e-3  # of the wide surface: it counts only where there is no paper near
 LEAST_PAPER = 50  # cells: fewer tell nothing of the light
 SHRINK = 4  # of the cells for that surface, which is smooth
+LITTLE_PAPER = 0.25  # of the page: dark pages that were worse without their light had 4 to 20 %
 MAX_GAIN = 8.0  # three stops: a deeper shadow holds no picture to bring back, only noise
 DIMMEST = 4 * MAX_GAIN  # of the level light: less is not found in any hollow, and would be divided by
 BLUR_MM = 0.5  # of a camera with 50 pixels to the inch
@@ -80,6 +82,19 @@ def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Shad
     evened, scale, codes = np.empty_like(image), relief.dpi / dpi, srgb_codes(np.arange(CODES) / (CODES - 1))
     in_bands(lambda band: _multiply(image, mask, gain, scale, LINEAR, codes, band.start, evened[band]), len(image))
     return ShadingResult(evened, _shading_report(light, colour, gain, paper, inside))
+
+
+def doubts(report: Mapping[str, Any]) -> list[str]:
+    """Warnings that follow from the report of a removal: little bare paper means that print may be taken for light."""
+    share = report.get("paper_share")
+    if share is None or share >= LITTLE_PAPER:
+        return []
+    if share == 0.0:
+        return ["the light is kept: no bare paper was found on the page"]
+    return [
+        f"bare paper was found on {share:.0%} of the page only: of dark pages and of pictures that reach the border, "
+        "print may have been divided out with the light; compare with the master"
+    ]
 
 
 def _cells(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> tuple[Field, Mask]:

@@ -45,7 +45,7 @@ def test_the_report_holds_the_options_and_the_measures(page):
     report = described(page, settings=settings, distance={"mean_mm": 0.1, "sd_mm": 0.2, "max_mm": 0.3})
     assert json.loads(json.dumps(report)) == report
     assert {key: report[key] for key in ("method", "dpi", "shading")} == settings.model_dump(
-        exclude={"points", "fill_hidden_mm"}
+        exclude={"points", "fill_hidden_mm", "white"}
     )
     assert report["points"] == 50
     assert report["steps"] == 57

@@ -1,11 +1,12 @@
 """Light and shadow are divided out of a page; paper, ink and everything outside stay what they are."""
 
+import cv2
 import numpy as np
 import pytest
 
 from restore.shading import remove as module
 from restore.shading.relief import Relief
-from restore.shading.remove import LIGHT_DPI, MAX_GAIN, remove_shading
+from restore.shading.remove import LIGHT_DPI, MAX_GAIN, doubts, remove_shading
 from restore.shading.srgb import LINEAR, srgb_codes
 from restore.texture.page import MM_PER_INCH
 
@@ -163,3 +164,22 @@ def test_a_pale_spot_in_a_figure_is_not_taken_for_paper():
     image = lit(reflectance, np.full(reflectance.shape[:2], 0.95))
     change = np.abs(evened_of(image).astype(float) - image)
     assert change[figure].max() < EVEN
+
+
+def test_a_page_that_is_hardly_paper_is_warned_about():
+    """A dark picture that reaches the border, its highlights the brightest places; a page of text has paper enough."""
+    reflectance, _ = page()
+    blobs = cv2.GaussianBlur(np.random.default_rng(5).normal(size=reflectance.shape[:2]), (0, 0), 25.0)
+    picture = np.repeat(np.interp(blobs, [blobs.min(), blobs.max()], [8.0, 220.0])[..., None], 3, axis=2)
+    (doubt,) = doubts(removed(lit(picture, lamp(picture.shape))).report)
+    assert "compare with the master" in doubt
+    assert doubts(removed(lit(reflectance, lamp(reflectance.shape))).report) == []
+
+
+def test_a_page_whose_light_was_kept_is_told_so():
+    assert "the light is kept" in doubts({"lamps": 0, "paper_share": 0.0})[0]
+    assert doubts({}) == []  # nobody asked for its removal
+
+
+def removed(image):
+    return remove_shading(image, everywhere(image), DPI, flat(image.shape))
