@@ -8,7 +8,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
-from resource import RUSAGE_SELF, getrusage
 from time import perf_counter
 from typing import Any
 
@@ -38,6 +37,7 @@ from station.export.conversion import convert_to_srgb
 from station.export.report import finite
 from station.orientation import turned
 from station.overwrite_check import check_outputs, superseded, superseded_pieces
+from station.peak_memory import peak_memory_mib
 from station.pictures.frames import Recorder
 from station.pieces import Selected, select_sheets
 from station.progress import Progress, silent
@@ -312,7 +312,7 @@ def _restore_sheet(
         seconds["ocr"] = clock() - before
     seconds["total"] = sum(source_record.seconds.values()) + clock() - start
     names = [path.name for path in destination.files(stem, colour=page.flat.texture is not None)]
-    run_fields = {"seconds": seconds, "peak_memory_mb": _peak_memory_mib(), "files": names, **sheet.report_fields}
+    run_fields = {"seconds": seconds, "peak_memory_mb": peak_memory_mib(), "files": names, **sheet.report_fields}
     run_fields["warnings"] = [
         *page.report.get("warnings", ()),
         *source_record.warnings,
@@ -323,8 +323,3 @@ def _restore_sheet(
     frames = recorder.frames() if recorder else ()
     colours = None if destination.to_srgb else destination.colours
     return export.Restoration(stem, page, sheet.scan, frames, report, words, colours, destination.colours)
-
-
-def _peak_memory_mib() -> float:
-    """Peak resident memory of the process, MiB."""
-    return getrusage(RUSAGE_SELF).ru_maxrss / 1024  # Linux counts in KiB

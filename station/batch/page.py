@@ -8,10 +8,10 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from resource import RUSAGE_SELF, getrusage
 
 from station.errors import FolderInUse, OverwriteError
 from station.one_page import restore_file
+from station.peak_memory import peak_memory_mib
 from station.watch.arrival import Arrival, Changed
 from station.watch.once import Restore, Settled, restore_once
 from station.watch.presets import Options
@@ -69,8 +69,7 @@ def restore_task(
     """
     start = clock()
     settled = tuple(_settle(arrival, task, causes, restore, sleep) for arrival in task.arrivals)
-    memory = getrusage(RUSAGE_SELF).ru_maxrss / 1024  # Linux counts in KiB
-    return Done(settled, clock() - start, memory, os.getpid(), os.uname().nodename)
+    return Done(settled, clock() - start, peak_memory_mib(), os.getpid(), os.uname().nodename)
 
 
 def _settle(
