@@ -2,7 +2,8 @@
 
 Each round opens one of several sessions in a process of its own, captures, restores (by a stand-in), decides, undoes,
 and may be killed or meet a full disk on the way. In the process that measures, further captures go into one long
-session: memory, descriptors, threads and the time of a save must not grow. At the end the index is
+session: memory, descriptors, threads and the time of a save, beside one in a new session, must not
+grow. At the end the index is
 rebuilt from the folders and must be the one that grew with them, and every session must be sound.
 """
 
@@ -39,8 +40,10 @@ from station.session.verify import verify
 
 SESSIONS = 8
 TENTHS = 10
-ROW = "{:>9}{:>12}{:>13}{:>10}{:>12}{:>12}"
-# Of the medians of the last and the first tenth: a save is a dozen flushes, whose times differ by as much as that.
+HEAD = "{:>9}{:>12}{:>13}{:>10}{:>8}{:>10}{:>8}"
+ROW = "{:>9}{:>12.1f}{:>13}{:>10}{:>8.2f}{:>10.1f}{:>8}"
+# Of memory, and of the median time of a save over that in a session which is new in each tenth of the run: whatever
+# else the computer does slows both, as they are done in turn.
 MAX_GROWTH = 1.5
 
 
@@ -48,36 +51,38 @@ def main(captures: int) -> int:
     """Print a line for each tenth of the captures. Returns 1 when something grew, was lost or differs."""
     start, random = time.perf_counter(), np.random.default_rng(1)
     with tempfile.TemporaryDirectory(dir=MEMORY if MEMORY.is_dir() else None) as name:
-        root = Path(name)
+        root = Path(name) / "sessions"
         for number in range(SESSIONS + 1):
             create_session(root / f"s{number}", Volume(title=f"Volume {number}"))
-        grown = _soak(root, captures, random)
+        grown = _soak(root, Path(name) / "new", captures, random)
         wrong = [*grown, *_check(root)]
     print(*wrong, f"{captures} captures, {len(wrong)} faults; {time.perf_counter() - start:.0f} s", sep="\n")
     return 1 if wrong else 0
 
 
-def _soak(root: Path, captures: int, random: np.random.Generator) -> list[str]:
-    """Run the rounds and print the table. Returns what grew."""
-    print(ROW.format("captures", "memory MiB", "descriptors", "threads", "save ms", "killed"))
+def _soak(root: Path, new: Path, captures: int, random: np.random.Generator) -> list[str]:
+    """Run the rounds and print the table. new: a folder for the sessions to compare with. Returns what grew."""
+    print(HEAD.format("captures", "memory MiB", "descriptors", "threads", "save ×", "save ms", "killed"))
     process, first, killed = psutil.Process(), dict[str, float](), 0
     last = first
     with open_session(root / "s0") as writer:
         for tenth in range(TENTHS):
-            seconds = []
-            for _ in range(captures // TENTHS // 2):
-                seconds.append(_timed_capture(writer))
-                killed += _round(root, random)
+            create_session(new / str(tenth), Volume(title="New"))
+            seconds: dict[Writer, list[float]] = {}
+            with open_session(new / str(tenth)) as beside:
+                for count in range(captures // TENTHS // 2):
+                    for one in (writer, beside) if count % 2 else (beside, writer):
+                        seconds.setdefault(one, []).append(_timed_capture(one))
+                    killed += _round(root, random)
+            save, new_save = (1000 * float(np.median(seconds[one])) for one in (writer, beside))
             last = {
                 "memory": process.memory_info().rss / 2**20,
                 "descriptors": process.num_fds(),
                 "threads": threading.active_count(),
-                "save": 1000 * float(np.median(seconds)),
+                "save": save / new_save,
             }
             first = first or last
-            print(
-                ROW.format((tenth + 1) * captures // TENTHS, *(f"{v:.1f}" for v in last.values()), killed), flush=True
-            )
+            print(ROW.format((tenth + 1) * captures // TENTHS, *last.values(), save, killed), flush=True)
     limits = {name: value * MAX_GROWTH if name in ("memory", "save") else value for name, value in first.items()}
     return [f"{name} grew from {first[name]:.1f} to {last[name]:.1f}" for name in first if last[name] > limits[name]]
 

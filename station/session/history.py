@@ -7,7 +7,7 @@ walking from its current scan, so that the scan of an earlier shot comes back wi
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
@@ -76,26 +76,27 @@ class History:
 
     def free_page(self) -> int:
         """The number of the next new page: the first that has no scan."""
-        return next(n for n in range(1, len(self.pointers) + 2) if self.current(n, CAPTURE) is None)
+        return next(n for n in range(1, len(self.pointers) + 2) if CAPTURE not in self.pointers.get(n, ()))
 
 
 def extended(history: History, event: Event) -> History:
-    """The history with one more event. Raises ValueError when its number is not the next one."""
-    return folded([event], history)
+    """The history with one more event; the other pages' pointers are shared, so that a long session stays fast.
+
+    Raises ValueError when its number is not the next one, or a reference is broken.
+    """
+    known, done, undone = list(history.events), list(history.done), list(history.undone)
+    slots = dict(history.pointers.get(event.page, {}))
+    _follow(event, known, slots, done, undone)
+    pointers = {**history.pointers, event.page: MappingProxyType(slots)}
+    return History(tuple(known), MappingProxyType(pointers), tuple(done), tuple(undone))
 
 
-def folded(events: Iterable[Event], start: History | None = None) -> History:
+def folded(events: Iterable[Event]) -> History:
     """The history of the events. Raises ValueError when their numbers do not count on, or a reference is broken."""
-    start = start or History()
-    known = list(start.events)
-    pointers = {page: dict(slots) for page, slots in start.pointers.items()}
-    done, undone = list(start.done), list(start.undone)
+    known, done, undone = list[Event](), list[int](), list[int]()
+    pointers = dict[int, dict[str, int]]()
     for event in events:
-        if event.number != len(known) + 1:
-            raise ValueError(f"event {event.number} follows event {len(known)}")
-        known.append(event)
-        slots = pointers.setdefault(event.page, {})
-        _follow(event, known, slots, done, undone)
+        _follow(event, known, pointers.setdefault(event.page, {}), done, undone)
     return History(tuple(known), _frozen(pointers), tuple(done), tuple(undone))
 
 
@@ -123,8 +124,11 @@ def later(history: History, page: int, slot: str) -> Event | None:
     return next((event for event in own if event.kind != "move"), None)
 
 
-def _follow(event: Event, known: Sequence[Event], slots: dict[str, int], done: list[int], undone: list[int]) -> None:
-    """Apply one event to the slots of its page and to the stacks of undo and redo."""
+def _follow(event: Event, known: list[Event], slots: dict[str, int], done: list[int], undone: list[int]) -> None:
+    """Append one event to those known, and apply it to the slots of its page and to the stacks of undo and redo."""
+    if event.number != len(known) + 1:
+        raise ValueError(f"event {event.number} follows event {len(known)}")
+    known.append(event)
     if event.kind != "move":
         slots[event.slot] = event.number
         if event.kind in OPERATORS:
