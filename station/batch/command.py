@@ -33,6 +33,9 @@ Memory = Annotated[
     int | None, typer.Option(min=0, metavar="MIB", help="Memory of each worker, 0 for no limit (an equal share).")
 ]
 PageLimit = Annotated[float, typer.Option(min=1, metavar="S", help="Seconds after which a page is given up.")]
+JudgeAs = Annotated[
+    str, typer.Option(metavar="PRESET", help="Limits of the verdict on pages of folders: book, map, …, a TOML file.")
+]
 
 SHARE = 0.9  # of the memory: the rest is the system's
 
@@ -47,6 +50,7 @@ def batch(
     scheduler: Scheduler = None,
     memory: Memory = None,
     page_limit: PageLimit = 3600.0,
+    judge_as: JudgeAs = "book",
     debug: Debug = False,
 ) -> None:
     """Restore all scans of folders and sessions with several workers; started again, it goes on where it was."""
@@ -55,6 +59,7 @@ def batch(
         from station.batch.process import Limits
         from station.batch.whole import run_batch
         from station.export.icc import read_profile
+        from station.session.presets import load_preset
         from station.watch.presets import Options
 
         if workers is not None and scheduler is not None:
@@ -62,20 +67,23 @@ def batch(
         colours = None if kinds.profile is None else read_profile(kinds.profile)
         options = Options(chosen.given, kinds.wanted, kinds.language, colours)
         options.build("options")
+        limits = load_preset(judge_as).thresholds
         count = workers or len(os.sched_getaffinity(0))
         if memory is None and scheduler is None:
             memory = _share_mib(count)
         threads = 1 if scheduler is not None else max(len(os.sched_getaffinity(0)) // count, 1)
-        limits = Limits(memory, page_limit, threads=threads)
+        process = Limits(memory, page_limit, threads=threads)
         places: AbstractContextManager[Workers]
-        places = local_workers(count, limits) if scheduler is None else cluster_workers(scheduler, limits)
+        places = local_workers(count, process) if scheduler is None else cluster_workers(scheduler, process)
         counts: Counter[str] = Counter()
 
         def show(event: Event) -> None:
             counts[event.state] += 1
             print_result(f"{event.state:<10} {event.name}: {event.text}  [{event.progress}]")
 
-        report = run_batch([source.resolve() for source in sources], output.resolve(), options, places, show)
+        report = run_batch(
+            [source.resolve() for source in sources], output.resolve(), options, places, show, limits=limits
+        )
         print_result(f"{counts['restored']} restored, {counts['set aside']} set aside\nreport     {report}")
 
 

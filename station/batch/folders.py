@@ -14,6 +14,7 @@ from station.batch.progress import Event, Pace, Show
 from station.batch.run import run
 from station.errors import UsageError
 from station.export.claim import recover
+from station.session.presets import Thresholds
 from station.watch.loop import check_folders
 from station.watch.presets import Options
 
@@ -21,10 +22,12 @@ from station.watch.presets import Options
 class FolderBatch:
     """The scans of folders; of several folders, each has its results below its own name in `output`.
 
-    Raises UsageError for folders or presets that are not usable, OSError when a folder cannot be read.
+    limits: of the verdict on their pages. Raises UsageError for folders or presets that are not usable, OSError when a
+    folder cannot be read.
     """
 
-    def __init__(self, folders: Sequence[Path], output: Path, options: Options) -> None:
+    def __init__(self, folders: Sequence[Path], output: Path, options: Options, limits: Thresholds) -> None:
+        self._limits = limits
         self._plans = [plan_folder(folder, out, options) for folder, out in _places(folders, output).items()]
 
     def run(self, workers: Workers, show: Show, *, work: Work[Done] = restore_task) -> None:
@@ -39,7 +42,7 @@ class FolderBatch:
     def pages(self) -> Iterator[PageOutcome]:
         """Every page as its records have it now."""
         for plan in self._plans:
-            yield from outcomes(plan)
+            yield from outcomes(plan, self._limits)
 
 
 def _places(folders: Sequence[Path], output: Path) -> dict[Path, Path]:

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
 from restore import read_regular
 from station.batch.plan import Plan
+from station.session.presets import Thresholds
+from station.verdict.judge import LEVELS, judge
 from station.watch import records
 from station.watch.arrival import Arrival
+
+Read = Callable[[Mapping[str, Any]], float | None]
 
 
 @dataclass(frozen=True)
@@ -20,7 +24,7 @@ class Figure:
     """A figure of a report: its name for the operator, how it is read and written, and whether less of it is worse."""
 
     name: str
-    read: Callable[[Mapping[str, Any]], float | None]
+    read: Read
     text: str
     less_is_worse: bool = False
 
@@ -35,6 +39,13 @@ FIGURES = (
 )
 """The figures that order the pages; a page without one (None) is not compared by it."""
 
+TOLD: Mapping[str, Read] = {
+    "covered_share": lambda report: 1.0 - report["filled_share"],
+    "strain_rms": lambda report: report["strain"]["rms"],
+    "effective_ppi": lambda report: report["effective_ppi"] or None,
+}
+"""The measures of a verdict that a report tells."""
+
 
 @dataclass(frozen=True)
 class PageOutcome:
@@ -44,9 +55,10 @@ class PageOutcome:
     state    restored, set aside, or missing when the batch did not come to it.
     picture  its page's file, None without.
     figures  name → value, of FIGURES.
-    notes    warnings of the report, or why it was set aside.
+    notes    what the verdict finds, warnings of the report, or why it was set aside.
     size_mm  width and height of the page; None without.
     seconds  of its restoration.
+    level    green, amber or red: the verdict; empty without one.
     """
 
     name: str
@@ -56,6 +68,7 @@ class PageOutcome:
     notes: tuple[str, ...] = ()
     size_mm: tuple[float, float] | None = None
     seconds: float = 0.0
+    level: str = ""
 
 
 @dataclass(frozen=True)
@@ -67,14 +80,14 @@ class Ranked:
     by: str
 
 
-def outcomes(plan: Plan) -> Iterator[PageOutcome]:
-    """The pages of every scan of a plan, as the records have them now."""
+def outcomes(plan: Plan, limits: Thresholds) -> Iterator[PageOutcome]:
+    """The pages of every scan of a plan, as the records have them now, with a verdict on what their reports tell."""
     for arrival in plan.scans:
-        yield from _pages_of(arrival, plan.out)
+        yield from _pages_of(arrival, plan.out, limits)
 
 
 def worst_first(pages: Sequence[PageOutcome]) -> list[Ranked]:
-    """The pages in the order in which somebody should look at them: without a result first, then by their ranks.
+    """The pages in the order in which to look at them: without a result, by the level of the verdict, by their ranks.
 
     Ranks need no thresholds, and say nothing of how bad the worst page is: the figures do.
     """
@@ -88,26 +101,40 @@ def worst_first(pages: Sequence[PageOutcome]) -> list[Ranked]:
             ranks[index].append((better[value] / len(known), figure.name))
     worst = (max(ranks[index]) for index in range(len(pages)))
     ranked = [Ranked(page, rank, by if rank else "") for page, (rank, by) in zip(pages, worst, strict=True)]
-    return sorted(ranked, key=lambda one: (one.page.state == "restored", -one.rank, one.page.name))
+    return sorted(ranked, key=_urgency)
+
+
+def _urgency(one: Ranked) -> tuple[bool, int, float, str]:
+    level = LEVELS.index(one.page.level) if one.page.level in LEVELS else 0
+    return one.page.state == "restored", -level, -one.rank, one.page.name
+
+
+def concerns(findings: Iterable[Mapping[str, Any]]) -> tuple[str, ...]:
+    """The findings of a verdict that are not green, each in a line, as they were recorded."""
+    return tuple(f"{one['level']}: {one['text']}" for one in findings if one["level"] != LEVELS[0])
 
 
 def figures_of(report: Mapping[str, Any]) -> dict[str, float]:
     """The figures of a report, by their names; those that it lacks are left out."""
-    figures: dict[str, float] = {}
-    for figure in FIGURES:
+    return _read({figure.name: figure.read for figure in FIGURES}, report)
+
+
+def _read(readers: Mapping[str, Read], report: Mapping[str, Any]) -> dict[str, float]:
+    values: dict[str, float] = {}
+    for name, read in readers.items():
         with suppress(KeyError, TypeError):
-            if (value := figure.read(report)) is not None:
-                figures[figure.name] = value
-    return figures
+            if (value := read(report)) is not None:
+                values[name] = value
+    return values
 
 
-def _pages_of(arrival: Arrival, out: Path) -> Iterator[PageOutcome]:
+def _pages_of(arrival: Arrival, out: Path, limits: Thresholds) -> Iterator[PageOutcome]:
     name = str(arrival.source)
     folder = records.find_result(out, arrival)
     reports = [] if folder is None else [(path, _report(path)) for path in records.reports_of(folder, arrival)]
     for path, report in reports:
         several = f", sheet {path.stem.rpartition('-')[2]}" if len(reports) > 1 else ""
-        yield _restored(name + several, path, report)
+        yield _restored(name + several, path, report, limits)
     if reports:
         return
     note = records.note_of(out, arrival)
@@ -118,17 +145,19 @@ def _pages_of(arrival: Arrival, out: Path) -> Iterator[PageOutcome]:
     yield PageOutcome(name, "missing", notes=("the batch has not come to it",))
 
 
-def _restored(name: str, path: Path, report: Mapping[str, Any]) -> PageOutcome:
+def _restored(name: str, path: Path, report: Mapping[str, Any], limits: Thresholds) -> PageOutcome:
     picture = path.with_suffix(".png")
     width, height = report.get("page_mm", (0.0, 0.0))
+    level, findings = judge(_read(TOLD, report), limits, {})
     return PageOutcome(
         name,
         "restored",
         picture if picture.is_file() else None,
         figures_of(report),
-        tuple(map(str, report.get("warnings", ()))),
+        (*concerns(map(asdict, findings)), *map(str, report.get("warnings", ()))),
         (width, height),
         float(report.get("seconds", {}).get("total", 0.0)),
+        level if findings else "",
     )
 
 

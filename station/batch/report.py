@@ -14,6 +14,7 @@ from PIL import Image
 
 from restore import BadInput, read_picture
 from station.batch.outcomes import FIGURES, PageOutcome, Ranked, worst_first
+from station.verdict.judge import LEVELS
 
 PICTURE_PX, QUALITY = 320, 80  # the longer side, and of JPEG: some 15 kB a page
 MAX_PICTURES = 500  # 8 MB: what opens from a share at once; those that need a look come first
@@ -31,8 +32,11 @@ td.name { overflow-wrap: anywhere; min-width: 14rem; }
 td.worst { font-weight: 700; }
 img { max-width: 160px; max-height: 160px; display: block; border: 1px solid #8886; }
 ul { margin: .3rem 0 0; padding-left: 1.1rem; color: #666; }
-.aside td.name b { color: #b3261e; }
-@media (prefers-color-scheme: dark) { ul { color: #aaa; } .aside td.name b { color: #ff8a80; } }
+.aside td.name b, b.red { color: #b3261e; }
+b.amber { color: #8a5a00; }
+b.green { color: #1b6e35; }
+@media (prefers-color-scheme: dark) { ul { color: #aaa; } .aside td.name b, b.red { color: #ff8a80; }
+  b.amber { color: #ffc766; } b.green { color: #7fd99a; } }
 """
 
 
@@ -41,6 +45,8 @@ def encode_report(pages: Sequence[PageOutcome], *, title: str, now: datetime) ->
     ranked, counts = worst_first(pages), Counter(page.state for page in pages)
     heads = "".join(f"<th scope='col'>{escape(figure.name)}</th>" for figure in FIGURES)
     rows = "\n".join(_rows(ranked))
+    verdicts = Counter(page.level for page in pages)
+    levels = "".join(f", {verdicts[level]} {level}" for level in reversed(LEVELS) if verdicts[level])
     seconds = sum(page.seconds for page in pages)
     left_out = f"<p>{len(ranked) - MAX_ROWS} better pages are not listed.</p>" if len(ranked) > MAX_ROWS else ""
     return f"""<!doctype html>
@@ -50,8 +56,8 @@ def encode_report(pages: Sequence[PageOutcome], *, title: str, now: datetime) ->
 <title>{escape(title)}</title><style>{STYLE}</style></head><body>
 <h1>{escape(title)}</h1>
 <p>{escape(now.isoformat(" ", "minutes"))} · {counts["restored"]} restored, {counts["set aside"]} set aside,
-{counts["missing"]} not done · {seconds / 3600:.1f} processor hours. The worst pages come first; the figure that puts a
-page in its place is bold.</p>
+{counts["missing"]} not done{levels} · {seconds / 3600:.1f} processor hours. The worst pages come first:
+by their verdict, then by the figure that is bold.</p>
 <table><thead><tr><th scope="col">page</th><th scope="col" class="name">scan</th>{heads}
 <th scope="col">mm</th><th scope="col">seconds</th></tr></thead>
 <tbody>
@@ -65,7 +71,8 @@ def _rows(ranked: Sequence[Ranked]) -> Iterator[str]:
         page = one.page
         picture = _picture(page.picture) if page.picture is not None and number < MAX_PICTURES else ""
         notes = "".join(f"<li>{escape(note)}</li>" for note in page.notes)
-        state = "" if page.state == "restored" else f"<br><b>{escape(page.state)}</b>"
+        told = page.level if page.state == "restored" else page.state
+        state = f"<br><b class='{page.level}'>{escape(told)}</b>" if told else ""
         figures = "".join(
             f"<td{WORST if figure.name == one.by else ''}>{_value(page, figure.name, figure.text)}</td>"
             for figure in FIGURES

@@ -11,21 +11,22 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from resource import RUSAGE_SELF, getrusage
 from typing import Any
 
 from restore import LibraryMissing
 from station.batch.executors import Workers
-from station.batch.outcomes import PageOutcome, figures_of
+from station.batch.outcomes import PageOutcome, concerns, figures_of
 from station.batch.process import Work
 from station.batch.progress import Event, Pace, Show
 from station.batch.run import run
 from station.errors import StationError, explain
+from station.peak_memory import peak_memory_mib
 from station.session import Event as SessionEvent
 from station.session import Page, Session, Writer, record_run, scan_path
+from station.session.judging import lacks_verdict, record_verdict
 from station.session.overview import label_of, preset_of
 from station.session.presets import Preset
-from station.session.stages import PAGE, RESTORE, Run, run_restore
+from station.session.stages import PAGE, RESTORE, VERDICT, Run, run_restore
 from station.watch.once import MAX_ATTEMPTS
 from station.watch.presets import Options
 
@@ -70,8 +71,7 @@ def restore_session_page(task: SessionTask, causes: Sequence[str] = ()) -> Sessi
         except Exception as error:
             fault = explain(error)
             made = _failed(task, fault.message, " ".join(fault.hints))
-    memory = getrusage(RUSAGE_SELF).ru_maxrss / 1024  # Linux counts in KiB
-    return SessionDone(made, time.perf_counter() - start, memory)
+    return SessionDone(made, time.perf_counter() - start, peak_memory_mib())
 
 
 def _failed(task: SessionTask, error: str, hint: str) -> Run:
@@ -91,7 +91,10 @@ class SessionBatch:
         self._writers, self._options = writers, options
 
     def run(self, workers: Workers, show: Show, *, work: Work[SessionDone] = restore_session_page) -> None:
-        """Restore the pages that have no restoration, and record each. Raises as `station.batch.run.run` does."""
+        """Restore the pages that have no restoration, record and judge each. Raises as `station.batch.run.run` does."""
+        for writer in self._writers.values():
+            for page in filter(lacks_verdict, list(writer.history.pages())):  # of a batch that ended in between
+                record_verdict(writer, page.runs[RESTORE])
         tasks = [task for name in self._writers for task in plan_session(name, self._writers[name], self._options)]
         tasks.sort(key=lambda task: -task.size)
         pace = Pace(task.size for task in tasks)
@@ -110,7 +113,8 @@ class SessionBatch:
         event = _record(writer, task, done.run)
         if ERROR in done.run.result:
             return Event("set aside", name, str(done.run.result[ERROR]), progress)
-        return Event("restored", name, str(writer.session.path(event, PAGE)), progress)
+        level = record_verdict(writer, event).facts["result"]["level"]
+        return Event("restored", name, f"{level}, {writer.session.path(event, PAGE)}", progress)
 
 
 def plan_session(name: str, writer: Writer, options: Options) -> Iterator[SessionTask]:
@@ -153,12 +157,14 @@ def _outcome(session: Session, page: Page, position: int) -> PageOutcome:
     if ERROR in report:
         return PageOutcome(name, "set aside", notes=tuple(filter(None, (report[ERROR], report.get("hint", "")))))
     size = tuple(report.get("page_mm", (0.0, 0.0)))
+    verdict = page.runs[VERDICT].facts["result"] if VERDICT in page.runs else {}
     return PageOutcome(
         name,
         "restored",
         session.path(event, PAGE),
         figures_of(report),
-        tuple(map(str, report.get("warnings", ()))),
+        (*concerns(verdict.get("findings", ())), *map(str, report.get("warnings", ()))),
         (size[0], size[1]),
         float(seconds.get("total", 0.0)) if isinstance(seconds, dict) else 0.0,
+        str(verdict.get("level", "")),
     )

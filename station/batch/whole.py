@@ -18,10 +18,12 @@ from station.errors import UsageError
 from station.export.atomic import claim_folder, write_all
 from station.session import open_session
 from station.session.bag import BAGIT, LOG
+from station.session.presets import Thresholds
 from station.watch import records
 from station.watch.presets import Options
 
 REPORT = "report.html"
+NO_LIMITS = Thresholds()
 
 
 class Part(Protocol):
@@ -39,9 +41,12 @@ def run_batch(
     workers: AbstractContextManager[Workers],
     show: Show,
     *,
+    limits: Thresholds = NO_LIMITS,
     now: Callable[[], datetime] = records.utc,
 ) -> Path:
     """Restore what is to do in folders of scans, into `output`, and in sessions. Returns the path of the report.
+
+    limits: of the verdict on pages of folders; sessions have their own.
 
     The report is written whatever ends the batch. Raises UsageError, FolderInUse, BadInput for a damaged session,
     OSError when the disk refuses, StationError for other faults that are not a page's.
@@ -54,7 +59,7 @@ def run_batch(
         claim = stack.enter_context(claim_folder(output))
         writers = {str(session): stack.enter_context(open_session(session)) for session in sessions}
         parts: list[Part] = [SessionBatch(writers, options)] if writers else []
-        parts += [FolderBatch(folders, output, options)] if folders else []
+        parts += [FolderBatch(folders, output, options, limits)] if folders else []
         places = stack.enter_context(workers)
         try:
             for part in parts:

@@ -3,27 +3,26 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from pathlib import Path
 from queue import SimpleQueue
-from typing import Any
 
 from drivers import ScannerError
 from restore import RangeScan
 from station.errors import explain
 from station.session import Event, Page, Writer, add_scan, decide, record_run, redo, scan_path, undo
+from station.session.judging import lacks_verdict, record_verdict, verdict_lines
 from station.session.overview import label_of, missing_labels, preset_of
-from station.session.stages import RESTORE, VERDICT, Run, run_verdict
+from station.session.stages import RESTORE, Run
 from station.shift.keys import ACTIONS, HELP, Action
 from station.shift.workers import Submit
 
 Show = Callable[[str], None]
 ERASE = "\b\x7f"  # what terminals send for backspace
 MAX_ATTEMPTS = 2  # of a restoration that ends its process: after that it is the scan that does it
-MAX_COMPARED = 400  # pages that a new one is compared with, the latest: a fingerprint takes a tenth of a millisecond
 
 
 @dataclass(frozen=True)
@@ -114,7 +113,7 @@ class Shift:
             return
         if RESTORE not in page.runs:
             self._begin(page.capture)
-        elif VERDICT not in page.runs and "measures" in page.runs[RESTORE].facts["result"]:
+        elif lacks_verdict(page):
             self._judge(page.runs[RESTORE])
 
     def _shoot(self, page: int | None) -> None:
@@ -187,19 +186,9 @@ class Shift:
         return Run({"error": "the program ended while it restored this scan", "hint": "shoot the page again"})
 
     def _judge(self, restored: Event) -> None:
-        parameters = {"thresholds": self._preset.thresholds.model_dump(mode="json", exclude_none=True)}
-        others = list(self._restored_pages(without=restored.page))[-MAX_COMPARED:]
-        compared = {other.page: str(other.facts["result"]["measures"]["fingerprint"]) for other in others}
-        run = run_verdict(restored.facts["result"]["measures"], parameters, compared)
-        event = record_run(self.writer, VERDICT, restored, parameters=parameters, result=run.result, others=others)
-        for line in verdict_lines(self._name(event.page), run.result):
+        event = record_verdict(self.writer, restored)
+        for line in verdict_lines(self._name(event.page), event.facts["result"]):
             self.show(line)
-
-    def _restored_pages(self, *, without: int) -> Iterator[Event]:
-        for page in self.writer.history.pages():
-            run = page.runs.get(RESTORE)
-            if page.number != without and run is not None and "measures" in run.facts["result"]:
-                yield run
 
     def _accept(self) -> None:
         page = self._current()
@@ -260,11 +249,3 @@ class Shift:
                 label = label_of(page, position, self._preset)
                 return f"page {number} [{label}]" if label else f"page {number}"
         return f"page {number}"
-
-
-def verdict_lines(name: str, result: Any) -> list[str]:
-    """A verdict for the operator: the level, then each measure that is not green beside its limits, with what to do."""
-    findings: Sequence[Any] = result["findings"]
-    lines = [f"{name}: {str(result['level']).upper()}  {len(findings)} checks"]
-    lines += [f"    {one['level']:<6} {one['text']}: {one['hint']}" for one in findings if one["level"] != "green"]
-    return lines

@@ -15,7 +15,7 @@ import pytest
 from station.batch.executors import local_workers
 from station.batch.folders import FolderBatch
 from station.batch.process import Limits
-from station.batch.whole import REPORT, run_batch
+from station.batch.whole import NO_LIMITS, REPORT, run_batch
 from station.cli import main
 from station.errors import FolderInUse, UsageError
 from station.export.atomic import claim_folder
@@ -77,7 +77,7 @@ def test_several_folders_have_results_of_their_own(scans, tmp_path) -> None:
     run_batch([scans, tmp_path / "more"], tmp_path / "out", QUICK, local_workers(1, Limits()), lambda _: None)
     assert pages(tmp_path / "out") == sorted(["more/a/a.png", *(f"scans/{page}" for page in PAGES)])
     with pytest.raises(UsageError, match="same name"):
-        FolderBatch([scans, tmp_path / "x/scans"], tmp_path / "o", QUICK)
+        FolderBatch([scans, tmp_path / "x/scans"], tmp_path / "o", QUICK, NO_LIMITS)
 
 
 def test_two_batches_do_not_write_to_one_folder(scans, tmp_path) -> None:

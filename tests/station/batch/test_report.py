@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from datetime import UTC, datetime
 from html.parser import HTMLParser
 
@@ -13,8 +14,13 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from station.batch import report
+from station.batch.executors import local_workers
 from station.batch.outcomes import FIGURES, PageOutcome, worst_first
+from station.batch.process import Limits
 from station.batch.report import encode_report
+from station.batch.whole import REPORT, run_batch
+from station.session.presets import Thresholds
+from tests.station.batch.conftest import QUICK
 
 NOW = datetime(2026, 3, 4, 5, 6, tzinfo=UTC)
 GOOD = {"strain rms": 0.001, "strain max": 0.01, "inverted triangles": 0, "source ppi": 60.0, "warnings": 0}
@@ -61,6 +67,26 @@ def test_the_worst_by_any_figure_come_first() -> None:
         ("also good", ""),
         ("good", ""),
     ]
+
+
+def test_the_verdict_comes_before_the_figures() -> None:
+    pages = [
+        outcome("strained", strain_rms=0.02),
+        replace(outcome("amber"), level="amber"),
+        replace(outcome("red"), level="red", notes=("red: strain 3 % rms",)),
+        replace(outcome("green"), level="green"),
+    ]
+    assert [one.page.name for one in worst_first(pages)] == ["red", "amber", "strained", "green"]
+    html = encode_report(pages, title="Batch", now=NOW).decode()
+    assert "not done, 1 red, 1 amber, 1 green" in html
+    assert "<b class='red'>red</b>" in html
+
+
+def test_a_page_of_a_folder_is_judged_by_what_its_report_tells(scans, tmp_path) -> None:
+    limits = Thresholds(strain_rms=(0.5, 0.9), effective_ppi=(1000.0, 1.0), hole_mm=(1.0, 2.0))
+    run_batch([scans], tmp_path / "out", QUICK, local_workers(1, Limits()), lambda _: None, limits=limits)
+    html = (tmp_path / "out" / REPORT).read_text()
+    assert html.count("<b class='amber'>amber</b>") == html.count("amber: resolution") == 4
 
 
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=30))

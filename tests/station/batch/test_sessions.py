@@ -15,10 +15,11 @@ from station.batch.sessions import SessionBatch, SessionTask, restore_session_pa
 from station.batch.whole import REPORT, is_session, run_batch
 from station.cli import main
 from station.errors import FolderInUse, UsageError
-from station.session import Volume, add_files, create_session, open_session, read_session
+from station.session import Volume, add_files, create_session, open_session, read_session, undo_run
 from station.session.adding import add_original
 from station.session.presets import Preset
-from station.session.stages import RESTORE
+from station.session.stages import RESTORE, VERDICT
+from station.verdict.judge import LEVELS
 from tests.station.batch.conftest import QUICK, small_scan
 
 
@@ -61,6 +62,21 @@ def test_pages_are_restored_and_recorded_once(session, tmp_path) -> None:
     again: list = []
     batch(session, tmp_path / "out", again)
     assert again == []
+
+
+def test_every_page_has_a_verdict_also_those_of_a_batch_that_was_interrupted(session, tmp_path) -> None:
+    batch(session, tmp_path / "out", [])
+    with open_session(session) as writer:
+        undo_run(writer, 2, VERDICT)
+    assert judged(session) == {1: True, 2: False, 3: True, 4: False}
+    html = batch(session, tmp_path / "out", []).read_text()
+    assert judged(session) == {1: True, 2: True, 3: True, 4: False}
+    assert sum(html.count(f"<b class='{level}'>") for level in LEVELS) == 3
+
+
+def judged(session) -> dict[int, bool]:
+    """Whether a page has a verdict."""
+    return {page.number: VERDICT in page.runs for page in read_session(session).history.pages()}
 
 
 def test_the_settings_of_the_preset_hold_where_none_is_given(session) -> None:

@@ -1,0 +1,47 @@
+"""The verdict on a restored page beside the other pages of its session, recorded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from station.session.events import Event
+from station.session.history import Page
+from station.session.overview import preset_of
+from station.session.stages import RESTORE, VERDICT, run_verdict
+from station.session.steps import record_run
+from station.session.store import Writer
+
+MAX_COMPARED = 400  # pages that a new one is compared with, the latest: a fingerprint takes a tenth of a millisecond
+
+
+def lacks_verdict(page: Page) -> bool:
+    """Whether a page is restored, measured and not judged."""
+    return RESTORE in page.runs and VERDICT not in page.runs and "measures" in page.runs[RESTORE].facts["result"]
+
+
+def record_verdict(writer: Writer, restored: Event) -> Event:
+    """Judge a restoration by the limits of the session's preset, and record it.
+
+    Raises OSError when the disk refuses.
+    """
+    parameters = {"thresholds": preset_of(writer.session).thresholds.model_dump(mode="json", exclude_none=True)}
+    others = list(_restored_pages(writer, without=restored.page))[-MAX_COMPARED:]
+    compared = {other.page: str(other.facts["result"]["measures"]["fingerprint"]) for other in others}
+    run = run_verdict(restored.facts["result"]["measures"], parameters, compared)
+    return record_run(writer, VERDICT, restored, parameters=parameters, result=run.result, others=others)
+
+
+def verdict_lines(name: str, result: Any) -> list[str]:
+    """A verdict for the operator: the level, then each measure that is not green beside its limits, with what to do."""
+    findings: Sequence[Any] = result["findings"]
+    lines = [f"{name}: {str(result['level']).upper()}  {len(findings)} checks"]
+    lines += [f"    {one['level']:<6} {one['text']}: {one['hint']}" for one in findings if one["level"] != "green"]
+    return lines
+
+
+def _restored_pages(writer: Writer, *, without: int) -> Iterator[Event]:
+    for page in writer.history.pages():
+        run = page.runs.get(RESTORE)
+        if page.number != without and run is not None and "measures" in run.facts["result"]:
+            yield run
