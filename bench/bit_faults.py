@@ -9,15 +9,15 @@ from __future__ import annotations
 import argparse
 import shutil
 import sys
-import tempfile
 import time
 from collections import Counter
 from pathlib import Path
 
 import numpy as np
 
-from bench.kill.sessions import MEMORY, tiny_scan
+from bench.scratch import scratch_folder
 from oracles.file_faults import KINDS, file_fault
+from oracles.tiny_scan import tiny_scan
 from station.session import Event, Session, Volume, add_scan, create_session, decide, open_session, record_run
 from station.session.repair import repair
 from station.session.stages import Run
@@ -33,8 +33,8 @@ def main(faults: int) -> int:
     start, random = time.perf_counter(), np.random.default_rng(1)
     wrong = 0
     print(ROW.format("fault", "tried", "found", "named", "mendable", "mended"))
-    with tempfile.TemporaryDirectory(dir=MEMORY if MEMORY.is_dir() else None) as name:
-        session = Path(name) / "volume"
+    with scratch_folder() as scratch:
+        session = scratch / "volume"
         _fill(session)
         before = _tree(session)
         for kind in KINDS:

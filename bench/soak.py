@@ -13,7 +13,6 @@ import argparse
 import os
 import signal
 import sys
-import tempfile
 import threading
 import time
 from pathlib import Path
@@ -22,7 +21,8 @@ import numpy as np
 import psutil
 
 from bench.kill.events import in_child
-from bench.kill.sessions import MEMORY, tiny_scan
+from bench.scratch import scratch_folder
+from oracles.tiny_scan import tiny_scan
 from station.errors import StationError
 from station.session import (
     Volume,
@@ -50,11 +50,11 @@ MAX_GROWTH = 1.5
 def main(captures: int) -> int:
     """Print a line for each tenth of the captures. Returns 1 when something grew, was lost or differs."""
     start, random = time.perf_counter(), np.random.default_rng(1)
-    with tempfile.TemporaryDirectory(dir=MEMORY if MEMORY.is_dir() else None) as name:
-        root = Path(name) / "sessions"
+    with scratch_folder() as scratch:
+        root = scratch / "sessions"
         for number in range(SESSIONS + 1):
             create_session(root / f"s{number}", Volume(title=f"Volume {number}"))
-        grown = _soak(root, Path(name) / "new", captures, random)
+        grown = _soak(root, scratch / "new", captures, random)
         wrong = [*grown, *_check(root)]
     print(*wrong, f"{captures} captures, {len(wrong)} faults; {time.perf_counter() - start:.0f} s", sep="\n")
     return 1 if wrong else 0

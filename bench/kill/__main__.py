@@ -10,7 +10,6 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-import tempfile
 import time
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
@@ -27,12 +26,12 @@ from bench.kill.events import (
     with_fault,
 )
 from bench.kill.runs import OUT, Material, Run, Tree, command, computed, place, prepare, runs, tree
+from bench.scratch import scratch_folder
 from station.errors import StationError
 from station.export.claim import recover
 
 ROW = "{:<32}{:<18}{:>7}{:>7}{:>7}{:>7}  {}"
 PROGRESS = 250
-MEMORY = Path("/dev/shm")  # a folder in memory: a disk takes seconds for the flushes of one point
 
 
 @dataclass(frozen=True)
@@ -60,8 +59,7 @@ class Verdict:
 def main(workers: int | None = None, only: str = "") -> int:
     """Print a line for each run and fault. Returns 1 when anything is wrong."""
     start = time.perf_counter()
-    with tempfile.TemporaryDirectory(dir=MEMORY if MEMORY.is_dir() else None) as name:
-        scratch = Path(name).resolve()
+    with scratch_folder() as scratch:
         material = prepare(scratch)
         with computed(material):
             points = [point for run in runs(material) if only in run.name for point in _points(run, material, scratch)]

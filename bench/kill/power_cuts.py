@@ -9,14 +9,14 @@ from __future__ import annotations
 import argparse
 import shutil
 import sys
-import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 
-from bench.kill.sessions import MEMORY, RUNS, VOLUME, Run, prepare
+from bench.kill.session_runs import STEPS, VOLUME, Step, prepare
+from bench.scratch import scratch_folder
 from oracles.power_cut import Disk, watched
 from station.errors import StationError
 from station.export.claim import WORK
@@ -24,25 +24,25 @@ from station.session import open_session, read_session
 from station.session.verify import verify
 
 ROW = "{:<10}{:>8}{:>8}{:>8}{:>8}"
-STEPS = ("capture", "again", "stage", "decide", "undo", "shift", "add")
+CUT = ("capture", "again", "stage", "decide", "undo", "shift", "add")
 
 
 def main(draws: int) -> int:
     """Print a line for each step. draws: random states at each point. Returns 1 when anything is wrong."""
     start, failures, total = time.perf_counter(), list[str](), 0
     print(ROW.format("step", "points", "states", "done", "wrong"))
-    for run in (run for run in RUNS if run.name in STEPS):
-        with tempfile.TemporaryDirectory(dir=MEMORY if MEMORY.is_dir() else None) as name:
-            wrong = _cut(run, Path(name).resolve(), draws)
+    for step in (step for step in STEPS if step.name in CUT):
+        with scratch_folder() as scratch:
+            wrong = _cut(step, scratch, draws)
         states, done = wrong.pop(0)
         total += int(states)
-        failures += [f"{run.name}: {text}" for _, text in wrong]
-        print(ROW.format(run.name, int(states) // (draws + 1), states, done, len(wrong)), flush=True)
+        failures += [f"{step.name}: {text}" for _, text in wrong]
+        print(ROW.format(step.name, int(states) // (draws + 1), states, done, len(wrong)), flush=True)
     print(*failures, f"{total} states, {len(failures)} failures; {time.perf_counter() - start:.0f} s", sep="\n")
     return 1 if failures else 0
 
 
-def _cut(run: Run, scratch: Path, draws: int) -> list[tuple[str, str]]:
+def _cut(step: Step, scratch: Path, draws: int) -> list[tuple[str, str]]:
     """The number of states and of those with the step done, then what is wrong with each that is not as it must be."""
     folder, random = scratch / "session", np.random.default_rng(5)
     prepare(folder)
@@ -64,7 +64,7 @@ def _cut(run: Run, scratch: Path, draws: int) -> list[tuple[str, str]]:
             shutil.rmtree(state)
 
     with watched(folder / VOLUME, look):
-        run.work(folder, acknowledge)
+        step.work(folder, acknowledge)
     return [(str(counts["states"]), str(counts["done"])), *wrong]
 
 

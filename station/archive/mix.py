@@ -35,9 +35,9 @@ class ImageFacts:
 
 
 def read_image_facts(path: Path) -> ImageFacts:
-    """The facts of an image file, from its header. Raises BadInput when it is no image."""
+    """The facts of an image file, from its header. Raises BadInput when it is no image, OSError when the disk refuses."""
     try:
-        with Image.open(path) as image:
+        with path.open("rb") as file, Image.open(file) as image:
             dpi = float(image.info.get("dpi", (0.0,))[0])
             profile = image.info.get("icc_profile")
             bands = len(image.getbands())
@@ -47,6 +47,8 @@ def read_image_facts(path: Path) -> ImageFacts:
                 str(image.format), image.width, image.height, (8,) * bands, palette, dpi, _profile_name(profile)
             )
     except (OSError, ValueError, SyntaxError) as error:
+        if isinstance(error, OSError) and error.errno is not None:  # what Pillow finds wrong with a file has none
+            raise
         raise BadInput(f"{path} is no image: {error}", "derive it again from its scan") from error
 
 

@@ -15,7 +15,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from restore import read_bytes
+from restore import read_regular
 from station.errors import JournalDamaged
 from station.export.disk import sync_folder, write_file
 
@@ -98,7 +98,7 @@ def _write(work: Path, journal: Journal) -> None:
 
 def _read(work: Path) -> Journal:
     try:
-        journal = Journal(**json.loads(read_bytes(work / JOURNAL, MAX_JOURNAL_BYTES)))
+        journal = Journal(**json.loads(read_regular(work / JOURNAL, MAX_JOURNAL_BYTES)))
         names = [*journal.put, *journal.removed, *journal.before]
         if any(Path(name).name != name for name in names):
             raise ValueError("a name leaves the folder")

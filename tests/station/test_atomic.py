@@ -13,7 +13,7 @@ from itertools import count
 import pytest
 
 from station.errors import FolderInUse, JournalDamaged, OverwriteError
-from station.export import disk
+from station.export import disk, journal
 from station.export.atomic import claim_folder, new_folder, write_all
 from station.export.claim import WORK, lock_folder, recover
 from station.export.journal import JOURNAL
@@ -226,6 +226,19 @@ def test_one_process_does_not_claim_a_folder_twice(tmp_path):
 
 
 @pytest.mark.parametrize("damage", ["{", "[]", '{"put": ["../a"], "removed": [], "before": []}', "[" * 100_000])
+def test_a_journal_that_the_disk_does_not_give_back_is_the_disks_fault(tmp_path, monkeypatch):
+    work = tmp_path / WORK
+    work.mkdir()
+    (work / JOURNAL).write_text("{}")
+
+    def refuse(path, _limit):
+        raise OSError(errno.EIO, "Input/output error", str(path))
+
+    monkeypatch.setattr(journal, "read_regular", refuse)
+    with pytest.raises(OSError, match="Input/output error"):
+        journal.roll_back(tmp_path, work)
+
+
 def test_a_damaged_journal_is_told_and_touches_nothing(tmp_path, damage):
     (tmp_path / "inner" / WORK).mkdir(parents=True)
     (tmp_path / "a").write_bytes(b"outside")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import errno
 import json
 import shutil
 from xml.etree import ElementTree
@@ -11,6 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from restore import BadInput
+from station.archive import mix
 from station.archive.mets import encode_mets
 from station.archive.mix import read_image_facts
 from station.archive.premis import encode_agents, encode_event, encode_object
@@ -140,3 +143,16 @@ def test_parts_stand_alone(volume) -> None:
     file, event = next(volume.files), dataclasses.replace(volume.events[0], facts={})
     for made in (encode_object(file), encode_event(event), *encode_agents(volume).values()):
         assert ElementTree.fromstring(encode(made)) is not None
+
+
+def test_an_image_that_the_disk_does_not_give_back_is_the_disks_fault(tmp_path, monkeypatch) -> None:
+    (tmp_path / "no.png").write_bytes(b"no image")
+    with pytest.raises(BadInput, match="is no image"):
+        read_image_facts(tmp_path / "no.png")
+
+    def refuse(_file: object) -> None:
+        raise OSError(errno.EIO, "Input/output error")
+
+    monkeypatch.setattr(mix.Image, "open", refuse)
+    with pytest.raises(OSError, match="Input/output error"):
+        read_image_facts(tmp_path / "no.png")

@@ -7,9 +7,9 @@ from datetime import UTC, datetime, timedelta
 from itertools import count
 from pathlib import Path
 
-import numpy as np
 import pytest
 
+from oracles.tiny_scan import tiny_scan as make_tiny_scan
 from restore import RangeScan
 from station.session import Volume, create_session
 
@@ -22,10 +22,8 @@ def ticking() -> Callable[[], datetime]:
 
 @pytest.fixture
 def tiny_scan() -> RangeScan:
-    """A scan of four by five points: to be stored, not to be restored."""
-    random = np.random.default_rng(1)
-    points, texture_xy = random.normal(size=(4, 5, 3)), random.uniform(0, 7, (4, 5, 2))
-    return RangeScan(points, np.arange(192, dtype=np.uint8).reshape(8, 8, 3), texture_xy, {"device": "none"})
+    """A scan to be stored, not to be restored."""
+    return make_tiny_scan()
 
 
 @pytest.fixture
