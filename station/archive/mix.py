@@ -35,7 +35,7 @@ class ImageFacts:
 
 
 def read_image_facts(path: Path) -> ImageFacts:
-    """The facts of an image file, from its header. Raises BadInput when it is no image, OSError when the disk refuses."""
+    """The facts of an image file, from its header. Raises BadInput when it is none, OSError when the disk refuses."""
     try:
         with path.open("rb") as file, Image.open(file) as image:
             dpi = float(image.info.get("dpi", (0.0,))[0])

@@ -225,7 +225,6 @@ def test_one_process_does_not_claim_a_folder_twice(tmp_path):
     assert listing(tmp_path) == []
 
 
-@pytest.mark.parametrize("damage", ["{", "[]", '{"put": ["../a"], "removed": [], "before": []}', "[" * 100_000])
 def test_a_journal_that_the_disk_does_not_give_back_is_the_disks_fault(tmp_path, monkeypatch):
     work = tmp_path / WORK
     work.mkdir()
@@ -239,6 +238,7 @@ def test_a_journal_that_the_disk_does_not_give_back_is_the_disks_fault(tmp_path,
         journal.roll_back(tmp_path, work)
 
 
+@pytest.mark.parametrize("damage", ["{", "[]", '{"put": ["../a"], "removed": [], "before": []}', "[" * 100_000])
 def test_a_damaged_journal_is_told_and_touches_nothing(tmp_path, damage):
     (tmp_path / "inner" / WORK).mkdir(parents=True)
     (tmp_path / "a").write_bytes(b"outside")
