@@ -32,31 +32,7 @@ DARK, PAPER = 20, 0.85  # grey level of the table; light on white paper
 BLUR_PX = 3.0
 # Pages in the order in which they lie before the scanner, and the keys between them.
 SHOTS = ("1", "2", "3 blurred", "3", "4", "4", "5", "6 cut", "6", "7", "8", "9", "10")
-KEYS = (
-    " ",
-    "\n",
-    " ",
-    "\n",
-    " ",
-    "r",
-    "\n",
-    " ",
-    "\n",
-    " ",
-    "r",
-    "\n",
-    " ",
-    "r",
-    "\n",
-    " ",
-    "\n",
-    " ",
-    "m",
-    "\n",
-    "u",
-    "\n",
-)
-KEYS += (" ", *"nleaf torn at the foot\n", "\n", " ", "\n")
+KEYS = (*" \n \n r\n \n r\n r\n \n m\nu\n", " ", *"nleaf torn at the foot\n", "\n", " ", "\n")
 NAMES = {" ": "space", "\n": "enter"}
 
 

@@ -18,7 +18,7 @@ from bench.shift import page_scan
 from restore import RangeScan, save_scan
 from station.session.presets import Thresholds, load_preset
 from station.session.stages import run_restore
-from station.verdict.measures import similarity
+from station.verdict.same_page import similarity
 
 NAMES = [name for name in Thresholds.model_fields if name != "similarity"]
 

@@ -28,7 +28,7 @@ from station.session.adding import add_original
 from station.session.index import IndexUnusable, entries_of, reindex, sessions, update
 from station.session.stages import PAGE, RESTORE, Run
 from station.session.verify import verify
-from station.verdict.measures import fingerprint
+from station.verdict.same_page import fingerprint
 from station.watch.presets import Options
 
 VOLUME, INDEX, SCAN = "volume", "index", "other.scan"

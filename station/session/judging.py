@@ -12,7 +12,7 @@ from station.session.stages import RESTORE, VERDICT, run_verdict
 from station.session.steps import record_run
 from station.session.store import Writer
 
-MAX_COMPARED = 400  # pages that a new one is compared with, the latest: a fingerprint takes a tenth of a millisecond
+MAX_COMPARED = 100  # pages that a new one is compared with, the latest: three milliseconds each
 
 
 def lacks_verdict(page: Page) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
 from station.session.presets import Limits, Thresholds
-from station.verdict.measures import similarity
+from station.verdict.same_page import similarity
 
 Level = Literal["green", "amber", "red"]
 LEVELS: tuple[Level, ...] = ("green", "amber", "red")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping
 from typing import Any
 
@@ -11,19 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.vivid900.lenses import FAST, FINE, LENSES, depth_window
-from restore import Bytes, Floats, Mask, RangeScan, Seen, SurfaceMesh
+from restore import Bytes, Mask, RangeScan, Seen, SurfaceMesh
+from station.verdict.same_page import fingerprint
 
 MM_PER_INCH = 25.4
 EDGE_PX = 3.0  # of the picture: the page is painted by interpolation, so its last pixel lies within two of the edge
 STRONGEST = 0.02  # share of the page's pixels whose gradient is that of an edge: print covers five per cent and more
 REACH_PX = 4  # within which an edge of up to two pixels' spread has risen: two standard deviations
 FLAT_LEVELS = 24.0  # grey levels that an edge must rise by: several times the sensor's noise
-SIDE = 64  # pixels of a fingerprint's side: lines of print still differ, shifts of a millimetre hardly matter
-SHIFT = 3  # pixels by which two fingerprints of one page may be shifted: a twentieth of the page
 PRE_SMOOTH_PX = 0.7  # before differences are taken, and taken out of the result: the sensor's noise is no edge
 DIFFERENCE_PX = 3**-0.5  # spread by a central difference, the mean slope over two pixels; taken out as well
-NOISE_LEVELS = 6.0  # of a fingerprint's pixel, a mean of hundreds: below it the page is blank
-SMOOTH = 6.0  # pixels: what is wider is light and margins, alike on every page
 WHITE, BLACK = 255, 0
 MODES = {"fast": FAST, "fine": FINE}
 
@@ -132,24 +128,3 @@ def clipped_share(image: Bytes, measured: Mask) -> float:
     colours = image[measured]
     clipped = (colours == WHITE).any(axis=1) | (colours == BLACK).all(axis=1)
     return float(clipped.mean()) if clipped.size else 0.0
-
-
-def fingerprint(image: Bytes) -> str:
-    """A page (h, w, 3) as SIDE × SIDE grey levels in base64, by which `similarity` compares pages."""
-    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
-    return base64.b64encode(cv2.resize(grey, (SIDE, SIDE), interpolation=cv2.INTER_AREA).tobytes()).decode()
-
-
-def similarity(one: str, other: str) -> float:
-    """Greatest correlation, −1 to 1, of two fingerprints within a shift of SHIFT pixels, light and margins left out."""
-    first, second = _details(one), _details(other)
-    inner = np.ascontiguousarray(second[SHIFT:-SHIFT, SHIFT:-SHIFT])
-    if not first.any() or not inner.any():
-        return 0.0  # a blank page is like no other
-    return float(cv2.matchTemplate(first, inner, cv2.TM_CCOEFF_NORMED).max())
-
-
-def _details(fingerprint: str) -> Floats:
-    levels = np.frombuffer(base64.b64decode(fingerprint), np.uint8).reshape(SIDE, SIDE).astype(np.float32)
-    details: Floats = levels - cv2.GaussianBlur(levels, (0, 0), SMOOTH)
-    return np.where(np.abs(details).max() > NOISE_LEVELS, details, 0.0).astype(np.float32)

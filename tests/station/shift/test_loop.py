@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from concurrent.futures.process import BrokenProcessPool
@@ -20,7 +19,7 @@ from station.session.presets import load_preset
 from station.session.stages import Run
 from station.session.verify import verify
 from station.shift.loop import Shift
-from station.verdict.measures import SIDE
+from station.verdict.same_page import fingerprint
 
 GOOD = {
     "covered_share": 0.99,
@@ -46,7 +45,7 @@ class Restorer:
         future: Future[Run] = Future()
         self.calls += 1
         random = np.random.default_rng(0 if self.same else self.calls)
-        picture = base64.b64encode(random.integers(0, 256, SIDE * SIDE, np.uint8).tobytes()).decode()
+        picture = fingerprint(random.integers(0, 256, (200, 200, 3), np.uint8))
 
         def finish() -> None:
             if self.crashes:

@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import base64
-
 import cv2
 import numpy as np
 import pytest
 
 from restore import RangeScan, Seen
 from station.verdict.measures import (
-    SIDE,
     blur_px,
     clipped_share,
     cut_share,
     depth_share,
-    fingerprint,
     measure,
     seen_in,
-    similarity,
     widest_place,
 )
 
@@ -84,15 +79,6 @@ def test_clipped_pixels():
     image[1, :, 0] = 255
     assert clipped_share(image, np.ones((10, 10), bool)) == pytest.approx(0.2)
     assert clipped_share(image, np.zeros((10, 10), bool)) == 0.0
-
-
-def test_the_same_page_is_alike_in_another_light_and_place_and_others_are_not():
-    page = printed(1)
-    again = np.clip(np.roll(page, (3, 2), (0, 1)) * np.linspace(0.6, 0.9, 256)[:, None, None], 0, 255).astype(np.uint8)
-    assert similarity(fingerprint(page), fingerprint(again)) > 0.9
-    assert similarity(fingerprint(page), fingerprint(printed(2))) < 0.5
-    blank = base64.b64encode(bytes([200]) * SIDE * SIDE).decode()
-    assert similarity(blank, blank) == 0.0
 
 
 def test_all_measures_of_a_page():
