@@ -11,6 +11,7 @@ from collections.abc import Callable
 import igl
 import numpy as np
 
+from restore.flattening import least_distortion
 from restore.flattening.conformal import far_apart
 from restore.mesh.measures import surface_area
 from restore.scan import Floats, SurfaceMesh
@@ -41,16 +42,8 @@ def arap(mesh: SurfaceMesh) -> Floats:
 def slim(mesh: SurfaceMesh) -> Floats:
     """Scalable locally injective mapping (symmetric Dirichlet) from the conformal map, no vertex held."""
     start = lscm(mesh)
-    data = igl.slim_precompute(
-        np.asfortranarray(mesh.vertices),
-        np.asfortranarray(mesh.faces, dtype=np.int32),
-        np.asfortranarray(start),
-        igl.MappingEnergyType.SYMMETRIC_DIRICHLET,
-        np.empty(0, np.int32),
-        np.asfortranarray(np.empty((0, 2))),
-        0.0,
-    )
-    return _iterate_until_converged(lambda _: np.array(igl.slim_solve(data, ITERATIONS_PER_CHECK))[:, :2], start)
+    steps = least_distortion.slim(mesh.vertices, mesh.faces, start, ITERATIONS_PER_CHECK)
+    return _iterate_until_converged(lambda _: next(steps), start)
 
 
 def _iterate_until_converged(iterate: Callable[[Floats], Floats], flat: Floats) -> Floats:

@@ -17,6 +17,7 @@ import numpy as np
 from bench.memory import peak_growth_mb
 from oracles.markers import rigid_residual
 from restore import flatten
+from restore.flattening import least_distortion
 from restore.mesh.measures import edge_strain
 from restore.mesh.network import edges_of
 from restore.mesh.ordered_grid import GridMesh, grid_faces
@@ -74,20 +75,10 @@ def error(flat: Floats, truth: Scroll) -> float:
 
 def slim(mesh: SurfaceMesh, start: Floats, seconds: float) -> Floats | None:
     """The page (n, 2) by SLIM from a start (n, 2), or None where that has not converged in so many seconds."""
-    import igl
-
     began, flat = time.perf_counter(), start
-    data = igl.slim_precompute(
-        np.asfortranarray(mesh.vertices),
-        np.asfortranarray(mesh.faces, dtype=np.int32),
-        np.asfortranarray(flat),
-        igl.MappingEnergyType.SYMMETRIC_DIRICHLET,
-        np.empty(0, np.int32),
-        np.asfortranarray(np.empty((0, 2))),
-        0.0,
-    )
+    steps = least_distortion.slim(mesh.vertices, mesh.faces, start, SLIM_STEP)
     for _ in range(SLIM_ITERATIONS // SLIM_STEP):
-        before, flat = flat, np.array(igl.slim_solve(data, SLIM_STEP))[:, :2]
+        before, flat = flat, next(steps)
         if time.perf_counter() - began > seconds:
             return None
         if np.sqrt(((flat - before) ** 2).sum(axis=1).mean()) < SLIM_STILL:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -16,7 +16,9 @@ from station.progress import progress_on
 from station.terminal import print_note, print_result, report_faults
 
 if TYPE_CHECKING:
+    from station.archive.check import ExportProblem
     from station.session import Event, Session, Writer
+    from station.session.verify import Problem
 
 app = typer.Typer(help="Sessions: a volume in a folder, with all its scans and everything made of them.")
 
@@ -165,12 +167,10 @@ def undo_(
     session: Named, page: PageNumber = None, stage: Stage = None, index: Index = None, debug: Debug = False
 ) -> None:
     """Take back the last step of the operator, or the last run of a stage on a page; nothing is deleted."""
-    with report_faults(debug=debug), _writing(index, session) as writer:
+    with report_faults(debug=debug):
         from station.session import undo, undo_run
 
-        _check_stage(page, stage)
-        step = undo_run(writer, page, stage) if page and stage else undo(writer)
-        _print_step(step, "undone", "undo")
+        _step(index, session, page, stage, undo, undo_run, ("undo", "undone"))
 
 
 @app.command("redo")
@@ -178,45 +178,37 @@ def redo_(
     session: Named, page: PageNumber = None, stage: Stage = None, index: Index = None, debug: Debug = False
 ) -> None:
     """Bring back the step that was taken back last, or the next run of a stage on a page."""
-    with report_faults(debug=debug), _writing(index, session) as writer:
+    with report_faults(debug=debug):
         from station.session import redo, redo_run
 
-        _check_stage(page, stage)
-        step = redo_run(writer, page, stage) if page and stage else redo(writer)
-        _print_step(step, "brought back", "redo")
+        _step(index, session, page, stage, redo, redo_run, ("redo", "brought back"))
 
 
 def verify(session: Named, workers: Workers = None, index: Index = None, debug: Debug = False) -> None:
     """Check every file of a session or an export: damaged, missing, extra, renamed, at odds. Names the pages."""
     with report_faults(debug=debug):
-        from station.archive.check import is_export
-        from station.session.verify import NotSound
+        from station.archive.check import AGAIN, check_export, is_export
         from station.session.verify import verify as inspect
 
         if is_export(Path(session)):
-            _verify_export(Path(session), workers)
-            return
-        folder = find_session(index, session)
-        inspection = inspect(folder, workers=workers)
-        for problem in inspection.problems:
-            print_result(problem.text)
-        if inspection.problems:
-            pages = sorted({problem.page for problem in inspection.problems if problem.page})
-            where = f", on pages {', '.join(map(str, pages))}" if pages else ""
-            raise NotSound(f"{folder} is not sound{where}", "planish repair mends what can be mended")
-        print_result(f"{folder}: {len(inspection.found)} files, all as they were written")
+            _print_problems(Path(session), check_export(Path(session), workers=workers), AGAIN)
+        else:
+            folder = find_session(index, session)
+            problems = inspect(folder, workers=workers).problems
+            _print_problems(folder, problems, "planish repair mends what can be mended")
 
 
-def _verify_export(folder: Path, workers: int | None) -> None:
-    from station.archive.check import check_export
+def _print_problems(folder: Path, problems: Sequence[Problem | ExportProblem], remedy: str) -> None:
+    """Print each problem; raises NotSound when there is one."""
     from station.session.verify import NotSound
 
-    problems = check_export(folder, workers=workers)
     for problem in problems:
         print_result(problem.text)
     if problems:
-        raise NotSound(f"{folder} is not sound", "export the session again")
-    print_result(f"{folder}: all files as they were written")
+        pages = sorted({problem.page for problem in problems if problem.page})
+        where = f", on pages {', '.join(map(str, pages))}" if pages else ""
+        raise NotSound(f"{folder} is not sound{where}", remedy)
+    print_result(f"{folder}: all files are as they were written")
 
 
 def repair(
@@ -282,18 +274,26 @@ def reindex(
         print_result(f"{len(sessions(_index(index)))} sessions")
 
 
-def _check_stage(page: int | None, stage: str | None) -> None:
+def _step(
+    index: Path | None,
+    session: str,
+    page: int | None,
+    stage: str | None,
+    move: Callable[[Writer], Event | None],
+    move_run: Callable[[Writer, int, str], Event | None],
+    words: tuple[str, str],
+) -> None:
+    """Undo or redo the operator's step, or a stage's run on a page. words: what it is called, and called when done."""
     from station.errors import UsageError
 
-    if (page is None) != (stage is None):
-        raise UsageError("--page and --stage go together", "name both, or none for the last step of the operator")
-
-
-def _print_step(event: Event | None, done: str, name: str) -> None:
-    if event is None:
-        print_result(f"nothing to {name}")
+    with _writing(index, session) as writer:
+        if (page is None) != (stage is None):
+            raise UsageError("--page and --stage go together", "name both, or none for the last step of the operator")
+        step = move_run(writer, page, stage) if page and stage else move(writer)
+    if step is None:
+        print_result(f"nothing to {words[0]}")
     else:
-        print_result(f"{done}: {event.name} of page {event.page}, event {event.number}")
+        print_result(f"{words[1]}: {step.name} of page {step.page}, event {step.number}")
 
 
 def _index(given: Path | None) -> Path:

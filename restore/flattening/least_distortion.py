@@ -6,6 +6,8 @@ embedding on a circle, which inverts no face of a disc. It knows the faces in sp
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from scipy.sparse import csc_matrix, diags
 from scipy.sparse.linalg import splu
@@ -38,6 +40,21 @@ def least_distorted_page(vertices: Floats, network: Network) -> Solution:
     circle = np.asarray(igl.map_vertices_to_circle(np.ascontiguousarray(vertices), loop))
     start = embedded(network.edges, len(vertices), loop, circle)
     start = start * np.sqrt(surface_area(vertices, faces) / abs(float(signed_areas(start, faces).sum())))
+    steps = slim(vertices, faces, start, LOOK)
+    flat, energy, change, chords = start, np.inf, np.inf, straight_lengths(vertices, network.edges)
+    iterations = 0
+    while iterations < MOST_ITERATIONS and change > STILL:
+        iterations += LOOK
+        flat, before = next(steps), energy
+        energy = symmetric_dirichlet(flat, faces, network.edges, chords)
+        change = abs(before - energy) / energy
+    return Solution(flat, iterations, float(change), bool(change <= STILL))
+
+
+def slim(vertices: Floats, faces: Ints, start: Floats, step: int) -> Iterator[Floats]:
+    """The page (n, 2) after each `step` iterations, without end, from a start (n, 2) without inverted faces."""
+    import igl
+
     data = igl.slim_precompute(
         np.asfortranarray(vertices),
         np.asfortranarray(faces, dtype=np.int32),
@@ -47,14 +64,8 @@ def least_distorted_page(vertices: Floats, network: Network) -> Solution:
         np.asfortranarray(np.empty((0, 2))),
         0.0,
     )
-    flat, energy, change, chords = start, np.inf, np.inf, straight_lengths(vertices, network.edges)
-    iterations = 0
-    while iterations < MOST_ITERATIONS and change > STILL:
-        iterations += LOOK
-        flat, before = np.array(igl.slim_solve(data, LOOK))[:, :2], energy
-        energy = symmetric_dirichlet(flat, faces, network.edges, chords)
-        change = abs(before - energy) / energy
-    return Solution(flat, iterations, float(change), bool(change <= STILL))
+    while True:
+        yield np.array(igl.slim_solve(data, step))[:, :2]
 
 
 def embedded(edges: Ints, count: int, held: Ints, places: Floats) -> Floats:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 import re
-from collections.abc import Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Literal
@@ -13,7 +11,7 @@ from typing import Literal
 from restore import BadInput, read_regular
 from station.session.bag import BAGIT, LOG, MANIFEST, PAYLOAD, TAG_MANIFEST
 from station.session.events import FOLDER
-from station.session.store import file_digest
+from station.session.tree import place_of, tree_digests
 
 Kind = Literal["damaged", "missing", "extra", "renamed"]
 LINE = re.compile(r"(?P<digest>[0-9a-f]{128})  (?P<name>[^\n]+)\n")
@@ -39,9 +37,8 @@ class ExportProblem:
     @property
     def text(self) -> str:
         """The problem in a line."""
-        place = f"page {self.page}" if self.page else "the volume"
         state = f"renamed to {self.moved_to}" if self.kind == "renamed" else WORDS[self.kind]
-        return f"{place}: {self.path} is {state}; {AGAIN}"
+        return f"{place_of(self.page)}: {self.path} is {state}; {AGAIN}"
 
 
 def is_export(folder: Path) -> bool:
@@ -60,9 +57,8 @@ def check_export(folder: Path, *, workers: int | None = None) -> list[ExportProb
     """
     if not is_export(folder):
         raise BadInput(f"{folder} is no export: it has no {MANIFEST}", "check the path")
-    names = sorted(_walk(folder))
-    with ThreadPoolExecutor(workers or len(os.sched_getaffinity(0))) as pool:
-        found = dict(zip(names, pool.map(lambda name: _digest(folder / name), names), strict=True))
+    unlisted = TAG_MANIFEST if (folder / TAG_MANIFEST).is_file() else MANIFEST  # the manifest that no other one lists
+    found = tree_digests(folder, without=unlisted, workers=workers)
     listed, broken = _listed(folder)
     problems = [ExportProblem("damaged", 0, name) for name in broken]
     missing = [name for name in listed if name not in found]
@@ -102,24 +98,3 @@ def _listed(folder: Path) -> tuple[dict[str, str], list[str]]:
             broken.append(name)
         listed |= {line["name"]: line["digest"] for line in lines}
     return listed, broken
-
-
-def _walk(folder: Path) -> Iterator[str]:
-    """Path of every file, link and empty folder; manifests that no other one lists are left out."""
-    unlisted = TAG_MANIFEST if (folder / TAG_MANIFEST).is_file() else MANIFEST
-    for base, folders, files in os.walk(folder):
-        here = Path(base).relative_to(folder)
-        names = [*files, *(name for name in folders if (folder / here / name).is_symlink())]
-        if not names and not folders:
-            yield here.as_posix()
-        yield from (path for name in names if (path := (here / name).as_posix()) != unlisted)
-
-
-def _digest(path: Path) -> str:
-    """SHA-512 of a regular file; a word that is no digest for what is none, or cannot be read."""
-    if path.is_symlink() or not path.is_file():
-        return "no regular file"
-    try:
-        return file_digest(path)
-    except OSError as error:
-        return f"unreadable: {error.strerror}"

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import fcntl
-import os
 from collections.abc import Iterator, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +16,7 @@ from station.session import bag
 from station.session.events import FOLDER, RECORD, VOLUME, Event
 from station.session.history import folded
 from station.session.reading import complete_is_possible
-from station.session.store import file_digest
+from station.session.tree import place_of, tree_digests
 from station.session.witnesses import Testimony, hear
 
 Kind = Literal["damaged", "missing", "extra", "renamed", "contradiction", "unfinished"]
@@ -43,10 +41,9 @@ class Problem:
     @property
     def text(self) -> str:
         """The problem in a line."""
-        place = f"page {self.page}" if self.page else "the volume"
         moved = f", it is now {self.moved_to}" if self.moved_to else ""
         remedy = self.remedy or "it cannot be derived again: take it from a copy with planish repair --from"
-        return f"{place}: {self.path} is {WORDS[self.kind]}{moved}; {remedy}"
+        return f"{place_of(self.page)}: {self.path} is {WORDS[self.kind]}{moved}; {remedy}"
 
 
 WORDS = {
@@ -83,10 +80,8 @@ def verify(folder: Path, *, workers: int | None = None) -> Inspection:
     if not (folder / bag.PAYLOAD).is_dir():
         raise BadInput(f"{folder} is no session: it has no folder {bag.PAYLOAD}", "check the path")
     refuse_live_writer(folder)
-    paths = sorted(_walk(folder))
-    with ThreadPoolExecutor(workers or len(os.sched_getaffinity(0))) as pool:
-        found = dict(zip(paths, pool.map(lambda name: _digest(folder / name), paths), strict=True))
-    testimony = hear(folder, paths)
+    found = tree_digests(folder, without=WORK, workers=workers)
+    testimony = hear(folder, list(found))
     problems = list(_compare(found, testimony))
     problems += _broken_references(testimony)
     if problems and complete_is_possible(folder):
@@ -108,28 +103,6 @@ def page_of(path: str) -> int:
     parts = path.split("/")
     match = FOLDER.fullmatch(parts[1]) if len(parts) > 1 and parts[0] == bag.PAYLOAD else None
     return int(match["page"]) if match else VOLUME
-
-
-def _walk(folder: Path) -> Iterator[str]:
-    """Path of every file, link and empty folder below a folder, but for the work folder of writers."""
-    for base, folders, files in os.walk(folder):
-        here = Path(base)
-        if here == folder and WORK in folders:
-            folders.remove(WORK)
-        names = [*files, *(name for name in folders if (here / name).is_symlink())]
-        if not names and not folders:
-            yield here.relative_to(folder).as_posix()
-        yield from ((here / name).relative_to(folder).as_posix() for name in names)
-
-
-def _digest(path: Path) -> str:
-    """SHA-512 of a regular file; a word that is no digest for what is none, or cannot be read."""
-    if path.is_symlink() or not path.is_file():
-        return "no regular file"
-    try:
-        return file_digest(path)
-    except OSError as error:
-        return f"unreadable: {error.strerror}"
 
 
 def _compare(found: Mapping[str, str], testimony: Testimony) -> Iterator[Problem]:

@@ -95,7 +95,7 @@ def test_damage_is_told_and_mended(place, capsys):
     assert "on pages 2" in err
     assert main(["repair", "book"]) == 0
     assert main(["verify", "book"]) == 0
-    assert "all as they were written" in capsys.readouterr().out
+    assert "all files are as they were written" in capsys.readouterr().out
 
 
 def test_damage_that_only_a_copy_can_mend(place, capsys):
