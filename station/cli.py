@@ -14,6 +14,7 @@ from station.archive.command import export
 from station.ask import ask
 from station.batch.command import batch
 from station.calibrate import board, calibrate
+from station.console.command import serve
 from station.devices import devices
 from station.doctor import doctor
 from station.errors import USAGE
@@ -246,7 +247,7 @@ def _colour(
 
 for command in (
     *(devices, doctor, ask, park, trace, board, calibrate, warm_up, watch),
-    *(shoot, verify, repair, replay, reindex),
+    *(shoot, serve, verify, repair, replay, reindex),
     *(batch, export),
 ):
     app.command()(command)

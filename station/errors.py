@@ -52,6 +52,7 @@ class FolderInUse(UsageError):
             f"{folder} is in use by another run, process {process or 'unknown'}",
             "wait until it has ended, or choose another folder with -o",
         )
+        self.process = process
 
 
 class JournalDamaged(StationError):

@@ -1,0 +1,104 @@
+"""Faults of a request: a key that the page translates, an HTTP status, a sentence, what to do now, the facts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from drivers import ScannerError
+from restore import BadInput, RestoreError
+from station.errors import FolderInUse, StationError, UsageError, explain
+from station.session import SessionDamaged
+
+STATUS = {
+    "header": 400,
+    "host": 421,
+    "no_token": 401,
+    "wrong_token": 401,
+    "foreign_origin": 403,
+    "not_found": 404,
+    "no_session": 404,
+    "no_page": 404,
+    "no_words": 404,
+    "no_preview": 404,
+    "not_recorded": 404,
+    "method": 405,
+    "timeout": 408,
+    "read_only": 409,
+    "in_use": 409,
+    "session_open": 409,
+    "no_session_open": 409,
+    "no_scanner": 409,
+    "busy": 409,
+    "exists": 409,
+    "too_large": 413,
+    "media_type": 415,
+    "invalid": 422,
+    "damaged": 422,
+    "off_page": 422,
+    "fault": 500,
+    "streams_full": 503,
+    "ending": 503,
+    "disk": 507,
+}
+
+
+class ConsoleFault(Exception):
+    """Raised by a route for an answer other than what was asked for.
+
+    key   of the table STATUS. data: JSON values that the page shows with the fault.
+    """
+
+    def __init__(
+        self,
+        key: str,
+        text: str,
+        hint: str = "",
+        *,
+        status: int | None = None,
+        headers: Mapping[str, str] | None = None,
+        **data: Any,
+    ) -> None:
+        super().__init__(text)
+        self.key, self.hint, self.data = key, hint, data
+        self.status, self.headers = status or STATUS[key], dict(headers or {})
+
+    @property
+    def body(self) -> dict[str, Any]:
+        """The answer as JSON values."""
+        return {"error": {"key": self.key, "text": str(self), "hint": self.hint, "data": self.data}}
+
+
+# The first class that an error is of decides its key.
+KEYS: tuple[tuple[type[BaseException], str], ...] = (
+    (FolderInUse, "in_use"),
+    (SessionDamaged, "damaged"),
+    (UsageError, "invalid"),
+    (BadInput, "damaged"),
+    (RestoreError, "damaged"),
+    (ScannerError, "no_scanner"),
+    (OSError, "disk"),
+)
+
+
+def fault_of(error: BaseException) -> ConsoleFault:
+    """The fault that describes any error."""
+    if isinstance(error, ConsoleFault):
+        return error
+    told = explain(error)
+    key = next((key for kind, key in KEYS if isinstance(error, kind)), "fault")
+    return ConsoleFault(key, told.message, " ".join(told.hints), **_facts(error))
+
+
+def problem_of(error: BaseException) -> dict[str, str]:
+    """An error as `text` and `hint`."""
+    told = explain(error)
+    return {"text": told.message, "hint": " ".join(told.hints)}
+
+
+def _facts(error: BaseException) -> dict[str, Any]:
+    return {"held_by": error.process} if isinstance(error, FolderInUse) else {}
+
+
+REPORTED = (StationError, RestoreError, ScannerError, OSError)
+"""Errors that are the operator's business; every other one is a fault of the program."""

@@ -1,0 +1,76 @@
+"""What requests may bring: every field with its limits."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field, JsonValue
+
+from station.session.events import MAX_NUMBER, MAX_PAGE
+from station.session.volume import MAX_TEXT
+
+MAX_NOTE = 2000
+NAME = r"^[A-Za-z0-9][A-Za-z0-9 ._-]{0,99}$"
+
+PageNumber = Annotated[int, Field(ge=1, le=MAX_PAGE)]
+EventNumber = Annotated[int, Field(ge=1, le=MAX_NUMBER)]
+Tab = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{16,64}$")]
+SessionName = Annotated[str, Field(min_length=1, max_length=255)]
+Text = Annotated[str, Field(max_length=MAX_TEXT)]
+Action = Literal["shoot", "again", "accept", "mark", "note", "undo", "redo", "insert", "label", "side", "preview"]
+
+
+class _Request(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class TakeControl(_Request):
+    """Take control for a tab, or give it away."""
+
+    tab: Tab
+    take: bool = True
+
+
+class NewSession(_Request):
+    """A session to be made."""
+
+    name: Annotated[str, Field(pattern=NAME)]
+    title: Annotated[str, Field(min_length=1, max_length=MAX_TEXT)]
+    project: Text = ""
+    organisation: Text = ""
+    preset: Annotated[str, Field(pattern=r"^[a-z]{1,40}$")] = "book"
+
+
+class OpenSession(_Request):
+    """read_only: look at a session that another process has."""
+
+    read_only: bool = False
+
+
+class Press(_Request):
+    """One action of the operator. page: the current one where it is absent."""
+
+    action: Action
+    page: PageNumber | None = None
+    text: Annotated[str, Field(max_length=MAX_NOTE)] | None = None
+
+
+class ChangedSettings(_Request):
+    """Settings by their keys; null brings back that of the preset."""
+
+    values: Annotated[dict[Annotated[str, Field(max_length=60)], JsonValue], Field(max_length=60)]
+
+
+class Batch(_Request):
+    """Sessions to be restored where they are not."""
+
+    sessions: Annotated[list[SessionName], Field(min_length=1, max_length=200)]
+    workers: Annotated[int, Field(ge=1, le=64)] | None = None
+
+
+class Export(_Request):
+    """An export of a session, the open one where none is named."""
+
+    session: SessionName | None = None
+    format: Literal["bagit", "mets", "iiif", "pdf", "tiff", "mesh"]
+    url: Annotated[str, Field(max_length=500, pattern=r"^https?://[^\s<>\"]+$")] | None = None

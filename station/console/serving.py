@@ -1,0 +1,165 @@
+"""The HTTP server: its socket, TLS, and an end that leaves nothing half done."""
+
+from __future__ import annotations
+
+import asyncio
+import ipaddress
+import secrets
+import signal
+import socket
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from types import FrameType
+
+import uvicorn
+
+from drivers.vivid900.parking import run_parked
+from station.console.app import build_app
+from station.console.desk import Desk
+from station.console.guard import App, Door
+from station.console.protocol import ConsoleProtocol
+from station.errors import UsageError
+
+LOCALHOST = "127.0.0.1"
+PORT = 8765
+TOKEN_BYTES = 32
+KEEP_ALIVE_S = 15
+GRACE_S = 3  # for answers that are under way when the server ends
+BACKLOG = 256
+MAX_CONNECTIONS = 200  # 32 tabs with six each, and some more
+
+
+@dataclass(frozen=True)
+class Address:
+    """Where the server listens. cert, key: files of its TLS certificate, None on this machine."""
+
+    host: str = LOCALHOST
+    port: int = PORT
+    cert: Path | None = None
+    key: Path | None = None
+
+    @property
+    def scheme(self) -> str:
+        """`http` or `https`."""
+        return "http" if self.cert is None else "https"
+
+
+def check_address(address: Address) -> None:
+    """Raise UsageError for an address that others reach without TLS, and for one that is no single address."""
+    if (address.cert is None) != (address.key is None):
+        raise UsageError("--cert and --key go together", "name both files")
+    if address.host in (LOCALHOST, "localhost", "::1"):
+        return
+    if address.cert is None:
+        raise UsageError(f"--listen {address.host}: others can read along", "give a certificate with --cert and --key")
+    try:
+        everywhere = ipaddress.ip_address(address.host).is_unspecified
+    except ValueError:
+        everywhere = False
+    if everywhere:
+        raise UsageError(
+            f"--listen {address.host}: that is every address", "name the one by which the tablet reaches this computer"
+        )
+
+
+def bind(address: Address) -> socket.socket:
+    """The listening socket. Raises UsageError when the address cannot be used."""
+    family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
+    listener = socket.socket(family, socket.SOCK_STREAM)
+    try:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listener.bind((address.host, address.port))
+    except OSError as error:
+        listener.close()
+        raise UsageError(
+            f"cannot listen on {address.host}, port {address.port}: {error.strerror}",
+            "another console may be running; choose another --port",
+        ) from error
+    return listener
+
+
+def door_of(address: Address, port: int, token: str | None = None) -> Door:
+    """What a request to this server has to bring. token: a new one by default."""
+    shown = f"[{address.host}]" if ":" in address.host else address.host
+    names = {shown.lower(), *({"localhost", LOCALHOST} if address.host == LOCALHOST else ())}
+    usual = {"http": 80, "https": 443}[address.scheme]
+    hosts = {f"{name}:{port}" for name in names} | (names if port == usual else set())
+    return Door(frozenset(hosts), address.scheme, token or secrets.token_urlsafe(TOKEN_BYTES), f"planish-{port}")
+
+
+def link_of(address: Address, port: int, door: Door) -> str:
+    """The link that opens the console."""
+    host = f"[{address.host}]" if ":" in address.host else address.host
+    return f"{address.scheme}://{host}:{port}/enter?token={door.token}"
+
+
+def serve(desk: Desk, address: Address, *, show: Callable[[str], None]) -> None:
+    """Serve the console until a signal ends the process. show: prints the link when the server answers.
+
+    Raises UsageError for the address, ScannerError when the scanner could not be parked.
+    """
+    check_address(address)
+    listener = bind(address)
+    with listener:
+        port = listener.getsockname()[1]
+        door = door_of(address, port)
+        server = ConsoleServer(desk, build_app(desk, door), address, lambda: show(link_of(address, port, door)))
+        run_parked(lambda: asyncio.run(server.serve(sockets=[listener])), [desk.end])
+
+
+class ConsoleServer(uvicorn.Server):
+    """uvicorn's server with our protocol, whose end waits for the desk."""
+
+    def __init__(self, desk: Desk, app: App, address: Address, ready: Callable[[], None]) -> None:
+        config = uvicorn.Config(
+            app,
+            http=ConsoleProtocol,
+            ws="none",
+            loop="asyncio",
+            lifespan="on",
+            log_config=None,
+            log_level="error",  # a damaged request is no fault of ours
+            access_log=False,  # it would write the token of the link
+            server_header=False,
+            proxy_headers=False,
+            timeout_keep_alive=KEEP_ALIVE_S,
+            timeout_graceful_shutdown=GRACE_S,
+            limit_concurrency=MAX_CONNECTIONS,
+            backlog=BACKLOG,
+            ssl_certfile=address.cert,
+            ssl_keyfile=address.key,
+        )
+        super().__init__(config)
+        self._desk, self._ready = desk, ready
+
+    def handle_exit(self, sig: int, frame: FrameType | None) -> None:  # noqa: ARG002 — a signal handler's
+        """End after what is being done; a second signal changes nothing, for the laser has to be off first."""
+        self._captured_signals.append(sig)
+        self.should_exit = True
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Take the closing of the terminal as the other signals."""
+        if threading.current_thread() is not threading.main_thread():
+            yield
+            return
+        with super().capture_signals():
+            before = signal.signal(signal.SIGHUP, self.handle_exit)
+            try:
+                yield
+            finally:
+                signal.signal(signal.SIGHUP, before)
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        """Begin to answer, then say so."""
+        await super().startup(sockets)
+        if self.started:
+            self._ready()
+
+    async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
+        """End the streams first: they would be waited for."""
+        self._desk.hub.end()
+        await super().shutdown(sockets)

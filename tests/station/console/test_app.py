@@ -1,0 +1,32 @@
+"""The whole interface, as OpenAPI describes it."""
+
+from __future__ import annotations
+
+from typing import get_args
+
+from station.console import routes_pages, routes_station
+from station.console.actions import DO, ON_A_PAGE, SHOTS
+from station.console.app import build_app
+from station.console.desk import Desk
+from station.console.guard import Door, Guard
+from station.console.requests import Action
+
+
+def test_every_action_is_done_and_known():
+    actions = set(get_args(Action))
+    assert actions == set(DO) | {"preview"}
+    assert actions > ON_A_PAGE | SHOTS
+
+
+def test_every_route_of_the_interface_is_described(client):
+    described = client.get("/api/openapi.json").json()["paths"]
+    routes = [*routes_station.router.routes, *routes_pages.router.routes]
+    paths = {route.path for route in routes if route.include_in_schema}
+    assert paths == set(described)
+    assert all(operation["description"] for path in described.values() for operation in path.values())
+
+
+def test_the_guard_stands_before_the_application(tmp_path):
+    desk = Desk(tmp_path, None)
+    assert isinstance(build_app(desk, Door(frozenset(), "http", "t", "c"), {}), Guard)
+    desk.end()
