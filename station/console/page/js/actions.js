@@ -1,0 +1,76 @@
+// What the operator can do with a page: the same by button, key and foot-switch.
+
+import { field, openDialog } from "./dialog.js";
+import { able, button, h } from "./dom.js";
+import { pageName } from "./format.js";
+import { current, hindrance, on, press, select, store } from "./store.js";
+import { t } from "./strings.js";
+
+const PARTS = { // icon, key, and what must be there
+  shoot: ["camera", "␣", "scanner"], again: ["repeat-2", "r", "scanner page"], accept: ["check", "↵", "page"],
+  insert: ["between-vertical-start", "i", "scanner page"], mark: ["bookmark", "m", "page"], note: ["sticky-note", "n", "page"],
+  undo: ["undo-2", "u", "undo"], redo: ["redo-2", "U", "redo"], preview: ["eye", "p", "scanner"], label: ["pencil", "", "page"],
+};
+
+/** Why an action cannot be done now, in the reader's language; empty when it can. */
+export function reason(name) {
+  const why = hindrance();
+  if (why) return t(why);
+  const needs = PARTS[name][2].split(" ");
+  const { scanner, session } = store.state;
+  if (needs.includes("scanner") && !scanner.configured) return t("why.scanner");
+  if (needs.includes("scanner") && scanner.busy) return t("why.busy");
+  if (needs.includes("page") && !current()) return t("why.page");
+  if ((name === "undo" || name === "redo") && !session[name]) return t("why.nothing");
+  return "";
+}
+
+function onPage(name) {
+  return async () => {
+    const page = current();
+    if (!reason(name)) await press(name, page ? { page: page.page } : {});
+  };
+}
+
+function ask(name, decided) {
+  return () => {
+    if (reason(name)) return;
+    const page = current();
+    const input = name === "note" ? h("textarea", { rows: 3, maxlength: 2000 }) : h("input", { maxlength: 100, autocomplete: "off" });
+    input.value = decided(page);
+    openDialog(`${t(`action.${name}`)} · ${pageName(page)}`, [field(t(`ask.${name}`), input)],
+      { ok: t("save"), send: () => press(name, { page: page.page, text: input.value.trim() }) });
+  };
+}
+
+const plain = (name) => () => { if (!reason(name)) press(name); };
+
+/** Each action by its name, to be called without arguments. */
+export const actions = {
+  shoot: () => { if (!reason("shoot")) { select(null); press("shoot"); } },
+  preview: plain("preview"), undo: plain("undo"), redo: plain("redo"),
+  again: onPage("again"), accept: onPage("accept"), mark: onPage("mark"), insert: onPage("insert"),
+  note: ask("note", (page) => page.note), label: ask("label", (page) => page.label),
+};
+
+/** A button that does an action and says why it cannot. */
+export function actionButton(name, kind = "") {
+  const [picture, key] = PARTS[name];
+  const element = button(t(`action.${name}`), { icon: picture, key, kind, click: () => actions[name]() });
+  element.dataset.action = name;
+  const update = () => {
+    able(element, reason(name));
+    const page = current();
+    if (name === "accept") element.setAttribute("aria-pressed", String(Boolean(page?.accepted)));
+    if (name === "mark") element.setAttribute("aria-pressed", String(Boolean(page?.marked)));
+  };
+  for (const event of ["state", "online", "row", "rows", "selected"]) on(event, update);
+  update();
+  return element;
+}
+
+/** The buttons of some actions, with undo and redo side by side as the last. */
+export function actionPad(names) {
+  return h("div", { class: "actions" }, names.map((name) => actionButton(name)),
+    h("div", { class: "actions-pair" }, actionButton("undo", "short"), actionButton("redo", "short")));
+}

@@ -1,0 +1,60 @@
+// Requests to the server, and the identity of this tab.
+
+const TAB = "planish-tab";
+let tab = "";
+
+/** What went wrong with a request: `key` for the table of strings, `text` and `hint` as the server says them. */
+export class ApiError extends Error {
+  constructor(status, error) {
+    super(error.text ?? error.key);
+    Object.assign(this, { status, key: error.key, text: error.text ?? "", hint: error.hint ?? "", data: error.data ?? {} });
+  }
+}
+
+/** The identity of this tab. */
+export function tabId() {
+  return tab;
+}
+
+/** Take an identity that no other tab has: a duplicated tab comes with a copy of its original's. */
+export async function claimTab() {
+  tab = sessionStorage.getItem(TAB) ?? crypto.randomUUID();
+  while (!(await isMine(tab))) tab = crypto.randomUUID();
+  sessionStorage.setItem(TAB, tab);
+}
+
+function isMine(id) {
+  if (!navigator.locks) return Promise.resolve(true);
+  return new Promise((resolve) => {
+    navigator.locks.request(`${TAB}-${id}`, { ifAvailable: true }, (lock) => {
+      resolve(lock !== null);
+      return lock ? new Promise(() => {}) : undefined; // held as long as the tab lives
+    });
+  });
+}
+
+async function request(method, path, body) {
+  const headers = { "X-Planish-Tab": tab };
+  if (body !== undefined) headers["Content-Type"] = "application/json";
+  let answer;
+  try {
+    answer = await fetch(path, { method, headers, body: body === undefined ? undefined : JSON.stringify(body) });
+  } catch {
+    throw new ApiError(0, { key: "offline" });
+  }
+  const told = await answer.json().catch(() => ({}));
+  if (!answer.ok) throw new ApiError(answer.status, told.error ?? { key: "fault" });
+  return told;
+}
+
+export const get = (path) => request("GET", path);
+export const post = (path, body = {}) => request("POST", path, body);
+export const put = (path, body) => request("PUT", path, body);
+
+/** The bytes of a file of the server. */
+export async function getBytes(path) {
+  const answer = await fetch(path).catch(() => null);
+  if (!answer) throw new ApiError(0, { key: "offline" });
+  if (!answer.ok) throw new ApiError(answer.status, (await answer.json().catch(() => ({}))).error ?? { key: "fault" });
+  return answer.arrayBuffer();
+}

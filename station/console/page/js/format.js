@@ -1,0 +1,52 @@
+// Numbers, sizes and times as the reader's language writes them.
+
+import { language, t } from "./strings.js";
+
+const UNITS = ["B", "kB", "MB", "GB", "TB"];
+
+/** A number with at most so many digits after the point. */
+export function number(value, digits = 0) {
+  return new Intl.NumberFormat(language(), { maximumFractionDigits: digits }).format(value);
+}
+
+/** A share as a percentage; small ones keep a digit that tells them from nothing. */
+export function percent(share) {
+  const digits = Math.abs(share) < 0.01 && share !== 0 ? 2 : Math.abs(share) < 0.1 ? 1 : 0;
+  return `${number(share * 100, digits)} %`;
+}
+
+/** A number of bytes in decimal units. */
+export function bytes(count) {
+  const power = count < 1 ? 0 : Math.min(Math.floor(Math.log10(count) / 3), UNITS.length - 1);
+  return `${number(count / 1000 ** power, power > 2 ? 1 : 0)} ${UNITS[power]}`;
+}
+
+/** A time of today as the clock shows it, another day with its date. */
+export function time(iso) {
+  const then = new Date(iso);
+  const today = then.toDateString() === new Date().toDateString();
+  const clock = { hour: "2-digit", minute: "2-digit" };
+  const day = { day: "numeric", month: "short", year: "numeric" };
+  return new Intl.DateTimeFormat(language(), today ? { ...clock, second: "2-digit" } : { ...day, ...clock }).format(then);
+}
+
+/** A day: today, yesterday, else its date. */
+export function day(iso) {
+  const midnight = (date) => new Date(date.getFullYear(), date.getMonth(), date.getDate());
+  const days = Math.round((midnight(new Date()) - midnight(new Date(iso))) / 86_400_000);
+  if (days === 0 || days === 1) return t(days ? "day.yesterday" : "day.today");
+  return new Intl.DateTimeFormat(language(), { dateStyle: "long" }).format(new Date(iso));
+}
+
+/** A measure of the verdict with its unit. */
+export function measure(value, unit) {
+  if (value === null || value === undefined) return "–";
+  if (unit === "share") return percent(value);
+  return `${number(value, Math.abs(value) < 10 ? 2 : 0)}${unit ? ` ${unit}` : ""}`;
+}
+
+/** How the page is named for the operator: its label, else its number. */
+export function pageName(row) {
+  if (!row) return "";
+  return row.label && row.label !== String(row.page) ? t("page.name.label", { n: row.page, label: row.label }) : t("page.name", { n: row.page });
+}

@@ -1,0 +1,42 @@
+// The operator's keys and the foot-switch, which types a blank.
+
+import { h, set } from "./dom.js";
+import { openDialog } from "./dialog.js";
+import { actions } from "./actions.js";
+import { t } from "./strings.js";
+
+const KEYS = { " ": "shoot", Enter: "accept", r: "again", u: "undo", U: "redo", m: "mark", n: "note", i: "insert", p: "preview" };
+const SCREENS = new Set(["shoot", "page"]); // elsewhere a key is for the fields
+const OFF = "planish-keys-off";
+
+/** Act on keys outside of fields and dialogs. Single letters can be switched off (WCAG 2.1.4). */
+export function listenForKeys() {
+  addEventListener("keydown", (event) => {
+    if (event.repeat || event.ctrlKey || event.altKey || event.metaKey || document.querySelector("dialog[open]")) return;
+    if (event.target.closest("input, textarea, select, [contenteditable], [data-own-keys]")) return;
+    const pressed = event.target.closest("button, a, summary") && (event.key === " " || event.key === "Enter");
+    if (pressed || !SCREENS.has(document.getElementById("main").dataset.screen)) return;
+    if (localStorage.getItem(OFF) && event.key !== " ") return;
+    if (event.key === "?") showKeys();
+    else if (KEYS[event.key]) actions[KEYS[event.key]]();
+    else return;
+    event.preventDefault();
+  });
+}
+
+/** The list of the keys, and the switch that turns them off. */
+export function showKeys() {
+  const off = h("input", { type: "checkbox", id: "keys-off", on: { change: () => {
+    if (off.checked) localStorage.setItem(OFF, "1");
+    else localStorage.removeItem(OFF);
+  } } });
+  off.checked = localStorage.getItem(OFF) !== null;
+  const shown = { " ": t("keys.space"), Enter: "↵" };
+  const rows = Object.entries(KEYS).map(([key, name]) =>
+    h("div", { class: "key-row" }, h("dt", {}, h("kbd", { text: shown[key] ?? key })), h("dd", { text: t(`action.${name}`) })));
+  const help = h("div", { class: "key-row" }, h("dt", {}, h("kbd", { text: "?" })), h("dd", { text: t("keys.title") }));
+  const list = h("dl", { class: "keys" }, rows, help);
+  set(list, "aria-label", t("keys.title"));
+  openDialog(t("keys.title"), [h("p", { class: "soft", text: t("keys.text") }), list,
+    h("label", { class: "check", for: "keys-off" }, off, h("span", { text: t("keys.off") }))]);
+}

@@ -1,0 +1,68 @@
+// Lines above the screen that say what is wrong and what to do; and the live region that speaks what happens.
+
+import { button, h, icon, setText } from "./dom.js";
+import { pageName, time } from "./format.js";
+import { on, store, takeControl } from "./store.js";
+import { tabId } from "./api.js";
+import { firstOf, known, t } from "./strings.js";
+
+const REFUSAL_MS = 12_000; // long enough to read two sentences twice
+
+function notice(level, picture, title, text, action) {
+  return h("div", { class: "notice", "data-level": level }, icon(picture),
+    h("p", {}, h("strong", { text: title }), text ? h("span", { text: ` ${text}` }) : null), action ?? null);
+}
+
+/** The message of an error in the reader's language, else as the server has it. */
+export function errorText(error) {
+  return known(`error.${error.key}`) ? t(`error.${error.key}`, error.data) : `${error.text} ${error.hint}`.trim();
+}
+
+/** The operator's line of an event, in the reader's language. */
+export function messageText(message) {
+  const page = message.page === null ? "" : pageName(store.rows.get(message.page) ?? { page: message.page });
+  const level = message.data?.level ? t(`level.${message.data.level}`) : "";
+  const step = message.data?.step ? firstOf([`step.${message.data.step}`], message.data.step) : "";
+  const key = `message.${message.key}`;
+  return known(key) ? t(key, { ...message.data, page, level, step }) : message.text;
+}
+
+/** The board: standing notices follow the state, refusals go by themselves. */
+export function noticeBoard() {
+  const standing = h("div", { role: "status" });
+  const passing = h("div", { role: "alert" });
+  const spoken = h("p", { class: "unseen", "aria-live": "polite" });
+  let timer;
+  let drawn = "";
+  const update = () => {
+    const found = [...wanted()];
+    const told = JSON.stringify(found.map((one) => one.slice(0, 4)));
+    if (told !== drawn) standing.replaceChildren(...found.map((one) => notice(...one)));
+    drawn = told;
+  };
+  on("state", update);
+  on("online", update);
+  on("message", (message) => setText(spoken, messageText(message)));
+  on("refused", (error) => {
+    clearTimeout(timer);
+    passing.replaceChildren(notice("amber", "triangle-alert", t("refused"), errorText(error)));
+    timer = setTimeout(() => passing.replaceChildren(), REFUSAL_MS);
+  });
+  return h("section", { class: "notices", "aria-label": t("notices") }, standing, passing, spoken);
+}
+
+function* wanted() {
+  const { state, online } = store;
+  if (!online) yield ["red", "wifi-off", t("offline.title"), t("offline.text")];
+  if (!state) return;
+  if (state.control.tab && state.control.tab !== tabId()) {
+    yield ["amber", "lock", t("watching.title"),
+      t("watching.text", { agent: state.control.agent || t("watching.other"), since: time(state.control.since) }),
+      button(t("watching.take"), { icon: "hand", click: takeControl })];
+  }
+  if (state.session?.read_only) yield ["amber", "lock", t("held.title"), t("held.text", { who: state.session.held_by ?? "" })];
+  if (state.failed) yield ["red", "octagon-alert", t("failed.title"), `${state.failed.text} ${state.failed.hint}`];
+  if (state.scanner.laser === "unknown") yield ["red", "zap", t("laser.title"), t("laser.text")];
+  if (state.scanner.problem) yield ["amber", "unplug", t("scanner.said"), `${state.scanner.problem.text} ${state.scanner.problem.hint}`];
+  if (state.session?.missing?.length) yield ["amber", "info", t("missing.title"), state.session.missing.join(", ")];
+}

@@ -1,0 +1,99 @@
+// A job of the server: what it does, how far it is, what came out.
+
+import { get, post } from "../api.js";
+import { button, h, icon } from "../dom.js";
+import { bytes, number, percent, time } from "../format.js";
+import { attempt } from "../store.js";
+import { firstOf, t } from "../strings.js";
+
+const STATES = { waiting: "history", running: "refresh-cw", done: "circle-check", failed: "octagon-alert", cancelled: "x" };
+const LEVELS = { done: "green", failed: "red", cancelled: "amber" };
+
+function title(job) {
+  const about = job.about ?? {};
+  const sessions = [about.session ?? about.sessions ?? []].flat().join(", ");
+  return [t(`job.${job.kind}`), about.format && t(`format.${about.format}`), sessions].filter(Boolean).join(" · ");
+}
+
+function exported(job, { valid, problems, missing, files, bytes: size, folder }) {
+  const list = h("ul", { class: "downloads" });
+  const load = async () => {
+    const told = await attempt(() => get(`/api/jobs/${job.id}/files`));
+    list.replaceChildren(...(told?.files ?? []).map((file) => h("li", {},
+      h("a", { class: "button", href: `/api/jobs/${job.id}/files/${file.n}`, download: file.name.split("/").pop() }, icon("download"),
+        h("span", { class: "button-text", text: file.name })), h("span", { class: "soft", text: bytes(file.bytes) }))));
+  };
+  return [
+    h("p", { class: "validated", "data-level": valid ? "green" : "red" }, icon(valid ? "package-check" : "octagon-alert"),
+      h("strong", { text: t(valid ? "export.valid" : "export.invalid") }), h("span", { text: t("export.size", { n: number(files), size: bytes(size) }) })),
+    h("p", { class: "soft path", text: folder }),
+    problems?.length ? h("ul", { class: "problems" }, problems.map((text) => h("li", { text }))) : null,
+    missing?.length ? h("p", {}, h("strong", { text: `${t("export.missing")} ` }), missing.join("; ")) : null,
+    h("details", { on: { toggle: (event) => { if (event.currentTarget.open && !list.firstChild) load(); } } }, h("summary", { text: t("export.files") }), list)];
+}
+
+function verified({ files, problems }) {
+  const level = problems.length ? "red" : "green";
+  return [h("p", { class: "validated", "data-level": level }, icon(problems.length ? "octagon-alert" : "circle-check"),
+    h("strong", { text: t(problems.length ? "verify.problems" : "verify.whole", { n: number(problems.length), files: number(files) }) })),
+  problems.length ? h("ul", { class: "problems" }, problems.map((one) => h("li", { text: `${one.path}: ${one.text}` }))) : null];
+}
+
+function restored(result) {
+  const set = typeof result.set_aside === "number" ? result.set_aside : (result.set_aside ?? []).length;
+  const good = typeof result.restored === "number" ? result.restored : (result.restored ?? []).length;
+  return [h("p", { class: "validated", "data-level": set ? "amber" : "green" }, icon(set ? "triangle-alert" : "circle-check"),
+    h("strong", { text: t("batch.result", { good: number(good), set: number(set) }) })),
+  result.report_url ? h("a", { class: "button", href: result.report_url, target: "_blank" }, icon("download"), h("span", { class: "button-text", text: t("batch.report") })) : null];
+}
+
+function outcome(job) {
+  if (job.error) return [h("p", { class: "wrong", text: `${job.error.text} ${job.error.hint ?? ""}` })];
+  if (!job.result) return [];
+  return { export: exported, verify: (_, result) => verified(result), batch: (_, result) => restored(result) }[job.kind]?.(job, job.result) ?? [];
+}
+
+function queue(items) {
+  const order = { running: 0, failed: 1, waiting: 2, done: 3 };
+  const sorted = [...items].sort((one, two) => (order[one.state] ?? 4) - (order[two.state] ?? 4));
+  return h("details", { class: "queue", open: items.length < 12 }, h("summary", { text: t("batch.queue", { n: number(items.length) }) }),
+    h("ul", {}, sorted.map((item) => h("li", { "data-state": item.state }, icon(STATES[item.state] ?? "history"),
+      h("span", { text: item.name }), h("span", { class: "soft", text: item.text || firstOf([`state.${item.state}`], item.state) })))));
+}
+
+/** A card of a job; made anew when the job changes. */
+export function jobCard(job) {
+  const busy = job.state === "running" || job.state === "waiting";
+  const stage = job.stage ? firstOf([`stage.${job.stage}`], job.stage) : "";
+  const words = [t(`state.${job.state}`), busy ? stage : "", busy && job.done !== null ? percent(job.done) : "", job.ended ? time(job.ended) : ""].filter(Boolean).join(" · ");
+  const bar = busy ? h("progress", { max: 1, value: job.done ?? false, "aria-label": title(job) }) : null;
+  return h("article", { class: "job", "data-job": job.id, "data-state": job.state },
+    h("div", { class: "job-head", "data-level": LEVELS[job.state] }, icon(STATES[job.state]), h("div", {}, h("h3", { text: title(job) }), h("p", { class: "soft", text: words })),
+      busy ? button(t("cancel"), { icon: "x", kind: "quiet", click: () => attempt(() => post(`/api/jobs/${job.id}/cancel`)) }) : null),
+    bar, outcome(job), job.items?.length ? queue(job.items) : null);
+}
+
+/** The jobs of some kinds, newest first, and those that come; `element` follows the server by itself. */
+export class JobList {
+  constructor(kinds, listen, nothing) {
+    Object.assign(this, { kinds, nothing, jobs: new Map(), cards: new Map() });
+    this.element = h("section", { class: "jobs", "aria-label": t("jobs") });
+    listen("job", (job) => this.put(job));
+  }
+
+  async load() {
+    const told = await attempt(() => get("/api/jobs"));
+    for (const job of [...(told?.jobs ?? [])].reverse()) this.put(job);
+    if (!this.jobs.size) this.element.replaceChildren(this.nothing());
+  }
+
+  put(job) {
+    if (!this.kinds.includes(job.kind)) return;
+    if (!this.jobs.size) this.element.replaceChildren();
+    const [before, card] = [this.cards.get(job.id), jobCard(job)];
+    this.jobs.set(job.id, job);
+    this.cards.set(job.id, card);
+    if (before) before.replaceWith(card);
+    else this.element.prepend(card);
+  }
+}

@@ -1,0 +1,68 @@
+// Which layers lie on each other, and what their colours mean.
+
+import { get } from "../api.js";
+import { h, segmented, set } from "../dom.js";
+import { percent } from "../format.js";
+import { t } from "../strings.js";
+
+const OVERLAYS = ["strain", "coverage"];
+const VEIL = 0.85; // opacity of an overlay: the print stays readable
+
+function strainScale(told) {
+  const stops = told.colours;
+  const width = 100 / stops.length;
+  const bar = h("svg", { class: "ramp", viewBox: "0 0 100 8", preserveAspectRatio: "none", "aria-hidden": "true" },
+    stops.map((colour, at) => {
+      const rect = h("rect", { x: at * width, width: width + 0.2, height: 8 });
+      rect.style.fill = colour;
+      return rect;
+    }));
+  const { min, max, rms } = told.stretch;
+  return h("div", { class: "strain-scale" }, bar,
+    h("p", { class: "ends" }, h("span", { text: `−${percent(told.end)}` }), h("span", { text: t("strain.none") }), h("span", { text: `+${percent(told.end)}` })),
+    h("p", { class: "soft", text: t("strain.told", { min: percent(min), max: percent(max), rms: percent(rms) }) }));
+}
+
+function coverageLegend(told) {
+  return h("ul", { class: "legend" }, told.kinds.map(({ key, colour, share }) => {
+    const swatch = h("rect", { width: 12, height: 12, rx: 2, class: colour ? "" : "no-colour" });
+    if (colour) swatch.style.fill = colour;
+    return h("li", {}, h("svg", { viewBox: "0 0 12 12", class: "swatch", "aria-hidden": "true" }, swatch),
+      h("span", { text: `${t(`coverage.${key}`)} ${percent(share)}` }));
+  }));
+}
+
+/** The choice of layers: `changed` is called when another is chosen. */
+export function layerChoice(changed) {
+  const chosen = { base: "page", strain: false, coverage: false };
+  const legends = h("div", { class: "legends" });
+  const base = segmented(t("layers.light"), [["page", t("layer.page")], ["master", t("layer.master")]],
+    (key) => { chosen.base = key; changed(); });
+  const boxes = OVERLAYS.map((name) => {
+    const input = h("input", { type: "checkbox", id: `layer-${name}`, on: { change: () => { chosen[name] = input.checked; changed(); } } });
+    return [name, input, h("label", { class: "check", for: input.id }, input, h("span", { text: t(`layer.${name}`) }))];
+  });
+  const element = h("section", { class: "tool-panel", "aria-label": t("layers") }, h("h2", { text: t("layers") }),
+    h("div", { class: "layer-row" }, base.element, boxes.map(([, , label]) => label)), legends);
+  const explain = async (row) => {
+    const parts = [];
+    if (chosen.strain) parts.push(await get(`/api/pictures/${row.restore}/strain/scale`).then(strainScale).catch(() => null));
+    if (chosen.coverage) parts.push(await get(`/api/pictures/${row.restore}/coverage/legend`).then(coverageLegend).catch(() => null));
+    legends.replaceChildren(...parts.filter(Boolean));
+  };
+  return { element,
+    /** The layers for the viewer, of those that the page has. */
+    of(row, offered) {
+      base.offer(["page", "master"].filter((name) => offered.includes(name)));
+      const lowest = offered.includes(chosen.base) ? chosen.base : "page";
+      base.show(lowest);
+      base.element.hidden = !offered.includes("master");
+      for (const [name, input, label] of boxes) {
+        label.hidden = !offered.includes(name);
+        set(input, "disabled", !offered.includes(name));
+      }
+      explain(row);
+      const above = OVERLAYS.filter((name) => chosen[name] && offered.includes(name));
+      return [lowest, ...above].map((layer, at) => ({ event: row.restore, layer, opacity: at ? VEIL : 1 }));
+    } };
+}

@@ -1,0 +1,83 @@
+// The ruler: two points on the page, and how far apart they are on the page, on the sheet in space and through space.
+
+import { get } from "../api.js";
+import { errorText } from "../notices.js";
+import { button, h, set, setText } from "../dom.js";
+import { number } from "../format.js";
+import { t } from "../strings.js";
+
+const MM_PER_INCH = 25.4;
+
+/** A ruler on a viewer: `element` is its panel; `on` and `off` with the mode. */
+export class Ruler {
+  constructor(viewer) {
+    this.viewer = viewer;
+    this.points = [];
+    this.rows = ["page", "sheet", "chord"].map((name) => [name, h("dd", { text: "–" })]);
+    this.told = h("p", { class: "soft", role: "status", text: t("ruler.first") });
+    this.element = h("section", { class: "tool-panel", "aria-label": t("tool.ruler") }, this.told,
+      h("dl", { class: "figures" }, this.rows.map(([name, value]) => h("div", {}, h("dt", { text: t(`ruler.${name}`) }), value))),
+      h("div", { class: "row" }, button(t("ruler.here"), { icon: "crosshair", click: () => this.put(this.middle()) }),
+        button(t("ruler.clear"), { icon: "x", kind: "quiet", click: () => this.clear() })));
+    this.cross = h("span", { class: "crosshair", "aria-hidden": "true" });
+    this.drawing = h("g", { class: "ruler" });
+  }
+
+  start(row) {
+    this.row = row;
+    this.viewer.element.append(this.cross);
+    this.viewer.over.append(this.drawing);
+    this.clicked ??= (event) => { if (event.quick) this.put(this.viewer.toPage(event.position)); };
+    this.viewer.viewer.addHandler("canvas-click", this.clicked);
+    this.viewer.listeners.add(this.redraw ??= () => this.draw());
+    this.clear();
+  }
+
+  end() {
+    this.viewer.viewer?.removeHandler("canvas-click", this.clicked);
+    this.viewer.listeners.delete(this.redraw);
+    this.cross.remove();
+    this.drawing.remove();
+  }
+
+  middle() {
+    const { clientWidth, clientHeight } = this.viewer.element;
+    return this.viewer.toPage({ x: clientWidth / 2, y: clientHeight / 2 });
+  }
+
+  clear() {
+    this.points = [];
+    for (const [, value] of this.rows) setText(value, "–");
+    setText(this.told, t("ruler.first"));
+    this.draw();
+  }
+
+  async put(point) {
+    if (this.points.length === 2) this.clear();
+    this.points.push(point);
+    this.draw();
+    if (this.points.length === 1) return setText(this.told, t("ruler.second"));
+    const [one, two] = this.points.map(({ x, y }) => [x, y].map((value) => (value * MM_PER_INCH) / this.viewer.page.dpi));
+    setText(this.told, t("ruler.measuring"));
+    try {
+      const query = new URLSearchParams({ x0: one[0], y0: one[1], x1: two[0], y1: two[1] });
+      this.tell(await get(`/api/models/${this.row.restore}/measure?${query}`));
+    } catch (error) {
+      setText(this.told, errorText(error));
+    }
+  }
+
+  tell(found) {
+    for (const [name, value] of this.rows) setText(value, `${number(found[`${name}_mm`], 2)} mm`);
+    setText(this.told, t("ruler.told"));
+  }
+
+  draw() {
+    const size = 7 / (this.viewer.page ? this.viewer.scale : 1); // px of the screen
+    const dots = this.points.map(({ x, y }) => h("circle", { cx: x, cy: y, r: size }));
+    const [one, two] = this.points;
+    const line = two ? h("line", { x1: one.x, y1: one.y, x2: two.x, y2: two.y }) : null;
+    this.drawing.replaceChildren(...[line && line.cloneNode(), line, ...dots].filter(Boolean));
+    if (line) set(this.drawing.firstChild, "class", "under");
+  }
+}

@@ -1,0 +1,88 @@
+// The words that were read on a page, laid over it to be marked and copied, and the search in the whole volume.
+
+import { get } from "../api.js";
+import { errorText } from "../notices.js";
+import { button, h, icon, set, setText } from "../dom.js";
+import { field } from "../dialog.js";
+import { number } from "../format.js";
+import { t } from "../strings.js";
+
+const HEIGHT = 0.8; // of a word's box: size of its letters
+const TYPING_MS = 250; // without a key: the word is written
+
+/** Words without accents and capitals, as the search compares them. */
+export function plain(text) {
+  return text.normalize("NFD").replace(/\p{M}/gu, "").toLowerCase();
+}
+
+/** Words over a viewer; `element` is the panel with the search. */
+export class Words {
+  constructor(viewer, go) {
+    Object.assign(this, { viewer, go, words: [], query: "" });
+    this.layer = h("g", { class: "words" });
+    this.input = h("input", { type: "search", maxlength: 200, autocomplete: "off", on: { input: () => this.later() } });
+    this.told = h("p", { class: "soft", role: "status" });
+    this.hits = h("ul", { class: "hits" });
+    this.element = h("section", { class: "tool-panel", "aria-label": t("tool.words") },
+      h("div", { class: "search" }, icon("search"), field(t("words.search"), this.input)), this.told, this.hits);
+  }
+
+  async start(row) {
+    this.row = row;
+    this.viewer.over.append(this.layer);
+    this.viewer.svg.classList.add("readable");
+    setText(this.told, t("words.loading"));
+    try {
+      this.words = (await get(`/api/pages/${row.page}/words`)).words;
+      setText(this.told, t("words.count", { n: number(this.words.length) }));
+    } catch (error) {
+      this.words = [];
+      setText(this.told, errorText(error));
+    }
+    this.draw();
+    if (this.query) this.search();
+  }
+
+  end() {
+    this.layer.remove();
+    this.viewer.svg.classList.remove("readable");
+  }
+
+  draw() {
+    const wanted = plain(this.query).split(/\s+/).filter(Boolean);
+    this.layer.replaceChildren(...this.words.flatMap((word) => {
+      const hit = wanted.some((one) => plain(word.text).includes(one));
+      const text = h("text", { x: word.x, y: word.y + word.h * HEIGHT, textLength: Math.max(word.w, 1), lengthAdjust: "spacingAndGlyphs", "font-size": word.h, text: `${word.text} ` });
+      return [h("rect", { x: word.x - 2, y: word.y - 2, width: word.w + 4, height: word.h + 4, class: hit ? "hit" : "word" }), text];
+    }));
+  }
+
+  later() {
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => { this.query = this.input.value.trim(); this.search(); }, TYPING_MS);
+  }
+
+  async search() {
+    this.draw();
+    if (!this.query) return this.hits.replaceChildren();
+    let found;
+    try {
+      found = await get(`/api/search?q=${encodeURIComponent(this.query)}`);
+    } catch (error) {
+      return setText(this.told, errorText(error));
+    }
+    setText(this.told, t("words.found", { n: number(found.hits.length), read: number(found.pages_with_words), pages: number(found.pages) }));
+    this.hits.replaceChildren(...found.hits.map((hit) => h("li", {},
+      button(`${t("page.short", { label: hit.label || hit.page })} · ${hit.text}`, { kind: "quiet hit-button", click: () => this.visit(hit) }))));
+    return undefined;
+  }
+
+  async visit(hit) {
+    if (hit.page !== this.row.page) await this.go(hit.page);
+    const word = this.words[hit.words[0]];
+    if (word) this.viewer.reveal(word);
+    for (const rect of this.layer.querySelectorAll("rect.chosen")) rect.classList.remove("chosen");
+    for (const at of hit.words) this.layer.querySelectorAll("rect")[at]?.classList.add("chosen");
+    set(this.layer, "data-page", hit.page);
+  }
+}

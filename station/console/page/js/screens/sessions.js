@@ -1,0 +1,132 @@
+// The sessions screen: today's and yesterday's volumes, a new one, and what was taken up after a crash.
+
+import { get, post } from "../api.js";
+import { field, openDialog } from "../dialog.js";
+import { able, button, h, icon, placeholder, set, setText } from "../dom.js";
+import { day, number, time } from "../format.js";
+import { errorText } from "../notices.js";
+import { jobCard } from "../parts/jobs.js";
+import { attempt, on, setState, store } from "../store.js";
+import { t } from "../strings.js";
+
+const NAME = "[A-Za-z0-9][A-Za-z0-9 ._\\-]{0,99}";
+
+function goTo(screen) {
+  location.hash = `#/${screen}`;
+}
+
+async function open(name, more = {}) {
+  const state = await attempt(() => post(`/api/sessions/${encodeURIComponent(name)}/open`, more));
+  if (!state) return;
+  setState(state);
+  if (!state.recovery) goTo("shoot");
+}
+
+async function close() {
+  const state = await attempt(() => post("/api/close"));
+  if (state) setState(state);
+}
+
+/** A name for a folder out of a title: only what every file system takes. */
+export function folderName(title) {
+  return title.normalize("NFD").replace(/\p{M}/gu, "").toLowerCase().replace(/ß/g, "ss").replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "").slice(0, 60);
+}
+
+async function newSession(reload) {
+  const told = await attempt(() => get("/api/presets"));
+  if (!told) return;
+  const title = h("input", { required: true, maxlength: 500, autocomplete: "off" });
+  const name = h("input", { required: true, maxlength: 100, pattern: NAME, autocomplete: "off", spellcheck: "false" });
+  const [project, organisation] = [h("input", { maxlength: 500 }), h("input", { maxlength: 500 })];
+  const preset = h("select", {}, told.presets.map((one) => h("option", { value: one.name, text: t(`preset.${one.name}`) })));
+  let own = false;
+  name.addEventListener("input", () => { own = true; });
+  title.addEventListener("input", () => { if (!own) name.value = folderName(title.value); });
+  const wrong = h("p", { class: "wrong", role: "alert" });
+  openDialog(t("session.new"), [field(t("session.title"), title), field(t("session.name"), name, t("session.name.hint")),
+    h("div", { class: "pair" }, field(t("session.project"), project), field(t("session.organisation"), organisation)),
+    field(t("session.preset"), preset), wrong], { ok: t("session.create"), send: async () => {
+    try {
+      await post("/api/sessions", { name: name.value, title: title.value, project: project.value, organisation: organisation.value, preset: preset.value });
+    } catch (error) {
+      setText(wrong, errorText(error));
+      return false;
+    }
+    await open(name.value);
+    reload();
+    return true;
+  } });
+}
+
+function row(session, reload) {
+  const done = session.pages ? session.accepted / session.pages : 0;
+  const actions = session.open
+    ? [button(t("session.go"), { icon: "camera", kind: "primary", click: () => goTo("shoot") }), button(t("session.close"), { icon: "x", click: async () => { await close(); reload(); } })]
+    : session.problem ? [button(t("session.verify"), { icon: "list-checks", click: () => attempt(() => post(`/api/sessions/${encodeURIComponent(session.name)}/verify`)) })]
+      : session.held_by ? [button(t("session.watch"), { icon: "eye", click: () => open(session.name, { read_only: true }) })]
+        : [button(t("session.open"), { icon: "folder-open", click: () => open(session.name) }),
+          button("", { icon: "list-checks", kind: "square quiet", label: t("session.verify"), click: () => attempt(() => post(`/api/sessions/${encodeURIComponent(session.name)}/verify`)) })];
+  const state = session.open ? t("session.is.open") : session.held_by ? t("session.is.held", { who: session.held_by }) : "";
+  return h("li", { class: "session", "data-open": session.open, "data-name": session.name },
+    h("div", { class: "session-name" }, h("h3", { text: session.title || session.name }),
+      h("p", { class: "soft", text: [session.project, session.name, t(`preset.${session.preset}`)].filter(Boolean).join(" · ") })),
+    session.problem ? h("p", { class: "wrong", text: `${session.problem.text} ${session.problem.hint}` })
+      : h("div", { class: "session-pages" }, h("p", {}, t("session.pages", { n: number(session.pages), accepted: number(session.accepted) })),
+        h("progress", { max: 1, value: done, "aria-label": t("session.accepted") })),
+    h("p", { class: "soft session-time" }, h("span", { text: time(session.changed) }), state ? h("span", { class: "tag", text: state }) : null),
+    h("div", { class: "row end" }, actions));
+}
+
+function grouped(sessions, reload) {
+  const days = new Map();
+  for (const session of sessions) days.set(day(session.changed), [...(days.get(day(session.changed)) ?? []), session]);
+  return [...days].map(([name, list]) => h("section", { class: "session-day" }, h("h2", { text: name }),
+    h("ul", {}, list.map((session) => row(session, reload)))));
+}
+
+function recovery(told, dismiss) {
+  const pages = told.resumed.join(", ");
+  const lines = [
+    ["circle-check", t("recovery.kept", { n: number(store.state.session?.pages ?? 0) })],
+    ["circle-check", t(told.completed ? "recovery.completed" : "recovery.whole")],
+    told.resumed.length ? [told.left ? "refresh-cw" : "circle-check", t(told.left ? "recovery.resumed" : "recovery.done", { pages, left: told.left })]
+      : ["circle-check", t("recovery.nothing")]];
+  if (told.problem) lines.push(["octagon-alert", `${told.problem.text} ${told.problem.hint}`]);
+  return h("section", { class: "recovery", "aria-label": t("recovery.title") },
+    h("img", { src: "/page/pictures/recovered.svg", alt: "", width: 168, height: 126 }),
+    h("div", {}, h("h2", { text: t("recovery.title") }), h("p", { class: "soft", text: t("recovery.text") }),
+      h("ul", {}, lines.map(([picture, text]) => h("li", {}, icon(picture), h("span", { text })))),
+      told.resumed.length ? h("progress", { max: told.resumed.length, value: told.resumed.length - told.left, "aria-label": t("recovery.progress") }) : null,
+      h("div", { class: "row" }, button(t("recovery.go"), { icon: "camera", kind: "primary", click: () => { dismiss(); goTo("shoot"); } }))));
+}
+
+/** The screen, made once. */
+export default function sessionsScreen() {
+  const [list, root] = [h("div", { class: "session-list" }), h("p", { class: "soft" })];
+  const [recovered, checks] = [h("div"), h("div")];
+  let dismissed = "";
+  const key = () => `${store.state?.session?.name} ${JSON.stringify(store.state?.recovery?.resumed)}`;
+  const showRecovery = () => {
+    const told = store.state?.recovery;
+    recovered.replaceChildren(told && dismissed !== key() ? recovery(told, () => { dismissed = key(); }) : "");
+  };
+  const load = async () => {
+    const told = await attempt(() => get("/api/sessions"));
+    if (!told) return;
+    setText(root, told.root);
+    list.replaceChildren(...(told.sessions.length ? grouped(told.sessions, load)
+      : [placeholder("shelf", t("session.none"), t("session.none.text"), button(t("session.new"), { icon: "plus", kind: "primary", click: () => newSession(load) }))]));
+  };
+  const make = button(t("session.new"), { icon: "plus", kind: "primary", click: () => newSession(load) });
+  const verified = new Map();
+  on("job", (job) => {
+    if (job.kind !== "verify") return;
+    verified.set(job.id, job);
+    checks.replaceChildren(...[...verified.values()].slice(-3).reverse().map(jobCard));
+  });
+  on("state", () => { showRecovery(); set(make, "aria-disabled", store.online ? null : "true"); });
+  able(make, "");
+  return { enter: () => { showRecovery(); return load(); },
+    element: h("div", { class: "screen plain-screen" }, recovered,
+      h("div", { class: "screen-head" }, h("div", {}, h("h1", { text: t("screen.sessions") }), root), make), checks, list) };
+}

@@ -1,0 +1,154 @@
+// What the server said last, and what this tab looks at. Screens listen; nothing else is kept.
+
+import { ApiError, get, post, tabId } from "./api.js";
+
+const KEPT_MESSAGES = 200;
+const bus = new EventTarget();
+
+/** state: of /api/state. rows: page → row. selected: page looked at, null: the one that the keys act on. */
+export const store = {
+  state: null, rows: new Map(), order: [], selected: null, worstFirst: false, online: false, entered: true,
+  messages: [], preview: null, sent: null,
+};
+
+/** Call `act` at every event of that name: state, rows, row, online, message, preview, job, refused. */
+export function on(name, act) {
+  bus.addEventListener(name, (event) => act(event.detail));
+}
+
+function emit(name, detail) {
+  bus.dispatchEvent(new CustomEvent(name, { detail }));
+}
+
+/** The page that is looked at and that actions name. */
+export function current() {
+  return store.rows.get(store.selected ?? store.state?.session?.current ?? null) ?? null;
+}
+
+/** Look at a page; null: at the one that was shot or changed last. */
+export function select(page) {
+  store.selected = page;
+  emit("selected", page);
+}
+
+/** Pages in the order of the volume, or the worst first. */
+export function sortRows(worstFirst = store.worstFirst) {
+  store.worstFirst = worstFirst;
+  const rows = [...store.rows.values()];
+  rows.sort(worstFirst ? (one, two) => two.rank - one.rank || one.order - two.order : (one, two) => one.order - two.order);
+  store.order = rows.map((row) => row.page);
+  emit("rows");
+}
+
+/** Why this tab may not act now, as a key of the strings; empty when it may. */
+export function hindrance() {
+  const { state, online } = store;
+  if (!online || !state) return "why.offline";
+  if (!state.session) return "why.session";
+  if (state.session.read_only) return "why.held";
+  if (state.control.tab && state.control.tab !== tabId()) return "why.tab";
+  return state.failed ? "why.failed" : "";
+}
+
+/** Have the server do an action; a refusal is shown as a notice. Returns whether it was taken. */
+export async function press(action, more = {}) {
+  store.sent = action;
+  emit("sent", action);
+  return (await attempt(() => post("/api/press", { action, ...more }))) !== null;
+}
+
+/** Await a request; a refusal is shown as a notice and gives null. */
+export async function attempt(act) {
+  try {
+    return await act();
+  } catch (error) {
+    if (!(error instanceof ApiError)) throw error;
+    emit("refused", error);
+    return null;
+  } finally {
+    store.sent = null;
+    emit("sent", null);
+  }
+}
+
+/** Take control of the scanner from the other tab. */
+export function takeControl() {
+  return attempt(async () => setState(await post("/api/control", { tab: tabId(), take: true })));
+}
+
+/** Take over a state that a request answered with. */
+export function setState(state) {
+  const before = store.state?.session;
+  store.state = state;
+  if (before?.name !== state.session?.name || before?.current !== state.session?.current) store.selected = null;
+  emit("state", state);
+  if (before?.name !== state.session?.name) loadRows();
+}
+
+async function loadRows() {
+  const told = store.state?.session ? await get("/api/pages").catch(() => null) : null;
+  store.rows = new Map((told?.pages ?? []).map((row) => [row.page, row]));
+  sortRows();
+}
+
+function setRow(row) {
+  const before = store.rows.get(row.page);
+  store.rows.set(row.page, row);
+  if (before && before.order === row.order && before.rank === row.rank) emit("row", row);
+  else sortRows();
+}
+
+async function loadAll() {
+  setState(await get("/api/state"));
+  await loadRows();
+  store.preview = await get("/api/preview").catch(() => null);
+  emit("preview", store.preview);
+}
+
+/** Load everything, then follow the server's events; the browser connects again by itself. */
+export async function follow() {
+  await loadAll().catch(refuseEntry);
+  if (!store.entered) return;
+  const source = new EventSource(`/api/events?tab=${encodeURIComponent(tabId())}`);
+  const heard = (name, act) => source.addEventListener(name, (event) => act(JSON.parse(event.data)));
+  let boot = null;
+  heard("hello", (hello) => {
+    if (boot !== null && boot !== hello.boot) loadAll().catch(refuseEntry);
+    boot = hello.boot;
+    setOnline(true);
+  });
+  heard("reset", () => loadAll().catch(refuseEntry));
+  heard("state", setState);
+  heard("page", ({ page }) => setRow(page));
+  heard("pages", loadRows);
+  heard("message", addMessage);
+  heard("preview", (preview) => { store.preview = preview; emit("preview", preview); });
+  heard("job", (job) => emit("job", job));
+  source.onerror = () => lost(source);
+}
+
+function addMessage(message) {
+  store.messages = [{ ...message, at: new Date().toISOString() }, ...store.messages].slice(0, KEPT_MESSAGES);
+  emit("message", message);
+}
+
+// A server that started again has a new token: the browser gives up on 401, and the reason is asked for.
+async function lost(source) {
+  setOnline(false);
+  if (source.readyState !== EventSource.CLOSED) return;
+  await get("/api/state").catch(refuseEntry);
+  if (store.entered) setTimeout(follow, 1000);
+}
+
+function refuseEntry(error) {
+  if (error.status === 401) store.entered = false;
+  setOnline(false);
+}
+
+function setOnline(online) {
+  store.online = online;
+  emit("online", online);
+}
+
+addEventListener("offline", () => setOnline(false));
+addEventListener("online", () => get("/api/state").then(setState).then(() => setOnline(true)).catch(refuseEntry));
