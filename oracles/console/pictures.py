@@ -1,0 +1,75 @@
+"""Pictures of a canned page: the page itself, its layers, tiles of them."""
+
+from __future__ import annotations
+
+import io
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+TILE, OVERLAP = 256, 1  # px
+PAGE_PX = (900, 1240)
+PREVIEW_PX = (640, 480)
+
+
+def drawn_page() -> Image.Image:
+    """A page of grey lines."""
+    page = Image.new("RGB", PAGE_PX, (236, 231, 220))
+    draw = ImageDraw.Draw(page)
+    for line in range(40):
+        for word in range(8):
+            draw.rectangle(
+                (90 + word * 92, 90 + line * 27, 90 + word * 92 + 40 + (line * word * 7) % 45, 100 + line * 27),
+                (70, 64, 58),
+            )
+    return page
+
+
+def layer(sheet: Image.Image, name: str) -> Image.Image:
+    """A layer of the page: its light, its strain, its coverage, the scanner's picture."""
+    if name == "original":
+        tilted = sheet.rotate(2, expand=True, fillcolor=(24, 24, 24))
+        return tilted.resize((640, 640 * tilted.height // tilted.width))
+    if name not in ("strain", "coverage"):
+        return sheet.copy()
+    y, x = np.mgrid[: sheet.height, : sheet.width]
+    field_ = np.sin(x / 180) * np.cos(y / 240)
+    red, blue = np.clip(field_, 0, 1), np.clip(-field_, 0, 1)
+    strength = np.abs(field_) if name == "strain" else (np.hypot(x - 300, y - 400) < 40) * 1.0
+    return Image.fromarray((np.dstack([red, 0 * red, blue, strength]) * 255).astype(np.uint8), "RGBA")
+
+
+def deep_zoom(picture: Image.Image) -> bytes:
+    """The description of a picture's pyramid."""
+    kind = "png" if picture.mode == "RGBA" else "jpg"
+    return (
+        f'<?xml version="1.0"?><Image xmlns="http://schemas.microsoft.com/deepzoom/2008" Format="{kind}" '
+        f'Overlap="{OVERLAP}" TileSize="{TILE}"><Size Width="{picture.width}" Height="{picture.height}"/></Image>'
+    ).encode()
+
+
+def warned() -> Image.Image:
+    """An overlay of a preview: one place clipped."""
+    overlay = Image.new("RGBA", (640, 480))
+    ImageDraw.Draw(overlay).ellipse((420, 60, 470, 100), (230, 57, 70, 150))
+    return overlay
+
+
+def encoded(picture: Image.Image, kind: str) -> tuple[bytes, str]:
+    """A picture's file and its type."""
+    out = io.BytesIO()
+    picture.save(out, kind)
+    return out.getvalue(), f"image/{kind.lower()}"
+
+
+def tile(picture: Image.Image, level: int, column: int, line: int) -> tuple[bytes, str] | None:
+    """A tile of a picture in Deep Zoom's pyramid, None beside it."""
+    top = int(np.ceil(np.log2(max(picture.size))))
+    scale = 2.0 ** (level - top)
+    size = [max(int(np.ceil(side * scale)), 1) for side in picture.size]
+    left, upper = column * TILE - OVERLAP * (column > 0), line * TILE - OVERLAP * (line > 0)
+    right, lower = min((column + 1) * TILE + OVERLAP, size[0]), min((line + 1) * TILE + OVERLAP, size[1])
+    if left >= right or upper >= lower:
+        return None
+    part = picture.resize(size).crop((left, upper, right, lower))
+    return encoded(part, "PNG" if picture.mode == "RGBA" else "JPEG")

@@ -1,0 +1,89 @@
+"""Serves a canned station on a free port of this computer."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import Any
+from urllib.parse import urlsplit
+
+from oracles.console.station import CannedStation
+
+POLL_S = 0.02  # within which the server sees that it is to end
+# As the console's server sends it.
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; font-src 'self'; "
+    "connect-src 'self'; worker-src 'self' blob:; manifest-src 'self'; base-uri 'none'; form-action 'self'; "
+    "frame-ancestors 'none'"
+)
+MISSING = b'{"error": {"key": "not_found", "text": "not there", "hint": ""}}'
+
+
+class _Handler(BaseHTTPRequestHandler):
+    protocol_version = "HTTP/1.1"
+    station: CannedStation
+
+    def do_GET(self) -> None:
+        path = urlsplit(self.path).path
+        if path == "/api/events":
+            self._stream()
+            return
+        found = self.station.answer(path)
+        file = None if found is not None else self.station.file(path)
+        if found is not None:
+            self._send(200, json.dumps(found).encode(), "application/json")
+        elif file is not None:
+            self._send(200, *file)
+        else:
+            self._send(404, MISSING, "application/json")
+
+    def do_POST(self) -> None:
+        body = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+        self.station.pressed.append((self.path, body))
+        self._send(200, json.dumps(self.station.state).encode(), "application/json")
+
+    def _send(self, status: int, body: bytes, kind: str) -> None:
+        self.send_response(status)
+        self.send_header("Content-Type", kind)
+        self.send_header("Content-Length", str(len(body)))
+        self.send_header("Content-Security-Policy", POLICY)
+        self.end_headers()
+        self.wfile.write(body)
+
+    def _stream(self) -> None:
+        self.send_response(200)
+        self.send_header("Content-Type", "text/event-stream")
+        self.send_header("Connection", "close")
+        self.end_headers()
+        for part in self.station.events():
+            try:
+                self.wfile.write(part)
+            except OSError:  # the page has gone
+                return
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Nothing: a test shows what failed."""
+
+
+class _Server(ThreadingHTTPServer):
+    daemon_threads = False  # joined at the end
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Nothing: a page that goes while it is answered is no fault."""
+
+
+@contextmanager
+def serving(station: CannedStation) -> Iterator[str]:
+    """Serve a canned station; gives its address."""
+    server = _Server(("127.0.0.1", 0), type("Handler", (_Handler,), {"station": station}))
+    thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": POLL_S})
+    thread.start()
+    try:
+        yield f"http://127.0.0.1:{server.server_address[1]}"
+    finally:
+        server.shutdown()
+        thread.join()
+        server.server_close()

@@ -1,0 +1,132 @@
+"""A station of canned answers: states that a real one takes long to reach.
+
+Any number of pages, a dense scan, a laser that is on, a crash to recover from. What is pressed is recorded and changes
+nothing.
+"""
+
+from __future__ import annotations
+
+import json
+import queue
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+
+from oracles.console.answers import ANSWERS, Values, detail, open_state, row, words
+from oracles.console.models import model
+from oracles.console.pictures import PREVIEW_PX, deep_zoom, drawn_page, encoded, layer, tile, warned
+
+BEAT_S = 0.1  # between two looks whether a listening page is still there
+TYPES = {
+    ".js": "text/javascript",
+    ".css": "text/css",
+    ".html": "text/html",
+    ".json": "application/json",
+    ".svg": "image/svg+xml",
+}
+Answer = tuple[bytes, str]
+"""Bytes and their media type."""
+
+
+@dataclass
+class CannedStation:
+    """What the station answers.
+
+    page      the folder of the console's page. pages: how many the session has. points: of a scan.
+    picture   of every page; None for lines of grey words.
+    state     of /api/state. preview, jobs, sessions: None for those of the table.
+    pressed   the bodies of all requests that change something, with their paths.
+    """
+
+    page: Path
+    pages: int = 10
+    points: int = 20_000
+    picture: Path | None = None
+    state: Values = field(default_factory=dict)
+    preview: Values | None = None
+    jobs: list[Values] = field(default_factory=list)
+    sessions: list[Values] | None = None
+    pressed: list[tuple[str, Values]] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.state = self.state or open_state(self.pages)
+        self.sheet = Image.open(self.picture).convert("RGB") if self.picture else drawn_page()
+        self._listeners: list[queue.SimpleQueue[bytes]] = []
+
+    def send(self, name: str, data: Any) -> None:
+        """Send an event to every page that listens."""
+        for listener in list(self._listeners):
+            listener.put(f"event: {name}\ndata: {json.dumps(data)}\n\n".encode())
+
+    def change(self, **values: Any) -> None:
+        """Change the state, merging values into its tables, and send it."""
+        for name, value in values.items():
+            old = self.state.get(name)
+            self.state[name] = {**old, **value} if isinstance(old, dict) and isinstance(value, dict) else value
+        self.send("state", self.state)
+
+    def events(self) -> Iterator[bytes]:
+        """The events for one page; a comment while nothing happens."""
+        listener: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+        self._listeners.append(listener)
+        try:
+            yield b'retry: 200\nevent: hello\ndata: {"boot": "canned", "last": 0}\n\n'
+            while True:
+                try:
+                    yield listener.get(timeout=BEAT_S)
+                except queue.Empty:
+                    yield b": beat\n\n"
+        finally:
+            self._listeners.remove(listener)
+
+    def answer(self, path: str) -> Values | None:
+        """The JSON of a path, None for none."""
+        if found := re.fullmatch(r"/api/pages/(\d+)(/words)?", path):
+            return {"words": words()} if found[2] else detail(row(int(found[1])), self.sheet.size)
+        if path == "/api/preview":
+            return self.preview
+        for ending, name in {"/measure": "measure", "/strain/scale": "strain", "/coverage/legend": "coverage"}.items():
+            if path.endswith(ending):
+                return dict(ANSWERS[name])
+        answer = self._lists().get(path)
+        return None if answer is None else answer()
+
+    def _lists(self) -> dict[str, Callable[[], Values]]:
+        hit = {"page": 2, "label": "2", "words": [2], "text": "… crease breaks some …"}
+        return {
+            "/api/state": lambda: self.state,
+            "/api/pages": lambda: {"pages": [row(n) for n in range(1, self.pages + 1)], "current": self.pages or None},
+            "/api/sessions": lambda: {
+                "root": "/srv/planish",
+                "sessions": ANSWERS["sessions"] if self.sessions is None else self.sessions,
+            },
+            "/api/presets": lambda: {"presets": [{"name": name} for name in ("book", "map", "leaflet", "crumpled")]},
+            "/api/settings": lambda: {"groups": ANSWERS["settings"]},
+            "/api/jobs": lambda: {"jobs": self.jobs},
+            "/api/search": lambda: {"hits": [hit], "pages_with_words": self.pages, "pages": self.pages},
+        }
+
+    def file(self, path: str) -> Answer | None:
+        """A picture, a model or a file of the page; None for none."""
+        if found := re.fullmatch(r"/api/pictures/\d+/(\w+)\.dzi", path):
+            return deep_zoom(layer(self.sheet, found[1])), "application/xml"
+        if found := re.fullmatch(r"/api/pictures/\d+/(\w+)_files/(\d+)/(\d+)_(\d+)\.\w+", path):
+            return tile(layer(self.sheet, found[1]), int(found[2]), int(found[3]), int(found[4]))
+        if found := re.fullmatch(r"/api/pictures/\d+/(\w+)/(full|thumbnail\.jpg)", path):
+            picture = layer(self.sheet, found[1])
+            if found[2] != "full":
+                picture.thumbnail((240, 240))
+            return encoded(picture.convert("RGB"), "JPEG")
+        if path.startswith("/api/preview/"):
+            return encoded(self.sheet.resize(PREVIEW_PX), "JPEG") if path.endswith("jpg") else encoded(warned(), "PNG")
+        if found := re.fullmatch(r"/api/models/\d+/(scan|mesh|steps)", path):
+            return model(found[1], self.points), "application/octet-stream"
+        return self._page_file(path)
+
+    def _page_file(self, path: str) -> Answer | None:
+        source = self.page / ("index.html" if path == "/" else path.removeprefix("/page/"))
+        return (source.read_bytes(), TYPES.get(source.suffix, "application/octet-stream")) if source.is_file() else None
