@@ -8,8 +8,9 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser
+    from playwright.sync_api import Browser, Page
 
+READY_MS = 30_000  # on a machine with many at work
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 OPTIONS = (
     "--no-sandbox",  # a container's root has none
@@ -38,3 +39,41 @@ def chromium() -> Iterator[Browser]:
             yield browser
         finally:
             browser.close()
+
+
+@contextmanager
+def window(
+    browser: Browser,
+    address: str,
+    *,
+    theme: str = "dark",
+    language: str = "en",
+    size: tuple[int, int] = (1280, 800),
+) -> Iterator[Page]:
+    """A window that shows the console, ready. Raises AssertionError at the end for an error on its page."""
+    context = browser.new_context(viewport={"width": size[0], "height": size[1]}, reduced_motion="reduce")
+    context.add_init_script(
+        f"localStorage['planish-theme'] ??= '{theme}'; localStorage['planish-language'] ??= '{language}';"
+    )
+    page = context.new_page()
+    faults: list[str] = []
+    page.on("pageerror", lambda error: faults.append(str(error)))
+    page.on("console", lambda line: faults.append(line.text) if "Content Security Policy" in line.text else None)
+    try:
+        page.goto(address)
+        page.wait_for_selector("[data-ready]", timeout=READY_MS)
+        yield page
+    finally:
+        context.close()
+    assert faults == [], faults
+
+
+def violations(page: Page, axe: str) -> list[str]:
+    """What axe finds wrong on a page as it stands: rule, and the elements. axe: its source."""
+    page.evaluate(axe)
+    found = page.evaluate("axe.run(document, {resultTypes: ['violations']})")
+    return [
+        f"{one['id']}: "
+        + "; ".join(f"{' '.join(node['target'])} {node['failureSummary'][:300]}" for node in one["nodes"])
+        for one in found["violations"]
+    ]

@@ -25,7 +25,7 @@ function tools() {
     h("button", { class: "button quiet square", type: "button", "aria-label": label, title: label, on: { click } }, icon(name));
   const other = language() === "de" ? "en" : "de";
   return h("div", { class: "tools" },
-    h("button", { class: "button quiet square", type: "button", lang: other, "aria-label": t(`language.${other}`),
+    h("button", { class: "button quiet square", type: "button", lang: other, "aria-label": `${other.toUpperCase()}: ${t(`language.${other}`)}`,
       title: t(`language.${other}`), text: other.toUpperCase(),
       on: { click: () => { chooseLanguage(other); location.reload(); } } }),
     round(t("theme"), "sun", () => theme(document.documentElement.dataset.theme === "dark" ? "light" : "dark")),

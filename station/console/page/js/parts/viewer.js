@@ -12,8 +12,10 @@ let library;
 
 function load() {
   library ??= new Promise((done, failed) => {
-    // It would add a style sheet of its own, which the policy forbids: an empty one in its place.
-    document.head.append(h("style", { "data-openseadragon-mobile-css": "true" }));
+    // It would add a style sheet inline, which the policy forbids, unless it finds this element, which is none.
+    const none = document.createElementNS("urn:none", "style");
+    none.setAttribute("data-openseadragon-mobile-css", "true");
+    document.head.append(none);
     document.head.append(h("script", { src: LIBRARY, on: { load: () => done(globalThis.OpenSeadragon), error: () => failed(new Error("OpenSeadragon")) } }));
   });
   return library;

@@ -1,0 +1,77 @@
+"""A browser for the tests of the console's page. A module has its own: its loop may not outlive it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+from oracles.console import CannedStation, serving
+from oracles.console.browser import chromium, find_chromium, window
+from station.console.vendored import PAGE, missing_files
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+DOCS = Path(__file__).parents[3] / "docs" / "console"
+Open = Callable[..., "Page"]
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--screenshots", action="store_true", help="write docs/console/*.png anew")
+
+
+@pytest.fixture(autouse=True)
+def _no_leaks() -> Iterator[None]:
+    """In place of the check of all tests: a browser starts and ends processes as it likes."""
+    before = set(threading.enumerate())
+    yield
+    assert {one for one in threading.enumerate() if not one.daemon} <= before
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    pytest.importorskip("playwright", reason="needs the package playwright")
+    if find_chromium() is None:
+        pytest.skip("needs the system package chromium")
+    if missing := missing_files():
+        pytest.skip(f"needs {', '.join(missing)}: run python -m station.console.vendored")
+    with chromium() as started:
+        yield started
+
+
+@pytest.fixture(scope="session")
+def axe() -> str:
+    return (PAGE / "vendor/test/axe.min.js").read_text("utf-8")
+
+
+@pytest.fixture
+def canned() -> CannedStation:
+    return CannedStation(PAGE)
+
+
+@pytest.fixture
+def show(browser: Browser) -> Iterator[Open]:
+    """Shows a screen of a canned station in a new window."""
+    with ExitStack() as stack:
+
+        def opened(station: CannedStation, screen: str = "shoot", **look: object) -> Page:
+            return stack.enter_context(window(browser, f"{stack.enter_context(serving(station))}/#/{screen}", **look))
+
+        yield opened
+
+
+@pytest.fixture
+def keep(request: pytest.FixtureRequest) -> Callable[[Page, str], None]:
+    """Writes a screenshot into the documents, when that is asked for."""
+
+    def write(page: Page, name: str) -> None:
+        if request.config.getoption("--screenshots", default=False):
+            DOCS.mkdir(parents=True, exist_ok=True)
+            page.screenshot(path=DOCS / f"{name}.png")
+
+    return write
