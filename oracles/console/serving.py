@@ -40,6 +40,11 @@ class _Handler(BaseHTTPRequestHandler):
         else:
             self._send(404, MISSING, "application/json")
 
+    def do_PUT(self) -> None:
+        body = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
+        self.station.pressed.append((self.path, body))
+        self._send(200, json.dumps(self.station.answer(self.path)).encode(), "application/json")
+
     def do_POST(self) -> None:
         body = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
         self.station.pressed.append((self.path, body))

@@ -41,6 +41,7 @@ async function register(row, page, original) {
 export class Compare {
   constructor(viewer) {
     this.viewer = viewer;
+    this.at = 0.5;
     this.before = h("div", { class: "tiles before" });
     this.handle = h("div", { class: "compare-handle", role: "slider", tabindex: "0", "aria-label": t("compare.label"),
       "aria-valuemin": 0, "aria-valuemax": 100, "data-own-keys": "" }, h("span", { class: "compare-grip", "aria-hidden": "true", text: "◂ ▸" }));
@@ -68,7 +69,7 @@ export class Compare {
       success: (event) => done(event.item), error: () => done(null) }));
     if (item && layer === "original") await this.lay(item, row, page);
     this.viewer.moved();
-    this.move(0.5);
+    this.move(this.at);
   }
 
   async lay(item, row, page) {

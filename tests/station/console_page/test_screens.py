@@ -1,0 +1,284 @@
+"""What the screens do: with a canned station, whose state is whatever a test needs."""
+
+from __future__ import annotations
+
+import re
+from functools import partial
+
+import pytest
+
+from oracles.console import CannedStation, preview
+from station.console.vendored import PAGE
+
+DENSE = 307_200  # samples of a FINE shot
+LOOSE_FPS = 5.0  # frames in a second on a machine with many at work; bench/console_page.py measures them alone
+TURNING_MS = 1500
+SIZES = ((1280, 800), (1024, 768), (768, 1024))  # a desk, a 10-inch tablet lying and standing
+TOUCH_PX = 40  # a finger; the parts of a group of 44 px have its border around them
+COUNT_FRAMES = """async (ms) => {
+  const canvas = [...document.querySelectorAll(".model-canvas")].find((one) => !one.hidden);
+  const [before, start] = [Number(canvas.dataset.frames), performance.now()];
+  await new Promise((done) => setTimeout(done, ms));
+  return ((Number(canvas.dataset.frames) - before) / (performance.now() - start)) * 1000;
+}"""
+
+
+def tool(page, name):
+    page.get_by_role("group", name="Tools").get_by_role("button", name=name).click()
+
+
+def presses(canned):
+    return [body for path, body in canned.pressed if path == "/api/press"]
+
+
+def pressed(page, canned, act, count=1):
+    """The actions that the server was asked for, when as many have come as were expected."""
+    act()
+    for _ in range(100):
+        if len(presses(canned)) >= count:
+            break
+        page.wait_for_timeout(20)
+    return presses(canned)
+
+
+KEYS = {
+    " ": {"action": "shoot"},
+    "Enter": {"action": "accept", "page": 10},
+    "r": {"action": "again", "page": 10},
+    "u": {"action": "undo"},
+    "m": {"action": "mark", "page": 10},
+    "i": {"action": "insert", "page": 10},
+}
+
+
+def test_a_key_does_what_its_button_does(show, canned):
+    page = show(canned)
+    for count, (key, body) in enumerate(KEYS.items()):
+        asked = pressed(page, canned, partial(page.keyboard.press, key), count=2 * count + 1)
+        assert asked[2 * count :] == [body]
+        button = page.locator(f"[data-action={body['action']}]")
+        assert pressed(page, canned, button.click, count=2 * count + 2)[2 * count :] == [body, body]
+
+
+def test_the_foot_switch_shoots_after_a_button_was_clicked(show, canned):
+    """A blank would press the button once more if that kept the focus."""
+    page = show(canned)
+    page.locator("[data-action=mark]").click()
+    assert pressed(page, canned, lambda: page.keyboard.press(" "), count=2)[1] == {"action": "shoot"}
+
+
+def test_a_note_is_written_in_a_dialog_where_keys_are_letters(show, canned):
+    page = show(canned)
+    page.keyboard.press("n")
+    page.get_by_label("Note to this page").fill("umr")
+    page.keyboard.press("Tab")
+    assert pressed(page, canned, lambda: page.get_by_role("button", name="Save").click()) == [
+        {"action": "note", "page": 10, "text": "umr"}
+    ]
+
+
+def test_single_letters_can_be_switched_off(show, canned):
+    page = show(canned)
+    page.keyboard.press("?")
+    page.get_by_label(re.compile("Single letters")).check()
+    page.keyboard.press("Escape")
+    page.keyboard.press("u")
+    assert pressed(page, canned, lambda: page.keyboard.press(" ")) == [{"action": "shoot"}]
+
+
+def test_nothing_is_asked_for_while_the_scanner_works(show, canned):
+    page = show(canned)
+    canned.change(scanner={"busy": "shoot", "laser": "on", "step": "scan", "done": 0.4})
+    page.wait_for_selector("[data-laser=on]")
+    assert page.locator(".laser").inner_text() == "LASER ON"
+    assert "scanning · 40 %" in page.locator(".shot-progress").inner_text()
+    page.keyboard.press(" ")
+    page.locator("[data-action=shoot]").click(force=True)
+    canned.change(scanner={"busy": None, "laser": "off"})
+    page.wait_for_selector("[data-laser=off]")
+    assert pressed(page, canned, lambda: page.keyboard.press("m")) == [{"action": "mark", "page": 10}]
+
+
+def test_a_page_of_the_strip_is_the_one_that_keys_act_on(show, canned):
+    page = show(canned)
+    page.locator("#strip-7").click()
+    assert page.get_by_role("heading", level=1).inner_text() == "Page 7"
+    assert page.locator(".sign").inner_text() == "Amber"
+    focus = page.locator(".light").first
+    assert "Amber above 1.2 px, red above 2 px." in focus.inner_text() and "Focus again" in focus.inner_text()
+    assert pressed(page, canned, lambda: page.keyboard.press("r")) == [{"action": "again", "page": 7}]
+
+
+def test_the_worst_pages_come_first(show, canned):
+    canned.pages = 25
+    page = show(canned)
+    page.get_by_role("button", name="Worst first").click()
+    page.locator(".strip-scroller").evaluate("one => { one.scrollLeft = 0; }")
+    page.wait_for_function("document.querySelector('[aria-posinset=\"1\"]')?.dataset.page === '11'")
+    first = [page.locator(f"[aria-posinset='{at}']").get_attribute("data-page") for at in range(1, 6)]
+    assert first == ["11", "22", "7", "14", "21"]
+
+
+def test_a_thousand_pages_are_few_elements(show):
+    page = show(CannedStation(PAGE, pages=1000))
+    page.wait_for_selector("#strip-1000")
+    scroller = page.locator(".strip-scroller")
+    assert scroller.evaluate("one => one.scrollWidth") == 1000 * 116
+    for at in (0, 50_000, 99_000):
+        scroller.evaluate(f"one => {{ one.scrollLeft = {at}; }}")
+        page.wait_for_selector(f"#strip-{at // 116 + 2}:visible")
+        assert page.locator(".card").count() < 25
+
+
+def test_the_arrow_keys_go_along_the_strip(show):
+    page = show(CannedStation(PAGE, pages=300))
+    page.get_by_role("listbox", name="Pages").focus()
+    page.keyboard.press("Home")
+    page.keyboard.press("ArrowRight")
+    assert page.get_by_role("heading", level=1).inner_text() == "Page 2"
+    page.keyboard.press("End")
+    assert page.locator("[aria-selected=true]").get_attribute("data-page") == "300"
+
+
+def test_the_preview_shows_what_it_is_for(show, canned):
+    canned.preview = preview()
+    page = show(canned)
+    page.get_by_role("button", name="Preview").first.click()
+    told = page.locator(".aids").inner_text()
+    for text in ("White 0.21 %", "842 mm", "962 mm", "Seen from 861 to 931 mm", "Focus 0.82 px", "clipped 0.25 %"):
+        assert text in told
+    overlay = page.locator(".overlay")
+    assert overlay.is_visible()
+    page.get_by_role("button", name="Aids").click()
+    assert not overlay.is_visible()
+
+
+def test_the_ruler_measures_on_the_page_and_in_space(show, canned):
+    page = show(canned, "page/3")
+    tool(page, "Ruler")
+    viewer = page.locator(".page-viewer")
+    page.wait_for_selector(".crosshair", state="attached")
+    viewer.click(position={"x": 300, "y": 200})
+    page.get_by_text("Now the second point.").wait_for()
+    page.get_by_role("button", name="Point at the cross").click()
+    page.get_by_text("120.44 mm").wait_for()
+    assert page.locator(".ruler circle").count() == 2
+
+
+def test_words_lie_over_the_page_and_are_found(show, canned):
+    page = show(canned, "page/3")
+    tool(page, "Words")
+    page.get_by_text("15 words were read").wait_for()
+    assert page.locator(".words text").nth(1).text_content().strip() == "crease"
+    page.get_by_label("Search the volume").fill("CREASE")
+    page.wait_for_selector(".words .hit")
+    assert page.locator(".words .hit").count() == 1
+    page.get_by_role("button", name="Page 2").click()
+    page.wait_for_selector(".words .chosen")
+    assert page.get_by_role("heading", level=1).inner_text() == "Page 2"
+
+
+def test_before_and_after_lie_over_each_other(show, canned):
+    page = show(canned, "page/3")
+    tool(page, "Compare")
+    handle = page.get_by_role("slider", name="Boundary")
+    page.wait_for_selector(".tiles.before canvas", state="attached")
+    handle.focus()
+    page.keyboard.press("ArrowLeft")
+    assert handle.get_attribute("aria-valuenow") == "48"
+    page.keyboard.press("Home")
+    assert handle.get_attribute("aria-valuenow") == "0"
+    box = page.locator(".page-viewer").bounding_box()
+    handle.hover()
+    page.mouse.down()
+    page.mouse.move(box["x"] + 0.75 * box["width"], box["y"] + 100)
+    page.mouse.up()
+    assert handle.get_attribute("aria-valuenow") == "75"
+
+
+def test_layers_and_their_colours(show, canned):
+    page = show(canned, "page/3")
+    page.get_by_label("Strain").check()
+    page.get_by_text("+1 %").wait_for()
+    page.get_by_label("Coverage").check()
+    page.get_by_text("shape filled in 0.15 %").wait_for()
+    page.get_by_role("button", name="Light master").click()
+    page.wait_for_load_state("networkidle")
+    assert page.get_by_role("button", name="Light master").get_attribute("aria-pressed") == "true"
+
+
+def test_a_dense_scan_turns_and_a_page_falls_flat(show, canned):
+    canned.points = DENSE
+    page = show(canned, "page/3")
+    tool(page, "3D")
+    kinds = page.get_by_role("group", name="What is shown")
+    kinds.get_by_role("button", name="Points").click()
+    page.get_by_text("307,200 measured points").wait_for()
+    page.get_by_role("button", name="Turn the model").click()
+    assert page.evaluate(COUNT_FRAMES, TURNING_MS) > LOOSE_FPS
+    for kind, told in {"Mesh": "15,", "Strain": "15,", "Falling flat": "8 recorded steps"}.items():
+        kinds.get_by_role("button", name=kind).click()
+        page.locator(".model-told", has_text=told).wait_for()
+    page.get_by_role("slider", name="How far").fill("1")
+    assert page.get_by_role("slider", name="How far").input_value() == "1"
+
+
+def test_a_second_window_watches_and_is_told_why(show, canned):
+    page = show(canned)
+    canned.change(control={"tab": "x" * 32, "since": "2026-03-02T09:00:00Z", "agent": "Firefox on Linux"})
+    page.get_by_text("This window only watches.").wait_for()
+    assert "Firefox on Linux has acted since" in page.locator(".notice").inner_text()
+    button = page.locator("[data-action=shoot]")
+    assert button.get_attribute("aria-disabled") == "true"
+    assert button.get_attribute("title") == "Another window acts; this one watches"
+    page.keyboard.press(" ")
+    page.get_by_role("button", name="Take control").click()
+    page.wait_for_timeout(100)
+    assert [path for path, _ in canned.pressed] == ["/api/control"]
+
+
+def test_a_lost_connection_is_told_and_found_again(show, canned):
+    page = show(canned)
+    page.context.set_offline(True)
+    page.get_by_text("No connection to Planish.").first.wait_for()
+    assert page.locator(".laser").inner_text() == "Laser unknown"
+    page.context.set_offline(False)
+    page.get_by_text("No connection to Planish.").first.wait_for(state="detached")
+    assert page.locator(".laser").inner_text() == "Laser off"
+
+
+def test_the_language_and_the_theme_are_chosen(show, canned):
+    page = show(canned)
+    page.get_by_role("button", name="Deutsch").click()
+    page.get_by_role("button", name="Neu aufnehmen").wait_for()
+    assert page.evaluate("document.documentElement.lang") == "de"
+    page.get_by_role("button", name="Dunkelkammer").click()
+    assert page.evaluate("document.documentElement.dataset.theme") == "light"
+
+
+@pytest.mark.parametrize("language", ["en", "de"])
+def test_every_control_of_the_shoot_screen_is_in_sight_and_large_enough(show, canned, language):
+    page = show(canned, language=language)
+    page.wait_for_selector(".light")
+    for width, height in SIZES:
+        page.set_viewport_size({"width": width, "height": height})
+        for button in page.locator(".shoot-screen button:visible, .top button:visible, .rail a").all():
+            box, name = button.bounding_box(), (width, button.inner_text())
+            assert box["x"] >= 0 and box["x"] + box["width"] <= width, name
+            assert box["y"] >= 0 and box["y"] + box["height"] <= height, name
+            assert min(box["width"], box["height"]) >= TOUCH_PX, name
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+
+
+def test_settings_that_differ_are_shown_and_sent(show, canned):
+    page = show(canned, "settings")
+    mode = page.locator("[data-key='capture.mode']")
+    assert "preset: fine" in mode.inner_text()
+    page.get_by_role("spinbutton", name="Distance").fill("850")
+    page.get_by_text("Not in use yet: 1").wait_for()
+    mode.get_by_role("button", name="Back to the preset").click()
+    page.get_by_text("Not in use yet: 2").wait_for()
+    page.get_by_role("button", name="Use from the next page").click()
+    page.get_by_text("Recorded").wait_for()
+    values = next(body["values"] for path, body in canned.pressed if path == "/api/settings")
+    assert values == {"capture.mode": None, "capture.distance_mm": 850}
