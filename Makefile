@@ -5,12 +5,12 @@ WARM := .venv/.warm
 PAGE := station/console/page
 VENDORED := $(PAGE)/vendor/stamp.json
 
-.PHONY: demo test lint docs bench setup system clean
+.PHONY: demo test lint docs bench setup system browsers clean
 
 demo: setup
 	$(BIN)/planish scan --config configs/simulated.toml -o out/demo --force
 
-test: lint setup
+test: lint setup browsers
 	$(BIN)/python -m pytest -n auto --maxprocesses 4
 
 lint: $(READY)
@@ -29,9 +29,9 @@ bench: setup
 
 setup: $(WARM) $(VENDORED)
 
-# What pip cannot bring: libraries that open3d and pymeshlab take from the system, the program that reads words, and the
-# browsers that test the console's page. Where they may not be installed, they are named, and the tests that need them
-# are skipped.
+# What pip cannot bring: libraries that open3d and pymeshlab take from the system and the program that reads words, for
+# the tests the browsers that open the console's page. Where they may not be installed, they are named, and the tests
+# that need them are skipped.
 BROWSERS := chromium firefox-esr
 INSTALL = [ -z "$$missing" ] \
 	|| { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && apt-get -qq update \
@@ -40,6 +40,8 @@ INSTALL = [ -z "$$missing" ] \
 
 system: $(READY)
 	@missing=$$($(BIN)/planish doctor --packages | tr '\n' ' '); $(INSTALL)
+
+browsers:
 	@missing=$$(for name in $(BROWSERS); do command -v $$name >/dev/null || printf '%s ' $$name; done); $(INSTALL)
 
 clean:
