@@ -50,7 +50,7 @@ class FolderInUse(UsageError):
     def __init__(self, folder: Path, process: str) -> None:
         super().__init__(
             f"{folder} is in use by another run, process {process or 'unknown'}",
-            "wait until it has ended, or choose another folder with -o",
+            "wait until it has ended, or use another folder",
         )
         self.process = process
 
@@ -93,16 +93,16 @@ class Fault:
 
 
 DISK_HINTS = {
-    errno.ENOSPC: "free some space{disk}, or choose another disk with -o",
-    errno.EDQUOT: "free some of your quota, or choose another disk with -o",
-    errno.EFBIG: "the disk takes no file this large: lower --dpi, or choose another disk with -o",
-    errno.EROFS: "the disk is read-only: choose another with -o",
-    errno.EACCES: "you may not write there: choose another folder with -o, or ask for the right to write",
-    errno.EPERM: "you may not write there: choose another folder with -o, or ask for the right to write",
-    errno.ENOTDIR: "part of that path is a file: choose another folder with -o",
-    errno.EEXIST: "that path is a file: choose another folder with -o",
+    errno.ENOSPC: "free some space{disk}, or use another disk",
+    errno.EDQUOT: "free some of your quota, or use another disk",
+    errno.EFBIG: "the disk takes no file this large: lower --dpi, or use another disk",
+    errno.EROFS: "the disk is read-only: use another",
+    errno.EACCES: "you may not write there: use another folder, or ask for the right to write",
+    errno.EPERM: "you may not write there: use another folder, or ask for the right to write",
+    errno.ENOTDIR: "part of that path is a file: use another folder",
+    errno.EEXIST: "that path is a file: use another folder",
     errno.ENAMETOOLONG: "the name is too long for this disk: choose a shorter one",
-    errno.EIO: "reading and writing fails{disk}: choose another with -o, and save what is on that one",
+    errno.EIO: "reading and writing fails{disk}: use another, and save what is on that one",
 }
 
 
@@ -139,7 +139,7 @@ def _describe(error: BaseException) -> tuple[int, str, str]:
 
 def _disk_hint(error: OSError) -> str:
     """The hint for an I/O error, with the mount point of the disk."""
-    hint = DISK_HINTS.get(error.errno or 0, "choose another folder with -o")
+    hint = DISK_HINTS.get(error.errno or 0, "use another folder")
     return hint.format(disk=_mounted_at(error.filename))
 
 

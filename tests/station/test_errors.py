@@ -6,7 +6,7 @@ import pytest
 
 from station.errors import DISK, explain
 
-HINT = "free some space on the disk at /, or choose another disk with -o"
+HINT = "free some space on the disk at /, or use another disk"
 
 
 @pytest.mark.parametrize("name", ["x" * 300, "x" * 300 + "/y", "/" + "x/" * 5000, "\0", "", "/none/at/all"])
