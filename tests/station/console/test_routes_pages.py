@@ -164,7 +164,7 @@ def test_what_a_crash_left_is_taken_up(root):
         wait_for(lambda: browser.get("/api/state").json()["recovery"]["left"] == 1)
         restorer.gate.set()
         wait_for(lambda: browser.get("/api/state").json()["recovery"]["left"] == 0)
-        assert rows(browser)[0]["restored"]
+        wait_for(lambda: rows(browser)[0]["restored"])
 
 
 @pytest.mark.parametrize(
