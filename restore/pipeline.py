@@ -86,7 +86,7 @@ def restore(
     report["warnings"] += doubts(shading.report) + _reasons_for_keeping(balance)
     report |= {"source": dict(scan.provenance), "seconds": clock.seconds}
     if photos:
-        report |= {"photos": photo_report, "warnings": report["warnings"] + reasons(registered)}
+        report |= {"photos": photo_report, "warnings": report["warnings"] + reasons(registered, photo_report)}
     return RestoredPage(
         image,
         settings.dpi,

@@ -23,6 +23,7 @@ GAIN = 42.0  # of a contrast of one standard deviation, in the codes of a compar
 COARSE_LEVELS = 2  # of the pyramid: shifts of up to 30 reference pixels are found, but also the next line of text
 LEAST_TEXTURE = 2e-3  # smaller eigenvalue of the structure tensor, as calcOpticalFlowPyrLK normalises it
 ALIKE = 0.6  # correlation of patches that show the same
+SPARED = 4  # one reference pixel in so many tells how large the photograph's are
 ROOM = 0.9  # of reference pixels, to the photograph's: it is shrunk to this before it is sampled
 
 
@@ -48,6 +49,7 @@ class Shifts:
 def measure(reference: Reference, photograph: Bytes, camera: PhotoCamera, *, near: bool = False) -> Shifts:
     """Measure the shifts between the reference and a photograph (h, w) uint8 as the camera predicts it.
 
+    The photograph may be a smaller copy of what the camera took: all pixels are those of the camera.
     near: the camera is right to a pixel of the reference or two.
     """
     predicted, seen, where = predict(reference, photograph, camera)
@@ -66,10 +68,10 @@ def measure(reference: Reference, photograph: Bytes, camera: PhotoCamera, *, nea
 
 def predict(reference: Reference, photograph: Bytes, camera: PhotoCamera) -> tuple[Bytes, Mask, Floats]:
     """The photograph (h, w) as the scanner would have seen it: the picture, where it shows the page, and its pixels."""
-    height, width = photograph.shape
+    width, height = camera.size
     where = camera.project(reference.points.reshape(-1, 3).astype(np.float64)).reshape(*reference.page.shape, 2)
     seen = np.asarray(((where >= 0) & (where <= [width - 1, height - 1])).all(axis=2))
-    small = min(1.0, 1.0 / (ROOM * _scale(where, seen)))
+    small = min(photograph.shape[1] / width, 1.0 / (ROOM * _scale(where, seen)))
     size = (max(round(width * small), 1), max(round(height * small), 1))
     shrunk = cv2.resize(photograph, size, interpolation=cv2.INTER_AREA)
     ratio = np.array(shrunk.shape[::-1]) / [width, height]
@@ -79,10 +81,9 @@ def predict(reference: Reference, photograph: Bytes, camera: PhotoCamera) -> tup
 
 def _scale(where: Floats, seen: Mask) -> float:
     """The photograph's pixels to a reference pixel, median over the page."""
-    both = seen[:, 1:] & seen[:, :-1]
-    if not both.any():
-        return 1.0
-    return float(np.median(np.linalg.norm(np.diff(where, axis=1)[both], axis=1)))
+    steps = np.linalg.norm(where[::SPARED, 1::SPARED] - where[::SPARED, :-1:SPARED], axis=2)
+    both = seen[::SPARED, 1::SPARED] & seen[::SPARED, :-1:SPARED]
+    return float(np.median(steps[both])) if both.any() else 1.0
 
 
 def contrast(grey: Bytes, mask: Mask) -> Bytes:
@@ -111,11 +112,12 @@ def _textured(picture: Bytes, places: Ints) -> Ints:
 
 def _correlation(one: Bytes, other: Bytes, places: Ints, moved: Floats) -> Floats:
     """(n,) correlation of the windows round places of one picture with those round moved places of the other."""
-    offsets = np.stack(np.meshgrid(*[np.arange(WINDOW) - WINDOW // 2] * 2), axis=-1).reshape(1, -1, 2)
+    reach = np.arange(WINDOW, dtype=np.float32) - WINDOW // 2
+    offsets = np.stack(np.meshgrid(reach, reach), axis=-1).reshape(1, -1, 2)
 
     def windows(picture: Bytes, at: Floats | Ints) -> Floats:
-        where = (at[:, None] + offsets).astype(np.float32)
-        values = cv2.remap(picture, where, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(float)
+        where = at[:, None].astype(np.float32) + offsets
+        values = cv2.remap(picture, where, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE).astype(np.float32)
         values -= values.mean(axis=1, keepdims=True)
         return np.asarray(values / np.maximum(np.linalg.norm(values, axis=1, keepdims=True), 1e-6))
 

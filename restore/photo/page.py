@@ -9,13 +9,17 @@ from typing import Any
 import numpy as np
 
 from restore.errors import BadInput
-from restore.photo.paint import paint
+from restore.photo.coarse import COARSE_MM
+from restore.photo.paint import enlarged, paint
 from restore.photo.photograph import Photograph
 from restore.photo.reference import make_reference
 from restore.photo.register import Refused, Registration, register
 from restore.photo.sources import Plan, Source, plan
 from restore.scan import Bytes, FlatMesh, Mask
 from restore.texture.page import Painting, extend_edge_colours, paint_page
+
+MOSTLY = 0.5  # of a pixel
+UNCOVER = "look at the coverage map, and photograph the page again with nothing over it if that matters"
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +78,10 @@ def paint_registered(
     for index, (number, _) in enumerate(accepted, 1):
         reports[number - 1] |= _use(planned, best == index, index)
         number_of[index] = number
-    return replace(painting, page_source=number_of[painting.page_source]), reports
+    rows, cols = painting.mask.shape
+    covered = enlarged(np.asarray(planned.covered.any(axis=0), np.float32), 0, rows, cols, dpi) > MOSTLY
+    page_source = number_of[painting.page_source]
+    return replace(painting, page_source=page_source, covered=covered & painting.mask), reports
 
 
 def sources_of(page: FlatMesh, registered: Sequence[Registered]) -> list[Source]:
@@ -85,13 +92,23 @@ def sources_of(page: FlatMesh, registered: Sequence[Registered]) -> list[Source]
     return [Source(extend_edge_colours(page.texture, page.texcoords, page.faces)), *photographs]
 
 
-def reasons(registered: Sequence[Registered]) -> list[str]:
-    """Why photographs are not used and what to do about it, in sentences."""
-    return [
+def reasons(registered: Sequence[Registered], reports: Sequence[dict[str, Any]]) -> list[str]:
+    """Why photographs are not used, or not in full, and what to do about it, in sentences.
+
+    reports: those that `paint_registered` gave.
+    """
+    sentences = [
         f"{one.photograph.name} is not used: {'; '.join(filter(None, (one.reason, one.hint)))}"
         for one in registered
         if one.registration is None
     ]
+    covered = [
+        f"{report['name']}: something covers the page or is mirrored in it over {report['covered_mm2'] / 100:.1f} cm², "
+        f"{report['covered_share']:.1%} of the page; it is painted from elsewhere: {UNCOVER}"
+        for report in reports
+        if report.get("covered_mm2", 0.0) > 0
+    ]
+    return sentences + covered
 
 
 def _refusal(one: Registered) -> dict[str, Any]:
@@ -115,7 +132,10 @@ def _acceptance(one: Registered, found: Registration) -> dict[str, Any]:
 def _use(planned: Plan, here: Mask, index: int) -> dict[str, Any]:
     """What the source `index` gave to the page, where it gave most (h, w)."""
     seen = here & (planned.ppi[index] > 0)
+    covered = planned.covered[index] & (planned.ppi[0] > 0)
     return {
+        "covered_share": float(covered.sum() / max((planned.ppi[0] > 0).sum(), 1)),
+        "covered_mm2": float(covered.sum() * COARSE_MM**2),
         "painted_share": float(seen.sum() / max((planned.ppi[0] > 0).sum(), 1)),
         "effective_ppi": float(np.median(planned.ppi[index][seen])) if seen.any() else 0.0,
     }

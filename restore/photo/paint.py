@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from restore.bands import in_bands
 from restore.mesh.raster import rasterise
 from restore.photo.camera import project_map
-from restore.photo.sources import COARSE_DPI, LINEAR, Plan, Source
+from restore.photo.coarse import COARSE_DPI, LINEAR
+from restore.photo.sources import Plan, Source
 from restore.scan import Bytes, FlatMesh, Mask
 from restore.texture.page import MM_PER_INCH, PAPER, Painting, picture_size
 from restore.texture.sampling import sample_scaled

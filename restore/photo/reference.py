@@ -13,6 +13,8 @@ from restore.scan import Bytes, FlatMesh, Floats, Mask
 
 MAX_SIDE = 1024  # pixels: the scanner's image has 640; of larger textures a smaller copy tells the pose as well
 
+SPARED = 4  # one row in so many tells how large the pixels are
+
 
 @dataclass(frozen=True, eq=False)
 class Reference:
@@ -29,6 +31,12 @@ class Reference:
     def page(self) -> Mask:
         """(h, w) True on the page."""
         return np.asarray(np.isfinite(self.points[..., 0]))
+
+    @property
+    def pixel_mm(self) -> float:
+        """The paper under a pixel, median over the page."""
+        steps = np.linalg.norm(np.diff(self.points[::SPARED], axis=1), axis=2)
+        return float(np.median(steps[np.isfinite(steps)])) if np.isfinite(steps).any() else 0.0
 
     def at(self, pixels: Floats) -> Floats:
         """(n, 3) mm: the surface under pixels (n, 2), fractions allowed; NaN off the page."""

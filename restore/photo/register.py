@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from restore.photo.blur import relative_blur
 from restore.photo.camera import PARAMETERS, PhotoCamera, project_with_jacobian
 from restore.photo.dense import GRID, WINDOW, Shifts, measure
 from restore.photo.features import Features, detect, match, reference_features
@@ -16,6 +17,7 @@ from restore.photo.reference import Reference
 from restore.scan import Bytes, Floats
 
 SIDES = (800, 1600, 3200)  # pixels: features are found where the print is about as coarse as the scanner's image of it
+MIRROR_SIDE = SIDES[1]
 LEAST_CONTRAST = 3.0  # grey levels: standard deviation of a picture that shows something
 MIN_INLIERS = 8  # no more agree by chance than that, and what they agree on is proved on the whole surface
 MIRRORED_INLIERS = 16  # for a reason that is not proved
@@ -28,22 +30,30 @@ KNOWN_FOCAL = 0.1  # how well EXIF tells the focal length: whole millimetres, an
 MAX_REPROJECTION_ERROR = 1.0  # reference pixels: more is a wrong match, as where a window spans a crease
 MIN_PLACES = 14  # as many unknowns has a camera
 MIN_ALIKE = 0.6  # of the places with print: the rest is glare, shadow, fingers; another page has one in ten
+HOPELESS = 0.2  # of them, after two refinements: twice what another page has
+BLURRED_ALIKE = 0.3  # of them: the photograph shows the page, whatever is wrong with it
+MAX_BLUR = 0.9  # reference pixels, by which it spreads print more: the scanner itself spreads it by half as much
 MAX_RESIDUAL = 0.5  # reference pixels, rms: a page that was moved or bent between scan and photograph has more
 MAX_UNCERTAIN = 0.5  # reference pixels, rms over the page
+UNKNOWN_MM = 10.0  # off by more than two lines of print, a number tells nothing
 OVERLAP = WINDOW / GRID  # neighbouring windows share most of their pixels, and so of their errors
 MIN_COVERAGE = 0.1  # of the page: less is hardly worth its seams
 
 
 ANOTHER = "check that it shows this page, sharply and in full"
+STILL = "focus on the page, hold the camera still (a stand, more light, a shorter exposure), and photograph it again"
 AGAIN = "photograph the page from above so that it fills the picture, and do not move it between scan and photograph"
 
 
 class Refused(Exception):
-    """Raised when a photograph cannot be used for certain; the message is the reason, `hint` what to do now."""
+    """Raised when a photograph cannot be used for certain; the message is the reason, `hint` what to do now.
 
-    def __init__(self, reason: str, hint: str = ANOTHER) -> None:
+    final: it shows the page, and no other attempt to register it would change the reason.
+    """
+
+    def __init__(self, reason: str, hint: str = ANOTHER, *, final: bool = False) -> None:
         super().__init__(reason)
-        self.hint = hint
+        self.hint, self.final = hint, final
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,43 +82,48 @@ def register(reference: Reference, photograph: Photograph) -> Registration:
     if cv2.meanStdDev(grey)[1].item() < LEAST_CONTRAST:
         raise Refused("the photograph is blank", "look at it, and take it again with light and without the lens cap")
     ours, refused = reference_features(reference), Refused("")
+    large = _shrunk(grey, SIDES[-1])
     for side in SIDES:
-        small = _shrunk(grey, side)
+        small = _shrunk(large, side)
         focal = photograph.focal_px and photograph.focal_px * small.shape[1] / grey.shape[1]
         camera, inliers = _posed(reference, ours, small, focal)
         try:
-            return _certain(reference, grey, camera, inliers, photograph.focal_px)
+            return _certain(reference, large, camera, inliers, grey.shape[::-1], photograph.focal_px)
         except Refused as refusal:
             refused = refusal
-        if side >= max(grey.shape):
+        if refused.final or side >= max(grey.shape):
             break
-    if _mirrored(reference, ours, grey):
+    if not refused.final and _mirrored(reference, ours, large):
         raise Refused("the photograph is mirrored", "flip it left to right, or switch mirroring off in the camera")
     raise refused
 
 
 def _certain(
-    reference: Reference, grey: Bytes, camera: PhotoCamera, inliers: int, focal_px: float | None
+    reference: Reference,
+    grey: Bytes,
+    camera: PhotoCamera,
+    inliers: int,
+    size: tuple[int, ...],
+    focal_px: float | None,
 ) -> Registration:
-    """The registration that a first pose of a small photograph leads to. Raises Refused when it is not certain."""
+    """The registration that a first pose of a smaller copy leads to, in pixels of the photograph, which has a size
+    (w, h). Raises Refused when it is not certain."""
     if inliers < MIN_INLIERS:
         raise Refused(f"the photograph does not show this page: {inliers} features agree, {MIN_INLIERS} are needed")
     if _from_behind(reference, camera):  # where a mirrored picture would have been taken, through the paper
         raise Refused("the photograph shows the page from behind", "photograph the side that was scanned")
-    camera, shifts = _refined(reference, grey, camera.scaled(grey.shape[::-1]), focal_px)
+    camera, shifts = _refined(reference, grey, camera.scaled((size[0], size[1])), focal_px)
+    _insist_on_sharpness(reference, grey, camera, shifts)
     found = _judged(reference, camera, shifts)
-    _insist(found)
+    _insist(found, reference)
     return found
 
 
 def _mirrored(reference: Reference, ours: Features, grey: Bytes) -> bool:
     """Whether the photograph shows the page when it is mirrored."""
-    for side in SIDES[:2]:
-        flipped = np.ascontiguousarray(_shrunk(grey, side)[:, ::-1])
-        camera, inliers = _posed(reference, ours, flipped, None)
-        if inliers >= MIRRORED_INLIERS and not _from_behind(reference, camera):
-            return True
-    return False
+    flipped = np.ascontiguousarray(_shrunk(grey, MIRROR_SIDE)[:, ::-1])
+    camera, inliers = _posed(reference, ours, flipped, None)
+    return inliers >= MIRRORED_INLIERS and not _from_behind(reference, camera)
 
 
 def _from_behind(reference: Reference, camera: PhotoCamera) -> bool:
@@ -151,7 +166,7 @@ def _refined(
         shifts = measure(reference, grey, camera, near=step >= COARSE_STEPS)
         points = reference.at(shifts.moved)
         good = shifts.alike & np.isfinite(points[:, 0])
-        if good.sum() < MIN_PLACES:
+        if good.sum() < MIN_PLACES or (step > COARSE_STEPS and shifts.alike.mean() < HOPELESS):
             raise Refused("the photograph does not show this page: its print is another")
         before = camera.project(points[good])
         camera = refine(
@@ -199,7 +214,21 @@ def _uncertainty(camera: PhotoCamera, points: Floats, sigma: float, page: Floats
     return float(np.sqrt(np.mean(np.einsum("nij,jk,nik->n", at_page, covariance, at_page))))
 
 
-def _insist(found: Registration) -> None:
+def _insist_on_sharpness(reference: Reference, grey: Bytes, camera: PhotoCamera, shifts: Shifts) -> None:
+    """Raise Refused when a photograph shows the page less sharply than the scanner's own image does."""
+    if shifts.scale <= 1.0 or shifts.alike.mean() < BLURRED_ALIKE:
+        return
+    blur = relative_blur(reference, grey, camera)
+    if blur > MAX_BLUR:
+        spread = blur * reference.pixel_mm
+        raise Refused(
+            f"the photograph is blurred: print is spread by {spread:.1f} mm of paper more than in the scanner's image",
+            STILL,
+            final=True,
+        )
+
+
+def _insist(found: Registration, reference: Reference) -> None:
     """Raise Refused when a registration is not certain."""
     if found.alike < MIN_ALIKE:
         raise Refused(f"the photograph does not show this page: only {found.alike:.0%} of the print looks the same")
@@ -210,10 +239,17 @@ def _insist(found: Registration) -> None:
             AGAIN,
         )
     if found.uncertainty_px > MAX_UNCERTAIN * found.scale:
+        mm = found.uncertainty_px / found.scale * reference.pixel_mm
         raise Refused(
-            f"the print is too sparse to tell where the photograph lies: ±{found.uncertainty_px:.1f} pixels", AGAIN
+            "the photograph and the scan share too little print, or all of it in one corner, to tell where the rest of "
+            f"the page lies: {_off(mm)}",
+            AGAIN,
         )
     if found.coverage < MIN_COVERAGE:
-        raise Refused(f"the photograph shows only {found.coverage:.0%} of the page", AGAIN)
+        raise Refused(f"the photograph shows only {found.coverage:.0%} of the page", AGAIN, final=True)
     if found.scale <= 1.0:
-        raise Refused("the photograph is coarser than the scanner's own image", AGAIN)
+        raise Refused("the photograph is coarser than the scanner's own image", AGAIN, final=True)
+
+
+def _off(mm: float) -> str:
+    return f"it may be {mm:.1f} mm off" if mm < UNKNOWN_MM else "it may be anywhere"

@@ -12,9 +12,10 @@ from dataclasses import replace
 import numpy as np
 
 from restore.numerics import SINGLE_TINY
+from restore.photo.coarse import LINEAR
 from restore.photo.page import Registered, sources_of
 from restore.photo.paint import LEAST_SHARE, enlarged, lit, paint
-from restore.photo.sources import LINEAR, Plan, Source, plan
+from restore.photo.sources import Plan, Source, plan
 from restore.scan import Bytes, FlatMesh, Mask
 from restore.shading.relief import Field, Relief
 from restore.shading.remove import ShadingResult, remove_shading
@@ -53,7 +54,7 @@ def _painted_from(page: FlatMesh, sources: Sequence[Source], planned: Plan, k: i
     """The page painted from one source only."""
     weights = np.zeros_like(planned.weights)
     weights[k] = 1.0
-    return paint(page, sources, Plan(weights, np.ones_like(planned.gains), planned.ppi), dpi).image
+    return paint(page, sources, replace(planned, weights=weights, gains=np.ones_like(planned.gains)), dpi).image
 
 
 def _gain(wanted: Bytes, given: Bytes, both: Mask) -> Field:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 
 import cv2
 import numpy as np
@@ -16,22 +17,19 @@ from scipy.ndimage import distance_transform_edt
 from restore.mesh.measures import vertex_normals
 from restore.numerics import SINGLE_TINY
 from restore.photo.camera import PhotoCamera
+from restore.photo.coarse import COARSE_DPI, LINEAR, CoarseView, Placed
+from restore.photo.covered import MARGIN_MM, compare, covered_mask
 from restore.photo.visible import clipped_share, glare_mask, visible_points
 from restore.scan import Bytes, FlatMesh, Floats, Mask
+from restore.texture.coverage import occluded, pinhole_centre
 from restore.texture.page import MM_PER_INCH, page_map
 
-COARSE_DPI = 30.0  # 0.85 mm: seams are wider than that
 FEATHER_MM = 3.0  # of a seam: wide enough that light does not jump, narrow enough that print is not seen twice
 MATCH_MM = 8.0  # light is matched over this, which is wider than a line of print
 FAR_MM = 60.0  # where the pictures do not overlap, the match is carried from this far
 GLARE_MM = 25.0  # surroundings of a glare
-OVERSAMPLING = 1.2  # of the smaller copies that are read for it
 SETTLE_MM = 5.0  # changes of the better photograph over less than this are not worth a seam
 MAX_GAIN = 8.0  # between the light of two pictures; more is a hole in one of them
-
-_CODE = np.arange(256) / 255
-LINEAR = np.where(_CODE <= 0.04045, _CODE / 12.92, ((_CODE + 0.055) / 1.055) ** 2.4).astype(np.float32)
-"""(256,) linear light of an sRGB code (IEC 61966-2-1)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,47 +47,13 @@ class Plan:
     weights  (s, h, w) float32 share of each source, in sum 1.
     gains    (s, h, w, 3) float32 what the linear light of each source is multiplied by, so that seams do not show.
     ppi      (s, h, w) what each source resolves there.
+    covered  (s, h, w) True where something covers the page in a source.
     """
 
     weights: NDArray[np.float32]
     gains: NDArray[np.float32]
     ppi: NDArray[np.float32]
-
-
-@dataclass(frozen=True, eq=False)
-class Placed:
-    """An image, its ppi (h, w) on the coarse page, and where that lies in a smaller copy of size (w, h)."""
-
-    image: Bytes
-    ppi: Floats
-    size: tuple[int, int]
-    where: NDArray[np.float32]
-
-    @classmethod
-    def at(cls, image: Bytes, pixels: Floats, good: Mask) -> Placed:
-        """The coarse page lies at pixels (h, w, 2) of an image; good (h, w) is where that is of use."""
-        down, right = (np.gradient(pixels, axis=axis) for axis in (0, 1))
-        area = np.abs(right[..., 0] * down[..., 1] - right[..., 1] * down[..., 0])
-        ppi = np.nan_to_num(np.sqrt(area)) * COARSE_DPI
-        usual = float(np.median(ppi[good])) if good.any() else COARSE_DPI
-        shrink = min(1.0, OVERSAMPLING * COARSE_DPI / max(usual, 1.0))
-        size = max(round(image.shape[1] * shrink), 1), max(round(image.shape[0] * shrink), 1)
-        where = (pixels + 0.5) * (np.array(size) / image.shape[1::-1]) - 0.5
-        return cls(image, ppi, size, np.nan_to_num(where, nan=-1.0).astype(np.float32))
-
-    def read(self, small: Floats | Bytes) -> Floats:
-        """(h, w, …) values of a picture of the smaller size on the coarse page."""
-        values: Floats = cv2.remap(small, self.where, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        return values
-
-
-@dataclass(frozen=True, eq=False)
-class CoarseView:
-    """One source on the coarse page: where it is good (h, w), its ppi (h, w) and its linear light (h, w, 3)."""
-
-    good: Mask
-    ppi: Floats
-    light: Floats
+    covered: Mask
 
 
 def plan(page: FlatMesh, sources: Sequence[Source]) -> Plan:
@@ -99,17 +63,47 @@ def plan(page: FlatMesh, sources: Sequence[Source]) -> Plan:
     coarse = page_map(page.flat, page.faces, values, COARSE_DPI).astype(np.float64)
     inside = np.isfinite(coarse[..., 0])
     scanned = _coarse_view(Placed.at(sources[0].image, coarse[..., 6:], inside), inside)
-    views = [scanned, *(_photographed(source, page, coarse, inside, scanned) for source in sources[1:])]
+    known = inside & ~_hidden_from_scanner(page, inside.shape)
+    views = [_photographed(source, page, coarse, inside, scanned, known) for source in sources[1:]]
+    views = [scanned, *_without_contradictions(views, coarse[..., 3:6], inside & ~known)]
     weights = _weights(views, inside)
-    return Plan(weights.astype(np.float32), _gains(views, weights), np.stack([view.ppi for view in views]))
+    ppi = np.stack([view.ppi for view in views]).astype(np.float32)
+    return Plan(weights.astype(np.float32), _gains(views, weights), ppi, np.stack([view.covered for view in views]))
+
+
+def _hidden_from_scanner(page: FlatMesh, shape: tuple[int, ...]) -> Mask:
+    """(h, w) True on the coarse page where the texture shows another part of it, which lies before that."""
+    assert page.texcoords is not None
+    centre = pinhole_centre(page.vertices, page.texcoords)
+    return np.zeros(shape, bool) if centre is None else occluded(page, centre, shape, COARSE_DPI)
+
+
+def _without_contradictions(views: Sequence[CoarseView], normals: Floats, unknown: Mask) -> list[CoarseView]:
+    """Views (h, w) of photographs, neither good where two contradict each other and the scanner saw nothing."""
+    good = [view.good.copy() for view in views]
+    for j, k in combinations(range(len(views)), 2):
+        both = views[j].good & views[k].good
+        if not (both & unknown).any():
+            continue
+        contradicted = compare(views[j].light, views[k].light, normals, both).contradicted & unknown
+        reach = distance_transform_edt(~contradicted) <= MARGIN_MM / MM_PER_INCH * COARSE_DPI
+        for n in (j, k):
+            good[n] &= ~(reach & unknown)
+    return [
+        replace(view, good=kept, covered=view.covered | (view.good & ~kept))
+        for view, kept in zip(views, good, strict=True)
+    ]
 
 
 def _coarse_view(placed: Placed, good: Mask) -> CoarseView:
     codes = placed.read(cv2.resize(placed.image, placed.size, interpolation=cv2.INTER_AREA))
-    return CoarseView(good, placed.ppi, LINEAR[codes].astype(np.float64))
+    return CoarseView(good, placed.ppi, LINEAR[codes].astype(np.float64), np.zeros_like(good))
 
 
-def _photographed(source: Source, page: FlatMesh, coarse: Floats, inside: Mask, scanned: CoarseView) -> CoarseView:
+def _photographed(
+    source: Source, page: FlatMesh, coarse: Floats, inside: Mask, scanned: CoarseView, known: Mask
+) -> CoarseView:
+    """What a photograph shows of the coarse page; known (h, w): where the scanner saw it."""
     camera = source.camera
     assert camera is not None
     points, normals = coarse[inside][:, :3], coarse[inside][:, 3:6]
@@ -122,7 +116,8 @@ def _photographed(source: Source, page: FlatMesh, coarse: Floats, inside: Mask, 
     reach = GLARE_MM / MM_PER_INCH * COARSE_DPI
     glare = glare_mask(clipped, view.light.mean(axis=2), scanned.light.mean(axis=2), good, reach)
     glare = cv2.dilate(glare.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
-    return replace(view, good=good & ~glare)
+    covered = covered_mask(view.light, scanned.light, coarse[..., 3:6], good & ~glare, known)
+    return replace(view, good=good & ~glare & ~covered, covered=glare | covered)
 
 
 def _weights(views: Sequence[CoarseView], inside: Mask) -> Floats:

@@ -43,6 +43,7 @@ class Seen(IntEnum):
     FILLED = 2  # seen by the camera, its shape filled in
     HIDDEN = 3  # on the page and not seen by the camera
     INVENTED = 4  # hidden, and inpainted from its neighbourhood
+    COVERED = 5  # seen, but covered by something in a photograph, and painted from another picture
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +55,7 @@ class Coverage:
     @property
     def mask(self) -> Mask:
         """(h, w) True where the camera saw the page."""
-        return np.asarray((self.seen == Seen.MEASURED) | (self.seen == Seen.FILLED))
+        return np.isin(self.seen, (Seen.MEASURED, Seen.FILLED, Seen.COVERED))
 
     def shares(self) -> dict[str, float]:
         """The share of the page's area of each kind, 0 to 1."""
@@ -76,9 +77,11 @@ def compute_coverage(surface: Sheet | SurfaceMesh, fine: FlatMesh, painting: Pai
             surface.measured.astype(np.uint8), grid_xy, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE
         )
         seen[on_mesh & (measured == 0)] = Seen.FILLED
+    if painting.covered is not None:
+        seen[painting.covered & on_mesh] = Seen.COVERED
     camera_centre = _camera_centre(surface, fine)
     if camera_centre is not None and fine.texcoords is not None and fine.texture is not None:
-        hidden = on_mesh & _occluded(fine, camera_centre, on_mesh.shape, dpi)
+        hidden = on_mesh & occluded(fine, camera_centre, on_mesh.shape, dpi)
         # Pixels painted from a photograph need not be visible to the scanner's camera.
         seen[hidden if painting.page_source is None else hidden & (painting.page_source == 0)] = Seen.HIDDEN
     return Coverage(seen)
@@ -208,7 +211,7 @@ def _normalised(points: Floats) -> tuple[Floats, Floats]:
     return (points - centre) * scale, matrix
 
 
-def _occluded(fine: FlatMesh, camera_centre: Floats, shape: tuple[int, ...], dpi: float) -> Mask:
+def occluded(fine: FlatMesh, camera_centre: Floats, shape: tuple[int, ...], dpi: float) -> Mask:
     """(h, w) True where the page is turned away from the camera, seen edge-on, or occluded by itself (z-buffer)."""
     assert fine.texcoords is not None and fine.texture is not None
     distance = np.linalg.norm(fine.vertices - camera_centre, axis=1)

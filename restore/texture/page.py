@@ -30,7 +30,8 @@ PageMap = NDArray[np.float32]
 class Painting:
     """A painted page: image (h, w, 3) uint8, mask (h, w), source (h, w, 2) texture pixels, and its resolution.
 
-    page_source (h, w) uint8 is the index of the picture that these are pixels of; None with the texture alone.
+    page_source (h, w) uint8 is the index of the picture that these are pixels of. covered (h, w) is True where
+    something covers the page in a photograph. Both are None with the texture alone.
     """
 
     image: Bytes
@@ -38,6 +39,7 @@ class Painting:
     source: PageMap
     resolution_ppi: float
     page_source: Bytes | None = None
+    covered: Mask | None = None
 
 
 def paint_page(page: FlatMesh, dpi: float) -> Painting:

@@ -6,7 +6,8 @@ import io
 
 from PIL import Image
 
-# White as paper, the page in two greens, what is missing red, what was invented violet: apart for the colour-blind too.
+# White as paper, the page in two greens, what is missing red, what was invented violet, what was covered in a
+# photograph yellow: apart for the colour-blind too.
 from restore import Bytes, Seen
 
 COLOURS = {
@@ -15,6 +16,7 @@ COLOURS = {
     Seen.FILLED: (112, 168, 140),
     Seen.HIDDEN: (192, 48, 40),
     Seen.INVENTED: (96, 56, 168),
+    Seen.COVERED: (240, 200, 64),
 }
 
 

@@ -9,7 +9,7 @@ from scipy.ndimage import map_coordinates
 
 from drivers.simulated.camera import Exposure
 from oracles.studio import View
-from restore import Photograph, Settings, restore
+from restore import Photograph, Seen, Settings, restore
 from restore.photo import Registered, paint_registered, register_photographs
 from restore.photo.paint import NOWHERE, _carry_to_edge
 from restore.texture.page import paint_page
@@ -105,6 +105,48 @@ def test_a_glare_is_painted_from_the_other_photograph_or_the_scanner(text):
     for given in (outcome, outcome[:1]):
         painting, _ = paint_registered(text.page, given, DPI)
         assert ((painting.image.min(axis=2) >= FULL) & painting.mask).mean() < 0.25 * glare
+
+
+SKIN = (188, 150, 130)  # codes
+COVER_PX = 60  # radius of what lies on the page, in the photograph: 25 mm
+MM2 = 300.0  # that is left out at least: a disc of 20 mm
+
+
+@pytest.fixture(scope="module")
+def thumbed(text):
+    """A photograph with something round and skin-coloured over the print, and where."""
+    image = text.photograph().copy()
+    hidden = cv2.circle(np.zeros(image.shape[:2], np.uint8), (640, 420), COVER_PX, 1, -1) > 0
+    image[hidden] = SKIN
+    return image, hidden
+
+
+def painted_from(source, page_source, number, hidden):
+    """How many pixels of the page, their source (h, w, 2), are painted from a photograph where it is hidden."""
+    at = np.nan_to_num(source[page_source == number], nan=0).round().astype(int)
+    return int(hidden[at[:, 1], at[:, 0]].sum())
+
+
+def test_what_covers_the_page_is_painted_from_the_scan_and_said(text, thumbed):
+    image, hidden = thumbed
+    page = restore(text.scan, Settings(dpi=DPI), photos=[Photograph(image, "thumb.jpg")])
+    (report,) = page.report["photos"]
+    assert report["accepted"]
+    assert painted_from(page.page_map, page.page_source, 1, hidden) == 0
+    assert report["covered_mm2"] > MM2
+    assert page.report["coverage"]["covered"] == pytest.approx(report["covered_share"], rel=0.1)
+    (warning,) = page.report["warnings"]
+    assert warning.startswith("thumb.jpg: something covers the page")
+    assert (page.coverage == Seen.COVERED).sum() > 0
+    assert (page.page_source[page.coverage == Seen.COVERED] == 0).mean() > 0.9
+
+
+def test_what_covers_the_page_in_one_photograph_is_painted_from_the_other(text, thumbed):
+    image, hidden = thumbed
+    outcome = register_photographs(text.page, [image, text.photograph("from the left")])
+    painting, _ = paint_registered(text.page, outcome, DPI)
+    assert painted_from(painting.source, painting.page_source, 1, hidden) == 0
+    assert (painting.page_source[painting.covered] == 2).mean() > 0.9
 
 
 def test_restore_counts_photographs_as_they_were_given_and_tells_why_one_is_refused(text):

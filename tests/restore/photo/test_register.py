@@ -1,16 +1,23 @@
 """Photographs are registered to a fraction of their pixels, or refused with the reason."""
 
+from dataclasses import replace
+
+import cv2
 import numpy as np
 import pytest
 
 from drivers.simulated import Text
+from drivers.simulated.camera import Exposure
 from oracles.studio import LIMIT_PX, SHEETS, reprojection_errors, scan_page, take_photograph
 from restore import Photograph
-from restore.photo.register import Refused, register
+from restore.photo.blur import relative_blur
+from restore.photo.register import AGAIN, Refused, _insist, register
 
 # Shifts are measured to a tenth of the scanner's pixels, which are two or three of the photograph's, at hundreds of
 # places; what is left is the scanner's own noise.
 RMS_PX = 0.5
+OWN_BLUR_PX = Exposure().blur_px
+BLUR_PX, BLUR_SHARE = 0.25, 0.2  # blurs are tried in steps of a quarter and less
 FOCAL = 0.03  # a page that hardly bends tells the focal length no better, nor does its place depend on it
 
 
@@ -80,10 +87,31 @@ def test_a_black_or_empty_picture_is_refused(text, rng):
 
 
 def test_a_photograph_coarser_than_the_scanner_is_refused(text):
-    import cv2
-
     small = cv2.resize(text.photograph(), (480, 320), interpolation=cv2.INTER_AREA)
     assert "coarser" in refusal(text.reference, small)
+
+
+def test_a_photograph_more_blurred_than_the_scanner_s_image_is_refused(text):
+    blurred = cv2.GaussianBlur(text.photograph(), (0, 0), 4.0)
+    assert "blurred: print is spread by" in refusal(text.reference, blurred)
+
+
+@pytest.mark.parametrize("sigma_px", [0.0, 2.0, 5.0])
+def test_blur_is_measured_in_pixels_of_the_scanner_s_image(text, sigma_px):
+    found = text.registered()
+    blurred = cv2.GaussianBlur(text.photograph(), (0, 0), sigma_px) if sigma_px else text.photograph()
+    measured = relative_blur(text.reference, cv2.cvtColor(blurred, cv2.COLOR_RGB2GRAY), found.camera)
+    assert measured == pytest.approx(np.hypot(sigma_px, OWN_BLUR_PX) / found.scale, abs=BLUR_PX, rel=BLUR_SHARE)
+
+
+def test_print_in_one_corner_does_not_tell_where_the_page_lies(text):
+    """What is said is where the page may be, in millimetres of paper, and not a number of pixels that means nothing."""
+    found = text.registered()
+    for uncertain, words in ((400.0, "it may be anywhere"), (3.0 * found.scale, "mm off")):
+        with pytest.raises(Refused, match="too little print") as refused:
+            _insist(replace(found, uncertainty_px=uncertain), text.reference)
+        assert words in str(refused.value)
+        assert refused.value.hint == AGAIN
 
 
 @pytest.mark.slow

@@ -73,7 +73,7 @@ def test_a_curved_page_without_occlusion_is_wholly_visible():
     steps = np.interp(page.flat[:, 0], [0, 60, 120], [0, 30.0, 0])
     vertices = np.column_stack([page.flat[:, 0] * 0.87, page.flat[:, 1], steps])
     found, _ = covered(replace(page, vertices=vertices, texcoords=pinhole(vertices)))
-    assert found.shares() == {"measured": 1.0, "filled": 0.0, "hidden": 0.0, "invented": 0.0}
+    assert found.shares() == {"measured": 1.0, "filled": 0.0, "hidden": 0.0, "invented": 0.0, "covered": 0.0}
 
 
 def test_the_camera_centre_is_fitted_to_texture_coordinates():

@@ -1,0 +1,66 @@
+"""A picture on the coarse page: where each place lies in it, and what it shows there.
+
+All pictures of a page have one resolution there, and can be compared.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from restore.scan import Bytes, Floats, Mask
+from restore.texture.page import MM_PER_INCH
+
+COARSE_DPI = 30.0  # 0.85 mm: seams are wider than that
+COARSE_MM = MM_PER_INCH / COARSE_DPI
+OVERSAMPLING = 1.2  # of the smaller copies that are read for it
+
+_CODE = np.arange(256) / 255
+LINEAR = np.where(_CODE <= 0.04045, _CODE / 12.92, ((_CODE + 0.055) / 1.055) ** 2.4).astype(np.float32)
+"""(256,) linear light of an sRGB code (IEC 61966-2-1)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """An image, its ppi (h, w) on the coarse page, and where that lies in a smaller copy of size (w, h)."""
+
+    image: Bytes
+    ppi: Floats
+    size: tuple[int, int]
+    where: NDArray[np.float32]
+
+    @classmethod
+    def at(cls, image: Bytes, pixels: Floats, good: Mask) -> Placed:
+        """The coarse page lies at pixels (h, w, 2) of an image; good (h, w) is where that is of use."""
+        down, right = (np.gradient(pixels, axis=axis) for axis in (0, 1))
+        area = np.abs(right[..., 0] * down[..., 1] - right[..., 1] * down[..., 0])
+        ppi = np.nan_to_num(np.sqrt(area)) * COARSE_DPI
+        usual = float(np.median(ppi[good])) if good.any() else COARSE_DPI
+        shrink = min(1.0, OVERSAMPLING * COARSE_DPI / max(usual, 1.0))
+        size = max(round(image.shape[1] * shrink), 1), max(round(image.shape[0] * shrink), 1)
+        where = (pixels + 0.5) * (np.array(size) / image.shape[1::-1]) - 0.5
+        return cls(image, ppi, size, np.nan_to_num(where, nan=-1.0).astype(np.float32))
+
+    def read(self, small: Floats | Bytes) -> Floats:
+        """(h, w, …) values of a picture of the smaller size on the coarse page."""
+        values: Floats = cv2.remap(small, self.where, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        return values
+
+
+@dataclass(frozen=True, eq=False)
+class CoarseView:
+    """One source on the coarse page.
+
+    good     (h, w) True where the page can be painted from it.
+    ppi      (h, w) what it resolves.
+    light    (h, w, 3) linear.
+    covered  (h, w) True where something covers the page in it, or a lamp is mirrored.
+    """
+
+    good: Mask
+    ppi: Floats
+    light: Floats
+    covered: Mask
