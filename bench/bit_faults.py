@@ -1,7 +1,7 @@
-"""`python -m bench.bit_faults`: single faults of a session's files, each of which `verify` has to find and to name.
+"""`python -m bench.bit_faults`: single faults of the files of a session and of its exports, which `verify` must find.
 
 A bit flipped, an end cut off, a file deleted, added or renamed. Where a problem has a remedy, `repair` has to bring
-back the session to the byte.
+back the session to the byte. Of an export the problem has to name the page of the file.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import shutil
 import sys
 import time
 from collections import Counter
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -18,12 +19,31 @@ import numpy as np
 from bench.scratch import scratch_folder
 from oracles.file_faults import KINDS, file_fault
 from oracles.tiny_scan import tiny_scan
-from station.session import Event, Session, Volume, add_scan, create_session, decide, open_session, record_run
+from restore import BadInput
+from station.archive.check import check_export
+from station.archive.check import page_of as export_page_of
+from station.archive.deliver import Format, deliver
+from station.archive.from_session import volume_of
+from station.export.image_metadata import ImageMetadata
+from station.export.png import encode_png
+from station.session import (
+    Event,
+    Session,
+    Volume,
+    add_scan,
+    create_session,
+    decide,
+    open_session,
+    read_session,
+    record_run,
+)
 from station.session.repair import repair
-from station.session.stages import Run
+from station.session.stages import PAGE, Run
 from station.session.verify import page_of, verify
 
 PAGES = 10
+NOON = datetime(2026, 1, 2, 12, tzinfo=UTC)
+EXPORTS = (Format.BAGIT, Format.METS, Format.IIIF, Format.PDF, Format.TIFF)
 ROW = "{:<8}{:>8}{:>8}{:>8}{:>11}{:>11}"
 Tree = dict[str, bytes]
 
@@ -44,8 +64,27 @@ def main(faults: int) -> int:
             columns = [counts[column] for column in ("tried", "found", "named", "mendable", "mended")]
             print(ROW.format(kind, *columns), flush=True)
             wrong += 3 * counts["tried"] - sum(columns[:3]) + counts["mendable"] - counts["mended"]
-    print(f"{len(before)} files; {time.perf_counter() - start:.0f} s")
+        print(f"{len(before)} files; {time.perf_counter() - start:.0f} s")
+        for format_ in EXPORTS:
+            deliver(volume_of(read_session(session)), format_, scratch / format_, now=NOON)
+            wrong += _export_faults(scratch / format_, faults // len(EXPORTS), random)
     return 1 if wrong else 0
+
+
+def _export_faults(folder: Path, faults: int, random: np.random.Generator) -> int:
+    """Print a line for an export. Returns the number of faults that were not found, or not on the page of the file."""
+    found = named = 0
+    for number in range(faults):
+        with file_fault(folder, KINDS[number % len(KINDS)], random) as fault:
+            try:
+                pages = {problem.page for problem in check_export(folder, workers=2)}
+            except BadInput:  # without its manifest it is no export, which is said
+                pages = {0}
+            found += bool(pages)
+            named += pages == {export_page_of(fault.path)}
+    files = sum(path.is_file() for path in folder.rglob("*"))
+    print(ROW.format(folder.name, faults, found, named, "", "") + f"   {files} files", flush=True)
+    return 2 * faults - found - named
 
 
 def _try(session: Path, kind: str, random: np.random.Generator, before: Tree) -> Counter[str]:
@@ -71,19 +110,22 @@ def _fill(folder: Path) -> None:
             capture = add_scan(writer, tiny_scan(page), facts={})
             made = writer.staging("run")
             made.mkdir()
-            (made / "page.bin").write_bytes(_made(page))
+            (made / PAGE).write_bytes(_made(page))
             record_run(writer, "restore", capture, parameters={"page": page}, result={}, files=made)
             decide(writer, "label", f"{page}r", page=page)
         add_scan(writer, tiny_scan(99), page=3, facts={})
 
 
 def _derive(_session: Session, event: Event, folder: Path) -> Run:
-    (folder / "page.bin").write_bytes(_made(event.facts["parameters"]["page"]))
+    (folder / PAGE).write_bytes(_made(event.facts["parameters"]["page"]))
     return Run({})
 
 
 def _made(page: int) -> bytes:
-    return np.random.default_rng(page).bytes(2000)
+    """A page of noise as PNG."""
+    return encode_png(
+        np.random.default_rng(page).integers(0, 256, (20, 30, 3), np.uint8), 150.0, ImageMetadata.from_provenance({})
+    )
 
 
 def _tree(folder: Path) -> Tree:

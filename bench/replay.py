@@ -22,7 +22,7 @@ from station.shift.loop import Shift
 from station.warm_up import small_page
 
 SETTINGS = {"points": 300, "dpi": 60}
-THRESHOLDS = Thresholds(strain_rms=(0.003, 0.01), similarity=(0.80, 0.90), hole_mm=(5.0, 15.0))
+THRESHOLDS = Thresholds(strain_rms=(0.003, 0.01), similarity=(0.84, 0.92), hole_mm=(5.0, 15.0))
 
 
 def main(pages: int) -> int:
