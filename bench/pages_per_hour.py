@@ -66,6 +66,7 @@ def work(scans: list[RangeScan], shot_s: float, pages: int) -> tuple[list[float]
         started.append(time.perf_counter())
         time.sleep(shot_s)
         ended.append(time.perf_counter())
+        shift.inbox.put(" " if len(started) < pages else "q")  # behind the restorations that have ended meanwhile
         return next(source)
 
     def show(line: str) -> None:
@@ -77,8 +78,7 @@ def work(scans: list[RangeScan], shot_s: float, pages: int) -> tuple[list[float]
         create_session(Path(name) / "volume", Volume(title="A volume", settings=settings))
         with open_session(Path(name) / "volume") as writer:
             shift = Shift(writer, take, submit, show)
-            for key in (*" " * pages, "q"):
-                shift.inbox.put(key)
+            shift.inbox.put(" ")
             shift.run()
     return started, [then - shot_end for then, shot_end in zip(judged, ended, strict=True)]
 

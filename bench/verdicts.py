@@ -1,6 +1,7 @@
 """`python -m bench.verdicts`: the measures behind a verdict, of good shots and of shots with one fault each.
 
-The limits of the presets stand between the two.
+The limits of the presets stand between the two. Then how alike pages of running text are that share title, margins and
+type: each with itself, shot again, and with the others of its volume.
 """
 
 from __future__ import annotations
@@ -15,11 +16,21 @@ import cv2
 import numpy as np
 
 from bench.shift import page_scan
-from restore import RangeScan, save_scan
+from drivers.simulated import Text
+from restore import Bytes, RangeScan, save_scan
 from station.session.presets import Thresholds, load_preset
 from station.session.stages import run_restore
-from station.verdict.same_page import similarity
+from station.verdict.same_page import fingerprint, similarity
 
+# Page, columns, size of the type.
+VOLUMES = (
+    ((148.0, 210.0), 1, 11.0),
+    ((170.0, 240.0), 2, 9.0),
+    ((210.0, 297.0), 1, 12.0),
+    ((120.0, 180.0), 1, 10.0),
+    ((106.0, 75.0), 1, 12.0),
+)
+PAGES = 8
 NAMES = [name for name in Thresholds.model_fields if name != "similarity"]
 
 
@@ -38,7 +49,37 @@ def main() -> int:
                 fingerprints[name] = result["measures"]["fingerprint"]
     for other in ("the same page again", "another page", "page three"):
         print(f"similarity of a good shot and {other}: {similarity(fingerprints['good'], fingerprints[other]):.2f}")
+    print("page mm    columns  type pt   the same page, least   another page, most")
+    for seed, (page_mm, columns, type_pt) in enumerate(VOLUMES):
+        same, others = _volume(page_mm, columns, type_pt, seed)
+        size = f"{page_mm[0]:g} × {page_mm[1]:g}"
+        print(f"{size:<12}{columns:>6}{type_pt:>9g}{same:>23.2f}{others:>21.2f}", flush=True)
     return 0
+
+
+def _volume(page_mm: tuple[float, float], columns: int, type_pt: float, seed: int) -> tuple[float, float]:
+    """The least similarity of a page with itself, shot again, and the greatest with another page."""
+    random = np.random.default_rng(seed)
+    texts = [
+        Text(title_pt=1.7 * type_pt, sizes_pt=(type_pt,), columns=columns, margin_mm=14, dpi=100, seed=int(one))
+        for one in random.integers(2**31, size=PAGES)
+    ]
+    images = [np.array(text.print_on(page_mm).image) for text in texts]
+    one, two = ([fingerprint(_shot_again(image, random)) for image in images] for _ in range(2))
+    alike = np.array([[similarity(first, second) for second in two] for first in one])
+    return float(np.diag(alike).min()), float(alike[~np.eye(PAGES, dtype=bool)].max())
+
+
+def _shot_again(image: Bytes, random: np.random.Generator) -> Bytes:
+    """A page at 100 dpi as another shot of it may restore it: turned, moved, in other light, more or less sharp."""
+    height, width = image.shape[:2]
+    turn = cv2.getRotationMatrix2D((width / 2, height / 2), random.uniform(-0.4, 0.4), 1 + random.uniform(-3e-3, 3e-3))
+    turn[:, 2] += random.uniform(-3, 3, 2)
+    moved = cv2.warpAffine(image, turn, (width, height), borderValue=(235, 235, 235)).astype(float)
+    across, down = (np.linspace(-0.5, 0.5, count) * random.uniform(-0.3, 0.3) for count in (width, height))
+    lit = moved * (random.uniform(0.7, 1.0) * (1 + across + down[:, None]))[..., None]
+    sharp = cv2.GaussianBlur(lit, (0, 0), random.uniform(0.5, 1.5))
+    return np.clip(sharp + random.normal(0, 2, sharp.shape), 0, 255).astype(np.uint8)
 
 
 def _shots() -> Iterator[tuple[str, RangeScan]]:
