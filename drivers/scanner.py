@@ -11,9 +11,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import TracebackType
-from typing import Literal, Protocol, Self
+from typing import TYPE_CHECKING, Literal, Protocol, Self
 
-from restore.scan import RangeScan
+if TYPE_CHECKING:  # the library takes seconds to import, and every command reports its errors by this module
+    from restore.scan import RangeScan
 
 Progress = Callable[[str, float], None]
 """Called with the name of the step and how much of it is done, 0 to 1."""

@@ -353,3 +353,8 @@ def test_as_a_process_a_closed_stderr_keeps_the_exit_code(repository, tmp_path, 
     words = ["restore", str(tmp_path / "none.obj"), "-o", str(tmp_path / "out"), option]
     done = run(*words, cwd=repository, stdout=subprocess.PIPE, preexec_fn=lambda: os.close(2))
     assert (done.returncode, done.stdout) == (2 if option == "--points" else 3, "")
+
+
+def test_a_command_that_restores_nothing_does_not_wait_for_the_library():
+    code = "import sys; from station.cli import main; main(['session', '--help']); sys.exit('restore' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, check=False).returncode == 0
