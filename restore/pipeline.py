@@ -29,7 +29,7 @@ from restore.report import describe
 from restore.scan import Bytes, RangeScan, RestoredPage, SurfaceMesh
 from restore.settings import Settings
 from restore.shading.relief import relief_of
-from restore.shading.remove import LIGHT_DPI, ShadingResult, doubts
+from restore.shading.remove import LIGHT_DPI, ShadingResult
 from restore.shading.white import WhiteBalance, balance_on_paper
 from restore.texture.coverage import blank_hidden, compute_coverage, inpaint_hidden
 from restore.texture.page import Painting
@@ -83,7 +83,7 @@ def restore(
         image, coverage = inpaint_hidden(image, coverage, settings.dpi, settings.fill_hidden_mm)
     report = describe(surface, unrolled, painting, settings)
     report |= {"light": shading.report, "white": balance.report, "coverage": coverage.shares()}
-    report["warnings"] += doubts(shading.report) + _reasons_for_keeping(balance)
+    report["warnings"] += _reasons_for_keeping(shading, balance)
     report |= {"source": dict(scan.provenance), "seconds": clock.seconds}
     if photos:
         report |= {"photos": photo_report, "warnings": report["warnings"] + reasons(registered, photo_report)}
@@ -123,11 +123,10 @@ def _balance_white(image: Bytes, painting: Painting, unrolled: Unrolled, setting
     return replace(balance, report={"mode": settings.white, **balance.report})
 
 
-def _reasons_for_keeping(balance: WhiteBalance) -> list[str]:
+def _reasons_for_keeping(shading: ShadingResult, balance: WhiteBalance) -> list[str]:
     """Warnings of what the settings ask for and the page does not allow."""
-    if "reason" not in balance.report:
-        return []
-    return [f"the colour of the light is kept: {balance.report['reason']}"]
+    asked = (("the light", shading.report), ("the colour of the light", balance.report))
+    return [f"{what} is kept: {report['reason']}" for what, report in asked if "reason" in report]
 
 
 def _unroll(surface: Sheet | SurfaceMesh, settings: Settings, clock: Stopwatch, on_step: OnStep | None) -> Unrolled:

@@ -41,10 +41,11 @@ def lamp_visibility(lamp: Lamp, caster: RayCaster, normals: Floats, points: Floa
 def sky_view_factor(caster: RayCaster, normals: Floats, points: Floats) -> Floats:
     """(n,) how much of the light from all sides points (n, 3) mm with normals (n, 3) see, 0 to 1."""
     start = points + LIFT_MM * normals
-    return np.asarray(np.mean([_clear(caster, start, FAR_MM * _sky(normals, k)) for k in range(SKY_RAYS)], axis=0))
+    seen = [_clear(caster, start, FAR_MM * sky_direction(normals, k)) for k in range(SKY_RAYS)]
+    return np.asarray(np.mean(seen, axis=0))
 
 
-def _sky(normals: Floats, k: int) -> Floats:
+def sky_direction(normals: Floats, k: int) -> Floats:
     """(n, 3) the k-th direction of light from all sides, as likely as the cosine to the normal (n, 3)."""
     reach, turn = np.sqrt((k + 0.5) / SKY_RAYS), GOLDEN * k
     side = np.cross(normals, [1.0, 0.0, 0.0])

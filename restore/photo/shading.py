@@ -6,8 +6,9 @@ painted painted_from, its own light is found and divided out, and only then are 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -47,7 +48,17 @@ def remove_registered_shading(
         total += share * (evened[k].image if k == main else lit(evened[k].image.astype(np.float32), gain))
         weight += share
     image = np.where(mask[..., None], total / np.maximum(weight, LEAST_SHARE) + 0.5, painted).astype(np.uint8)
-    return replace(evened[main], image=image)
+    return ShadingResult(image, _report(evened, main))
+
+
+def _report(evened: Mapping[int, ShadingResult], main: int) -> dict[str, Any]:
+    """The report on the main picture, and the first reason for which the light of any picture was kept."""
+    reasons = {k: result.report["reason"] for k, result in evened.items() if "reason" in result.report}
+    if not reasons:
+        return evened[main].report
+    first = min(reasons)
+    name = f"photograph {first}" if first else "the scanner's picture"
+    return evened[main].report | {"removed": False, "reason": f"{reasons[first]} (in {name})"}
 
 
 def _painted_from(page: FlatMesh, sources: Sequence[Source], planned: Plan, k: int, dpi: float) -> Bytes:

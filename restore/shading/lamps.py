@@ -16,6 +16,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from restore.bands import in_bands
+from restore.numerics import SMALL
 from restore.robust import robust_sigma
 from restore.scan import Floats, Ints, Mask
 from restore.shading.horizon_map import HorizonMap, in_sight
@@ -83,6 +84,18 @@ class Light:
         in_bands(shine, len(light))
         return light
 
+    def terms(self, places: Places) -> Floats:
+        """(n, 4 + k) the light of the room, its three slopes, and of each lamp, of strength 1 on places of the page."""
+        at = places
+        room = room_terms(places)
+        return _design_matrix(room, at.points, at.normals, at.nodes, self.horizon.slopes, self.middle, self.lamps)
+
+    @property
+    def of_one_colour(self) -> Light:
+        """The same light, room and all lamps of the colour that falls on the page lying flat."""
+        mean, level = self.strengths.mean(axis=1), self.level.astype(float)
+        return replace(self, strengths=np.outer(mean, level / level.mean()))
+
     @property
     def level(self) -> Field:
         """(3,) the light on the page lying flat, in its middle, with nothing before it."""
@@ -90,12 +103,26 @@ class Light:
         return np.asarray(upright @ self.strengths, dtype=np.float32)
 
 
-def fit_light(colour: Field, places: Places, horizon: HorizonMap) -> Light:
-    """Find the light on bare paper, colour (n, 3) linear, some of which may be ink after all."""
+def room_terms(places: Places) -> Floats:
+    """(n, 4): the room's light and its three slopes."""
+    upright = np.column_stack([np.ones(len(places.points)), places.normals])
+    return np.asarray(places.openness[:, None] * upright, dtype=float)
+
+
+def fit_light(colour: Field, places: Places, horizon: HorizonMap, labels: Ints | None = None) -> Light:
+    """Light that explains the linear colour (n, 3) of places.
+
+    labels (n,): regions of constant print, 1 the one whose brightness the light is measured in; the albedo of every
+    other is an unknown of its own. Without them the places are bare paper, some of which may be ink after all.
+    """
     brightness = colour.mean(axis=1).astype(float)
-    fit = _Fit(brightness, places, horizon, places.points.mean(axis=0), _first_guess(brightness, places))
+    if labels is None:
+        labels, weights = np.ones(len(colour), np.int64), _first_guess(brightness, places)
+    else:
+        weights = np.ones(len(colour))
+    fit = _Fit(brightness, places, horizon, places.points.mean(axis=0), weights, labels)
     lamps = np.empty((0, 3))
-    enough = EVEN * float(brightness.mean())
+    enough = EVEN * fit.level
     while len(lamps) < MAX_LAMPS and fit.deviation(lamps) > enough:
         found = _add_lamp(lamps, fit)
         if not fit.better(found, lamps, PROMISING):
@@ -106,8 +133,8 @@ def fit_light(colour: Field, places: Places, horizon: HorizonMap) -> Light:
         lamps = found
         fit = fit.reweighted(lamps, FLOOR)
     fit = fit.reweighted(lamps, LAST_FLOOR)
-    terms = fit.terms(lamps)
-    strengths = np.stack([_solve(terms, colour[:, k].astype(float), fit.weights) for k in range(3)], axis=1)
+    channels = (replace(fit, brightness=colour[:, k].astype(float)) for k in range(3))
+    strengths = np.stack([channel.strengths(lamps) for channel in channels], axis=1)
     return Light(lamps, strengths, fit.middle, horizon)
 
 
@@ -143,34 +170,62 @@ class _Fit:
     horizon: HorizonMap
     middle: Field
     weights: Floats
+    labels: Ints
+
+    @cached_property
+    def level(self) -> float:
+        """Mean brightness of the region that the light is measured in."""
+        return float(self.brightness[self.labels == 1].mean())
+
+    @cached_property
+    def target(self) -> Floats:
+        """(n,) what the reduced terms are fitted to: the brightness, or 0 where the albedo is eliminated."""
+        return np.where(self.labels == 1, self.brightness, 0.0)
 
     @cached_property
     def room(self) -> Floats:
         """(n, 4): the room's light and its three slopes."""
-        upright = np.column_stack([np.ones(len(self.places.points)), self.places.normals])
-        return np.asarray(self.places.openness[:, None] * upright, dtype=float)
+        return room_terms(self.places)
 
     @cached_property
     def cap(self) -> float:
         """What a place that no light explains may count at most."""
-        return OUTLYING * FLOOR * float(self.brightness.mean())
+        return OUTLYING * FLOOR * self.level
 
     def terms(self, lamps: Floats) -> Floats:
-        """(n, 4 + k): the room's light, its three slopes, and each lamp's light."""
+        """(n, 4 + k): the room's light, its three slopes, and each lamp's light, reduced by the unknown albedos.
+
+        In a region of albedo a the brightness is b = a·t·s for terms t and strengths s. The best 1/a for given s is
+        linear in s, so that t·s − b/a = t'·s with t' = t − b (Σ w b t) / (Σ w b²).
+        """
         at = self.places
-        return _design_matrix(self.room, at.points, at.normals, at.nodes, self.horizon.slopes, self.middle, lamps)
+        terms = _design_matrix(self.room, at.points, at.normals, at.nodes, self.horizon.slopes, self.middle, lamps)
+        for label in self.others:
+            here = self.labels == label
+            brightness, weighted = self.brightness[here], (self.weights * self.brightness)[here]
+            terms[here] -= np.outer(brightness, weighted @ terms[here] / max(float(weighted @ brightness), SMALL))
+        return np.asarray(terms)
+
+    @cached_property
+    def others(self) -> Ints:
+        """(m,) labels of the regions of unknown albedo."""
+        return np.unique(self.labels[self.labels != 1])
+
+    def strengths(self, lamps: Floats) -> Floats:
+        """(4 + k,) the best strengths of room and lamps."""
+        return _solve(self.terms(lamps), self.target, self.weights)
 
     def residual(self, lamps: Floats) -> Floats:
         """(n,) what the best strengths of room and lamps leave of the brightness."""
         terms = self.terms(lamps)
-        return np.asarray(self.brightness - terms @ _solve(terms, self.brightness, self.weights))
+        return np.asarray(self.target - terms @ _solve(terms, self.target, self.weights))
 
     def deviation(self, lamps: Floats, doubted: float = DOUBTED) -> float:
         """Its root mean square; infinite when a lamp would have to take light away.
 
         Ink counts no more than any other that no light explains; a shadow that another lamp would explain counts.
         """
-        return float(_truncated_rms(self.terms(lamps), self.brightness, self.weights, self.cap, doubted))
+        return float(_truncated_rms(self.terms(lamps), self.target, self.weights, self.cap, doubted))
 
     def better(self, found: Floats, lamps: Floats, share: float) -> bool:
         """Whether the lamps found bring the deviation down to a share of what others leave.
@@ -183,9 +238,7 @@ class _Fit:
         """The same, trusting what these lamps explain."""
         fit = self
         for _ in range(ROUNDS):
-            fit = replace(
-                fit, weights=_inlier_weights(fit.residual(lamps), fit.weights > 0, floor * self.brightness.mean())
-            )
+            fit = replace(fit, weights=_inlier_weights(fit.residual(lamps), fit.weights > 0, floor * self.level))
         return fit
 
 

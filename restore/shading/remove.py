@@ -8,7 +8,6 @@ surface only takes what is left.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from math import ceil
 from typing import Any
@@ -24,24 +23,23 @@ from restore.robust import MAD_TO_SIGMA
 from restore.scan import Bytes, Floats, Mask
 from restore.shading.channels import as_list, highest, lowest, scaled, total_of
 from restore.shading.crease_residual import crease_light
-from restore.shading.horizon_map import fill_nearest, horizon_map
-from restore.shading.lamps import SAMPLES, Light, Places, fit_light
+from restore.shading.estimate import DIMMEST, LEAST_PAPER, Estimate, Judges, estimate_again, estimate_light
+from restore.shading.horizon_map import HorizonMap, fill_nearest, horizon_map
+from restore.shading.lamps import Places
 from restore.shading.paper import paper_candidates
+from restore.shading.regions import regions_of
 from restore.shading.relief import Field, Relief
+from restore.shading.residual import CONTRAST, Residual, residual_light
 from restore.shading.srgb import LINEAR, srgb_codes
 from restore.texture.page import MM_PER_INCH
 
 LIGHT_DPI = 60.0  # cells of 0.42 mm, the samples of the range grid: no shadow is known more exactly
-TINT = 0.15  # of it, from channel to channel: noise of dim paper stays below, pale inks do not
-CONTRAST = 0.12  # of the light expected: cells nearer to it than this are paper
-NEAR_MM, FAR_MM = 6.0, 30.0  # widths of the surface that takes what the light leaves: on bare paper, and under figures
-FAR_SHARE = 1e-3  # of the wide surface: it counts only where there is no paper near
-LEAST_PAPER = 50  # cells: fewer tell nothing of the light
-SHRINK = 4  # of the cells for that surface, which is smooth
-LITTLE_PAPER = 0.25  # of the page: dark pages that were worse without their light had 4 to 20 %
+BRIGHT_PRINT = 0.04  # of the page: where more of it is brighter than the ground, the ground is no paper
 MAX_GAIN = 8.0  # three stops: a deeper shadow holds no picture to bring back, only noise
-DIMMEST = 4 * MAX_GAIN  # of the level light: less is not found in any hollow, and would be divided by
 BLUR_MM = 0.5  # of a camera with 50 pixels to the inch
+# Cells by which a crease or the edge of a shadow may be misplaced: half a sample of the range grid, and as much between
+# shape and picture.
+UNCERTAIN = 2
 BRIGHTEST = 1.3  # of the paper's light in one channel: printed on white, no ink gives back more
 SPARED = 7  # of the cells one in so many tells how uneven they are
 CODES = 4096  # steps of light for the way back to codes: half a code at the dark end, far less elsewhere
@@ -56,45 +54,83 @@ class ShadingResult:
 
 
 def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> ShadingResult:
-    """Page (h, w, 3) uint8 with its shading divided out, by its relief; pixels outside mask (h, w) do not change."""
+    """Page (h, w, 3) uint8 with its shading divided out, by its relief; pixels outside mask (h, w) do not change.
+
+    Where the page does not tell its light for certain the image is returned unchanged, and the report gives the reason.
+    """
     colour, inside = _cells(image, mask, dpi, relief)
-    chosen = np.flatnonzero(paper_candidates(colour, inside, relief.dpi))
-    if len(chosen) < LEAST_PAPER:
-        return ShadingResult(image, {"lamps": 0, "paper_share": 0.0})
-    horizon = horizon_map(relief)
-    nodes = horizon.nodes(relief.points)
-    openness = cv2.remap(horizon.openness(), nodes, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    # What lies off the page is taken along, and never looked at: to sort it out would take longer.
-    places = Places(*(as_list(field) for field in (relief.points, relief.normals, openness, nodes)))
-    chosen = chosen[:: max(1, len(chosen) // SAMPLES)]
-    light = fit_light(as_list(colour)[chosen], places[chosen], horizon)
+    if inside.sum() < LEAST_PAPER:
+        return _kept(image, "the page is too small")
+    regions = regions_of(colour, relief.normals, inside)
+    judges = Judges.of(colour, regions, inside)
+    if not len(judges.cells):
+        return _kept(image, "no part of the page is of one print, so that no gradient is certain to be the light's")
+    candidates = np.flatnonzero(paper_candidates(colour, inside, relief.dpi))
+    places, horizon = _places(relief)
+    found = estimate_light(as_list(colour), candidates, places, horizon, regions, judges, inside)
+    if found is None:
+        return _kept(image, "nothing within its regions of one print shows for certain that the light on it is uneven")
+    if not found.certainty.sure:
+        again = estimate_again(found, colour, relief.normals, candidates, places, horizon, inside)
+        found, judges = again or (found, judges)
     # From here on light is measured in the level light.
-    relative = 1 / np.maximum(light.level, SINGLE_TINY)
-    expected = np.maximum(scaled(light.irradiance(places).reshape(colour.shape), relative), 1 / DIMMEST)
+    relative = 1 / np.maximum(found.light.level, SINGLE_TINY)
+    expected = np.maximum(scaled(found.values.reshape(colour.shape), relative), np.float32(1 / DIMMEST))
     # The camera has blurred the light of a crease with everything else.
     expected = cv2.GaussianBlur(fill_nearest(expected, inside), (0, 0), BLUR_MM / MM_PER_INCH * relief.dpi)
     seen = scaled(colour, relative)
-    rest, paper = _residual_light(seen / expected, inside)
-    surface = expected * rest
-    reflectance = seen / surface
-    surface *= crease_light(lowest(reflectance), highest(reflectance), total_of(expected), inside)[..., None]
+    residual = residual_light(seen / expected, relief.normals, inside, relief.dpi)
+    surface = _corrected(seen, expected, residual, inside)
+    corrected = _better(as_list(surface), as_list(expected), judges, residual.ground.ravel())
+    if not corrected:
+        surface = expected
     gain = fill_nearest(np.clip(1 / np.maximum(surface, SINGLE_TINY), 1 / MAX_GAIN, MAX_GAIN), inside)
     evened, scale, codes = np.empty_like(image), relief.dpi / dpi, srgb_codes(np.arange(CODES) / (CODES - 1))
     in_bands(lambda band: _multiply(image, mask, gain, scale, LINEAR, codes, band.start, evened[band]), len(image))
-    return ShadingResult(evened, _shading_report(light, colour, gain, paper, inside))
+    report = {"removed": True, "corrected": corrected, "regions_share": regions.share(inside)} | _told_by(found)
+    return ShadingResult(evened, report | _evenness(colour, gain, residual.ground, inside))
 
 
-def doubts(report: Mapping[str, Any]) -> list[str]:
-    """Warnings that follow from the report of a removal: little bare paper means that print may be taken for light."""
-    share = report.get("paper_share")
-    if share is None or share >= LITTLE_PAPER:
-        return []
-    if share == 0.0:
-        return ["the light is kept: no bare paper was found on the page"]
-    return [
-        f"bare paper was found on {share:.0%} of the page only: of dark pages and of pictures that reach the border, "
-        "print may have been divided out with the light; compare with the master"
-    ]
+def _better(surface: Field, expected: Field, judges: Judges, ground: Mask) -> bool:
+    """Whether a light (cells, 3) with its residual explains the regions better than without, and those away from the
+    ground (cells,), which the residual was not fitted to, not worse for certain."""
+    away = judges[~ground[judges.cells]]
+    return judges.gain(surface, expected)[0] > 0 and not away.prefer(expected, surface)
+
+
+def _kept(image: Bytes, reason: str) -> ShadingResult:
+    """The page unchanged, and why."""
+    return ShadingResult(image, {"removed": False, "reason": reason})
+
+
+def _told_by(found: Estimate) -> dict[str, Any]:
+    """What the fitted light rests on, and how certain it is (JSON values)."""
+    light = {"lamps": len(found.light.lamps), "fitted_to": found.fitted_to}
+    return light | {"variation": found.certainty.variation, "standard_error": found.certainty.error}
+
+
+def _places(relief: Relief) -> tuple[Places, HorizonMap]:
+    """All cells of a relief, those off the page too: to sort them out would take longer."""
+    horizon = horizon_map(relief)
+    nodes = horizon.nodes(relief.points)
+    openness = cv2.remap(horizon.openness(), nodes, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return Places(*(as_list(field) for field in (relief.points, relief.normals, openness, nodes))), horizon
+
+
+def _corrected(seen: Field, expected: Field, residual: Residual, inside: Mask) -> Field:
+    """(r, c, 3) the light with its residual, and along creases where the ground is paper."""
+    surface = expected * residual.surface
+    ratio = seen / (surface * residual.colour)
+    if (lowest(ratio) > 1 + CONTRAST)[inside].mean() > BRIGHT_PRINT:
+        return surface
+    step = total_of(expected)
+    excess = _excess_light(ratio, inside)
+    reflectance = np.asarray(ratio / excess[..., None], dtype=np.float32)
+    line = np.multiply(excess, crease_light(lowest(reflectance), highest(reflectance), step, inside))
+    # A step of the light is known to UNCERTAIN cells: what is left there is light from one of its sides.
+    around = np.ones((2 * UNCERTAIN + 1, 2 * UNCERTAIN + 1), np.uint8)
+    line = np.clip(line, cv2.erode(step, around) / step, cv2.dilate(step, around) / step)
+    return np.asarray(surface * line[..., None])
 
 
 def _cells(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> tuple[Field, Mask]:
@@ -113,32 +149,8 @@ def _cells(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> tuple[Field,
     return np.asarray(cv2.LUT(codes, LINEAR)), whole & relief.inside
 
 
-def _residual_light(ratio: Field, inside: Mask) -> tuple[Field, Mask]:
-    """Smooth residual (r, c, 3) of the paper's brightness over the fitted light, and the paper mask (r, c)."""
-    some = as_list(ratio)[np.flatnonzero(inside)[::SPARED]]
-    level = np.array([_mode(some[:, k]) for k in range(3)])
-    ratio = scaled(ratio, 1 / level)
-    # To tell where there may be paper, few cells do.
-    few, within = ratio[::SHRINK, ::SHRINK], inside[::SHRINK, ::SHRINK]
-    smooth = np.ones_like(few)
-    for tolerance in (2 * CONTRAST, CONTRAST):
-        paper = _paper(few / smooth, tolerance, within)
-        smooth = _smooth(few * paper[..., None], paper.astype(np.float32))
-    paper = _paper(ratio / _enlarged(smooth, inside), CONTRAST / 2, inside)
-    fields = cv2.copyTo(ratio, paper.view(np.uint8)), paper.astype(np.float32)
-    size = smooth.shape[1::-1]
-    surface = _enlarged(_smooth(*(cv2.resize(field, size, interpolation=cv2.INTER_AREA) for field in fields)), inside)
-    return scaled(surface * _excess_light(ratio / surface, inside), level), paper
-
-
-def _paper(ratio: Field, tolerance: float, inside: Mask) -> Mask:
-    """Where the page is paper by a ratio (r, c, 3) that is 1 there, give or take a tolerance."""
-    low, high = lowest(ratio), highest(ratio)
-    return np.asarray(inside & (low > 1 - tolerance) & (high < 1 + tolerance) & (high - low < TINT))
-
-
 def _excess_light(ratio: Field, inside: Mask) -> Field:
-    """(r, c, 1) factor by which the light must exceed the fitted light, 1 almost everywhere.
+    """(r, c) factor by which the light must exceed the fitted light, 1 almost everywhere.
 
     No ink is brighter than paper in all channels, and none much brighter in one: what seems to be lies beside a crease
     or a shadow that is not quite where it was thought to be.
@@ -146,41 +158,14 @@ def _excess_light(ratio: Field, inside: Mask) -> Field:
     above = np.maximum(lowest(ratio) / (1 + CONTRAST / 2), highest(ratio) / BRIGHTEST)
     above = np.where(inside, np.maximum(above, 1), 1).astype(np.float32)
     lifted: Field = cv2.GaussianBlur(cv2.dilate(above, np.ones((3, 3), np.uint8)), (0, 0), 1.0)
-    return lifted[..., None]
+    return lifted
 
 
-def _mode(values: Field) -> float:
-    """The commonest value near 1: that of bare paper, since the light was fitted to it."""
-    near = values[(values > 0.5) & (values < 1.5)]
-    if not len(near):
-        return 1.0
-    count, edges = np.histogram(near, bins=100, range=(0.5, 1.5))
-    top = int(np.argmax(np.convolve(count, np.ones(3), "same")))
-    return float(edges[top : top + 2].mean())
-
-
-def _smooth(value: Field, weight: Field) -> Field:
-    """The weighted mean round every cell of every SHRINK-th row and column: value (r, c, 3) is that of paper times
-    weight (r, c), the share of paper; under ink and figures it is continued."""
-    total, count = SINGLE_TINY * np.ones_like(value), np.full_like(weight, SINGLE_TINY)
-    for width, share in ((NEAR_MM, 1.0), (FAR_MM, FAR_SHARE)):
-        sigma = width / MM_PER_INCH * LIGHT_DPI / SHRINK
-        total += share * cv2.GaussianBlur(value, (0, 0), sigma)
-        count += share * cv2.GaussianBlur(weight, (0, 0), sigma)
-    return np.asarray(total / count[..., None])
-
-
-def _enlarged(field: Field, over: Mask) -> Field:
-    """A smooth field on every cell of a mask (r, c)."""
-    return np.asarray(cv2.resize(field, over.shape[::-1], interpolation=cv2.INTER_LINEAR))
-
-
-def _shading_report(light: Light, colour: Field, gain: Field, paper: Mask, inside: Mask) -> dict[str, Any]:
+def _evenness(colour: Field, gain: Field, paper: Mask, inside: Mask) -> dict[str, Any]:
     some = np.flatnonzero(paper)[::SPARED]
     seen, gains = (as_list(field)[some] for field in (colour, gain))
     before, after = seen.mean(axis=1), (seen * gains).mean(axis=1)
     return {
-        "lamps": len(light.lamps),
         "paper_share": float(paper.sum() / max(inside.sum(), 1)),
         "unevenness_before": _unevenness(before),
         "unevenness": _unevenness(after),

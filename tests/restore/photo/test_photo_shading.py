@@ -12,9 +12,10 @@ from drivers.simulated.camera import Exposure
 from oracles.studio import View
 from restore import Photograph
 from restore.photo import Registered, paint_registered, register_photographs, remove_registered_shading
+from restore.photo.shading import _report
 from restore.prepare import prepare
 from restore.shading.relief import relief_of
-from restore.shading.remove import LIGHT_DPI, LINEAR, remove_shading
+from restore.shading.remove import LIGHT_DPI, LINEAR, ShadingResult, remove_shading
 from restore.texture.page import paint_page
 
 DPI = 80.0
@@ -88,3 +89,12 @@ def test_a_page_without_picture_stays(figure, relief):
     plain = paint_page(figure.page, DPI)
     evened = remove_registered_shading(bare, [], DPI, relief, plain.image, plain.mask)
     assert evened.image.shape == plain.image.shape
+
+
+def test_a_picture_whose_light_was_kept_is_reported():
+    told = ShadingResult(np.zeros((2, 2, 3), np.uint8), {"removed": True, "lamps": 1})
+    kept = ShadingResult(np.zeros((2, 2, 3), np.uint8), {"removed": False, "reason": "nothing is certain"})
+    assert _report({0: told, 1: told}, 1) == told.report
+    report = _report({0: told, 1: kept}, 0)
+    assert not report["removed"]
+    assert report["reason"] == "nothing is certain (in photograph 1)"

@@ -65,6 +65,18 @@ def vector(lamp):
 ROOM = [0.4 * PAPER, 0 * PAPER, 0 * PAPER, 0 * PAPER]
 
 
+def test_a_light_of_one_colour_is_as_bright_and_has_the_colour_of_the_level():
+    relief = surface(bowl)
+    lamps = [toward(135, 40, 1e-3), toward(-20, 60, 1e-3)]
+    strengths = [*ROOM, 0.3 * PAPER * [1.2, 1.0, 0.8], 0.3 * PAPER * [0.8, 1.0, 1.2]]
+    light, places = lit_by(lamps, strengths, relief, horizon_map(relief))
+    plain = light.of_one_colour.irradiance(places)
+    np.testing.assert_allclose(plain.mean(axis=1), light.irradiance(places).mean(axis=1), rtol=EXPLAINED)
+    hue = light.level / light.level.mean()
+    np.testing.assert_allclose(plain, plain.mean(axis=1, keepdims=True) * hue, rtol=EXPLAINED)
+    assert np.ptp(light.irradiance(places)[:, 0] / light.irradiance(places)[:, 2]) > EXPLAINED
+
+
 @pytest.mark.parametrize("azimuth, polar, distance", [(135, 40, 900.0), (-20, 60, 600.0), (80, 50, 1500.0)])
 def test_a_near_lamp_is_found_where_it_stands(azimuth, polar, distance):
     relief = surface(bowl)
@@ -78,6 +90,20 @@ def test_a_near_lamp_is_found_where_it_stands(azimuth, polar, distance):
     angle = np.degrees(np.arccos(np.clip(vector(strongest) @ vector(true.lamps[0]), -1, 1)))
     assert angle < DEGREES
     assert found.level == pytest.approx(true.level, rel=2 * EXPLAINED)
+
+
+def test_regions_of_unknown_albedo_tell_the_light_as_paper_does():
+    relief = surface(bowl)
+    horizon = horizon_map(relief)
+    true, places = lit_by([toward(135, 40, 1e-3)], [*ROOM, 0.6 * PAPER], relief, horizon)
+    chosen = np.arange(0, len(places.points), 6)
+    x, y, _ = places.points[chosen].T
+    labels = 1 + (x > 20).astype(int) + 2 * (y > -30).astype(int)
+    albedo = np.array([[0, 0, 0], [0.02, 0.03, 0.08], [0.9, 0.9, 0.9], [0.4, 0.1, 0.1], [0.05, 0.3, 0.1]])[labels]
+    found = fit_light((albedo * true.irradiance(places)[chosen]).astype(np.float32), places[chosen], horizon, labels)
+    ratio = found.irradiance(places) / true.irradiance(places)
+    assert np.percentile(np.abs(ratio / np.median(ratio, axis=0) - 1), 95) < EXPLAINED
+    assert np.median(ratio, axis=0) == pytest.approx(albedo[labels == 1][0], rel=EXPLAINED)
 
 
 def test_two_lamps_of_two_colours_are_told_apart():

@@ -4,9 +4,10 @@ import cv2
 import numpy as np
 import pytest
 
+from drivers.simulated.albedo import srgb
 from restore.shading import remove as module
 from restore.shading.relief import Relief
-from restore.shading.remove import LIGHT_DPI, MAX_GAIN, doubts, remove_shading
+from restore.shading.remove import LIGHT_DPI, MAX_GAIN, remove_shading
 from restore.shading.srgb import LINEAR, srgb_codes
 from restore.texture.page import MM_PER_INCH
 
@@ -19,6 +20,8 @@ WORST = 10.0
 ROUNDED = 1.5
 DEEP, ROUNDING = 20, 1.03  # a shadow of 1 % of the light; half a code of fifty
 TINT = 0.02  # relative
+BLUR = 4  # pixels: takes the noise out, and reaches three times as far
+CONTRAST = 0.15  # relative: dark codes hold few steps of light, and both parts end in the blur of their edges
 
 
 def page(dpi=DPI):
@@ -166,20 +169,80 @@ def test_a_pale_spot_in_a_figure_is_not_taken_for_paper():
     assert change[figure].max() < EVEN
 
 
-def test_a_page_that_is_hardly_paper_is_warned_about():
-    """A dark picture that reaches the border, its highlights the brightest places; a page of text has paper enough."""
-    reflectance, _ = page()
-    blobs = cv2.GaussianBlur(np.random.default_rng(5).normal(size=reflectance.shape[:2]), (0, 0), 25.0)
-    picture = np.repeat(np.interp(blobs, [blobs.min(), blobs.max()], [8.0, 220.0])[..., None], 3, axis=2)
-    (doubt,) = doubts(removed(lit(picture, lamp(picture.shape))).report)
-    assert "compare with the master" in doubt
-    assert doubts(removed(lit(reflectance, lamp(reflectance.shape))).report) == []
+def curled(shape, dpi=DPI):
+    """The relief of a page that rises to both sides, 60 mm round its middle line."""
+    level = flat(shape, dpi)
+    x = level.points[..., 0]
+    slope = (x - x.mean()) / 150.0
+    normals = np.dstack([-slope, np.zeros_like(x), np.ones_like(x)])
+    normals /= np.linalg.norm(normals, axis=2, keepdims=True)
+    height = (x - x.mean()) ** 2 / 300.0
+    points = np.dstack([x, level.points[..., 1], height]).astype(np.float32)
+    step = 8
+    corners = points[::step, ::step].reshape(-1, 3).astype(float)
+    rows, cols = points[::step, ::step].shape[:2]
+    k = np.arange(rows * cols).reshape(rows, cols)
+    a, b, c, d = (part.ravel() for part in (k[:-1, :-1], k[:-1, 1:], k[1:, :-1], k[1:, 1:]))
+    faces = np.concatenate([np.stack([a, c, d], 1), np.stack([a, d, b], 1)])
+    return Relief(points, normals.astype(np.float32), LIGHT_DPI, corners, faces, np.eye(3), np.zeros(3))
 
 
-def test_a_page_whose_light_was_kept_is_told_so():
-    assert "the light is kept" in doubts({"lamps": 0, "paper_share": 0.0})[0]
-    assert doubts({}) == []  # nobody asked for its removal
+def from_the_left(relief, shape):
+    """Light of a far lamp at 45° on the left, and of the room, pixel by pixel."""
+    lamp = relief.normals @ np.float32([-0.7, 0.0, 0.7])
+    return cv2.resize(0.4 + 0.6 * lamp, shape[1::-1], interpolation=cv2.INTER_LINEAR)
 
 
-def removed(image):
-    return remove_shading(image, everywhere(image), DPI, flat(image.shape))
+def photographed(reflectance, light):
+    """Codes of a page of codes (h, w, 3) in some light, as a camera of 8 bits takes it."""
+    linear = LINEAR[np.clip(reflectance, 0, 255).astype(np.uint8)] * light[..., None]
+    noise = np.random.default_rng(5).normal(0, 1.0, linear.shape)
+    return np.clip(srgb(linear) + noise + 0.5, 0, 255).astype(np.uint8)
+
+
+def unevenness(image, where, reflectance):
+    """Spread of what is left of the light where one print is: its relative standard deviation."""
+    ratio = LINEAR[image[where]].sum(axis=1) / LINEAR[reflectance[where].astype(np.uint8)].sum(axis=1)
+    return ratio.std() / ratio.mean()
+
+
+def test_on_a_dark_page_the_light_is_found_on_its_ground():
+    reflectance, ground = page()
+    reflectance[ground], reflectance[~ground] = (30, 36, 82), (215, 210, 190)
+    relief = curled(reflectance.shape)
+    image = photographed(reflectance, from_the_left(relief, reflectance.shape))
+    result = remove_shading(image, everywhere(image), DPI, relief)
+    assert result.report["removed"]
+    calm = (cv2.GaussianBlur(picture, (0, 0), BLUR) for picture in (image, result.image))
+    bare = cv2.erode(ground.astype(np.uint8), np.ones((6 * BLUR + 1, 6 * BLUR + 1), np.uint8)) > 0
+    before, after = (unevenness(picture, bare, reflectance) for picture in calm)
+    assert after < before / 3
+    text = LINEAR[result.image[~ground]].mean() / LINEAR[result.image[ground]].mean()
+    true = LINEAR[reflectance[~ground].astype(np.uint8)].mean() / LINEAR[reflectance[ground].astype(np.uint8)].mean()
+    assert text == pytest.approx(true, rel=CONTRAST)
+
+
+def test_pale_tints_on_one_slope_do_not_colour_the_light():
+    """All that faces the lamp is pale pink, all that turns away pale green, as if two lamps were of these colours."""
+    reflectance, ground = page()
+    half = reflectance.shape[1] // 2
+    left, right = np.zeros_like(ground), np.zeros_like(ground)
+    left[40:-40, 40 : half - 20], right[40:-40, half + 20 : -40] = True, True
+    reflectance[left & ground], reflectance[right & ground] = (232, 218, 218), (218, 232, 220)
+    relief = curled(reflectance.shape)
+    image = photographed(reflectance, from_the_left(relief, reflectance.shape))
+    result = remove_shading(image, everywhere(image), DPI, relief)
+    assert result.report["removed"]
+    for field in (left & ground, right & ground):
+        hue, true = (LINEAR[picture[field].astype(np.uint8)].mean(axis=0) for picture in (result.image, reflectance))
+        np.testing.assert_allclose(hue / hue.sum(), true / true.sum(), rtol=TINT)
+
+
+def test_a_page_without_a_region_of_constant_print_is_returned_unchanged_with_the_reason():
+    rng = np.random.default_rng(8)
+    clouds = cv2.resize(rng.uniform(20, 230, (26, 36, 3)), (709, 512), interpolation=cv2.INTER_CUBIC)
+    image = np.clip(clouds + rng.normal(0, 12, clouds.shape), 0, 255).astype(np.uint8)
+    result = remove_shading(image, everywhere(image), DPI, curled(image.shape))
+    np.testing.assert_array_equal(result.image, image)
+    assert not result.report["removed"]
+    assert result.report["reason"]

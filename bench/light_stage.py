@@ -1,0 +1,165 @@
+"""A bent sheet before the scanner's camera under many prints and lamps; what they share is computed once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from bench.light_prints import DPI
+from bench.shading import DISTANCE_MM, PAGE_MM, measured_and_unrolled
+from drivers.simulated.albedo import LINEAR, colour_codes, linear, srgb
+from drivers.simulated.artwork import Print, White
+from drivers.simulated.colour import BLUR_PX, EXPOSURE, NOISE_CODES
+from drivers.simulated.facemaps import FaceMaps
+from drivers.simulated.illumination import (
+    LIFT_MM,
+    SKY_RAYS,
+    irradiance,
+    lamp_visibility,
+    sky_direction,
+    sky_view_factor,
+)
+from drivers.simulated.light import Light
+from drivers.simulated.optics import LENS_CENTRE
+from drivers.simulated.raycast import RayCaster
+from drivers.simulated.scene import Scene, place_sheet
+from drivers.simulated.sheets import Sheet
+from drivers.vivid900.calibration import Calibration, nominal
+from drivers.vivid900.lenses import LENSES
+from drivers.vivid900.triangulation import project, tangents
+from restore.range_image.sheet import Sheet as Surface
+from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
+from restore.texture.page import paint_page
+from restore.unroll import Unrolled
+from restore.vivid import TEXTURE_COLS, TEXTURE_ROWS
+
+SUBSAMPLES = 2  # rays across and down a pixel
+COARSE = 8  # rays: how much of the room and of the page is seen changes slowly
+LENS = LENSES["MIDDLE"]
+
+Field = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Spot:
+    """The cone (mm at the page) that a lamp lights, and what is left of it outside."""
+
+    middle_mm: tuple[float, float]
+    radius_mm: float
+    outside: float
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """A sheet as the camera sees it, ray by ray (h, w), and the same sheet as it was scanned and unrolled.
+
+    face (h, w), −1 where a ray meets nothing; points (h, w, 3) mm.
+    """
+
+    scene: Scene
+    body: Calibration
+    caster: RayCaster
+    maps: FaceMaps
+    face: Ints
+    points: Floats
+    surface: Surface | SurfaceMesh
+    unrolled: Unrolled
+
+    @classmethod
+    def of(cls, sheet: Sheet) -> Stage:
+        """Scan white paper bent to a sheet."""
+        surface, unrolled = measured_and_unrolled(sheet, White())
+        scene = place_sheet(sheet, White().print_on(PAGE_MM), depth_mm=DISTANCE_MM + LENS.pupil_mm)
+        caster, maps, body = RayCaster(scene.vertices, scene.faces), FaceMaps.of(scene), nominal(LENS)
+        row, col = np.mgrid[: TEXTURE_ROWS * SUBSAMPLES, : TEXTURE_COLS * SUBSAMPLES]
+        sight = tangents(body, (np.stack([col, row], axis=-1) + 0.5) / SUBSAMPLES - 0.5)
+        rays = np.concatenate([sight, np.full((*sight.shape[:2], 1), -1.0)], axis=-1)
+        face, depth = caster.first_hit(LENS_CENTRE, rays)
+        points = rays * np.where(face >= 0, depth, 0)[..., None]
+        return cls(scene, body, caster, maps, face, points, surface, unrolled)
+
+    def page(self, texture: Bytes, dpi: float) -> tuple[Bytes, Mask]:
+        """The page (h, w, 3) painted from a picture of the camera, and where it is."""
+        painting = paint_page(replace(self.unrolled.fine, texture=texture), dpi)
+        return painting.image, painting.mask
+
+    def print(self, image: Bytes) -> Field:
+        """(480, 640, 3) codes, 0 to 255, of a printed page (h, w, 3) as the camera's pixels average it."""
+        scene = replace(self.scene, printed=Print(image, PAGE_MM, dpi=DPI))
+        seen = self.face >= 0
+        footprint = DISTANCE_MM / self.body.focal_px / SUBSAMPLES
+        codes = np.zeros((*self.face.shape, 3), np.float32)
+        face, points = self.face[seen], self.points[seen]
+        codes[seen] = colour_codes(scene, footprint)(face, self.maps.page(face, points))
+        return _averaged(codes)
+
+    def light(self, light: Light, albedo: Floats, spot: Spot | None) -> Field:
+        """(480, 640, 3) light on the page: of lamps and room with their shadows, and once from the page to itself.
+
+        albedo (3,): mean share of the light that the print gives back.
+        """
+        depth = -float(self.scene.surface.shift[2])
+        seen = self.face >= 0
+        parts = irradiance(light, self.maps, self.face[seen], self.points[seen], depth)
+        if spot is not None:
+            away = np.linalg.norm(self.points[seen][:, :2] - spot.middle_mm, axis=1) / spot.radius_mm
+            parts[1] *= (spot.outside + (1 - spot.outside) / (1 + away**6))[:, None].astype(np.float32)
+        total = np.zeros((*self.face.shape, 3), np.float32)
+        if light.shadows:
+            shares = [self._coarse(sky_view_factor(self.caster, *self._at(COARSE)), COARSE)]
+            shares += [
+                self._coarse(lamp_visibility(lamp, self.caster, *self._at(SUBSAMPLES)), SUBSAMPLES)
+                for lamp in light.lamps
+            ]
+            parts = [part * share[seen][:, None] for part, share in zip(parts, shares, strict=True)]
+        total[seen] = np.sum(parts, axis=0)
+        if light.shadows:
+            total[seen] += (albedo * self._reflected(total))[seen]
+        return _averaged(total)
+
+    def _at(self, step: int) -> tuple[Floats, Floats]:
+        face, points = self.face[::step, ::step], self.points[::step, ::step]
+        seen = face >= 0
+        return self.maps.facing(face[seen], points[seen]), points[seen]
+
+    def _coarse(self, values: Floats, step: int) -> Field:
+        """Values at every step-th ray that meets something, at all rays."""
+        seen = self.face[::step, ::step] >= 0
+        field = np.ones((*seen.shape, *values.shape[1:]), np.float32)
+        field[seen] = values
+        return np.asarray(cv2.resize(field, self.face.shape[::-1], interpolation=cv2.INTER_LINEAR))
+
+    def _reflected(self, light: Field) -> Field:
+        """(h, w, 3) what comes from the page to itself once, for paper that gives back all light."""
+        normals, points = self._at(COARSE)
+        start = points + LIFT_MM * normals
+        gathered = np.zeros((len(points), 3), np.float32)
+        for k in range(SKY_RAYS):
+            way = sky_direction(normals, k)
+            face, reach = self.caster.first_hits(start, way)
+            met = (face >= 0) & self.scene.on_page[np.maximum(face, 0)]
+            where = project(self.body, start[met] + reach[met, None] * way[met]) * SUBSAMPLES
+            at = np.ascontiguousarray(where.astype(np.float32)).reshape(-1, 1, 2)
+            gathered[met] += cv2.remap(light, at, None, cv2.INTER_LINEAR).reshape(-1, 3) if met.any() else 0
+        return self._coarse(gathered / SKY_RAYS, COARSE)
+
+
+def _averaged(field: Field) -> Field:
+    size = (TEXTURE_COLS, TEXTURE_ROWS)
+    return np.asarray(cv2.GaussianBlur(cv2.resize(field, size, interpolation=cv2.INTER_AREA), (0, 0), BLUR_PX))
+
+
+def picture(codes: Field, light: Field | Floats, rng: np.random.Generator | None = None) -> Bytes:
+    """(480, 640, 3) what the camera records of a print in some light, with the sensor's noise when rng is given."""
+    out = srgb(linear(codes) * (EXPOSURE * light).astype(np.float32))
+    if rng is not None:
+        out = out + rng.normal(0, NOISE_CODES, out.shape)
+    return np.clip(np.rint(out), 0, 255).astype(np.uint8)
+
+
+def mean_albedo(image: Bytes) -> Floats:
+    """(3,) mean share of the light that a print (h, w, 3) gives back."""
+    return np.asarray(LINEAR[image[::8, ::8]].mean(axis=(0, 1)))

@@ -1,0 +1,105 @@
+"""How certain a light is: the standard error that regions of constant print leave in it, all over the page.
+
+The estimated light is linearised in its parameters. What it leaves of the brightness within the regions moves the
+parameters by one Gauss–Newton step, their bias; what then remains gives their covariance. Residuals of neighbouring
+cells are correlated, so the covariance is that of independent blocks of the page (K.-Y. Liang, S. Zeger, "Longitudinal
+data analysis using generalized linear models", Biometrika 73(1), 1986, eq. 2.3). Where the regions do not reach, the
+error grows as the light is extrapolated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from restore.numerics import SINGLE_TINY
+from restore.scan import Floats, Ints
+from restore.shading.lamps import ROOM, Light, Places
+
+STEPS = np.array([1e-3, 1e-3, 1e-6])  # of azimuth, polar angle and nearness for derivatives: single precision bears it
+# Standard deviations of the parameters before anything is seen: strengths as large as the light, lamps anywhere.
+PRIOR_STRENGTH, PRIOR_LAMP = 1.0, np.array([1.0, 1.0, 2e-3])
+SIGMAS, SURE = 2.0, 10.0  # standard errors
+
+
+@dataclass(frozen=True)
+class Certainty:
+    """Root mean squares over the page, in logarithms of the light: how it varies, and the error expected of that."""
+
+    variation: float
+    error: float
+
+    @property
+    def certain(self) -> bool:
+        """Whether the light varies by more than its error explains: to divide it out then leaves less than it was."""
+        return self.variation > SIGMAS * self.error
+
+    @property
+    def sure(self) -> bool:
+        """Whether it varies by so much more that no other light need be asked for."""
+        return self.variation > SURE * self.error
+
+
+def certainty_of(
+    light: Light, page: Places, judged: Places, brightness: Floats, labels: Ints, blocks: Ints, cap: float
+) -> Certainty:
+    """Certainty of a light on places of a page, by the brightness (n,) of the judged places.
+
+    labels (n,): regions of constant print; blocks (n,): parts of the page whose residuals are independent; cap: most
+    that a residual in logarithms counts.
+    """
+    prior = _prior(light)
+    here, slopes = _linearised(light, judged)
+    rest = np.log(np.maximum(brightness, SINGLE_TINY)) - np.log(here)
+    rest, slopes = _within_regions(rest, slopes * prior, labels, cap)
+    bias, covariance = _error_of_parameters(rest, slopes, blocks)
+    there, slopes = _linearised(light, page)
+    slopes = (slopes - slopes.mean(axis=0)) * prior
+    square = np.einsum("ni,ij,nj->n", slopes, covariance, slopes) + (slopes @ bias) ** 2
+    return Certainty(float(np.std(np.log(there))), float(np.sqrt(square.mean())))
+
+
+def _prior(light: Light) -> Floats:
+    """(p,) standard deviations of strengths and lamps before anything is seen."""
+    strengths = np.full(ROOM + len(light.lamps), PRIOR_STRENGTH * float(light.level.mean()))
+    return np.concatenate([strengths, *[PRIOR_LAMP] * len(light.lamps)])
+
+
+def _within_regions(rest: Floats, slopes: Floats, labels: Ints, cap: float) -> tuple[Floats, Floats]:
+    """Residuals (n,) and derivatives (n, p) less their means over each region, whose albedo is an unknown."""
+    rest, slopes = rest.copy(), slopes.copy()
+    for label in np.unique(labels):
+        of_it = labels == label
+        rest[of_it] = np.clip(rest[of_it] - np.median(rest[of_it]), -cap, cap)
+        rest[of_it] -= rest[of_it].mean()
+        slopes[of_it] -= slopes[of_it].mean(axis=0)
+    return rest, slopes
+
+
+def _error_of_parameters(rest: Floats, slopes: Floats, blocks: Ints) -> tuple[Floats, Floats]:
+    """(p,) bias and (p, p) covariance of parameters with a prior variance of 1."""
+    count, unknowns = len(np.unique(blocks)), slopes.shape[1]
+    shrunk = slopes.T @ slopes + np.eye(unknowns) * max(float(np.mean(rest**2)), SINGLE_TINY)
+    bias: Floats = np.asarray(np.linalg.solve(shrunk, slopes.T @ rest))
+    rest = rest - slopes @ bias
+    variance = max(float(np.mean(rest**2)), SINGLE_TINY)
+    scores = np.stack([slopes[blocks == block].T @ rest[blocks == block] for block in np.unique(blocks)])
+    meat = scores.T @ scores * count / max(count - unknowns, 1) + variance**2 * np.eye(unknowns)
+    covariance: Floats = np.asarray(np.linalg.solve(shrunk, np.linalg.solve(shrunk, meat).T))
+    return bias, covariance
+
+
+def _linearised(light: Light, places: Places) -> tuple[Floats, Floats]:
+    """(n,) light, the mean of its channels, and the derivatives (n, p) of its logarithm by strengths and lamps."""
+    strengths = light.strengths.mean(axis=1)
+    terms = light.terms(places)
+    total = terms @ strengths
+    columns = [terms]
+    for k in range(len(light.lamps)):
+        for j, step in enumerate(STEPS):
+            lamps = light.lamps.copy()
+            lamps[k, j] += step
+            columns.append(((replace(light, lamps=lamps).terms(places) @ strengths - total) / step)[:, None])
+    total = np.maximum(total, SINGLE_TINY)
+    return total, np.hstack(columns) / total[:, None]

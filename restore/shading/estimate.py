@@ -1,0 +1,147 @@
+"""The light on a page, chosen among hypotheses by how well it explains regions of constant print.
+
+Either the brightest of the page is paper, or its largest regions are of constant print, light or dark, each of an
+albedo of its own. Lamps are fitted under both. They are judged, against even light, at places that no fit has seen: a
+light that does not explain the gradients there for certain is not used.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from restore.scan import Floats, Ints, Mask
+from restore.shading.certainty import Certainty, certainty_of
+from restore.shading.channels import as_list
+from restore.shading.horizon_map import HorizonMap
+from restore.shading.lamps import SAMPLES, Light, Places, fit_light
+from restore.shading.regions import EDGE, Regions, regions_of, unexplained
+from restore.shading.relief import Field
+
+LEAST_PAPER = 50  # cells: fewer tell nothing of the light
+LEAST_REGIONS = 0.02  # of the page: smaller regions of constant print judge no light
+CAP = 0.15  # of the light: what deviates by more is print
+BLOCKS = 6  # across and down: within one, deviations go together
+CERTAIN, COLOURED = 2.0, 3.0  # standard errors of the sum over blocks; of lamps of several colours, which are rare
+DIMMEST = 32.0  # of the level light: less is not found in any hollow, and would be divided by
+JUDGES = 4000  # places: six to a square centimetre of A4
+JUDGED, PAGE = 2, 2000  # one judge in so many, and cells of the page, tell how certain a light is
+
+
+@dataclass(frozen=True, eq=False)
+class Judges:
+    """Places of regions of constant print, none of them used by a fit.
+
+    cells (n,) numbers of cells; colour (n, 3) linear; labels (n,) regions; blocks (n,) parts of the page.
+    """
+
+    cells: Ints
+    colour: Field
+    labels: Ints
+    blocks: Ints
+
+    @classmethod
+    def of(cls, colour: Field, regions: Regions, inside: Mask) -> Judges:
+        """Judges spread over the regions of a page with linear colour (r, c, 3); none where regions are too small."""
+        known = np.flatnonzero(regions.labels)
+        if len(known) < max(LEAST_REGIONS * inside.sum(), LEAST_PAPER):
+            known = known[:0]
+        cells = known[1 :: max(2, len(known) // JUDGES)]
+        row, col = np.divmod(cells, inside.shape[1])
+        blocks = row * BLOCKS // inside.shape[0] * BLOCKS + col * BLOCKS // inside.shape[1]
+        return cls(cells, as_list(colour)[cells], regions.labels.ravel()[cells], blocks)
+
+    def __getitem__(self, chosen: Mask | slice) -> Judges:
+        return Judges(self.cells[chosen], self.colour[chosen], self.labels[chosen], self.blocks[chosen])
+
+    def unexplained(self, light: Field) -> Floats:
+        """(n,) mean over the channels of the squared deviations that a light (cells, 3) leaves."""
+        seen, given = light[self.cells].astype(float), self.colour.astype(float)
+        channels = [unexplained(given[:, k], seen[:, k], self.labels, CAP) for k in range(3)]
+        return np.asarray(np.mean(channels, axis=0))
+
+    def gain(self, light: Field, other: Field) -> tuple[float, float]:
+        """By how much less a light (cells, 3) leaves than another, and the standard error of that sum.
+
+        Deviations within a block go together, so that the blocks are what is counted.
+        """
+        gain = np.bincount(self.blocks, self.unexplained(other) - self.unexplained(light), BLOCKS**2)
+        gain = gain[np.bincount(self.blocks, minlength=BLOCKS**2) > 0]
+        return float(gain.sum()), float(gain.std() * np.sqrt(len(gain))) if len(gain) else 0.0
+
+    def prefer(self, light: Field, other: Field, errors: float = CERTAIN) -> bool:
+        """Whether a light (cells, 3) leaves less than another for certain, by so many standard errors."""
+        gain, error = self.gain(light, other)
+        return gain > errors * error
+
+    def certainty(self, light: Light, places: Places, inside: Mask) -> Certainty:
+        """How certain a light is over the page."""
+        known = np.flatnonzero(inside)
+        page, some = known[:: max(1, len(known) // PAGE)], self[::JUDGED]
+        brightness = some.colour.mean(axis=1)
+        return certainty_of(light, places[page], places[some.cells], brightness, some.labels, some.blocks, CAP)
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """A light and its values on all cells (cells, 3); fitted_to is "paper" or "regions"."""
+
+    light: Light
+    values: Field
+    fitted_to: str
+    certainty: Certainty
+
+
+def estimate_light(
+    colour: Field, paper: Ints, places: Places, horizon: HorizonMap, regions: Regions, judges: Judges, inside: Mask
+) -> Estimate | None:
+    """The light on a page of linear colour (cells, 3) that is certain, and that judges prefer to even light; else None.
+
+    paper (k,): cells that may be bare paper. Lamps of several colours must explain the regions better than one colour.
+    """
+    best: Estimate | None = None
+    values = np.ones_like(colour)
+    for fitted_to, fitted in _candidates(colour, paper, places, horizon, regions.labels.ravel()):
+        certainty = judges.certainty(fitted, places, inside)
+        if not certainty.certain:
+            continue
+        for light in (fitted.of_one_colour, fitted):
+            found = light.irradiance(places)
+            asked = COLOURED if light is fitted else CERTAIN
+            if (found[judges.cells] > 0).all() and judges.prefer(found, values, asked):
+                best, values = Estimate(light, found, fitted_to, certainty), found
+        if certainty.sure:
+            break
+    return best
+
+
+def estimate_again(
+    first: Estimate, colour: Field, normals: Field, paper: Ints, places: Places, horizon: HorizonMap, inside: Mask
+) -> tuple[Estimate, Judges] | None:
+    """The light on a page of linear colour (r, c, 3) by regions that end at edges of print along creases too.
+
+    The first estimate tells the steps of the light there, which before could not be told from those of print.
+    """
+    light = np.maximum(first.values.reshape(colour.shape), first.light.level.mean() / DIMMEST)
+    even = np.divide(colour, light, dtype=np.float32)
+    regions = regions_of(even, normals, inside, EDGE)
+    judges = Judges.of(colour, regions, inside)
+    if not len(judges.cells):
+        return None
+    found = estimate_light(as_list(colour), paper, places, horizon, regions, judges, inside)
+    return None if found is None else (found, judges)
+
+
+def _candidates(
+    colour: Field, paper: Ints, places: Places, horizon: HorizonMap, labels: Ints
+) -> Iterator[tuple[str, Light]]:
+    """What the light may be fitted to, and the light."""
+    if len(paper) >= LEAST_PAPER:
+        chosen = paper[:: max(1, len(paper) // SAMPLES)]
+        yield "paper", fit_light(colour[chosen], places[chosen], horizon)
+    known = np.flatnonzero(labels)
+    chosen = known[:: max(2, len(known) // SAMPLES)]
+    if (labels[chosen] == 1).sum() >= LEAST_PAPER:
+        yield "regions", fit_light(colour[chosen], places[chosen], horizon, labels[chosen])
