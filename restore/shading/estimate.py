@@ -124,7 +124,8 @@ def estimate_again(
 
     The first estimate tells the steps of the light there, which before could not be told from those of print.
     """
-    light = np.maximum(first.values.reshape(colour.shape), first.light.level.mean() / DIMMEST)
+    # Off the page there is no light, only NaN.
+    light = np.fmax(first.values.reshape(colour.shape), first.light.level.mean() / DIMMEST)
     even = np.divide(colour, light, dtype=np.float32)
     regions = regions_of(even, normals, inside, EDGE)
     judges = Judges.of(colour, regions, inside)
