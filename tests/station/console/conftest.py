@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import base64
 import socket
 import threading
 import time
@@ -31,7 +30,7 @@ from station.session import Volume, create_session
 from station.session.presets import load_preset
 from station.session.stages import Run
 from station.shift.workers import Submit
-from station.verdict.measures import SIDE
+from station.verdict.same_page import fingerprint
 from tests.station.conftest import curl_scan
 
 resource_tracker.ensure_running()
@@ -135,11 +134,11 @@ class StandInRestorer:
         if self.fault is not None:
             future.set_exception(self.fault)
             return
-        picture = np.random.default_rng(number).integers(0, 256, SIDE * SIDE, np.uint8)
+        picture = np.random.default_rng(number).integers(0, 256, (200, 200, 3), np.uint8)
         folder.mkdir(parents=True, exist_ok=True)
         (folder / "page.png").write_bytes(bytes([number]))
-        fingerprint = base64.b64encode(picture.tobytes()).decode()
-        result = {"page_mm": [120.0, 80.0], "dpi": 150.0, "measures": {**self.measures, "fingerprint": fingerprint}}
+        measures = {**self.measures, "fingerprint": fingerprint(picture)}
+        result = {"page_mm": [120.0, 80.0], "dpi": 150.0, "measures": measures}
         future.set_result(Run(result, {"seconds": {"total": 1.0}}))
 
 
