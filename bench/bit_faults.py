@@ -81,7 +81,7 @@ def _export_faults(folder: Path, faults: int, random: np.random.Generator) -> in
             except BadInput:  # without its manifest it is no export, which is said
                 pages = {0}
             found += bool(pages)
-            named += pages == {export_page_of(fault.path)}
+            named += export_page_of(fault.path) in pages
     files = sum(path.is_file() for path in folder.rglob("*"))
     print(ROW.format(folder.name, faults, found, named, "", "") + f"   {files} files", flush=True)
     return 2 * faults - found - named

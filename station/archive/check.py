@@ -15,7 +15,7 @@ from station.session.tree import place_of, tree_digests
 
 Kind = Literal["damaged", "missing", "extra", "renamed"]
 LINE = re.compile(r"(?P<digest>[0-9a-f]{128})  (?P<name>[^\n]+)\n")
-PAGE = re.compile(r"(?:^|/)(?:pages|images)/(\d{4})/|^(\d{4})\.\w+$")
+PAGE = re.compile(r"(?:^|/)(?:pages|images)/(\d{4})/|^(\d{4})[.-]")
 MAX_MANIFEST = 2**31
 AGAIN = "export the session again"
 WORDS: Mapping[Kind, str] = {

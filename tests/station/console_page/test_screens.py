@@ -137,7 +137,7 @@ def test_the_arrow_keys_go_along_the_strip(show):
     page.keyboard.press("ArrowRight")
     assert page.get_by_role("heading", level=1).inner_text() == "Page 2"
     page.keyboard.press("End")
-    assert page.locator("[aria-selected=true]").get_attribute("data-page") == "300"
+    page.wait_for_selector("[aria-selected=true][data-page='300']")
 
 
 def test_the_preview_shows_what_it_is_for(show, canned):
