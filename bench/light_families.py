@@ -3,7 +3,7 @@
     python -m bench.light_families [--seed N] [--sheet KIND]... [--each 8]
 
 A sheet is bent at random and scanned; `--each` families of `bench.light_prints` are printed on it, each under a lamp of
-another family. The table tells the mean ΔE2000 to the same print in even light, exposed alike, over the whole page:
+another family. The table gives the mean ΔE2000 to the same print in even light, exposed alike, over the whole page:
 with its light kept, with it removed, divided by its background, and by multi-scale Retinex (Jobson, Rahman & Woodell,
 IEEE Trans. Image Processing 6(7), 1997). White paper is what is scanned: what ink does to the laser is another bench's.
 """
@@ -24,7 +24,7 @@ from drivers.simulated import Binding, Cone, Crumpled, Curl, Miura, MultiFold, S
 from drivers.simulated.albedo import LINEAR, srgb
 from drivers.simulated.light import Lamp, Light
 from drivers.simulated.sheets import Sheet
-from restore.scan import Bytes, Mask
+from restore.scan import Bytes, Floats, Mask
 from restore.shading.relief import Relief, relief_of
 from restore.shading.remove import LIGHT_DPI, remove_shading
 from restore.texture.page import MM_PER_INCH
@@ -204,18 +204,28 @@ def main(arguments: Sequence[str] | None = None) -> None:
     seed = options.seed if options.seed is not None else int(np.random.SeedSequence().entropy) % (1 << 31)
     print(f"seed {seed}: mean ΔE2000 to the same print in even light")
     print(ROW.format("sheet", "print", "lamp", *COLUMNS))
-    errors, left = [], 0
+    prints, errors, left = [], [], 0
     for one in combinations(seed, options.sheet or tuple(SHEETS), options.each):
         found, as_it_was = judged(one)
+        prints.append(one.names[1])
         errors.append(found)
         left += as_it_was
         mark = "  worse than kept" if found[1] > found[0] + MAY_HARM else "  light kept" if as_it_was else ""
         print(ROW.format(*one.names, *(f"{error:.2f}" for error in found)) + mark, flush=True)
+    print(*summary(prints, np.array(errors), left), sep="\n")
+
+
+def summary(prints: Sequence[str], errors: Floats, left: int) -> Iterator[str]:
+    """Lines on errors (n, 4) of n prints: the mean of each family, and over all; `left` pages kept their light."""
+    for name in dict.fromkeys(prints):
+        of_it = errors[np.array(prints) == name]
+        yield ROW.format("mean", name, f"of {len(of_it)}", *(f"{value:.2f}" for value in of_it.mean(axis=0)))
     for name, figure in (("median", np.median), ("mean", np.mean), ("worst", np.max)):
-        print(ROW.format(name, "", "", *(f"{value:.2f}" for value in figure(errors, axis=0))))
-    harm = np.array(errors)[:, 1] - np.array(errors)[:, 0]
-    print(f"{len(errors)} combinations, the light kept on {left}; worse than kept by more than {MAY_HARM}:", end=" ")
-    print(f"{(harm > MAY_HARM).sum()} (most {harm.max():+.2f}); median {np.median(errors, axis=0)[1]:.2f} ≤ {MEDIAN}")
+        yield ROW.format(name, "", "", *(f"{value:.2f}" for value in figure(errors, axis=0)))
+    harm = errors[:, 1] - errors[:, 0]
+    yield f"{len(errors)} combinations, the light kept on {left}; worse than kept by more than {MAY_HARM}: " + (
+        f"{(harm > MAY_HARM).sum()} (most {harm.max():+.2f}); median {np.median(errors[:, 1]):.2f} ≤ {MEDIAN}"
+    )
 
 
 if __name__ == "__main__":
