@@ -12,7 +12,7 @@ from station.colour.chart import GREYS
 from station.colour.fit import ColourFit
 from station.colour.lab import difference
 
-UNMEASURED = ("sharpness (MTF, SFR)", "evenness of the light", "geometry", "colour misregistration")
+UNMEASURED = ("sharpness (MTF, SFR)", "evenness of the light over the field", "geometry", "colour misregistration")
 """The guidelines ask for these, too; a chart of patches does not show them, so no level as a whole is claimed."""
 
 Limits = Mapping[str, float]
@@ -58,9 +58,10 @@ CRITERIA = (
 def quality_figures(fit: ColourFit, *, ppi: float | None = None) -> list[dict[str, Any]]:
     """Every figure that was measured with the levels it meets; None for a level that is not met.
 
-    ppi: true resolution of the picture on the target, where known.
+    Colour, tone and white balance are those of patches that had no part in the fit. In uneven light nothing meets any
+    level: what a camera does in even light was not seen. ppi: pixels per inch of the target, where known.
     """
-    colour, greys = difference(fit.corrected, fit.reference), (fit.corrected - fit.reference)[GREYS]
+    colour, greys = difference(fit.left_out, fit.reference), (fit.left_out - fit.reference)[GREYS]
     values: dict[str, float | None] = {
         "colour, mean": float(colour.mean()),
         "colour, 90th percentile": float(np.percentile(colour, 90)),
@@ -70,18 +71,21 @@ def quality_figures(fit: ColourFit, *, ppi: float | None = None) -> list[dict[st
         "noise, worst grey": float(fit.noise[GREYS].max()),
         "sampling": ppi,
     }
-    return [_figure(criterion, value) for criterion in CRITERIA if (value := values[criterion.name]) is not None]
+    even = not fit.fall_off
+    return [
+        _figure(criterion, value, even=even) for criterion in CRITERIA if (value := values[criterion.name]) is not None
+    ]
 
 
-def _figure(criterion: Criterion, value: float) -> dict[str, Any]:
+def _figure(criterion: Criterion, value: float, *, even: bool) -> dict[str, Any]:
     figure: dict[str, Any] = {"figure": criterion.name, "value": round(value, 3), "unit": criterion.unit}
     for guideline, limits in (("FADGI", criterion.fadgi), ("ISO 19264-1", criterion.iso)):
         if limits:
-            figure[guideline] = criterion.met(value, limits)
+            figure[guideline] = criterion.met(value, limits) if even else None
     return figure
 
 
 def mean_differences(fit: ColourFit) -> dict[str, float]:
-    """Mean CIEDE2000 over the chart if the codes are taken for sRGB, and by the profile."""
-    codings = {"as sRGB": fit.uncorrected, "by the profile": fit.corrected}
+    """Mean CIEDE2000 over the chart if the codes are taken for sRGB, by the profile, and on patches left out of it."""
+    codings = {"as sRGB": fit.uncorrected, "by the profile": fit.corrected, "on patches left out": fit.left_out}
     return {how: round(float(difference(lab, fit.reference).mean()), 3) for how, lab in codings.items()}

@@ -23,6 +23,17 @@ def lab_of_linear(light: Floats) -> Floats:
     return lab_of_xyz(np.asarray(light) @ srgb_matrix().T)
 
 
+def luminance(light: Floats) -> Floats:
+    """(…) Y, 1 for white, of linear sRGB (…, 3)."""
+    return np.asarray(np.asarray(light) @ srgb_matrix()[1])
+
+
+def luminance_of_lab(lab: Floats) -> Floats:
+    """(…) Y, 1 for white, of L*a*b* (…, 3)."""
+    f = (np.asarray(lab)[..., 0] + 16) / 116
+    return np.where(f > BEND, f**3, 3 * BEND**2 * (f - 4 / 29))
+
+
 def difference(a: Floats, b: Floats) -> Floats:
     """(…) CIEDE2000 between colours (…, 3) L*a*b*.
 

@@ -101,6 +101,51 @@ def test_the_curve_is_one_piece():
         assert linear_light(np.array([0.0, 255.0]), exponent) == pytest.approx([0, 1])
 
 
+SPREAD = 0.02  # of the light of a patch: print and flare, which no fit explains
+FALL_OFF = 0.04  # by which the fall-off that is found may be off: two and a half standard deviations of such patches
+OPTIMISM = 0.12  # by which the error on patches left out may lie below the truth, the mean over the cameras
+
+
+def odd_camera(codes, seed, *, fall_off=0.0, falls=0.0):
+    """Codes (24, 3) of patches by a camera that is no matrix, under a light that falls off towards an angle."""
+    rng = np.random.default_rng(seed)
+    y, x = np.meshgrid(np.linspace(-1, 1, 4), np.linspace(-1, 1, 6), indexing="ij")
+    way = (np.cos(falls) * x + np.sin(falls) * y).ravel()
+    gain = 0.9 * (1 - fall_off * (way - way.min()) / np.ptp(way))
+    light = gain[: len(codes), None] * (linear_light(codes, 2.4) @ CROSSTALK.T)
+    light = light ** (1 + 0.05 * rng.normal(size=3)) * (1 + SPREAD * rng.normal(size=light.shape))
+    return np.interp(light, linear_light(np.arange(256.0), 2.2), np.arange(256.0)).round()
+
+
+@pytest.mark.parametrize(("fall_off", "falls"), [(0.0, 0.0), (0.15, 1.0), (0.55, 2.5)])
+def test_light_that_falls_off_over_the_chart_is_seen_and_taken_out(printed, fall_off, falls):
+    chart = find_chart(printed)
+    fit = fit_colours(SeenChart(odd_camera(chart.codes, 31, fall_off=fall_off, falls=falls), chart.noise))
+    assert fit.fall_off == pytest.approx(fall_off, abs=FALL_OFF)
+    even = fit_colours(SeenChart(odd_camera(chart.codes, 31), chart.noise))
+    errors = [difference(one.left_out, one.reference).mean() for one in (fit, even)]
+    assert errors[0] < 1.25 * errors[1] + EXACT
+    levels = {figure["FADGI"] for figure in figures_of(fit).values() if "FADGI" in figure}
+    assert (levels == {None}) == (fall_off > 0)
+
+
+def test_the_error_is_that_of_colours_that_the_fit_has_not_seen(printed):
+    """The truth is the error on the same colours by the same camera, their print and flare drawn afresh."""
+    chart = find_chart(printed)
+    ratios = []
+    for seed in range(40, 43):
+        fit = fit_colours(SeenChart(odd_camera(chart.codes, seed), chart.noise))
+        inside, outside = (difference(lab, fit.reference).mean() for lab in (fit.corrected, fit.left_out))
+        assert outside > inside
+        mixed = chart.codes[:, [1, 2, 0]]  # other colours, of which the chart has few
+        wanted = lab_of_linear(linear_light(mixed, 2.4))
+        seen = lab_of_linear(linear_light(odd_camera(mixed, seed), fit.exponent) @ fit.matrix.T)
+        ratios.append([inside / difference(seen, wanted).mean(), outside / difference(seen, wanted).mean()])
+    below, left_out = np.mean(ratios, axis=0)
+    assert left_out > 1 - OPTIMISM
+    assert below < left_out
+
+
 def test_noise_and_wrong_colours_are_measured(printed):
     rng = np.random.default_rng(4)
     noisy = np.clip(printed + rng.normal(0, 6, printed.shape), 0, 255).astype(np.uint8)
@@ -167,9 +212,23 @@ def test_the_command_writes_profile_and_figures(printed, tmp_path, capsys):
     assert "sampling" in out
     report = json.loads((tmp_path / "out" / "camera.json").read_text())
     assert report["mean_difference"]["by the profile"] < report["mean_difference"]["as sRGB"]
+    assert report["mean_difference"]["by the profile"] < report["mean_difference"]["on patches left out"]
+    assert (report["light_fall_off"], report["warnings"]) == (0.0, [])
     assert (tmp_path / "out" / "camera.icc").read_bytes()[36:40] == b"acsp"
     assert main(ask) == 2
     assert main([*ask, "--force"]) == 0
+
+
+def test_the_command_warns_of_uneven_light(printed, tmp_path, capsys):
+    dimmer = 1 - 0.5 * np.linspace(0, 1, printed.shape[1])[None, :, None]
+    light = linear_light(printed.astype(float), 2.4) * 0.9 * dimmer
+    codes = np.interp(light, linear_light(np.arange(256.0), 2.4), np.arange(256.0)).round().astype(np.uint8)
+    (tmp_path / "chart.png").write_bytes(encode_png(codes))
+    assert main(["colour", str(tmp_path / "chart.png"), "-o", str(tmp_path / "camera")]) == 0
+    out = capsys.readouterr().out
+    assert "light falls off by" in out
+    assert "star" not in out
+    assert "level A" not in out
 
 
 @pytest.mark.slow

@@ -1,0 +1,57 @@
+"""How evenly the light falls on a chart, from what its patches give back against what they should.
+
+A lamp's fall-off changes smoothly over a chart, and the colours of neighbouring patches have nothing in common: a
+quadratic of the place on the chart that explains more of the errors in luminance than chance does is light.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import f as f_distribution
+
+from restore import Floats
+
+COLUMNS, ROWS = 6, 4
+LEAST_RANGE = 0.05  # of the light: below it, half a unit of L*, fit and lamp cannot be told apart
+CHANCE = 0.001  # of an even light that is taken for an uneven one
+FLARE = 0.05  # of white: stray light and noise hide what darker patches say
+
+
+@dataclass(frozen=True, eq=False)
+class Evenness:
+    """light (24,) on the patches, 1 at most; fall_off: what is lost of it at the darkest, 0 for even light."""
+
+    light: Floats
+    fall_off: float
+
+
+EVEN = Evenness(np.ones(COLUMNS * ROWS), 0.0)
+
+
+def measure_evenness(seen: Floats, wanted: Floats) -> Evenness:
+    """The light on the patches, from the luminance that is seen (24,) and that of the chart (24,), white being 1.
+
+    EVEN when a quadratic of the place explains no more than chance does (F test).
+    """
+    terms = _terms()
+    weight = np.sqrt(wanted / (wanted + FLARE))
+    ratio = np.log(np.maximum(seen, FLARE / 10) / np.maximum(wanted, FLARE / 10))
+    even = ratio - np.average(ratio, weights=weight**2)
+    fit = np.linalg.lstsq(terms * weight[:, None], ratio * weight, rcond=None)[0]
+    left, before = (float(((error * weight) ** 2).sum()) for error in (ratio - terms @ fit, even))
+    free, rest = terms.shape[1] - 1, len(ratio) - terms.shape[1]
+    improvement = (before - left) / free / max(left / rest, np.finfo(float).tiny)
+    light = np.exp(terms @ fit)
+    light /= light.max()
+    fall_off = float(1.0 - light.min())
+    if fall_off < LEAST_RANGE or f_distribution.sf(improvement, free, rest) > CHANCE:
+        return EVEN
+    return Evenness(light, fall_off)
+
+
+def _terms() -> Floats:
+    """(24, 6) 1, place and its squares, of patches row by row."""
+    y, x = np.meshgrid(np.linspace(-1, 1, ROWS), np.linspace(-1, 1, COLUMNS), indexing="ij")
+    return np.stack([np.ones_like(x), x, y, x * y, x * x, y * y], axis=-1).reshape(-1, 6)
