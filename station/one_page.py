@@ -296,7 +296,7 @@ def _restore_sheet(
     clock: Clock,
 ) -> export.Restoration:
     """One sheet restored, its words read when they are asked for, with its report."""
-    recorder = Recorder() if "frames" in destination.kinds else None
+    recorder = Recorder() if destination.kinds & {"frames", "model"} else None
     start, stem = clock(), stem + sheet.suffix
     page = restore(sheet.segmented or sheet.scan, settings, photos=photos, progress=progress, on_step=recorder)
     if not destination.anyway:

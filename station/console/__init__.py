@@ -8,6 +8,10 @@ hub        events for browsers, in order, with those that a browser missed
 control    which tab of a browser acts, the others watch
 scanner    the one owner of the scanner
 sitting    the one open session, its shift in a thread
-station    all of these together, and the state that they show
-app        the routes
+desk       all of these together
+shown      the state that is shown
+broadcast  what is sent to browsers, and when
+jobs, work long work in processes of their own
+layers, tiles, models, words, preview, settings   what a page is looked at by
+app        the routes, of the modules routes_…
 """

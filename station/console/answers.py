@@ -36,7 +36,7 @@ def acting(
     """The desk, for a request that changes something: its tab is in control. Raises ConsoleFault."""
     desk = desk_of(request)
     if desk.control.require(tab, agent_of(request.headers.get("user-agent", ""))):
-        desk.changed()
+        desk.told.changed()
     return desk
 
 

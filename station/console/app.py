@@ -7,7 +7,7 @@ from contextlib import asynccontextmanager
 
 from fastapi import FastAPI
 
-from station.console import routes_pages, routes_station
+from station.console import routes_jobs, routes_pages, routes_pictures, routes_settings, routes_station, routes_words
 from station.console.answers import answer_faults
 from station.console.desk import Desk
 from station.console.files import PageFile, list_page
@@ -37,7 +37,7 @@ def build_app(desk: Desk, door: Door, files: Mapping[str, PageFile] | None = Non
     )
     app.state.desk, app.state.door = desk, door
     app.state.files = list_page() if files is None else files
-    for routes in (routes_station, routes_pages):
+    for routes in (routes_station, routes_pages, routes_pictures, routes_settings, routes_jobs, routes_words):
         app.include_router(routes.router)
     answer_faults(app)
     return Guard(app, door)

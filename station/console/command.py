@@ -66,14 +66,15 @@ def serve(
 
         def show(link: str) -> None:
             if kiosk:
-                _print_code(link)
+                print_code(link)
             print_result(link)
             print_note("open this link in the browser; Ctrl-C ends")
 
         serve(desk, Address(listen, port, cert, key), show=show)
 
 
-def _print_code(link: str) -> None:
+def print_code(link: str) -> None:
+    """Print a link as a QR code, in half blocks."""
     import segno
 
     segno.make(link, error="m").terminal(out=sys.stdout, compact=True)

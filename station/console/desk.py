@@ -1,41 +1,47 @@
-"""All that the console works with: the scanner, the open session, who acts; and the state that it shows."""
+"""All that the console works with: the scanner, the open session, who acts, jobs, and what is kept in memory."""
 
 from __future__ import annotations
 
 import asyncio
-import shutil
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from concurrent.futures import Future
 from contextlib import suppress
 from dataclasses import replace
 from datetime import datetime
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import drivers
+from drivers import ScannerError
 from restore import RangeScan
 from station.config import StationConfig
-from station.console import sessions
+from station.console import sessions, settings, tasks
 from station.console.actions import DO, ON_A_PAGE, SHOTS
+from station.console.broadcast import Broadcast
 from station.console.control import Control
 from station.console.faults import ConsoleFault, problem_of
 from station.console.hub import Hub
+from station.console.jobs import COMMAND, Job, Jobs
+from station.console.layers import event_of
+from station.console.models import Ruler, ruler_of
 from station.console.preview import Preview, look_at
 from station.console.scanner import Open, ScannerOwner
+from station.console.shown import stamp, state_of
 from station.console.sitting import Listener, Restorations, Sitting, Working
-from station.session.history import redo_target, undo_target
-from station.session.overview import missing_labels, preset_of
-from station.session.presets import Thresholds
+from station.console.tiles import Pyramids
+from station.console.words import Words
+from station.session.overview import SETTINGS, preset_of
+from station.session.presets import Preset, Thresholds
 from station.session.store import Session, read_session, utc
 from station.shift.workers import background
-from station.version import software_version
 
-STATE_S = 0.1  # at least, between two states that are sent
 WATCH_S = 2.0  # between two looks at a session that another process writes to
 SHOT_S = 20.0  # for a shot that is under way when the server ends: a FINE one takes four, with focus six
 Enter = Callable[[Session], None]
+READY: Restorations = partial(background, ready=True)
 
 
 class Desk:
@@ -58,36 +64,37 @@ class Desk:
         now: Callable[[], datetime] = utc,
         clock: Callable[[], float] = time.monotonic,
         open_scanner: Open = drivers.open_scanner,
-        restorations: Restorations = background,
-        hub: Hub | None = None,
+        restorations: Restorations = READY,
+        job_command: tuple[str, ...] = COMMAND,
     ) -> None:
-        self.root, self.station = root, station
-        self.hub = hub or Hub()
+        self.root, self.station, self.now = root, station, now
+        self.hub = Hub()
+        self.told = Broadcast(self.hub, lambda: state_of(self))
         self.control = Control(clock, now)
-        self.scanner = ScannerOwner(config, self.changed, now, open_scanner)
-        self._restorations = restorations
+        self.scanner = ScannerOwner(config, self.told.changed, now, open_scanner)
+        self.jobs = Jobs(self.told.job, now, command=job_command)
+        self.pyramids, self.words = Pyramids(), Words()
         self.sitting: Sitting | None = None
         self.failed: dict[str, str] | None = None
         self.preview: Preview | None = None
-        self._enter, self._now = enter, now
+        self._enter, self._restorations = enter, restorations
+        self._unrecorded = settings.changes_of(None)
+        self._ruler: tuple[tuple[str, int], Ruler] | None = None
         self._lock = threading.Lock()
-        self._loop: asyncio.AbstractEventLoop | None = None
-        self._planned = False
-        self._sent_rows: dict[int, dict[str, Any]] = {}
         self._watching: asyncio.Task[None] | None = None
 
     async def start(self) -> None:
         """Open the scanner, and send events from now on."""
-        self._loop = asyncio.get_running_loop()
-        self.hub.start()
+        self.told.start()
+        self.jobs.start()
         self._watching = asyncio.create_task(self._watch())
         if self.scanner.config is not None:
             self.scanner.connect()
 
     async def stop(self) -> None:
-        """Send nothing more."""
-        self.hub.end()
-        self._loop = None
+        """End the jobs; send nothing more."""
+        await self.jobs.stop()
+        self.told.stop()
         if self._watching is not None:
             self._watching.cancel()
 
@@ -108,20 +115,25 @@ class Desk:
         """Open a session, after closing the one that is open. Raises ConsoleFault, StationError, OSError."""
         with self._lock:
             folder = sessions.find(self.root, name)
-            if self.sitting is not None:
-                self._check_idle(self.sitting)
-                self._close()
+            self._close()
             self.failed = None
-            self.sitting = self._watched(folder) if read_only else self._opened(folder)
-        self.all_changed()
+            self.sitting = self._watched(folder) if read_only else self._worked_on(folder)
+            self._take_settings()
+        self.told.all_changed()
 
     def close(self) -> None:
         """Close the open session, if there is one. Raises ConsoleFault while a shot is under way."""
         with self._lock:
-            if self.sitting is not None:
-                self._check_idle(self.sitting)
             self._close()
-        self.all_changed()
+        self.told.all_changed()
+
+    def create(self, name: str, **fields: str) -> dict[str, Any]:
+        """Make a session, and return its entry in the list. Raises ConsoleFault, UsageError, OSError."""
+        with self._lock:
+            folder = sessions.create(self.root, name, station=self.station, **fields)
+        session = read_session(folder)
+        self._enter(session)
+        return sessions.entry_of(session, None)
 
     def opened(self) -> Sitting:
         """The open session. Raises ConsoleFault."""
@@ -134,12 +146,11 @@ class Desk:
         """The open session, to be written to. Raises ConsoleFault when another process has it."""
         sitting = self.opened()
         if not isinstance(sitting, Working):
-            raise ConsoleFault(
-                "in_use", f"process {sitting.held_by} has this session", "end it there", held_by=sitting.held_by
-            )
+            held_by = sitting.held_by
+            raise ConsoleFault("in_use", f"process {held_by} has this session", "end it there", held_by=held_by)
         return sitting
 
-    def _opened(self, folder: Path) -> Working:
+    def _worked_on(self, folder: Path) -> Working:
         shoot = None if self.scanner.config is None else self.scanner.capture
         listener = Listener(self._line, self._session_changed, self._shift_ended)
         sitting = Working(folder, shoot, listener, restorations=self._restorations)
@@ -148,28 +159,18 @@ class Desk:
         return sitting
 
     def _watched(self, folder: Path) -> Sitting:
-        holder = sessions.holder_of(folder)
-        sitting = Sitting(folder, held_by=holder or "")
+        sitting = Sitting(folder, held_by=sessions.holder_of(folder) or "")
         sitting.rows()
         return sitting
 
-    def _check_idle(self, sitting: Sitting) -> None:
-        if not sitting.is_read_only and self.scanner.as_json()["busy"] == "shoot":
-            raise ConsoleFault("session_open", "a page is being shot", "wait until it is stored")
-
     def _close(self) -> None:
-        sitting, self.sitting = self.sitting, None
-        self._sent_rows = {}
-        if sitting is not None:
+        if self.sitting is not None:
+            if not self.sitting.is_read_only and self.scanner.as_json()["busy"] == "shoot":
+                raise ConsoleFault("session_open", "a page is being shot", "wait until it is stored")
+            sitting, self.sitting = self.sitting, None
             sitting.close()
 
-    def create(self, name: str, **fields: str) -> dict[str, Any]:
-        """Make a session, and return its entry in the list. Raises ConsoleFault, UsageError, OSError."""
-        with self._lock:
-            folder = sessions.create(self.root, name, station=self.station, **fields)
-        session = read_session(folder)
-        self._enter(session)
-        return sessions.entry_of(session, None)
+    # What the operator does.
 
     def press(self, action: str, page: int | None = None, text: str | None = None) -> int | None:
         """Have an action of the operator done, on the current page where none is named; returns its page.
@@ -204,146 +205,93 @@ class Desk:
         self.scanner.reserve("preview")
         self.scanner.preview().add_done_callback(self._previewed)
 
+    def begin(self, task: tasks.Task) -> Job:
+        """Have a task done by a job. Raises ConsoleFault."""
+        return self.jobs.begin(*task)
+
+    def all_settings(self) -> dict[str, Any]:
+        """The settings as they stand beside those of the preset."""
+        session = None if self.sitting is None else self.sitting.session
+        base = None if session is None else Preset.model_validate(session.volume.settings)
+        return {"groups": settings.groups(self.scanner.configured, base, self._changes())}
+
+    def change(self, values: Mapping[str, Any]) -> dict[str, Any]:
+        """Change settings by their keys, and return all. Raises ConsoleFault for a value that is not possible."""
+        if self.scanner.as_json()["busy"] is not None:
+            raise ConsoleFault("busy", "the scanner is shooting", "change settings when it has ended")
+        sitting = None if self.sitting is None else self.working()
+        base = None if sitting is None else Preset.model_validate(sitting.session.volume.settings)
+        changes = settings.changed(self._changes(), values, self.scanner.configured, base)
+        if sitting is None:
+            self._unrecorded = changes
+        else:
+            sitting.decide(SETTINGS, settings.as_decision(changes))
+        self._take_settings()
+        self.told.changed()
+        return self.all_settings()
+
+    def ruler(self, number: int) -> Ruler:
+        """The ruler of a restoration, the last one that was asked for is kept. Raises ConsoleFault."""
+        session = self.opened().session
+        key = (session.identifier, number)
+        kept = self._ruler
+        if kept is None or kept[0] != key:
+            kept = self._ruler = (key, ruler_of(session, event_of(session, number)))
+        return kept[1]
+
+    def _changes(self) -> settings.Changes:
+        return self._unrecorded if self.sitting is None else settings.changes_of(self.sitting.session)
+
+    def _take_settings(self) -> None:
+        """Use the settings of a capture as they are now: a session was opened, a change made or taken back."""
+        with suppress(ScannerError, TypeError):  # of another version; those before are used
+            self.scanner.settings = settings.capture_settings(self.scanner.configured, self._changes())
+
     def _previewed(self, shot: Future[RangeScan]) -> None:
         try:
-            scan = shot.result()
-            seen = look_at(scan, self._thresholds())
+            seen = look_at(shot.result(), self._thresholds())
             number = 1 if self.preview is None else int(self.preview.facts["n"]) + 1
-            self.preview = replace(seen, facts={"n": number, "time": self._stamp(), **seen.facts, **_links(number)})
+            links = {"image": f"/api/preview/{number}.jpg", "overlay": f"/api/preview/{number}/overlay.png"}
+            self.preview = replace(seen, facts={"n": number, "time": stamp(self.now()), **seen.facts, **links})
             self.hub.publish("preview", self.preview.facts)
         except Exception as error:  # of any kind: a preview ends nothing
             told = problem_of(error)
-            line = {"text": f"no preview: {told['text']}", "key": "not_shot", "page": None, "data": told}
-            self.hub.publish("message", line)
+            self.told.line(f"no preview: {told['text']}", key="not_shot", data=told)
         finally:
             self.scanner.release()
 
     def _thresholds(self) -> Thresholds:
         return Thresholds() if self.sitting is None else preset_of(self.sitting.session).thresholds
 
-    def _stamp(self) -> str:
-        return self._now().isoformat(timespec="milliseconds").replace("+00:00", "Z")
-
-    # What is shown.
-
-    def state(self) -> dict[str, Any]:
-        """The state as JSON values."""
-        usage = shutil.disk_usage(self.root)
-        sitting = self.sitting
-        return {
-            "version": software_version(),
-            "time": self._stamp(),
-            "scanner": self.scanner.as_json(),
-            "session": None if sitting is None else _session_state(sitting),
-            "recovery": None if sitting is None else sitting.recovery,
-            "disk": {
-                "free_bytes": usage.free,
-                "total_bytes": usage.total,
-                "shots_left": None if sitting is None else _shots_left(sitting, usage.free),
-            },
-            "control": self.control.as_json(),
-            "jobs": [],
-            "failed": self.failed,
-        }
-
-    def changed(self) -> None:
-        """Send the state soon, from any thread; several changes are one event."""
-        loop = self._loop
-        if loop is not None and not loop.is_closed():
-            loop.call_soon_threadsafe(self._plan)
-
-    def all_changed(self) -> None:
-        """Have the pages loaded anew."""
-        self.hub.publish("pages", {})
-        self.changed()
-
-    def _plan(self) -> None:
-        if not self._planned and self._loop is not None:
-            self._planned = True
-            self._loop.call_later(STATE_S, self._send_state)
-
-    def _send_state(self) -> None:
-        self._planned = False
-        if not self.hub.count:
-            return
-        with suppress(OSError, ValueError):
-            self.hub.publish("state", self.state())
+    # What the shift tells, from its own thread.
 
     def _line(self, text: str) -> None:
-        key, page = getattr(text, "key", "line"), getattr(text, "page", None)
-        self.hub.publish("message", {"text": str(text), "key": key, "page": page, "data": {}})
-        self.send_rows()
+        self.told.line(text)
+        self._send_rows()
 
     def _session_changed(self) -> None:
+        if self.sitting is not None:
+            self._enter(self.sitting.session)
+            self._take_settings()
+        self._send_rows()
+
+    def _send_rows(self) -> None:
         sitting = self.sitting
         if sitting is not None:
-            self._enter(sitting.session)
-        self.send_rows()
-
-    def send_rows(self) -> None:
-        """Send the rows that differ from those that were sent."""
-        sitting = self.sitting
-        if sitting is None:
-            return
-        rows = {row["page"]: row for row in sitting.rows()}
-        before, self._sent_rows = self._sent_rows, rows
-        if [*before] == [*rows][: len(before)]:
-            for number, row in rows.items():
-                if before.get(number) != row:
-                    self.hub.publish("page", {"page": row})
-        else:
-            self.hub.publish("pages", {})
-        self.changed()
+            self.told.rows(sitting.rows())
 
     def _shift_ended(self, error: BaseException | None) -> None:
         if error is not None:
             self.failed = problem_of(error)
             self.sitting = None
             self.scanner.release()
-        self.all_changed()
+        self.told.all_changed()
 
     async def _watch(self) -> None:
-        """Look at a session that another process writes to, while one is open."""
+        """Look at a session that another process writes to, while one is open and somebody looks."""
         while True:
             await asyncio.sleep(WATCH_S)
             sitting = self.sitting
             if sitting is not None and sitting.is_read_only and self.hub.count:
                 with suppress(Exception):
-                    await asyncio.to_thread(self.send_rows)
-
-
-def _links(number: int) -> dict[str, str]:
-    return {"image": f"/api/preview/{number}.jpg", "overlay": f"/api/preview/{number}/overlay.png"}
-
-
-def _session_state(sitting: Sitting) -> dict[str, Any]:
-    session, rows = sitting.session, sitting.rows()
-    volume, history = session.volume, session.history
-    steps = {"undo": undo_target(history), "redo": redo_target(history)}
-    numbers = {row["page"] for row in rows}
-    return {
-        "name": sitting.name,
-        "id": session.identifier,
-        "title": volume.title,
-        "project": volume.project,
-        "organisation": volume.organisation,
-        "preset": volume.preset,
-        "folder": str(sitting.folder),
-        "read_only": sitting.is_read_only,
-        "held_by": sitting.held_by or None,
-        "events": len(history.events),
-        "pages": len(rows),
-        "current": sitting.page if sitting.page in numbers else None,
-        "restoring": sitting.restoring,
-        "missing": missing_labels(session),
-        **{
-            name: None if step is None else {"step": step.name, "page": step.page or None}
-            for name, step in steps.items()
-        },
-    }
-
-
-def _shots_left(sitting: Sitting, free: int) -> int | None:
-    """How many further pages the disk takes, by the mean of those of the session; None before the first."""
-    sizes = sitting.page_sizes()
-    return int(free / (sum(sizes) / len(sizes))) if sizes and sum(sizes) else None
+                    await asyncio.to_thread(self._send_rows)

@@ -88,12 +88,12 @@ class Guard:
     """ASGI application in front of another one; refuses, or hands a request with its whole body on."""
 
     def __init__(self, app: App, door: Door, *, body_s: float = BODY_S) -> None:
-        self._app, self._door, self._body_s = app, door, body_s
+        self.inner, self._door, self._body_s = app, door, body_s
 
     async def __call__(self, scope: MutableMapping[str, Any], receive: Receive, send: Send) -> None:
         """Answer one request; other kinds of connections are handed on."""
         if scope["type"] != "http":
-            await self._app(scope, receive, send)
+            await self.inner(scope, receive, send)
             return
         answer = _with_headers(send, is_api=scope["path"].startswith("/api/"))
         try:
@@ -102,7 +102,7 @@ class Guard:
         except ConsoleFault as fault:
             await _refuse(answer, fault, scope)
         else:
-            await self._app(scope, _Replay(body, receive), answer)
+            await self.inner(scope, _Replay(body, receive), answer)
 
     def _check(self, scope: MutableMapping[str, Any]) -> None:
         headers = _Headers(scope["headers"])

@@ -17,6 +17,7 @@ from station.console.files import INDEX, PageFile
 from station.console.guard import ENTER_PAGE, Door
 from station.console.hub import Stream
 from station.console.requests import NewSession, OpenSession, SessionName, TakeControl
+from station.console.shown import state_of
 
 router = APIRouter(responses=FAULTS)
 
@@ -67,7 +68,7 @@ def page_file(request: Request, path: str) -> Response:
 @router.get("/api/state")
 def state(desk: Looking) -> dict[str, Any]:
     """The state of the station."""
-    return desk.state()
+    return state_of(desk)
 
 
 @router.get("/api/events", response_class=StreamingResponse, responses={200: {"content": {"text/event-stream": {}}}})
@@ -81,7 +82,7 @@ async def events(
     """Events from now on, or from the last one that was received."""
     stream = desk.hub.stream(last_event_id or since)
     if tab and desk.control.joined(tab, agent_of(request.headers.get("user-agent", ""))):
-        desk.changed()
+        desk.told.changed()
 
     def left() -> None:
         stream.close()
@@ -98,8 +99,8 @@ def control(request: Request, desk: Looking, wanted: TakeControl) -> dict[str, A
         desk.control.take(wanted.tab, agent_of(request.headers.get("user-agent", "")))
     else:
         desk.control.release(wanted.tab)
-    desk.changed()
-    return desk.state()
+    desk.told.changed()
+    return state_of(desk)
 
 
 @router.get("/api/sessions")
@@ -119,14 +120,14 @@ def new_session(desk: Acting, wanted: NewSession) -> dict[str, Any]:
 def open_session(desk: Acting, name: SessionName, wanted: OpenSession | None = None) -> dict[str, Any]:
     """Open a session."""
     desk.open(name, read_only=wanted is not None and wanted.read_only)
-    return desk.state()
+    return state_of(desk)
 
 
 @router.post("/api/close")
 def close_session(desk: Acting) -> dict[str, Any]:
     """Close the open session."""
     desk.close()
-    return desk.state()
+    return state_of(desk)
 
 
 @router.get("/api/presets")

@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from typing import Any
 
+from restore import BadInput
+from station.console.faults import ConsoleFault
+from station.console.layers import layers_of, models_of, opened, stored_file
 from station.console.units import UNITS
 from station.session import VOLUME, Event, Page, Session
 from station.session.index import level_of, state_of
 from station.session.overview import label_of, preset_of
 from station.session.presets import Preset
-from station.session.stages import RESTORE, VERDICT
+from station.session.stages import PAGE, RESTORE, VERDICT
 from station.verdict.judge import LEVELS
 
 Row = dict[str, Any]
+ALTO = "page-alto.xml"
 SHOWN_FACTS = ("value", "to", "reason")  # of an event, in the list of events
 
 
@@ -37,6 +41,10 @@ def detail_of(session: Session, row: Row) -> dict[str, Any]:
         "report": {**result, "measures": measures} if restored else {},
         "page_mm": result.get("page_mm"),
         "dpi": result.get("dpi"),
+        "page_px": _pixels(session, restored),
+        "layers": layers_of(restored, page.capture),
+        "models": models_of(restored, page.capture),
+        "words": restored is not None and ALTO in restored.files,
         "shots": list(_shots(session, page)),
         "events": [_event(event) for event in session.history.events if event.page == page.number],
         "files": [
@@ -129,6 +137,17 @@ def _event(event: Event) -> dict[str, Any]:
         "software": event.software,
         **shown,
     }
+
+
+def _pixels(session: Session, restored: Event | None) -> list[int] | None:
+    """Width and height of the restored page."""
+    if restored is None or PAGE not in restored.files:
+        return None
+    try:
+        with opened(stored_file(session, restored, PAGE)) as picture:
+            return list(picture.size)
+    except (BadInput, ConsoleFault):  # damaged: its picture says so
+        return None
 
 
 def _size(session: Session, event: Event, name: str) -> int:

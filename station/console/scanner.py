@@ -60,7 +60,8 @@ class ScannerOwner:
         self._scanner: Scanner | None = None
         self._shown = Shown()
         self._cancelled = threading.Event()
-        self.settings = CaptureSettings() if self.config is None else self.config.capture
+        self.configured = CaptureSettings() if self.config is None else self.config.capture
+        self.settings = self.configured
         if self.config is not None:
             self._shown.lens = self.config.scanner.get("lens")
 

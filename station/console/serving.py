@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import ipaddress
+import resource
 import secrets
 import signal
 import socket
@@ -29,7 +30,8 @@ TOKEN_BYTES = 32
 KEEP_ALIVE_S = 15
 GRACE_S = 3  # for answers that are under way when the server ends
 BACKLOG = 256
-MAX_CONNECTIONS = 200  # 32 tabs with six each, and some more
+MAX_CONNECTIONS = 4000  # those of 32 tabs are 200; the rest waits for its head to be given up
+SPARE_FILES = 200  # descriptors for everything else
 
 
 @dataclass(frozen=True)
@@ -45,6 +47,12 @@ class Address:
     def scheme(self) -> str:
         """`http` or `https`."""
         return "http" if self.cert is None else "https"
+
+
+def max_connections() -> int:
+    """Connections that this process can take: a further one gets 503."""
+    allowed, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    return MAX_CONNECTIONS if allowed < 0 else max(min(allowed - SPARE_FILES, MAX_CONNECTIONS), SPARE_FILES)
 
 
 def check_address(address: Address) -> None:
@@ -127,7 +135,7 @@ class ConsoleServer(uvicorn.Server):
             proxy_headers=False,
             timeout_keep_alive=KEEP_ALIVE_S,
             timeout_graceful_shutdown=GRACE_S,
-            limit_concurrency=MAX_CONNECTIONS,
+            limit_concurrency=max_connections(),
             backlog=BACKLOG,
             ssl_certfile=address.cert,
             ssl_keyfile=address.key,

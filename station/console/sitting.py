@@ -13,13 +13,14 @@ from typing import Any
 from restore import RangeScan
 from station.console.faults import ConsoleFault
 from station.console.rows import Row, rows_of
-from station.session import Page, Session, open_session, read_session
+from station.session import Page, Session, decide, open_session, read_session
 from station.session.bag import LOG, TAG_MANIFEST
 from station.session.judging import lacks_verdict
 from station.session.stages import RESTORE
 from station.shift.loop import Shift, Task
 from station.shift.workers import Submit, background
 
+DECISION_S = 150.0  # for a decision to be recorded: after the shot that is under way, at the latest
 MEASURED = 10  # pages whose size tells how many more the disk takes
 OUTPUTS = ("model",)  # files of a restoration that the console shows, beside those of the preset
 
@@ -167,6 +168,22 @@ class Working(Sitting):
     def do(self, task: Task) -> None:
         """Have something done by the shift, between two keys."""
         self._working.inbox.put(task)
+
+    def decide(self, name: str, value: object) -> None:
+        """Record a decision on the volume, and wait until it is. Raises OSError when the disk refuses."""
+        done: Future[None] = Future()
+
+        def task() -> None:
+            try:
+                decide(self._working.writer, name, value)
+                done.set_result(None)
+            except BaseException as error:
+                done.set_exception(error)
+                raise
+            self._listener.changed()
+
+        self.do(task)
+        done.result(DECISION_S)
 
     def close(self) -> None:
         """Let the shift end after what it is doing now, and wait. A shot that is under way is stored."""

@@ -10,6 +10,7 @@ from restore import RangeScan, RestoredPage, SurfaceMesh
 from station.export.coverage import encode_coverage
 from station.export.image_metadata import ImageMetadata
 from station.export.mesh import encode_flat, encode_material, encode_strain, encode_warped
+from station.export.model import encode_model
 from station.export.pdf import encode_pdf
 from station.export.png import encode_png
 from station.export.report import encode_report
@@ -98,6 +99,7 @@ OUTPUTS = (
     Output("mesh", "-strain.ply", lambda done: encode_strain(done.page.fine)),
     Output("mesh", "-mesh.mtl", lambda done: encode_material(f"{done.stem}-texture.png"), needs_colour=True),
     Output("mesh", "-texture.png", _texture, needs_colour=True),
+    Output("model", "-model.plm", lambda done: encode_model(done.page, done.frames)),
     Output("strain", "-strain.png", lambda done: encode_png(strain_picture(done.page))),
     Output("frames", "-frames.png", lambda done: encode_png(frames_sheet(done.frames, done.page.flat))),
     Output("review", "-review.png", lambda done: encode_png(review(done.page, done.source.texture))),

@@ -4,12 +4,21 @@ from __future__ import annotations
 
 from typing import get_args
 
-from station.console import routes_pages, routes_station
+from station.console import (
+    routes_jobs,
+    routes_pages,
+    routes_pictures,
+    routes_settings,
+    routes_station,
+    routes_words,
+)
 from station.console.actions import DO, ON_A_PAGE, SHOTS
 from station.console.app import build_app
 from station.console.desk import Desk
 from station.console.guard import Door, Guard
 from station.console.requests import Action
+
+ROUTES = (routes_jobs, routes_pages, routes_pictures, routes_settings, routes_station, routes_words)
 
 
 def test_every_action_is_done_and_known():
@@ -20,7 +29,7 @@ def test_every_action_is_done_and_known():
 
 def test_every_route_of_the_interface_is_described(client):
     described = client.get("/api/openapi.json").json()["paths"]
-    routes = [*routes_station.router.routes, *routes_pages.router.routes]
+    routes = [route for module in ROUTES for route in module.router.routes]
     paths = {route.path for route in routes if route.include_in_schema}
     assert paths == set(described)
     assert all(operation["description"] for path in described.values() for operation in path.values())

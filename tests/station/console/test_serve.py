@@ -13,7 +13,8 @@ import httpx
 import pytest
 
 from station.cli import main
-from station.console.serving import Address, bind, check_address, door_of, link_of
+from station.console.command import print_code
+from station.console.serving import Address, bind, check_address, door_of, link_of, max_connections
 from station.errors import UsageError
 from tests.station.conftest import curl_scan
 from tests.station.console.conftest import WAIT_S, GatedScanner, StandInRestorer, serving, wait_for
@@ -122,3 +123,17 @@ def test_a_killed_server_leaves_a_session_that_opens_whole(root, tmp_path):
             assert main(["session", "open", str(root / "missale"), "--index", str(tmp_path / "i")]) == 2
         os.kill(process.pid, signal.SIGKILL)
     wait_for(lambda: main(["session", "open", str(root / "missale"), "--index", str(tmp_path / "i")]) == 0)
+
+
+def test_the_link_is_shown_as_a_code_for_tablets(capsys):
+    print_code("https://station.example:8765/enter?token=x")
+    printed = capsys.readouterr().out
+    assert len(printed.splitlines()) > 15
+    assert set(printed) & set("█▀▄")
+
+
+def test_there_are_as_many_connections_as_descriptors_allow(monkeypatch):
+    for allowed, connections in ((1024, 824), (20_000, 4000), (-1, 4000), (256, 200)):
+        limits = (allowed, allowed)
+        monkeypatch.setattr("station.console.serving.resource.getrlimit", lambda _what, limits=limits: limits)
+        assert max_connections() == connections

@@ -1,0 +1,182 @@
+"""`python -m bench.console [--short]`: the console's server as its browsers meet it.
+
+Starts `planish serve` before the simulated station, in a folder of its own, and prints: how long until it answers; what
+an idle server with one page open takes of a core; the time from the shutter to the verdict beside that of the shot;
+what 10,000 streams of events that are asked for at a time get, and what is left of them; what schemathesis finds.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import re
+import resource
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import httpx
+import psutil
+
+TAB = "b" * 16
+IDLE_S = 30.0
+PAGES = 3  # the first one loads what the others find loaded
+STREAMS = 10_000
+AT_A_TIME = 2_000  # connections: the limit on descriptors of this process is shared with nobody, that of others is not
+WAIT_S = 300.0
+SPARE = 500  # descriptors for everything else
+MAX_EXAMPLES = 100
+
+
+@dataclass(frozen=True)
+class Station:
+    """A server that runs: its process, its address, its token, a browser that has the link open."""
+
+    process: psutil.Popen
+    base: str
+    token: str
+    browser: httpx.Client
+
+
+@contextmanager
+def served(root: Path) -> Iterator[tuple[Station, float]]:
+    """A server before the simulated station, and the seconds until it answered."""
+    command = [sys.executable, "-m", "station", "serve", str(root), "--config", "simulated", "--port", "0"]
+    start = time.perf_counter()
+    with psutil.Popen([*command, "--index", str(root / "index")], stdout=subprocess.PIPE, text=True) as process:
+        link = process.stdout.readline().strip()
+        base, _, token = link.partition("/enter?token=")
+        with httpx.Client(
+            base_url=base, headers={"Origin": base, "X-Planish-Tab": TAB}, timeout=WAIT_S, trust_env=False
+        ) as browser:
+            browser.get(link)
+            browser.get("/api/state").raise_for_status()
+            answered = time.perf_counter() - start
+            try:
+                yield Station(process, base, token, browser), answered
+            finally:
+                process.terminate()
+                process.wait(WAIT_S)
+
+
+def main(*, short: bool = False) -> None:
+    """Print every figure."""
+    with tempfile.TemporaryDirectory() as name, served(Path(name)) as (station, answered):
+        print(f"first answer            {answered:6.2f} s after the start")
+        station.browser.post("/api/sessions", json={"name": "bench", "title": "Bench"}).raise_for_status()
+        station.browser.post("/api/sessions/bench/open").raise_for_status()
+        shots(station)
+        idle(station)
+        asyncio.run(many_streams(station, STREAMS // 10 if short else STREAMS))
+        if not short:
+            asked(station)
+
+
+def shots(station: Station) -> None:
+    """Print for each page: seconds of the shot until it is stored, and from there to the verdict."""
+    for page in range(1, PAGES + 1):
+        seen: dict[str, float] = {}
+        ready, done = threading.Event(), threading.Event()
+        listener = threading.Thread(target=listen, args=(station, seen, ready, done))
+        listener.start()
+        ready.wait(WAIT_S)
+        start = time.perf_counter()
+        station.browser.post("/api/press", json={"action": "shoot"}).raise_for_status()
+        done.wait(WAIT_S)
+        listener.join()
+        shot, verdict = seen["stored"] - start, seen["verdict"] - start
+        print(
+            f"page {page}: shot and stored {shot:6.2f} s, verdict after {verdict:6.2f} s: {verdict - shot:5.2f} s more"
+        )
+
+
+def listen(station: Station, seen: dict[str, float], ready: threading.Event, done: threading.Event) -> None:
+    """Note when each kind of line comes, until the verdict."""
+    with station.browser.stream("GET", f"/api/events?tab={TAB}") as answer:
+        for line in answer.iter_lines():
+            ready.set()
+            if line.startswith("data: ") and '"key"' in line:
+                seen.setdefault(json.loads(line[6:]).get("key", ""), time.perf_counter())
+            if "verdict" in seen:
+                done.set()
+                return
+
+
+def idle(station: Station) -> None:
+    """Print the share of a core that the server takes while a page is open and nothing happens."""
+    with station.browser.stream("GET", f"/api/events?tab={TAB}"):
+        time.sleep(2.0)
+        family = [station.process, *station.process.children(recursive=True)]
+        before, start = sum(used(one) for one in family), time.perf_counter()
+        time.sleep(IDLE_S)
+        share = (sum(used(one) for one in family) - before) / (time.perf_counter() - start)
+    print(f"idle, one page open     {share:6.2%} of a core over {IDLE_S:.0f} s, {len(family)} processes")
+
+
+def used(process: psutil.Process) -> float:
+    """Seconds of a processor that a process has used."""
+    times = process.cpu_times()
+    return times.user + times.system
+
+
+async def many_streams(station: Station, count: int) -> None:
+    """Ask for many streams, AT_A_TIME of them open at once; print what they got and what the server is like after."""
+    _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+    at_a_time = min(AT_A_TIME, most - SPARE)
+    memory, start, got = station.process.memory_info().rss, time.perf_counter(), Counter[str]()
+    for first in range(0, count, at_a_time):
+        lines = await asyncio.gather(
+            *(stream(station) for _ in range(min(at_a_time, count - first))), return_exceptions=True
+        )
+        got.update("not connected" if isinstance(line, BaseException) else line[0] for line in lines)
+        for line in lines:
+            if not isinstance(line, BaseException):
+                line[1].close()
+    seconds = time.perf_counter() - start
+    state = station.browser.get("/api/state")
+    grown = (station.process.memory_info().rss - memory) / 2**20
+    print(
+        f"{count} streams           {dict(got)} in {seconds:.1f} s; then {state.status_code}, memory {grown:+.1f} MiB"
+    )
+
+
+async def stream(station: Station) -> tuple[str, asyncio.StreamWriter]:
+    """Ask for the events; returns the status of the answer, and the connection, which is still open."""
+    host, _, port = station.base.removeprefix("http://").partition(":")
+    reader, writer = await asyncio.open_connection(host, int(port))
+    head = f"GET /api/events HTTP/1.1\r\nHost: {host}:{port}\r\nCookie: planish-{port}={station.token}\r\n\r\n"
+    writer.write(head.encode())
+    async with asyncio.timeout(WAIT_S):
+        line = await reader.readline()
+    return (line.split(b" ")[1].decode() if line else "closed"), writer
+
+
+def asked(station: Station) -> None:
+    """Print what schemathesis finds in all routes, as another program would use them."""
+    command = [
+        sys.executable, "-m", "schemathesis.cli", "run", f"{station.base}/api/openapi.json",
+        "--header", f"Authorization: Bearer {station.token}", "--checks", "not_a_server_error",
+        "--exclude-path", "/api/events", "--max-examples", str(MAX_EXAMPLES), "--mode", "all", "--no-color",
+        "--phases", "examples,coverage,fuzzing",
+    ]  # fmt: skip
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    lines = [
+        line
+        for line in done.stdout.splitlines()
+        if re.search(r"Operations|Test cases|passed|failures|errors|No ", line)
+    ]
+    print(
+        "schemathesis            " + "; ".join(" ".join(line.split()) for line in lines[-6:]),
+        f"(exit {done.returncode})",
+    )
+
+
+if __name__ == "__main__":
+    main(short="--short" in sys.argv[1:])

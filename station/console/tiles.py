@@ -1,0 +1,119 @@
+"""Deep Zoom pyramids of pictures, made on demand and kept in memory up to a limit."""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
+from math import ceil, log2
+
+import cv2
+import numpy as np
+
+from restore import Bytes
+from station.console.faults import ConsoleFault
+
+TILE, OVERLAP = 256, 1  # pixels, as OpenSeadragon expects them
+MAX_KEPT_BYTES = 384 * 2**20  # of pyramids: some forty pages at 150 dpi
+THUMBNAIL = 240  # pixels
+KINDS = {"page": "jpg", "master": "jpg", "original": "jpg", "strain": "png", "coverage": "png"}
+
+
+@dataclass(frozen=True, eq=False)
+class Pyramid:
+    """A picture at every level: the last one is the whole, each before it half as large; (h, w, 3 or 4) uint8."""
+
+    levels: tuple[Bytes, ...]
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height of the whole."""
+        height, width = self.levels[-1].shape[:2]
+        return width, height
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes of all levels."""
+        return sum(level.nbytes for level in self.levels)
+
+    def tile(self, level: int, column: int, row: int) -> Bytes:
+        """One tile (h, w, 3 or 4), with the overlap of its neighbours. Raises ConsoleFault when there is none."""
+        if not 0 <= level < len(self.levels):
+            raise ConsoleFault("not_found", f"there is no level {level}")
+        picture = self.levels[level]
+        height, width = picture.shape[:2]
+        if not (0 <= column < ceil(width / TILE) and 0 <= row < ceil(height / TILE)):
+            raise ConsoleFault("not_found", f"level {level} has no tile {column}, {row}")
+        left, top = max(column * TILE - OVERLAP, 0), max(row * TILE - OVERLAP, 0)
+        return picture[top : (row + 1) * TILE + OVERLAP, left : (column + 1) * TILE + OVERLAP]
+
+    def thumbnail(self) -> Bytes:
+        """The picture (h, w, 3 or 4) within THUMBNAIL pixels."""
+        above = next(level for level in self.levels if max(level.shape[:2]) >= min(THUMBNAIL, max(self.size)))
+        scale = min(THUMBNAIL / max(above.shape[:2]), 1.0)
+        size = max(round(above.shape[1] * scale), 1), max(round(above.shape[0] * scale), 1)
+        return np.asarray(cv2.resize(above, size, interpolation=cv2.INTER_AREA))
+
+
+def build_pyramid(picture: Bytes) -> Pyramid:
+    """The levels of a picture (h, w, 3 or 4) uint8, from one pixel on: level n is ⌈size / 2^(last − n)⌉."""
+    height, width = picture.shape[:2]
+    levels = [picture]
+    for step in range(1, ceil(log2(max(height, width, 1))) + 1):
+        size = ceil(width / 2**step), ceil(height / 2**step)
+        levels.append(np.asarray(cv2.resize(levels[-1], size, interpolation=cv2.INTER_AREA)))
+    return Pyramid(tuple(reversed(levels)))
+
+
+def describe(pyramid: Pyramid, kind: str) -> str:
+    """The .dzi document of a picture."""
+    width, height = pyramid.size
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>\n'
+        f'<Image xmlns="http://schemas.microsoft.com/deepzoom/2008" Format="{kind}" Overlap="{OVERLAP}" '
+        f'TileSize="{TILE}"><Size Width="{width}" Height="{height}"/></Image>\n'
+    )
+
+
+class Pyramids:
+    """The pyramids that were asked for last, within a limit of memory. Its methods may be called from any thread."""
+
+    def __init__(self, limit: int = MAX_KEPT_BYTES) -> None:
+        self._limit = limit
+        self._kept: OrderedDict[Hashable, Pyramid] = OrderedDict()
+        self._lock = threading.Lock()
+        self._building: dict[Hashable, threading.Lock] = {}
+
+    @property
+    def nbytes(self) -> int:
+        """Bytes that are kept."""
+        return sum(pyramid.nbytes for pyramid in self._kept.values())
+
+    def get(self, key: Hashable, picture: Callable[[], Bytes]) -> Pyramid:
+        """The pyramid of a key; its picture (h, w, 3 or 4) is read when it is not kept."""
+        with self._lock:
+            found = self._found(key)
+            building = self._building.setdefault(key, threading.Lock())
+        if found is not None:
+            return found
+        with building:
+            with self._lock:
+                found = self._found(key)
+            if found is None:
+                found = build_pyramid(picture())
+                with self._lock:
+                    self._keep(key, found)
+        return found
+
+    def _found(self, key: Hashable) -> Pyramid | None:
+        found = self._kept.get(key)
+        if found is not None:
+            self._kept.move_to_end(key)
+        return found
+
+    def _keep(self, key: Hashable, pyramid: Pyramid) -> None:
+        self._kept[key] = pyramid
+        self._building.pop(key, None)
+        while len(self._kept) > 1 and self.nbytes > self._limit:
+            self._kept.popitem(last=False)

@@ -1,0 +1,101 @@
+"""The page as a model: its surface, its flat positions and its strain, as arrays of 32 bits that a browser can draw.
+
+"PLM1", the length of the header (4 bytes), the header in JSON, then the arrays, all little endian, each at a multiple
+of four bytes after the header. The header names each array with its type, its shape and its place.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restore import FlatMesh, Floats, RestoredPage, average_at_vertices, edges_of, face_strain
+from station.export.mesh import unit_square
+from station.pictures.frames import Frame
+
+MAGIC = b"PLM1"
+MAX_HEADER_BYTES = 2**16
+ALIGNED = 4
+TYPES = {"float32": np.dtype("<f4"), "uint32": np.dtype("<u4")}
+MM_PER_INCH = 25.4
+MIN_FRAMES = 3  # with the start and the end alone there is nothing to be seen between them
+Arrays = Mapping[str, NDArray[Any]]
+
+
+def encode_model(page: RestoredPage, frames: Sequence[Frame]) -> bytes:
+    """The model of a page. frames: steps of the flattening, kept where the sheet moves through space."""
+    mesh = page.fine
+    strain = face_strain(mesh.flat, mesh.faces, edges_of(mesh.faces), mesh.lengths)[:, :1]
+    arrays: dict[str, NDArray[Any]] = {
+        "vertices": centred(mesh.vertices),
+        "faces": mesh.faces,
+        "flat": centred(mesh.flat),
+        "strain": average_at_vertices(strain, mesh.faces, len(mesh.flat))[:, 0],
+        "page_uv": page_uv(mesh.flat, page.dpi, page.image.shape[:2]),
+    }
+    if mesh.texcoords is not None and mesh.texture is not None:
+        arrays["uv"] = unit_square(mesh.texcoords, *mesh.texture.shape[:2])
+    return encode_arrays({**arrays, **_steps(frames, page.flat)}, {"dpi": page.dpi})
+
+
+def centred(points: Floats) -> Floats:
+    """Points (n, k) with the middle of their bounding box at the origin."""
+    return np.asarray(points - (points.min(axis=0) + points.max(axis=0)) / 2)
+
+
+def page_uv(flat: Floats, dpi: float, size: tuple[int, int]) -> Floats:
+    """Flat positions (n, 2) mm as positions (n, 2) on the picture of the page, 0 to 1, v upwards.
+
+    size: height and width of the picture, pixels.
+    """
+    corner = np.array([flat[:, 0].min(), flat[:, 1].max()])
+    right, down = ((flat - corner) * [1.0, -1.0] * dpi / MM_PER_INCH).T
+    return np.column_stack([right / size[1], 1.0 - down / size[0]])
+
+
+def encode_arrays(arrays: Arrays, facts: Mapping[str, Any]) -> bytes:
+    """Arrays of floats and of indices, and JSON values beside them, as one block of bytes."""
+    place, described, parts = 0, {}, list[bytes]()
+    for name, array in arrays.items():
+        kind = "float32" if np.issubdtype(array.dtype, np.floating) else "uint32"
+        data = np.ascontiguousarray(array, TYPES[kind]).tobytes()
+        described[name] = {"type": kind, "shape": list(array.shape), "offset": place}
+        parts.append(data)
+        place += len(data)
+    header = json.dumps({**facts, "arrays": described}, sort_keys=True, separators=(",", ":")).encode()
+    header += b" " * (-len(header) % ALIGNED)
+    return b"".join([MAGIC, len(header).to_bytes(4, "little"), header, *parts])
+
+
+def decode_arrays(data: bytes) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]:
+    """The arrays (…) and the facts of `encode_arrays`. Raises ValueError for what it did not write."""
+    length = int.from_bytes(data[4:8], "little")
+    if data[:4] != MAGIC or length > min(MAX_HEADER_BYTES, len(data)):
+        raise ValueError("it is no model")
+    facts = json.loads(data[8 : 8 + length])
+    arrays, start = {}, 8 + length
+    for name, one in facts.pop("arrays").items():
+        kind, count = TYPES[one["type"]], int(np.prod(one["shape"], dtype=np.int64))
+        arrays[name] = np.frombuffer(data, kind, count, start + one["offset"]).reshape(one["shape"])
+    return arrays, facts
+
+
+def _steps(frames: Sequence[Frame], mesh: FlatMesh) -> dict[str, NDArray[Any]]:
+    """The recorded steps, where the method moves the sheet through space and has one position for each vertex."""
+    sizes = {len(frame.positions) for frame in frames}
+    if len(frames) < MIN_FRAMES or len(sizes) != 1 or not any(np.ptp(frame.positions[:, 2]) for frame in frames):
+        return {}
+    positions = np.stack([frame.positions for frame in frames])
+    middle = (positions[-1].min(axis=0) + positions[-1].max(axis=0)) / 2
+    steps: dict[str, NDArray[Any]] = {
+        "steps.positions": positions - middle,
+        "steps.step": np.array([frame.step for frame in frames], np.int64),
+        "steps.faces": frames[0].faces,
+    }
+    if mesh.texcoords is not None and mesh.texture is not None and sizes == {len(mesh.vertices)}:
+        steps["steps.uv"] = unit_square(mesh.texcoords, *mesh.texture.shape[:2])
+    return steps

@@ -1,0 +1,76 @@
+"""No value of any parameter is a fault of the server: schemathesis asks every route what OpenAPI allows and not.
+
+`python -m bench.console` asks many more.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+import schemathesis
+from hypothesis import HealthCheck, Phase, given, settings
+from schemathesis import GenerationMode
+
+from station.console.app import build_app
+from station.console.desk import Desk
+from station.console.guard import Door
+from tests.station.conftest import curl_scan
+from tests.station.console.conftest import GatedScanner, Served, StandInRestorer, serving
+
+EXAMPLES = 4  # for each route and each mode
+ENDLESS = {"/api/events"}
+SERVER_ERRORS = range(500, 600)
+
+
+@pytest.fixture
+def asked(root) -> Iterator[Served]:
+    """A console with a page in its open session."""
+    with serving(root, GatedScanner(curl_scan()), StandInRestorer()) as served, served.client() as browser:
+        browser.post("/api/sessions/missale/open")
+        browser.post("/api/press", json={"action": "shoot"})
+        yield served
+
+
+def described(tmp_path) -> dict:
+    desk = Desk(tmp_path, None)
+    guard = build_app(desk, Door(frozenset(), "http", "t", "c"), {})
+    desk.end()
+    return guard.inner.openapi()
+
+
+def test_no_value_is_a_fault_of_the_server(asked, tmp_path):
+    schema = schemathesis.openapi.from_dict(described(tmp_path))
+    answers: dict[str, list[int]] = {}
+    limits = settings(
+        max_examples=EXAMPLES,
+        database=None,
+        derandomize=True,
+        phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )
+    for result in schema.get_all_operations():
+        operation = result.ok()
+        if operation.path in ENDLESS:
+            continue
+        seen = answers.setdefault(operation.label, [])
+        for mode in (GenerationMode.POSITIVE, GenerationMode.NEGATIVE):
+            if mode is GenerationMode.NEGATIVE and not takes_values(operation):
+                continue
+
+            @limits
+            @given(case=operation.as_strategy(generation_mode=mode))
+            def ask(case, seen=seen):
+                headers = {"Authorization": f"Bearer {asked.token}"}
+                seen.append(case.call(base_url=asked.origin, headers=headers).status_code)
+
+            ask()
+    faults = {label: seen for label, seen in answers.items() if set(seen) & set(SERVER_ERRORS)}
+    assert faults == {}
+    assert all(answers.values())
+    assert {200, 404, 422} <= {status for seen in answers.values() for status in seen}
+
+
+def takes_values(operation) -> bool:
+    """Whether an operation has a parameter or a body that could be of a wrong type."""
+    return any(True for _ in operation.iter_parameters()) or bool(operation.body)
