@@ -9,14 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from oracles.console.models import SHEET_MM
+from oracles.console.pictures import DPI, SHEET_MM, printed_page
 
 Values = dict[str, Any]
 ANSWERS: Values = json.loads((Path(__file__).parent / "answers.json").read_text("utf-8"))
 TIME = ANSWERS["row"]["captured"]
 RED, AMBER = 11, 7  # every so many pages
 WORST: dict[str, dict[str, float]] = {"green": {}, "amber": {"blur_px": 1.51}, "red": {"cut_share": 0.209}}
-WORDS = "Every crease breaks some fibres yet the sheet keeps its length from end to end"
+MM_PER_INCH = 25.4
 
 
 def open_state(pages: int) -> Values:
@@ -61,7 +61,7 @@ def detail(of: Values, size: tuple[int, int]) -> Values:
     event = {"number": 1, "kind": "capture", "name": "capture", "time": TIME, "software": "planish"}
     return {
         **of,
-        **{"findings": findings, "report": {}, "page_mm": list(SHEET_MM), "page_px": list(size), "dpi": 150},
+        **{"findings": findings, "report": {}, "page_mm": list(SHEET_MM), "page_px": list(size), "dpi": DPI},
         **{"layers": layers, "models": ["scan", "mesh", "steps"], "words": True},
         "shots": [{"capture": of["capture"], "time": TIME, "current": True, "size_bytes": 10**6}],
         **{"events": [event], "files": [{"event": of["restore"], "name": "page.png", "bytes": 812_345}]},
@@ -83,8 +83,11 @@ def preview() -> Values:
 
 
 def words() -> list[Values]:
-    """Words over the first lines of a page, boxes in px."""
+    """The words of the page, boxes in px, each in a line of its own."""
+    found, height = printed_page(), SHEET_MM[1]
+    boxes = [(word.text, np.multiply(word.box, DPI / MM_PER_INCH)) for word in found.words]
+    bottom = height * DPI / MM_PER_INCH
     return [
-        {"text": word, "x": 90 + (i % 8) * 92, "y": 88 + (i // 8) * 27, "w": 60, "h": 16, "line": i // 8}
-        for i, word in enumerate(WORDS.split())
+        {"text": text, "x": x, "y": bottom - top, "w": right - x, "h": top - low, "line": at}
+        for at, (text, (x, low, right, top)) in enumerate(boxes)
     ]

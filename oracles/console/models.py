@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from oracles.console.pictures import PAGE_PX
+from oracles.console.pictures import SHEET_MM
 
-SHEET_MM = (160.0, 220.0)
 FRAMES = 8  # of the sheet on its way into the plane
 
 
@@ -41,7 +40,7 @@ def model(kind: str, points: int) -> bytes:
         }
     if kind != "scan":
         arrays["faces"] = grid_faces(lines, columns)
-    return packed({"kind": kind, "texture": "/api/pictures/1/page/full", "texture_px": list(PAGE_PX), **extra}, arrays)
+    return packed({"kind": kind, "texture": "/api/pictures/1/page/full", **extra}, arrays)
 
 
 def curled(flat: NDArray[Any], share: float) -> NDArray[Any]:

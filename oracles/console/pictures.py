@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import io
+from functools import cache
 
 import numpy as np
-from PIL import Image, ImageDraw
+from PIL import Image, ImageDraw, ImageOps
+
+from drivers.simulated.artwork import Print, Text
 
 TILE, OVERLAP = 256, 1  # px
-PAGE_PX = (900, 1240)
+SHEET_MM, DPI = (160.0, 220.0), 150
 PREVIEW_PX = (640, 480)
 
 
-def drawn_page() -> Image.Image:
-    """A page of grey lines."""
-    page = Image.new("RGB", PAGE_PX, (236, 231, 220))
-    draw = ImageDraw.Draw(page)
-    for line in range(40):
-        for word in range(8):
-            draw.rectangle(
-                (90 + word * 92, 90 + line * 27, 90 + word * 92 + 40 + (line * word * 7) % 45, 100 + line * 27),
-                (70, 64, 58),
-            )
-    return page
+@cache
+def printed_page() -> Print:
+    """A printed page, with its words."""
+    return Text(title_pt=26.0, sizes_pt=(15.0, 12.0), margin_mm=14.0, seed=2, dpi=DPI).print_on(SHEET_MM)
 
 
 def layer(sheet: Image.Image, name: str) -> Image.Image:
@@ -48,10 +44,18 @@ def deep_zoom(picture: Image.Image) -> bytes:
     ).encode()
 
 
+def on_table(sheet: Image.Image) -> Image.Image:
+    """A page on a dark table, as a preview sees it."""
+    table = Image.new("RGB", PREVIEW_PX, (24, 24, 24))
+    page = ImageOps.contain(sheet, (PREVIEW_PX[0] - 40, PREVIEW_PX[1] - 40))
+    table.paste(page, ((PREVIEW_PX[0] - page.width) // 2, (PREVIEW_PX[1] - page.height) // 2))
+    return table
+
+
 def warned() -> Image.Image:
     """An overlay of a preview: one place clipped."""
     overlay = Image.new("RGBA", (640, 480))
-    ImageDraw.Draw(overlay).ellipse((420, 60, 470, 100), (230, 57, 70, 150))
+    ImageDraw.Draw(overlay).ellipse((360, 60, 400, 92), (230, 57, 70, 150))
     return overlay
 
 

@@ -18,8 +18,9 @@ from PIL import Image
 
 from oracles.console.answers import ANSWERS, Values, detail, open_state, row, words
 from oracles.console.models import model
-from oracles.console.pictures import PREVIEW_PX, deep_zoom, drawn_page, encoded, layer, tile, warned
+from oracles.console.pictures import deep_zoom, encoded, layer, on_table, printed_page, tile, warned
 
+SOUGHT = "crease"  # the word that the search finds, whatever it is asked for
 BEAT_S = 0.1  # between two looks whether a listening page is still there
 TYPES = {
     ".js": "text/javascript",
@@ -37,7 +38,6 @@ class CannedStation:
     """What the station answers.
 
     page      the folder of the console's page. pages: how many the session has. points: of a scan.
-    picture   of every page; None for lines of grey words.
     state     of /api/state. preview, jobs, sessions: None for those of the table.
     pressed   the bodies of all requests that change something, with their paths.
     """
@@ -45,7 +45,6 @@ class CannedStation:
     page: Path
     pages: int = 10
     points: int = 20_000
-    picture: Path | None = None
     state: Values = field(default_factory=dict)
     preview: Values | None = None
     jobs: list[Values] = field(default_factory=list)
@@ -54,7 +53,8 @@ class CannedStation:
 
     def __post_init__(self) -> None:
         self.state = self.state or open_state(self.pages)
-        self.sheet = Image.open(self.picture).convert("RGB") if self.picture else drawn_page()
+        self.sheet = Image.fromarray(printed_page().image)
+        self._layers: dict[str, Image.Image] = {}
         self._listeners: list[queue.SimpleQueue[bytes]] = []
 
     def send(self, name: str, data: Any) -> None:
@@ -96,7 +96,8 @@ class CannedStation:
         return None if answer is None else answer()
 
     def _lists(self) -> dict[str, Callable[[], Values]]:
-        hit = {"page": 2, "label": "2", "words": [2], "text": "… crease breaks some …"}
+        at = next(i for i, word in enumerate(words()) if word["text"] == SOUGHT)
+        hit = {"page": 2, "label": "2", "words": [at], "text": f"… {SOUGHT} …"}
         return {
             "/api/state": lambda: self.state,
             "/api/pages": lambda: {"pages": [row(n) for n in range(1, self.pages + 1)], "current": self.pages or None},
@@ -113,19 +114,24 @@ class CannedStation:
     def file(self, path: str) -> Answer | None:
         """A picture, a model or a file of the page; None for none."""
         if found := re.fullmatch(r"/api/pictures/\d+/(\w+)\.dzi", path):
-            return deep_zoom(layer(self.sheet, found[1])), "application/xml"
+            return deep_zoom(self._layer(found[1])), "application/xml"
         if found := re.fullmatch(r"/api/pictures/\d+/(\w+)_files/(\d+)/(\d+)_(\d+)\.\w+", path):
-            return tile(layer(self.sheet, found[1]), int(found[2]), int(found[3]), int(found[4]))
+            return tile(self._layer(found[1]), int(found[2]), int(found[3]), int(found[4]))
         if found := re.fullmatch(r"/api/pictures/\d+/(\w+)/(full|thumbnail\.jpg)", path):
-            picture = layer(self.sheet, found[1])
+            picture = self._layer(found[1]).copy()
             if found[2] != "full":
                 picture.thumbnail((240, 240))
             return encoded(picture.convert("RGB"), "JPEG")
         if path.startswith("/api/preview/"):
-            return encoded(self.sheet.resize(PREVIEW_PX), "JPEG") if path.endswith("jpg") else encoded(warned(), "PNG")
+            return encoded(on_table(self.sheet), "JPEG") if path.endswith("jpg") else encoded(warned(), "PNG")
         if found := re.fullmatch(r"/api/models/\d+/(scan|mesh|steps)", path):
             return model(found[1], self.points), "application/octet-stream"
         return self._page_file(path)
+
+    def _layer(self, name: str) -> Image.Image:
+        if name not in self._layers:
+            self._layers[name] = layer(self.sheet, name)
+        return self._layers[name]
 
     def _page_file(self, path: str) -> Answer | None:
         source = self.page / ("index.html" if path == "/" else path.removeprefix("/page/"))

@@ -8,6 +8,7 @@ from functools import partial
 import pytest
 
 from oracles.console import CannedStation, preview
+from oracles.console.answers import words
 from station.console.vendored import PAGE
 
 DENSE = 307_200  # samples of a FINE shot
@@ -168,11 +169,11 @@ def test_the_ruler_measures_on_the_page_and_in_space(show, canned):
 def test_words_lie_over_the_page_and_are_found(show, canned):
     page = show(canned, "page/3")
     tool(page, "Words")
-    page.get_by_text("15 words were read").wait_for()
-    assert page.locator(".words text").nth(1).text_content().strip() == "crease"
+    page.get_by_text("words were read").wait_for()
+    assert "".join(page.locator(".words text").all_text_contents()).split() == [word["text"] for word in words()]
     page.get_by_label("Search the volume").fill("CREASE")
     page.wait_for_selector(".words .hit")
-    assert page.locator(".words .hit").count() == 1
+    assert page.locator(".words .hit").count() == sum("crease" in word["text"].lower() for word in words()) > 0
     page.get_by_role("button", name="Page 2").click()
     page.wait_for_selector(".words .chosen")
     assert page.get_by_role("heading", level=1).inner_text() == "Page 2"

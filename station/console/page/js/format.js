@@ -25,7 +25,7 @@ export function bytes(count) {
 export function time(iso) {
   const then = new Date(iso);
   const today = then.toDateString() === new Date().toDateString();
-  const clock = { hour: "2-digit", minute: "2-digit" };
+  const clock = { hour: "2-digit", minute: "2-digit", hourCycle: "h23" };
   const day = { day: "numeric", month: "short", year: "numeric" };
   return new Intl.DateTimeFormat(language(), today ? { ...clock, second: "2-digit" } : { ...day, ...clock }).format(then);
 }

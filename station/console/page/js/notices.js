@@ -1,11 +1,13 @@
 // Lines above the screen that say what is wrong and what to do; and the live region that speaks what happens.
 
-import { button, h, icon, setText } from "./dom.js";
+import { button, h, icon, set, setText } from "./dom.js";
 import { pageName, time } from "./format.js";
 import { on, store, takeControl } from "./store.js";
 import { tabId } from "./api.js";
-import { firstOf, known, t } from "./strings.js";
+import { known, t } from "./strings.js";
 
+const LEVEL = /: (GREEN|AMBER|RED)\b/; // in the line of a verdict
+const MANY = 2; // notices that every window has room for
 const REFUSAL_MS = 12_000; // long enough to read two sentences twice
 
 function notice(level, picture, title, text, action) {
@@ -21,10 +23,10 @@ export function errorText(error) {
 /** The operator's line of an event, in the reader's language. */
 export function messageText(message) {
   const page = message.page === null ? "" : pageName(store.rows.get(message.page) ?? { page: message.page });
-  const level = message.data?.level ? t(`level.${message.data.level}`) : "";
-  const step = message.data?.step ? firstOf([`step.${message.data.step}`], message.data.step) : "";
+  const [, found] = message.text.match(LEVEL) ?? [];
+  const level = found ? t(`level.${found.toLowerCase()}`) : "";
   const key = `message.${message.key}`;
-  return known(key) ? t(key, { ...message.data, page, level, step }) : message.text;
+  return known(key) ? t(key, { page, level }) : message.text;
 }
 
 /** The board: standing notices follow the state, refusals go by themselves. */
@@ -32,6 +34,7 @@ export function noticeBoard() {
   const standing = h("div", { role: "status" });
   const passing = h("div", { role: "alert" });
   const spoken = h("p", { class: "unseen", "aria-live": "polite" });
+  const board = h("section", { class: "notices", "aria-label": t("notices") }, standing, passing, spoken);
   let timer;
   let drawn = "";
   const update = () => {
@@ -39,6 +42,7 @@ export function noticeBoard() {
     const told = JSON.stringify(found.map((one) => one.slice(0, 4)));
     if (told !== drawn) standing.replaceChildren(...found.map((one) => notice(...one)));
     drawn = told;
+    set(board, "tabindex", found.length > MANY ? 0 : null); // the keyboard scrolls what does not fit
   };
   on("state", update);
   on("online", update);
@@ -48,7 +52,7 @@ export function noticeBoard() {
     passing.replaceChildren(notice("amber", "triangle-alert", t("refused"), errorText(error)));
     timer = setTimeout(() => passing.replaceChildren(), REFUSAL_MS);
   });
-  return h("section", { class: "notices", "aria-label": t("notices") }, standing, passing, spoken);
+  return board;
 }
 
 function* wanted() {

@@ -127,7 +127,9 @@ export async function follow() {
   source.onerror = () => lost(source);
 }
 
+// The lines below a verdict are its lights, and the first line of a shift its keys: both are on the screen.
 function addMessage(message) {
+  if (message.key === "title" || message.text.startsWith(" ")) return;
   store.messages = [{ ...message, at: new Date().toISOString() }, ...store.messages].slice(0, KEPT_MESSAGES);
   emit("message", message);
 }

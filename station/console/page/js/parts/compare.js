@@ -62,6 +62,7 @@ export class Compare {
     this.end();
     await this.viewer.start();
     this.viewer.element.append(this.before, this.handle, ...this.names);
+    this.move(this.at);
     this.following = this.viewer.follower(this.before);
     const { other } = this.following;
     const key = layer === "original" ? `${row.capture}/original` : `${row.restore}/${layer}`;
@@ -69,7 +70,7 @@ export class Compare {
       success: (event) => done(event.item), error: () => done(null) }));
     if (item && layer === "original") await this.lay(item, row, page);
     this.viewer.moved();
-    this.move(this.at);
+    this.handle.dataset.ready = "true";
   }
 
   async lay(item, row, page) {

@@ -55,7 +55,7 @@ export class PointCloud {
     this.pixels.fill(0);
     this.depths.fill(FAR);
     const focal = eye.focal * this.image.height;
-    const side = Math.round((this.spacing * focal) / Math.hypot(...eye.position) + 0.3);
+    const side = Math.ceil((this.spacing * focal) / Math.hypot(...eye.position)); // no gap between neighbours
     splat(this, eye, focal, Math.min(Math.max(side, 1), LARGEST));
     this.context.putImageData(this.image, 0, 0);
     this.frames += 1;

@@ -89,7 +89,7 @@ export class Scene {
       this.put(geometry, new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ ...look, color: PAPER })));
     }
     if (wire) {
-      const lines = new THREE.MeshBasicMaterial({ color: 0x1b1a18, wireframe: true, transparent: true, opacity: 0.35 });
+      const lines = new THREE.MeshBasicMaterial({ color: 0x1b1a18, wireframe: true, transparent: true, opacity: 0.18 });
       this.scene.add(new THREE.Mesh(geometry, lines));
     }
   }

@@ -16,7 +16,7 @@ export function levelIcon(level) {
 }
 
 function card() {
-  const picture = h("img", { alt: "", width: 104, height: 64, loading: "lazy", decoding: "async" });
+  const picture = h("img", { alt: "", width: 104, height: 64, loading: "lazy", decoding: "async", on: { error: () => picture.classList.add("gone") } });
   const label = h("span", { class: "card-label" });
   const level = icon("circle-help");
   const mark = icon("bookmark");
@@ -38,7 +38,9 @@ function card() {
     mark.classList.toggle("gone", !row.marked);
     done.classList.toggle("gone", !row.accepted);
     const source = `/api/pictures/${row.restore ?? row.capture}/${row.restore && !row.failed ? "page" : "original"}/thumbnail.jpg`;
-    if (picture.getAttribute("src") !== source) picture.src = source;
+    if (picture.getAttribute("src") === source) return;
+    picture.classList.remove("gone");
+    picture.src = source;
   } };
 }
 

@@ -55,12 +55,17 @@ export class PageViewer {
   }
 
   /** Show the layers of a page from the lowest up: [{event, layer, opacity}]; others are taken away. */
-  async show(page, layers) {
+  show(page, layers) {
+    this.shown = (this.shown ?? Promise.resolve()).then(() => this.put(page, layers)); // one after the other
+    return this.shown;
+  }
+
+  async put(page, layers) {
     await this.start();
     const wanted = new Map(layers.map((one) => [`${one.event}/${one.layer}`, one]));
     const other = this.page?.key !== page.key;
     this.page = page;
-    for (const [key, item] of this.layers) if (!wanted.has(key)) await this.remove(key, item);
+    for (const [key, item] of this.layers) if (!wanted.has(key)) this.remove(key, item);
     let index = 0;
     for (const [key, one] of wanted) {
       if (!this.layers.has(key)) this.layers.set(key, await this.add(key, one, index));
@@ -78,9 +83,9 @@ export class PageViewer {
     });
   }
 
-  async remove(key, item) {
+  remove(key, item) {
     this.layers.delete(key);
-    if (item) this.viewer.world.removeItem(await item);
+    if (item) this.viewer.world.removeItem(item);
   }
 
   /** Where pixel (x, y) of the page lies in the element, in px. */

@@ -77,7 +77,7 @@ class PageScreen {
   }
 
   get flat() {
-    return Boolean(this.row?.restore && !this.row.failed && this.details?.layers.includes("page"));
+    return Boolean(this.row?.restore && !this.row.failed && this.details?.layers?.includes("page"));
   }
 
   async use(tool) {
