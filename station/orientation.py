@@ -11,7 +11,7 @@ from restore import Bytes, RestoredPage, turn_page
 from station.choices import Turn
 from station.errors import StationError
 from station.export.png import encode_png
-from station.words import Which, enlarged_for_reading, find_tesseract, run_tesseract
+from station.words import Which, find_tesseract, run_tesseract, sized_for_reading
 
 # Least difference of the log likelihoods of the two best orientations: Tesseract's own `min_orientation_margin`.
 MIN_MARGIN = 7.0
@@ -33,10 +33,10 @@ def upright_turn(image: Bytes, dpi: float, *, which: Which = shutil.which) -> in
     Raises ProgramMissing.
     """
     tesseract = find_tesseract(which)
-    enlarged, scale = enlarged_for_reading(image, dpi)
+    sized, scale = sized_for_reading(image, dpi)
     with tempfile.TemporaryDirectory() as folder:
         picture = Path(folder, "page.png")
-        picture.write_bytes(encode_png(enlarged))
+        picture.write_bytes(encode_png(sized))
         try:
             answer = run_tesseract(tesseract, picture, "stdout", "--psm", "0", "--dpi", str(round(dpi * scale)))
         except StationError:  # too few characters, or no data for the detection

@@ -13,6 +13,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 import cv2
+import numpy as np
 
 from restore import Bytes
 from station.errors import StationError, UsageError
@@ -21,9 +22,14 @@ from station.text_layer import XHTML, Paragraph, paragraphs_of
 
 PACKAGE = "tesseract-ocr"  # of Debian and Ubuntu; Homebrew and Windows installers call it tesseract
 # Tesseract was trained on print at about 300 dpi ("Improving the quality of the output", its manual); coarser pages
-# read worse as they are, and so does small type.
+# read worse as they are. Finer ones show blur and noise of the camera as detail, and read worse as well, but small type
+# needs their pixels.
 READING_DPI = 300
 MOST_ENLARGED = 4.0  # a page of 75 dpi: beyond that there is nothing left to read
+READING_X_HEIGHT_PX = 10.0  # that of type of 5 points at READING_DPI
+LETTER_INCHES = (0.012, 0.25)  # heights of the x in type of 2 points, and of capitals of 25
+SLENDER = 3.0  # times higher than wide, or wider than high: less is a letter, more a rule
+LEAST_LETTERS = 30  # to tell the type by
 ALTO = "http://www.loc.gov/standards/alto/ns-v4#"
 SCHEMA = "http://www.loc.gov/standards/alto/v4/alto-4-4.xsd"
 SCHEMA_PLACE = "{http://www.w3.org/2001/XMLSchema-instance}schemaLocation"
@@ -97,10 +103,10 @@ def recognise(image: Bytes, dpi: float, *, name: str, language: str = "eng", whi
     """
     tesseract = find_tesseract(which)
     check_language(tesseract, language)
-    enlarged, scale = enlarged_for_reading(image, dpi)
+    sized, scale = sized_for_reading(image, dpi)
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder, "page.png"), Path(folder, "page")
-        source.write_bytes(encode_png(enlarged))
+        source.write_bytes(encode_png(sized))
         resolution = ("--dpi", str(round(dpi * scale)))
         run_tesseract(tesseract, source, target, "-l", language, *resolution, "-c", "textonly_pdf=1", *FORMATS)
         text, alto, hocr, layer = (target.with_suffix(ending).read_bytes() for ending in FORMATS.values())
@@ -125,13 +131,36 @@ def check_language(tesseract: Path, language: str) -> None:
             )
 
 
-def enlarged_for_reading(image: Bytes, dpi: float) -> tuple[Bytes, float]:
-    """The page (h, w, 3) at READING_DPI, unless it is finer already, and how many times it was enlarged."""
-    scale = min(max(READING_DPI / dpi, 1.0), MOST_ENLARGED)
+def sized_for_reading(image: Bytes, dpi: float) -> tuple[Bytes, float]:
+    """The page (h, w, 3) uint8 at the size at which it is read, and how many times that is its own.
+
+    A page coarser than READING_DPI is enlarged to that; a finer one is shrunk to it, but no further than to where its
+    small type has the height that is read surely.
+    """
+    scale = min(READING_DPI / dpi, MOST_ENLARGED)
+    if scale < 1.0:
+        height = x_height_px(image, dpi)
+        scale = min(max(scale, READING_X_HEIGHT_PX / height), 1.0) if height else 1.0
     if scale == 1.0:
         return image, scale
-    larger: Bytes = cv2.resize(image, None, fx=scale, fy=scale, interpolation=cv2.INTER_CUBIC)
-    return larger, scale
+    kind = cv2.INTER_CUBIC if scale > 1.0 else cv2.INTER_AREA
+    sized: Bytes = cv2.resize(image, None, fx=scale, fy=scale, interpolation=kind)
+    return sized, scale
+
+
+def x_height_px(image: Bytes, dpi: float) -> float | None:
+    """The height in pixels of the small letters of a page (h, w, 3) uint8, in its smaller type; None without letters.
+
+    Most letters have the height of an x; the lower quartile of the heights of what may be letters is that of the type
+    that most small words are set in.
+    """
+    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+    _, ink = cv2.threshold(grey, 0, 1, cv2.THRESH_BINARY_INV + cv2.THRESH_OTSU)
+    _, _, stats, _ = cv2.connectedComponentsWithStats(ink, connectivity=8)
+    width, height = stats[1:, cv2.CC_STAT_WIDTH], stats[1:, cv2.CC_STAT_HEIGHT]
+    least, most = (share * dpi for share in LETTER_INCHES)
+    letters = (height >= least) & (height <= most) & (width >= height / SLENDER) & (width <= height * SLENDER)
+    return float(np.quantile(height[letters], 0.25)) if letters.sum() >= LEAST_LETTERS else None
 
 
 def run_tesseract(tesseract: Path, *arguments: Any) -> str:

@@ -9,6 +9,7 @@ import shutil
 from pathlib import Path
 from xml.etree import ElementTree
 
+import cv2
 import numpy as np
 import pikepdf
 import pytest
@@ -27,7 +28,16 @@ from station.export.tiff import encode_tiff
 from station.ocr import ENDINGS
 from station.ocr_precision import count_matching_characters, count_matching_words
 from station.pages import find_pages, read_page
-from station.words import ALTO, ProgramMissing, check_language, find_tesseract, recognise
+from station.words import (
+    ALTO,
+    READING_DPI,
+    ProgramMissing,
+    check_language,
+    find_tesseract,
+    recognise,
+    sized_for_reading,
+    x_height_px,
+)
 
 needs_tesseract = pytest.mark.skipif(not shutil.which("tesseract"), reason="needs the system package tesseract-ocr")
 
@@ -314,3 +324,45 @@ def test_what_is_read_is_written_by_one_table():
 
     assert tuple(output.suffix for output in OUTPUTS if output.kind == "ocr") == ENDINGS
     assert words_module.PACKAGE == "tesseract-ocr"
+
+
+SMALL_MM, SMALL_PT, FINE_DPI = (80.0, 25.0), 5.0, 600
+CAMERA_DPI, CAMERA_BLUR_PX = 150, 1.0  # what a page painted at FINE_DPI really shows
+READ_SIZED = 0.92  # of the words; at its own size the page reads several points worse
+X_HEIGHT = 0.47  # of the size of the type, of the serif face
+
+
+def small_print(seed=61):
+    """Type of five points from a blurred camera, enlarged to FINE_DPI; and its words."""
+    page = Text(title_pt=10, sizes_pt=(SMALL_PT,), margin_mm=4, seed=seed, dpi=FINE_DPI).print_on(SMALL_MM)
+    size, fine = (tuple(round(side / MM_PER_INCH * dpi) for side in SMALL_MM) for dpi in (CAMERA_DPI, FINE_DPI))
+    seen = np.asarray(Image.fromarray(page.image).resize(size, Image.Resampling.BOX))
+    seen = cv2.GaussianBlur(seen, (0, 0), CAMERA_BLUR_PX) + np.random.default_rng(seed).normal(0, 3, seen.shape)
+    picture = Image.fromarray(np.clip(seen, 0, 255).astype(np.uint8)).resize(fine, Image.Resampling.BICUBIC)
+    return np.asarray(picture), " ".join(word.text for word in page.words)
+
+
+@needs_tesseract
+def test_small_print_of_a_fine_page_is_read_at_the_size_of_its_type():
+    picture, text = small_print()
+    read = recognise(picture, FINE_DPI, name="small").text
+    assert count_matching_words(text, read).precision >= READ_SIZED
+
+
+@pytest.mark.parametrize("dpi", [300, 600])
+@pytest.mark.parametrize("size_pt", [5.0, 12.0])
+def test_the_height_of_small_letters_is_that_of_the_type(dpi, size_pt):
+    page = Text(title_pt=24, sizes_pt=(size_pt,), margin_mm=4, seed=3, dpi=dpi).print_on((90.0, 60.0))
+    assert x_height_px(page.image, dpi) == pytest.approx(X_HEIGHT * size_pt / 72 * dpi, rel=0.15, abs=1.5)
+
+
+def test_a_page_is_enlarged_to_300_dpi_and_shrunk_no_further_than_its_type_allows():
+    fine = Text(title_pt=24, sizes_pt=(12.0,), margin_mm=4, seed=3, dpi=600).print_on((90.0, 60.0)).image
+    small = Text(title_pt=8, sizes_pt=(4.0,), margin_mm=4, seed=3, dpi=600).print_on((50.0, 30.0)).image
+    assert sized_for_reading(fine, 600)[1] == READING_DPI / 600
+    assert READING_DPI / 600 < sized_for_reading(small, 600)[1] <= 1.0
+    assert sized_for_reading(fine, 150)[1] == READING_DPI / 150
+    assert sized_for_reading(fine, 300)[1] == 1.0
+    blank = np.full((80, 90, 3), 255, np.uint8)
+    assert x_height_px(blank, 600) is None
+    assert sized_for_reading(blank, 600)[1] == 1.0
