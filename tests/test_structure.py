@@ -22,7 +22,6 @@ CALLED_BY_OTHERS = {
     "drivers.vivid900.shot_parameters",
     "restore.flattening.solution",
     "restore.formats.trimesh_parser",
-    "restore.numerics",
     "restore.photo.dense",
     "restore.photo.features",
     "restore.photo.reference",

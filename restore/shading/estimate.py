@@ -77,7 +77,7 @@ class Judges:
         return gain > errors * error
 
     def certainty(self, light: Light, places: Places, inside: Mask) -> Certainty:
-        """How certain a light is over the page."""
+        """How certain a light is over the page. inside: (cells,) the page's own."""
         known = np.flatnonzero(inside)
         page, some = known[:: max(1, len(known) // PAGE)], self[::JUDGED]
         brightness = some.colour.mean(axis=1)
