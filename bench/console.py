@@ -31,6 +31,7 @@ PAGES = 3  # the first one loads what the others find loaded
 STREAMS = 10_000
 AT_A_TIME = 2_000  # connections: the limit on descriptors of this process is shared with nobody, that of others is not
 WAIT_S = 300.0
+POLL_S = 0.1
 SPARE = 500  # descriptors for everything else
 MAX_EXAMPLES = 100
 
@@ -59,6 +60,8 @@ def served(root: Path) -> Iterator[tuple[Station, float]]:
             browser.get(link)
             browser.get("/api/state").raise_for_status()
             answered = time.perf_counter() - start
+            while browser.get("/api/state").json()["scanner"]["busy"]:  # it is being opened
+                time.sleep(POLL_S)
             try:
                 yield Station(process, base, token, browser), answered
             finally:
