@@ -50,6 +50,7 @@ def serve(
         try:
             from station.console.desk import Desk
             from station.console.serving import LOCALHOST, Address, serve
+            from station.console.vendored import remedy
         except ImportError as error:
             raise UsageError(
                 f"the console needs {error.name}, which is not installed", "pip install 'planish[console]'"
@@ -63,6 +64,9 @@ def serve(
         configuration = None if config is None else load_config(config)
         named = "" if config is None else str(config.resolve() if config.suffix == ".toml" else config)
         desk = Desk(folder.resolve(), configuration, station=named, enter=lambda session: enter(index, session))
+
+        if told := remedy():
+            print_note(told)
 
         def show(link: str) -> None:
             if kiosk:

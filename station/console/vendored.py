@@ -34,6 +34,13 @@ def missing_files(page: Path = PAGE) -> list[str]:
     return [name for name in files if not (page / VENDOR / name).is_file()]
 
 
+def remedy(page: Path = PAGE) -> str:
+    """What to do about files that a page lacks; empty when it has all."""
+    if not (missing := missing_files(page)):
+        return ""
+    return f"the page is incomplete, {missing[0]} is missing: run python -m station.console.vendored once"
+
+
 def is_current(page: Path) -> bool:
     """Whether the vendored files are those of the page's list of packages."""
     try:

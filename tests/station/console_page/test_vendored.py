@@ -46,8 +46,10 @@ def fetch(page: Path) -> None:
 
 def test_fetching_brings_the_files_and_the_icons(page):
     assert vendored.missing_files(page) == ["three/three.js", "icons.svg"]
+    assert "three/three.js is missing: run python -m station.console.vendored" in vendored.remedy(page)
     fetch(page)
     assert vendored.missing_files(page) == []
+    assert vendored.remedy(page) == ""
     assert (page / "vendor/three/three.js").read_text() == "export {}"
     assert (
         '<symbol id="camera" viewBox="0 0 24 24"><path d="M1 2" /></symbol>' in (page / "vendor/icons.svg").read_text()
