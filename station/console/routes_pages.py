@@ -41,9 +41,9 @@ def press(desk: Acting, wanted: Press) -> dict[str, Any]:
 
 
 @router.get("/preview")
-def preview(desk: Looking) -> dict[str, Any]:
-    """The last preview."""
-    return dict(_preview(desk).facts)
+def preview(desk: Looking) -> dict[str, Any] | None:
+    """The last preview; null before the first."""
+    return None if desk.preview is None else dict(desk.preview.facts)
 
 
 @router.get("/preview/{number}.jpg", response_class=Response)
@@ -58,8 +58,8 @@ def preview_overlay(desk: Looking, number: Annotated[int, Path(ge=1)]) -> Respon
     return Response(_preview(desk, number).overlay, media_type="image/png", headers={"Cache-Control": IMMUTABLE})
 
 
-def _preview(desk: Desk, number: int | None = None) -> Preview:
+def _preview(desk: Desk, number: int) -> Preview:
     found = desk.preview
-    if found is None or number not in (None, found.facts["n"]):
+    if found is None or number != found.facts["n"]:
         raise ConsoleFault("no_preview", "there is no such preview", "take one")
     return found

@@ -77,7 +77,10 @@ frame();
 await follow();
 if (store.entered) await route();
 else noEntry();
-addEventListener("hashchange", route);
+addEventListener("hashchange", async () => {
+  await route();
+  main.focus({ preventScroll: true }); // on a link the space bar would open the screen again, and not shoot
+});
 let session = store.state?.session?.name;
 on("state", (state) => {
   if (state.session?.name === session) return;
