@@ -78,11 +78,13 @@ export function takeControl() {
 
 /** Take over a state that a request answered with. */
 export function setState(state) {
-  const before = store.state?.session;
+  const before = store.state;
   store.state = state;
-  if (before?.name !== state.session?.name || before?.current !== state.session?.current) store.selected = null;
+  const another = before?.session?.name !== state.session?.name;
+  const shooting = state.scanner?.busy === "shoot" && before?.scanner?.busy !== "shoot";
+  if (another || shooting) store.selected = null; // what was chosen stays chosen until then: a key acts on it
   emit("state", state);
-  if (before?.name !== state.session?.name) loadRows();
+  if (another) loadRows();
 }
 
 async function loadRows() {

@@ -16,6 +16,7 @@ function goTo(screen) {
 }
 
 async function open(name, more = {}) {
+  goTo("sessions"); // what was recovered is shown here, until it has been read
   const state = await attempt(() => post(`/api/sessions/${encodeURIComponent(name)}/open`, more));
   if (!state) return;
   setState(state);
