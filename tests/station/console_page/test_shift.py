@@ -1,0 +1,90 @@
+"""A whole shift at a console that is served: ten pages, two shot again, an undo, a crash, its recovery, an export."""
+
+from __future__ import annotations
+
+import signal
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Any
+
+from oracles.console.browser import window
+from station.session import read_session
+from station.session.overview import overview
+from station.session.verify import verify
+from tests.station.console_page.test_served import WAIT_MS, Console, begin, console, shoot
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+__all__ = ["console"]
+
+PAGES = 10
+
+
+def judged(page: Page, number: int) -> str:
+    """The level of a page, when its verdict is on the screen."""
+    page.wait_for_selector(f"#strip-{number}[data-level]:not([data-level='']):not([data-busy])", timeout=WAIT_MS)
+    page.wait_for_selector(".light", timeout=WAIT_MS)
+    return str(page.locator(f"#strip-{number}").get_attribute("data-level"))
+
+
+def accept(page: Page, number: int) -> None:
+    page.keyboard.press("Enter")
+    page.wait_for_selector(f"#strip-{number}[aria-label*=accepted]")
+
+
+def test_a_shift_with_a_crash_in_the_middle(browser: Any, console: Console, keep: Any) -> None:
+    with ExitStack() as stack:
+        page = stack.enter_context(window(browser, console.start()))
+        keep(page, "sessions-empty")
+        begin(page)
+        keep(page, "shoot-empty")
+        for number in (1, 2):
+            shoot(page, number)
+            assert judged(page, number) == "green"
+            accept(page, number)
+        shoot(page, 3)
+        assert judged(page, 3) == "red"
+        assert "Focus again" in page.locator(".light").first.inner_text()
+        keep(page, "shoot-red")
+        shoot(page, 3, "r")
+        page.wait_for_selector("#strip-3[data-level=green]", timeout=WAIT_MS)
+        accept(page, 3)
+        page.keyboard.press("u")
+        page.wait_for_selector("#strip-3:not([aria-label*=accepted])")
+        accept(page, 3)
+        for number in (4, 5):
+            shoot(page, number)
+        console.kill()  # page 5, and 4 perhaps, is not restored yet
+        page.get_by_text("No connection to Planish.").first.wait_for()
+        keep(page, "connection-lost")
+        link = console.start()
+        page = stack.enter_context(window(browser, link))
+        page.get_by_role("button", name="Open", exact=True).click()
+        page.get_by_role("heading", name="Nothing is lost").wait_for()
+        keep(page, "recovery")
+        assert "5 pages" in page.locator(".recovery").inner_text()
+        page.get_by_role("button", name="Go on shooting").click()
+        for number in (4, 5):
+            assert judged(page, number) == "green"
+        for number in range(6, PAGES + 1):
+            shoot(page, number)
+        for number in range(4, PAGES + 1):
+            judged(page, number)
+            page.locator(f"#strip-{number}").click()
+            accept(page, number)
+        keep(page, "shoot")
+        export(page, keep)
+    console.kill(signal.SIGTERM)
+    session = read_session(console.folder / "missale-romanum")
+    told = overview(session)["pages"]
+    assert [one["state"] for one in told] == ["accepted"] * PAGES
+    assert verify(session.folder).problems == ()
+
+
+def export(page: Page, keep: Any) -> None:
+    """Deliver the session, and see what the validator says."""
+    page.evaluate("location.hash = '#/export'")
+    page.locator("option", has_text="Missale Romanum").wait_for(state="attached")  # the sessions are there
+    page.get_by_role("button", name="Deliver and check").click()
+    page.get_by_text("The validator found it correct").wait_for(timeout=WAIT_MS)
+    keep(page, "export")
