@@ -15,7 +15,6 @@ from drivers.vivid900.errors import BadReply
 from drivers.vivid900.profile import Profile
 from drivers.vivid900.profile_contents import CommandName
 
-Direction = Literal["none", "in", "out"]
 State = Literal["warming-up", "barrier-closed", "ready", "busy", "data"]
 Focus = Literal["passive", "active"]
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import json
-import threading
-from collections.abc import Iterator
-from contextlib import contextmanager
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from contextlib import AbstractContextManager
+from http.server import BaseHTTPRequestHandler
 from typing import Any
 from urllib.parse import urlsplit
 
 from oracles.console.station import CannedStation
+from oracles.local_server import local_server
 
-POLL_S = 0.02  # within which the server sees that it is to end
 # As the console's server sends it.
 POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; font-src 'self'; "
@@ -73,22 +71,6 @@ class _Handler(BaseHTTPRequestHandler):
         """Nothing: a test shows what failed."""
 
 
-class _Server(ThreadingHTTPServer):
-    daemon_threads = False  # joined at the end
-
-    def handle_error(self, request: Any, client_address: Any) -> None:
-        """Nothing: a page that goes while it is answered is no fault."""
-
-
-@contextmanager
-def serving(station: CannedStation) -> Iterator[str]:
+def serving(station: CannedStation) -> AbstractContextManager[str]:
     """Serve a canned station; gives its address."""
-    server = _Server(("127.0.0.1", 0), type("Handler", (_Handler,), {"station": station}))
-    thread = threading.Thread(target=server.serve_forever, kwargs={"poll_interval": POLL_S})
-    thread.start()
-    try:
-        yield f"http://127.0.0.1:{server.server_address[1]}"
-    finally:
-        server.shutdown()
-        thread.join()
-        server.server_close()
+    return local_server(type("Handler", (_Handler,), {"station": station}))

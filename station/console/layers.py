@@ -24,7 +24,6 @@ MAX_MODEL_BYTES = 2**28
 FILES = {"page": "page.png", "master": "page-master.png", "coverage": "page-coverage.png", "strain": "page-model.plm"}
 MODEL = FILES["strain"]
 ON_CAPTURE = "original"
-LAYERS = (*FILES, ON_CAPTURE)
 STEPPING = ("sticks", "springs")  # methods whose steps are positions in space
 SHOWN_SHARE = 99.0  # percentile of strain at the end of the scale: a single sliver must not hide the rest
 OPACITY = {Seen.OUTSIDE: 0, Seen.MEASURED: 0, Seen.FILLED: 110}

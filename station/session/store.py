@@ -31,7 +31,6 @@ from station.version import software_version
 Now = Callable[[], datetime]
 
 READ_ONLY = 0o444
-CHUNK = 2**20
 STAGED = "event"
 
 

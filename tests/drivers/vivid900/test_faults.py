@@ -58,12 +58,6 @@ def test_many_pairs(rig: FaultRig, commands: int) -> None:
     assert [one for one in found if one[2]] == []
 
 
-def wrong_pairs(rig: FaultRig, commands: int, number: int) -> list[tuple[str, list[int], str]]:
-    sample = fault_pairs(commands, number, random.Random(SEED))
-    found = [(name, sorted(script), rig.run(script).violation) for name, script in sample]
-    return [one for one in found if one[2]]
-
-
 def test_the_verdict_can_be_wrong(rig: FaultRig) -> None:
     """A laser left on, an old scan and a stage that turns on would be seen."""
     shot = rig.device.shot

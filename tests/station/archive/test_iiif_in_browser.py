@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import io
 import json
-from collections.abc import Iterator
-from contextlib import contextmanager
 from functools import partial
-from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
+from http.server import SimpleHTTPRequestHandler
 from pathlib import Path
-from threading import Thread
 from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 from PIL import Image
 
+from oracles.local_server import local_server
 from station.archive.deliver import Format, deliver
 from station.archive.volume import Volume
 from station.console.vendored import PAGE
@@ -55,24 +53,11 @@ class Handler(SimpleHTTPRequestHandler):
         super().send_error(code)
 
 
-@contextmanager
-def served(folder: Path) -> Iterator[str]:
-    server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Handler, directory=str(folder)))
-    thread = Thread(target=server.serve_forever)
-    thread.start()
-    try:
-        yield f"http://127.0.0.1:{server.server_address[1]}"
-    finally:
-        server.shutdown()
-        thread.join()
-        server.server_close()
-
-
 def test_every_page_is_shown_as_it_is(browser: Browser, volume: Volume, tmp_path: Path) -> None:
     root = tmp_path / "web"
     root.mkdir()
     Handler.failed.clear()
-    with served(root) as address:
+    with local_server(partial(Handler, directory=str(root))) as address:
         deliver(volume, Format.IIIF, root / "volume", address=f"{address}/volume", now=NOW)
         (root / "openseadragon.min.js").write_bytes((PAGE / "vendor/openseadragon/openseadragon.min.js").read_bytes())
         manifest = json.loads((root / "volume/manifest.json").read_text())

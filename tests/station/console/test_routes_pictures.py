@@ -16,7 +16,7 @@ from PIL import Image
 
 from drivers.simulated import Curl, Text, shoot
 from restore import RangeScan
-from station.console.layers import LAYERS
+from station.console.layers import FILES, ON_CAPTURE
 from station.console.tiles import OVERLAP, TILE
 from station.export.model import decode_arrays
 from station.session import Volume, add_scan, create_session, open_session, record_run, scan_path
@@ -174,7 +174,7 @@ def test_what_is_not_there_is_not_found(viewed):
     ):
         assert browser.get(f"/api/{path}").status_code == 404, path
     assert browser.get(f"/api/pictures/{row['restore']}/secret.dzi").status_code == 422
-    assert set(LAYERS) == {"page", "master", "coverage", "strain", "original"}
+    assert {*FILES, ON_CAPTURE} == {"page", "master", "coverage", "strain", "original"}
 
 
 def test_links_and_damaged_pictures_of_a_session_are_refused(restored, tmp_path):

@@ -19,7 +19,6 @@ from drivers.vivid900.stage.rotary import POLL_S, SETTLE_S
 
 SILENT = ("CSG-602R v2.0", "CSG-602R v1.0")  # never answer: what does not come is not missed
 ONE_BYTE = ("isel(RF-1)", "isel(R-1)")  # no part of their answer is missing when it is cut in half
-UNSTOPPABLE = ONE_BYTE  # driven in steps
 EVERY_FAULT: tuple[Fault, ...] = ("silence", "garbage", "partial", "late", "unplug")
 FAULTS = [
     (model, fault)
