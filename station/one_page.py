@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
@@ -16,6 +16,7 @@ from restore import (
     BadInput,
     Photograph,
     RangeScan,
+    RestoredPage,
     RestoreError,
     Settings,
     SurfaceMesh,
@@ -46,6 +47,14 @@ from station.words import check_language, find_tesseract, recognise
 
 SCAN_SUFFIX = ".scan"
 
+# A restored page and its scan → further fields of the report.
+Examine = Callable[[RestoredPage, RangeScan | SurfaceMesh], Mapping[str, Any]]
+
+
+def nothing(_page: RestoredPage, _scan: RangeScan | SurfaceMesh) -> Mapping[str, Any]:
+    """No further fields."""
+    return {}
+
 
 def restore_file(
     source: Path,
@@ -58,6 +67,7 @@ def restore_file(
     unit: str = "auto",
     facts: Mapping[str, Any] | None = None,
     stem: str | None = None,
+    examine: Examine = nothing,
     progress: Progress = silent,
     clock: Clock = perf_counter,
 ) -> Outcome:
@@ -66,6 +76,7 @@ def restore_file(
     Further shots of the same page make its colour image finer. unit: of a mesh's coordinates, as for `load_scan`.
     facts: further fields of the report, which replace those of the same name.
     stem: first part of the files' names; that of the scan's own name by default.
+    examine: looks at each page before it is written, and returns further fields of its report.
     Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
     """
     _check_programs(destination)
@@ -93,6 +104,7 @@ def restore_file(
             settings=settings,
             photos=photographs,
             input_files=input_files,
+            examine=examine,
             progress=progress,
             clock=clock,
         )
@@ -238,6 +250,7 @@ def _restore(
     settings: Settings,
     photos: Sequence[Photograph] = (),
     input_files: Sequence[Path] = (),
+    examine: Examine = nothing,
     progress: Progress,
     clock: Clock,
 ) -> Outcome:
@@ -260,6 +273,7 @@ def _restore(
                     source_record,
                     settings=settings,
                     photos=photos,
+                    examine=examine,
                     progress=progress,
                     clock=clock,
                 )
@@ -292,6 +306,7 @@ def _restore_sheet(
     *,
     settings: Settings,
     photos: Sequence[Photograph],
+    examine: Examine,
     progress: Progress,
     clock: Clock,
 ) -> export.Restoration:
@@ -319,7 +334,8 @@ def _restore_sheet(
         *sheet.warnings,
         *turn_warnings,
     ]
-    report = finite({**page.report, **source_record.report_fields, **run_fields})
+    fields = {**page.report, **source_record.report_fields, **run_fields, **examine(page, sheet.scan)}
+    report = finite(fields)
     frames = recorder.frames() if recorder else ()
     colours = None if destination.to_srgb else destination.colours
     return export.Restoration(stem, page, sheet.scan, frames, report, words, colours, destination.colours)

@@ -2,30 +2,25 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import tifffile
-from PIL import Image
 from pydantic import BaseModel, ConfigDict
 
-from restore import RestoreError, Settings, load_scan, read_regular
+from restore import RestoreError, Settings
 from station.choices import Pieces, Turn
 from station.destination import Destination
 from station.one_page import restore_file
 from station.progress import Progress, silent
 from station.session.presets import Thresholds
 from station.verdict.judge import as_result, judge
-from station.verdict.measures import Measures, measure
+from station.verdict.measures import measure
 
 RESTORE, VERDICT = "restore", "verdict"
 STEM = "page"
-PAGE, REPORT, MAP = f"{STEM}.png", f"{STEM}.json", f"{STEM}-map.tif"
-MAX_REPORT_BYTES = 2**24
+PAGE, REPORT = f"{STEM}.png", f"{STEM}.json"
 # Of a report: what differs between two runs, and what only the place of the files decides.
 VARYING = ("seconds", "peak_memory_mb", "scan", "files")
 
@@ -64,32 +59,28 @@ def run_restore(source: Path, parameters: Mapping[str, Any], folder: Path, *, pr
     wanted = RestoreParameters.model_validate(dict(parameters))
     destination = Destination(
         folder,
-        frozenset({*wanted.outputs, "coverage", "map"}),
+        frozenset({*wanted.outputs, "coverage"}),
         language=wanted.language,
         pieces=Pieces.LARGEST,
         turn=wanted.turn,
         anyway=wanted.anyway,
     )
     try:
-        restore_file(source, destination, settings=wanted.settings, unit=wanted.unit, stem=STEM, progress=progress)
+        outcome = restore_file(
+            source,
+            destination,
+            settings=wanted.settings,
+            unit=wanted.unit,
+            stem=STEM,
+            examine=lambda page, scan: {"measures": measure(page, scan)},
+            progress=progress,
+        )
     except RestoreError as error:  # of the scan, and so the same on the next run
         folder.mkdir(parents=True, exist_ok=True)
         return Run({"error": str(error), "hint": error.hint})
-    report = json.loads(read_regular(folder / REPORT, MAX_REPORT_BYTES))
     (folder / REPORT).unlink()  # the record holds it, without what differs between two runs
-    facts = {name: report.pop(name) for name in VARYING if name in report}
-    report["measures"] = _measures(source, folder, wanted, report)
-    return Run(report, {name: facts[name] for name in ("seconds", "peak_memory_mb")})
-
-
-def _measures(source: Path, folder: Path, wanted: RestoreParameters, report: Mapping[str, Any]) -> Measures:
-    """The measures of the page in a folder; the map is removed unless it was asked for."""
-    image = np.asarray(Image.open(folder / PAGE).convert("RGB"))
-    coverage = np.asarray(Image.open(folder / f"{STEM}-coverage.png"))
-    page_map = tifffile.imread(folder / MAP)[..., :2]
-    if "map" not in wanted.outputs:
-        (folder / MAP).unlink()
-    return measure(image, coverage, page_map, report["dpi"], load_scan(source, unit=wanted.unit), report)
+    result = {name: value for name, value in outcome.report.items() if name not in VARYING}
+    return Run(result, {name: outcome.report[name] for name in ("seconds", "peak_memory_mb")})
 
 
 def run_verdict(measures: Mapping[str, Any], parameters: Mapping[str, Any], others: Mapping[int, str]) -> Run:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import cv2
@@ -10,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.vivid900.lenses import FAST, FINE, LENSES, depth_window
-from restore import Bytes, Mask, RangeScan, Seen, SurfaceMesh
+from restore import Bytes, Mask, RangeScan, RestoredPage, Seen, SurfaceMesh
 from station.verdict.same_page import fingerprint
 
 MM_PER_INCH = 25.4
@@ -26,33 +25,21 @@ MODES = {"fast": FAST, "fine": FINE}
 Measures = dict[str, Any]
 
 
-def measure(
-    image: Bytes,
-    coverage: Bytes,
-    page_map: NDArray[np.float32],
-    dpi: float,
-    scan: RangeScan | SurfaceMesh,
-    report: Mapping[str, Any],
-) -> Measures:
-    """The measures of a page; None for one that this scan does not allow.
-
-    image     (h, w, 3) uint8, the page. coverage: (h, w) uint8, values of `Seen`.
-    page_map  (h, w, 2) texture pixels, NaN outside the page.
-    report    that of the restoration.
-    """
-    page = coverage != Seen.OUTSIDE
-    measured = coverage == Seen.MEASURED
-    texture = scan.texture
+def measure(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> Measures:
+    """The measures of a page and of the scan that it was restored from; None for one that the scan does not allow."""
+    inside = page.coverage != Seen.OUTSIDE
+    measured = page.coverage == Seen.MEASURED
+    texture, report = scan.texture, page.report
     return {
-        "covered_share": float(measured.sum() / max(page.sum(), 1)),
-        "hole_mm": widest_place(page & ~measured) * MM_PER_INCH / dpi,
-        "cut_share": None if texture is None else cut_share(page, page_map, texture.shape[:2]),
+        "covered_share": float(measured.sum() / max(inside.sum(), 1)),
+        "hole_mm": widest_place(inside & ~measured) * MM_PER_INCH / page.dpi,
+        "cut_share": None if texture is None else cut_share(inside, page.page_map, texture.shape[:2]),
         "depth_share": depth_share(scan) if isinstance(scan, RangeScan) else None,
         "strain_rms": float(report["strain"]["rms"]),
         "effective_ppi": None if texture is None else float(report["effective_ppi"]),
-        "blur_px": None if texture is None else blur_px(texture, seen_in(page_map, texture.shape[:2])),
-        "clipped_share": None if texture is None else clipped_share(image, measured),
-        "fingerprint": fingerprint(image),
+        "blur_px": None if texture is None else blur_px(texture, seen_in(page.page_map, texture.shape[:2])),
+        "clipped_share": None if texture is None else clipped_share(page.image, measured),
+        "fingerprint": fingerprint(page.image),
     }
 
 
@@ -97,9 +84,9 @@ def depth_share(scan: RangeScan) -> float | None:
 
 def seen_in(page_map: NDArray[np.float32], size: tuple[int, int]) -> Mask:
     """(h, w) of the texture: the pixels that a page map (h', w', 2) shows, with those between them."""
-    x, y = np.round(page_map[np.isfinite(page_map).all(axis=2)]).astype(int).T
+    x, y = (np.rint(axis[np.isfinite(axis)]).astype(np.int32) for axis in cv2.split(page_map))
     mask = np.zeros(size, np.uint8)
-    mask[np.clip(y, 0, size[0] - 1), np.clip(x, 0, size[1] - 1)] = 1
+    mask.reshape(-1)[np.clip(y, 0, size[0] - 1) * size[1] + np.clip(x, 0, size[1] - 1)] = 1
     return cv2.morphologyEx(mask, cv2.MORPH_CLOSE, np.ones((5, 5), np.uint8)).astype(bool)
 
 
@@ -125,6 +112,6 @@ def blur_px(texture: Bytes, page: Mask) -> float | None:
 
 def clipped_share(image: Bytes, measured: Mask) -> float:
     """Share of the measured pixels (h, w) of a page (h, w, 3) in which a channel is full, or all are empty."""
-    colours = image[measured]
-    clipped = (colours == WHITE).any(axis=1) | (colours == BLACK).all(axis=1)
-    return float(clipped.mean()) if clipped.size else 0.0
+    red, green, blue = cv2.split(image)
+    brightest = cv2.max(cv2.max(red, green), blue)[measured]
+    return float(((brightest == WHITE) | (brightest == BLACK)).mean()) if brightest.size else 0.0

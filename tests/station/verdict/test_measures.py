@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from restore import RangeScan, Seen
+from restore import FlatMesh, RangeScan, RestoredPage, Seen
 from station.verdict.measures import (
     blur_px,
     clipped_share,
@@ -89,12 +89,13 @@ def test_all_measures_of_a_page():
     coverage[100:110, 100:110] = Seen.HIDDEN
     points = np.zeros((4, 4, 3)) - 900.0
     scan = RangeScan(points, page, np.zeros((4, 4, 2)), {})
-    measured = measure(page, coverage, page_map, 25.4, scan, {"strain": {"rms": 0.001}, "effective_ppi": 25.4})
+    report = {"strain": {"rms": 0.001}, "effective_ppi": 25.4}
+    flat = FlatMesh(np.empty((0, 3)), np.empty((0, 3), int))
+    restored = RestoredPage(page, 25.4, coverage > 0, flat, report, page_map, flat, page, coverage)
+    measured = measure(restored, scan)
     assert measured["covered_share"] == pytest.approx(1 - 100 / 256**2)
     assert measured["hole_mm"] == pytest.approx(9.0, abs=1.0)
     assert (measured["strain_rms"], measured["effective_ppi"], measured["depth_share"]) == (0.001, 25.4, None)
-    bare = measure(
-        page, coverage, page_map, 25.4, RangeScan(points, None, np.zeros((4, 4, 2)), {}), {"strain": {"rms": 0.0}}
-    )
+    bare = measure(restored, RangeScan(points, None, np.zeros((4, 4, 2)), {}))
     assert [bare[name] for name in ("cut_share", "effective_ppi", "blur_px", "clipped_share")] == [None] * 4
     assert seen_in(page_map, (256, 256)).all()
