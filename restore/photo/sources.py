@@ -21,7 +21,7 @@ from restore.photo.coarse import COARSE_DPI, LINEAR, CoarseView, Placed
 from restore.photo.covered import MARGIN_MM, compare, covered_mask
 from restore.photo.visible import clipped_share, glare_mask, visible_points
 from restore.scan import Bytes, FlatMesh, Floats, Mask
-from restore.texture.coverage import occluded, pinhole_centre
+from restore.texture.coverage import occluded, viewpoint
 from restore.texture.page import MM_PER_INCH, page_map
 
 FEATHER_MM = 3.0  # of a seam: wide enough that light does not jump, narrow enough that print is not seen twice
@@ -73,8 +73,7 @@ def plan(page: FlatMesh, sources: Sequence[Source]) -> Plan:
 
 def _hidden_from_scanner(page: FlatMesh, shape: tuple[int, ...]) -> Mask:
     """(h, w) True on the coarse page where the texture shows another part of it, which lies before that."""
-    assert page.texcoords is not None
-    centre = pinhole_centre(page.vertices, page.texcoords)
+    centre = viewpoint(page)
     return np.zeros(shape, bool) if centre is None else occluded(page, centre, shape, COARSE_DPI)
 
 

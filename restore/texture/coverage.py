@@ -31,6 +31,8 @@ OCCLUSION_MARGIN_SHARE = 0.01  # of the range of distances, for surfaces of unkn
 MAX_REPROJECTION_PX = 2.0  # rms, texture pixels: a picture of one pinhole camera has less, an atlas of patches more
 MIN_POINTS = 12  # six points determine a pinhole camera; twice as many show whether the picture is one's
 MIN_SINGULAR_VALUE = 1e-4  # of the largest: below, the points are coplanar and do not determine a camera
+FAR = 50.0  # sizes of the page: a relief of a tenth of it changes a picture of 640 pixels by one
+NEARLY_PARALLEL = 1e-9  # 1/mm: a camera a thousand kilometres away
 STROKE_MM = 2.5  # of a title; those of running text are half a millimetre
 PAPER = 255
 
@@ -163,7 +165,20 @@ def _camera_centre(surface: Sheet | SurfaceMesh, fine: FlatMesh) -> Floats | Non
     """The centre (3,) mm of the camera, or None when the texture is not the picture of one pinhole camera."""
     if isinstance(surface, Sheet) and _is_scanner_camera(surface.rays):
         return surface.rays.origin
-    return None if fine.texcoords is None else pinhole_centre(fine.vertices, fine.texcoords)
+    return viewpoint(fine)
+
+
+def viewpoint(page: FlatMesh) -> Floats | None:
+    """The centre (3,) mm of the camera that took the texture of a page, or None when it was not one pinhole camera.
+
+    Of a camera as good as at infinity the projection does not tell on which side of the page it was: on the side that
+    most faces are turned to.
+    """
+    if page.texcoords is None or (centre := pinhole_centre(page.vertices, page.texcoords)) is None:
+        return None
+    middle = page.vertices.mean(axis=0)
+    far = np.linalg.norm(centre - middle) > FAR * np.ptp(page.vertices, axis=0).max()
+    return 2.0 * middle - centre if far and _turned_away(page, centre).mean() > 0.5 else centre
 
 
 def _is_scanner_camera(rays: Rays) -> bool:
@@ -197,7 +212,8 @@ def pinhole_centre(points: Floats, pixels: Floats) -> Floats | None:
     error = projected[:, :2] / projected[:, 2:] - pixels
     if np.sqrt((error**2).sum(axis=1).mean()) > MAX_REPROJECTION_PX:
         return None
-    return np.asarray(-np.linalg.solve(camera[:, :3], camera[:, 3]))
+    *direction, weight = np.linalg.svd(camera)[2][3]  # the null vector, of weight 0 at infinity
+    return np.asarray(direction) / np.copysign(max(abs(weight), NEARLY_PARALLEL), weight)
 
 
 def _normalised(points: Floats) -> tuple[Floats, Floats]:
@@ -217,18 +233,19 @@ def occluded(fine: FlatMesh, camera_centre: Floats, shape: tuple[int, ...], dpi:
     distance = np.linalg.norm(fine.vertices - camera_centre, axis=1)
     turned_away = _turned_away(fine, camera_centre)
     size = fine.texture.shape[:2]
-    nearest_distance = rasterise(fine.texcoords, fine.faces, distance[:, None], *size, 1.0 / distance)[..., 0]
-    on_page = _rasterise_on_page(fine, np.column_stack([fine.texcoords, distance]), shape, dpi)
-    front_distance = cv2.remap(
-        np.where(np.isnan(nearest_distance), np.float32(np.inf), nearest_distance),
+    depth = distance - distance.min()  # single precision holds it, also from far away
+    nearest_depth = rasterise(fine.texcoords, fine.faces, depth[:, None], *size, 1.0 / distance)[..., 0]
+    on_page = _rasterise_on_page(fine, np.column_stack([fine.texcoords, depth]), shape, dpi)
+    front_depth = cv2.remap(
+        np.where(np.isnan(nearest_depth), np.float32(np.inf), nearest_depth),
         np.ascontiguousarray(on_page[..., :2]),
         None,
         cv2.INTER_NEAREST,
         borderMode=cv2.BORDER_CONSTANT,
         borderValue=float("inf"),
     )
-    margin = max(OCCLUSION_MARGIN_MM, OCCLUSION_MARGIN_SHARE * float(np.ptp(distance)))
-    hidden = on_page[..., 2] - front_distance > margin
+    margin = max(OCCLUSION_MARGIN_MM, OCCLUSION_MARGIN_SHARE * float(depth.max()))
+    hidden = on_page[..., 2] - front_depth > margin
     if not turned_away.any():
         return np.asarray(hidden)
     corner_flags = np.repeat(turned_away.astype(np.float64)[:, None], 3, axis=0)

@@ -15,6 +15,7 @@ DPI = 127.0  # five pixels to the millimetre
 FOCAL_PX, CAMERA_CENTRE = 1900.0, np.array([10.0, -20.0, 900.0])
 EDGE_PX = 6  # of the page: the limit of what is hidden is known to two pixels of the texture, 0.5 mm each
 CENTRE_MM = 1e-3
+HIDDEN_SHARE, SHARE_ROUNDING = 0.285, 0.02  # from straight above: 15 mm under the pleat and the 19.2 mm of its turned side
 ROUNDED = 2  # grey levels: the fast marching takes its weights from whole distances
 
 
@@ -88,6 +89,18 @@ def test_texture_coordinates_of_no_pinhole_give_no_camera_centre():
     level = np.column_stack([page.flat, np.zeros(len(page.flat))])
     assert pinhole_centre(level, pinhole(level)) is None  # a plane may have been seen from anywhere
     assert pinhole_centre(page.vertices[:5], page.texcoords[:5]) is None
+
+
+@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("noise_px", [0.0, 0.05])
+def test_a_camera_at_infinity_is_on_the_side_that_the_page_is_turned_to(seed, noise_px):
+    page = folded()
+    noise = np.random.default_rng(seed).normal(0, noise_px, (len(page.flat), 2))
+    parallel = page.vertices[:, :2] * [4.0, -4.0] + [320.0, 400.0] + noise
+    found, _ = covered(replace(page, texcoords=parallel))
+    from_behind, _ = covered(replace(page, texcoords=parallel, faces=page.faces[:, ::-1]))
+    for one in (found, from_behind):
+        assert one.shares()["hidden"] == pytest.approx(HIDDEN_SHARE, abs=SHARE_ROUNDING)
 
 
 def test_hidden_pixels_are_white_and_a_hole_in_the_surface_is_hidden():
