@@ -39,13 +39,6 @@ FIGURES = (
 )
 """The figures that order the pages; a page without one (None) is not compared by it."""
 
-TOLD: Mapping[str, Read] = {
-    "covered_share": lambda report: 1.0 - report["filled_share"],
-    "strain_rms": lambda report: report["strain"]["rms"],
-    "effective_ppi": lambda report: report["effective_ppi"] or None,
-}
-"""The measures of a verdict that a report tells."""
-
 
 @dataclass(frozen=True)
 class PageOutcome:
@@ -81,7 +74,7 @@ class Ranked:
 
 
 def outcomes(plan: Plan, limits: Thresholds) -> Iterator[PageOutcome]:
-    """The pages of every scan of a plan, as the records have them now, with a verdict on what their reports tell."""
+    """The pages of every scan of a plan, as the records have them now, judged by the measures in their reports."""
     for arrival in plan.scans:
         yield from _pages_of(arrival, plan.out, limits)
 
@@ -116,15 +109,11 @@ def concerns(findings: Iterable[Mapping[str, Any]]) -> tuple[str, ...]:
 
 def figures_of(report: Mapping[str, Any]) -> dict[str, float]:
     """The figures of a report, by their names; those that it lacks are left out."""
-    return _read({figure.name: figure.read for figure in FIGURES}, report)
-
-
-def _read(readers: Mapping[str, Read], report: Mapping[str, Any]) -> dict[str, float]:
     values: dict[str, float] = {}
-    for name, read in readers.items():
+    for figure in FIGURES:
         with suppress(KeyError, TypeError):
-            if (value := read(report)) is not None:
-                values[name] = value
+            if (value := figure.read(report)) is not None:
+                values[figure.name] = value
     return values
 
 
@@ -148,7 +137,7 @@ def _pages_of(arrival: Arrival, out: Path, limits: Thresholds) -> Iterator[PageO
 def _restored(name: str, path: Path, report: Mapping[str, Any], limits: Thresholds) -> PageOutcome:
     picture = path.with_suffix(".png")
     width, height = report.get("page_mm", (0.0, 0.0))
-    level, findings = judge(_read(TOLD, report), limits, {})
+    level, findings = judge(report.get("measures", {}), limits, {})
     return PageOutcome(
         name,
         "restored",

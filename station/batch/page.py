@@ -7,17 +7,20 @@ import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from station.errors import FolderInUse, OverwriteError
 from station.one_page import restore_file
 from station.peak_memory import peak_memory_mib
+from station.verdict.measures import measured
 from station.watch.arrival import Arrival, Changed
 from station.watch.once import Restore, Settled, restore_once
 from station.watch.presets import Options
 
 GONE = "it changed or went away while the batch ran; run the batch again"
 POLL_S = 1.0  # another process has the page: a worker that was given up by the cluster, but is still alive
+RESTORE = partial(restore_file, examine=measured)
 MAX_TRIES = 3600  # of them: the longest page takes a fraction of an hour
 
 
@@ -58,7 +61,7 @@ def restore_task(
     task: Task,
     causes: Sequence[str] = (),
     *,
-    restore: Restore = restore_file,
+    restore: Restore = RESTORE,
     clock: Callable[[], float] = time.perf_counter,
     sleep: Callable[[float], None] = time.sleep,
 ) -> Done:

@@ -16,7 +16,7 @@ from station.one_page import restore_file
 from station.progress import Progress, silent
 from station.session.presets import Thresholds
 from station.verdict.judge import as_result, judge
-from station.verdict.measures import measure
+from station.verdict.measures import measured
 
 RESTORE, VERDICT = "restore", "verdict"
 STEM = "page"
@@ -72,7 +72,7 @@ def run_restore(source: Path, parameters: Mapping[str, Any], folder: Path, *, pr
             settings=wanted.settings,
             unit=wanted.unit,
             stem=STEM,
-            examine=lambda page, scan: {"measures": measure(page, scan)},
+            examine=measured,
             progress=progress,
         )
     except RestoreError as error:  # of the scan, and so the same on the next run

@@ -43,6 +43,11 @@ def measure(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> Measures:
     }
 
 
+def measured(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> dict[str, Measures]:
+    """The field of a report that holds the measures of its page."""
+    return {"measures": measure(page, scan)}
+
+
 def widest_place(mask: Mask) -> float:
     """Width, in pixels, of the largest circle within a mask (h, w)."""
     if not mask.any():

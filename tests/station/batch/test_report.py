@@ -82,11 +82,13 @@ def test_the_verdict_comes_before_the_figures() -> None:
     assert "<b class='red'>red</b>" in html
 
 
-def test_a_page_of_a_folder_is_judged_by_what_its_report_tells(scans, tmp_path) -> None:
-    limits = Thresholds(strain_rms=(0.5, 0.9), effective_ppi=(1000.0, 1.0), hole_mm=(1.0, 2.0))
+def test_a_page_of_a_folder_is_judged_by_the_measures_in_its_report(scans, tmp_path) -> None:
+    limits = Thresholds(strain_rms=(0.5, 0.9), effective_ppi=(1000.0, 1.0), covered_share=(1.1, 0.1))
     run_batch([scans], tmp_path / "out", QUICK, local_workers(1, Limits()), lambda _: None, limits=limits)
     html = (tmp_path / "out" / REPORT).read_text()
     assert html.count("<b class='amber'>amber</b>") == html.count("amber: resolution") == 4
+    assert html.count("amber: covered") == 4
+    assert "strain 0" not in html
 
 
 @given(st.lists(st.floats(0, 1), min_size=1, max_size=30))
