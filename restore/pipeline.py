@@ -83,7 +83,7 @@ def restore(
         image, coverage = inpaint_hidden(image, coverage, settings.dpi, settings.fill_hidden_mm)
     report = describe(surface, unrolled, painting, settings)
     report |= {"light": shading.report, "white": balance.report, "coverage": coverage.shares()}
-    report["warnings"] += _reasons_for_keeping(shading, balance)
+    report["warnings"] += [*_reasons_for_keeping(shading, balance), *coverage.warnings()]
     report |= {"source": dict(scan.provenance), "seconds": clock.seconds}
     if photos:
         report |= {"photos": photo_report, "warnings": report["warnings"] + reasons(registered, photo_report)}

@@ -33,6 +33,7 @@ MIN_POINTS = 12  # six points determine a pinhole camera; twice as many show whe
 MIN_SINGULAR_VALUE = 1e-4  # of the largest: below, the points are coplanar and do not determine a camera
 FAR = 50.0  # sizes of the page: a relief of a tenth of it changes a picture of 640 pixels by one
 NEARLY_PARALLEL = 1e-9  # 1/mm: a camera a thousand kilometres away
+MAX_HIDDEN = 0.1  # of the page: the gutter of a book hides less, beside the letters that are lost there
 STROKE_MM = 2.5  # of a title; those of running text are half a millimetre
 PAPER = 255
 
@@ -64,6 +65,15 @@ class Coverage:
         count = np.bincount(self.seen.ravel(), minlength=len(Seen))
         page = max(int(count[Seen.MEASURED :].sum()), 1)
         return {kind.name.lower(): float(count[kind] / page) for kind in Seen if kind is not Seen.OUTSIDE}
+
+    def warnings(self) -> list[str]:
+        """What an operator must know of a page that is white in large part."""
+        hidden = self.shares()["hidden"]
+        if hidden <= MAX_HIDDEN:
+            return []
+        return [
+            f"{hidden:.0%} of the page is hidden from the camera, and white: scan or photograph it from another side"
+        ]
 
 
 def compute_coverage(surface: Sheet | SurfaceMesh, fine: FlatMesh, painting: Painting, dpi: float) -> Coverage:

@@ -15,7 +15,10 @@ DPI = 127.0  # five pixels to the millimetre
 FOCAL_PX, CAMERA_CENTRE = 1900.0, np.array([10.0, -20.0, 900.0])
 EDGE_PX = 6  # of the page: the limit of what is hidden is known to two pixels of the texture, 0.5 mm each
 CENTRE_MM = 1e-3
-HIDDEN_SHARE, SHARE_ROUNDING = 0.285, 0.02  # from straight above: 15 mm under the pleat and the 19.2 mm of its turned side
+HIDDEN_SHARE, SHARE_ROUNDING = (
+    0.285,
+    0.02,
+)  # 15 mm under the pleat, 19.2 of its turned side
 ROUNDED = 2  # grey levels: the fast marching takes its weights from whole distances
 
 
@@ -63,6 +66,7 @@ def test_surfaces_under_a_pleat_are_hidden_as_by_ray_casting():
     found, _ = covered(page)
     rays = seen_by_rays(page)
     assert 0.25 < 1 - rays.mean() < 0.35
+    assert "hidden from the camera" in found.warnings()[0]
     sure = binary_erosion(rays, iterations=EDGE_PX), binary_erosion(~rays, iterations=EDGE_PX)
     assert found.mask[sure[0]].all()
     assert (found.seen[sure[1]] == Seen.HIDDEN).all()
@@ -74,6 +78,7 @@ def test_a_curved_page_without_occlusion_is_wholly_visible():
     steps = np.interp(page.flat[:, 0], [0, 60, 120], [0, 30.0, 0])
     vertices = np.column_stack([page.flat[:, 0] * 0.87, page.flat[:, 1], steps])
     found, _ = covered(replace(page, vertices=vertices, texcoords=pinhole(vertices)))
+    assert found.warnings() == []
     assert found.shares() == {"measured": 1.0, "filled": 0.0, "hidden": 0.0, "invented": 0.0, "covered": 0.0}
 
 
