@@ -70,7 +70,7 @@ def _commands_are_skipped_without_libraries(monkeypatch: pytest.MonkeyPatch) -> 
         monkeypatch.setattr(terminal, "explain", explain)
 
 
-GRACE_SECONDS = 2.0  # a thread that was told to end may need a moment
+GRACE_SECONDS = 15.0  # a thread that was told to end may need a moment, on a busy machine several seconds
 # Opened once for the life of the process, on first use: devices, the kernel's own tables, parts of installed libraries
 # (fonts, kernel caches). They are no leak of the test that happens to come first.
 LIBRARIES = tuple({sys.prefix, sys.base_prefix, sysconfig.get_paths()["stdlib"], *site.getsitepackages()})
