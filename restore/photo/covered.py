@@ -60,28 +60,35 @@ class Agreement:
     confirmed: Mask
 
 
-def covered_mask(photograph: Floats, scan: Floats, normals: Floats, seen: Mask, known: Mask) -> Mask:
+def covered_mask(
+    photograph: Floats, scan: Floats, normals: Floats, seen: Mask, known: Mask, glare: Mask | None = None
+) -> Mask:
     """(h, w) True where something covers the page in a photograph.
 
     photograph, scan (h, w, 3): linear light on the coarse page. normals (h, w, 3): of its surface. seen (h, w): where
-    the photograph shows the page. known (h, w): where the scan does.
+    the photograph shows the page. known (h, w): where the scan does. glare (h, w): where the photograph is clipped; it
+    counts as covered, and not as seen.
     """
+    glare = np.zeros_like(seen) if glare is None else glare
     both = seen & known
     both &= distance_transform_edt(np.pad(both, 1))[1:-1, 1:-1] * COARSE_MM > RIM_MM
+    both &= ~glare
     if not both.any():
-        return np.zeros_like(seen)
+        return glare
     found = compare(photograph, scan, normals, both)
     seeds = _sizable(found.contradicted, LEAST_MM2)
+    # White paper that is clipped beside a contradiction belongs to the same thing, and hides its print.
+    seeds |= _connected(glare, _grown(seeds, BLEND_MM) & glare)
     near = distance_transform_edt(~seeds) * COARSE_MM <= REACH_MM
     confirmed = _opened(found.confirmed, WHOLE_MM)
     covered = _connected(both & ~confirmed & near, seeds)
     covered |= _unconfirmed_parts(covered, confirmed, both)
     if not covered.any():
-        return covered
+        return glare
     # The rim, and what the scanner did not see, go with the nearest place that could be compared.
     rows, cols = distance_transform_edt(~both, return_distances=False, return_indices=True)
     near = distance_transform_edt(~covered[rows, cols]) * COARSE_MM
-    return np.asarray(seen & (near <= MARGIN_MM))
+    return np.asarray(glare | (seen & (near <= MARGIN_MM)))
 
 
 def compare(photograph: Floats, scan: Floats, normals: Floats, both: Mask) -> Agreement:
@@ -200,6 +207,11 @@ def _unconfirmed_parts(contradicted: Mask, confirmed: Mask, both: Mask) -> Mask:
     poor = area < CONFIRMING_MM2
     poor[0] = False
     return np.asarray(poor[parts])
+
+
+def _grown(mask: Mask, radius_mm: float) -> Mask:
+    """(h, w) True within a radius of a mask."""
+    return np.asarray(distance_transform_edt(~mask) * COARSE_MM <= radius_mm)
 
 
 def _opened(mask: Mask, radius_mm: float) -> Mask:

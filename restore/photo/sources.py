@@ -115,8 +115,8 @@ def _photographed(
     reach = GLARE_MM / MM_PER_INCH * COARSE_DPI
     glare = glare_mask(clipped, view.light.mean(axis=2), scanned.light.mean(axis=2), good, reach)
     glare = cv2.dilate(glare.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)
-    covered = covered_mask(view.light, scanned.light, coarse[..., 3:6], good & ~glare, known)
-    return replace(view, good=good & ~glare & ~covered, covered=glare | covered)
+    covered = covered_mask(view.light, scanned.light, coarse[..., 3:6], good, known, glare)
+    return replace(view, good=good & ~covered, covered=covered)
 
 
 def _weights(views: Sequence[CoarseView], inside: Mask) -> Floats:

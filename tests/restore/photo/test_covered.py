@@ -16,6 +16,7 @@ NOISE = 0.01  # of white, of a coarse pixel
 BEYOND_MM = REACH_MM + 3 * WINDOW_MM + MARGIN_MM
 PRINT_BEYOND_MM = 3 * WINDOW_MM + WHOLE_MM + MARGIN_MM
 RIM_LEFT_MM = 1.0
+FLAT = np.zeros((*SHAPE, 3)) + [0.0, 0.0, 1.0]
 
 
 def printed(seed=0, lines=range(15, 100, 5)):
@@ -32,8 +33,7 @@ def photographed(page, gain=(1.0, 1.0, 1.0), seed=1):
 
 
 def found_in(photograph, page, shown, known, slopes=None):
-    flat = np.zeros((*SHAPE, 3)) + [0.0, 0.0, 1.0]
-    return covered_mask(photograph, page, flat if slopes is None else slopes, shown, known)
+    return covered_mask(photograph, page, FLAT if slopes is None else slopes, shown, known)
 
 
 def everywhere():
@@ -103,6 +103,25 @@ def test_a_haze_that_leaves_no_contrast_is_found():
     hidden = disc((55, 90), 18)
     seen = printed() + 4.0 * hidden[..., None]
     assert_found(found_in(photographed(seen), printed(), everywhere(), everywhere()), hidden)
+
+
+def test_white_paper_that_is_clipped_hides_the_page_as_far_as_it_reaches():
+    """A sheet over print, clipped in its middle; its far end is blank and lies on a blank place amid print."""
+    page, hidden, clipped = printed(lines=range(15, 145, 5)), np.zeros(SHAPE, bool), np.zeros(SHAPE, bool)
+    hidden[60:135, 60:140], clipped[90:122, 60:140] = True, True
+    page[95:136, 60:140] = PAPER
+    sheet = np.ones((*SHAPE, 3)) * PAPER
+    sheet[62:88:3, 65:135] *= 0.4
+    seen = np.where(hidden[..., None], sheet, page)
+    found = covered_mask(photographed(seen), page, FLAT, everywhere(), everywhere(), clipped)
+    inside = cv2.distanceTransform(hidden.astype(np.uint8), cv2.DIST_L2, 5) * COARSE_MM
+    assert inside[hidden & ~found].max(initial=0.0) <= WINDOW_MM  # print beside it confirms so much blank paper
+
+
+def test_a_mirrored_lamp_covers_nothing_but_its_own_glare():
+    clipped = disc((120, 100), 12)
+    found = covered_mask(photographed(printed()), printed(), FLAT, everywhere(), everywhere(), clipped)
+    np.testing.assert_array_equal(found, clipped)
 
 
 def test_a_grey_thing_over_blank_paper_is_covered_within_its_outline():
