@@ -23,6 +23,7 @@ from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.raster import rasterise
 from restore.native import SYSTEM_LIBRARIES, SystemLibrary, missing_libraries
 from restore.photo import Photograph, read_photograph
+from restore.photogrammetry import SCALE_CARD, ScaleCard
 from restore.pipeline import restore
 from restore.range_image.segment import SegmentedScan
 from restore.scan import Bytes, FlatMesh, Floats, Ints, Mask, RangeScan, RestoredPage, SurfaceMesh
@@ -35,6 +36,7 @@ from restore.turntable import AxisFit, RotationAxis, board_corners, fit_axis, me
 
 __all__ = [
     "PICTURE_SUFFIXES",
+    "SCALE_CARD",
     "SCAN_SUFFIXES",
     "SYSTEM_LIBRARIES",
     "AxisFit",
@@ -52,6 +54,7 @@ __all__ = [
     "RestoreError",
     "RestoredPage",
     "RotationAxis",
+    "ScaleCard",
     "ScannedSheet",
     "Seen",
     "SegmentedScan",

@@ -34,6 +34,7 @@ from station.options import (
     output_path,
 )
 from station.park import park
+from station.photos_card import card
 from station.progress import progress_on
 from station.session_commands import app as sessions
 from station.session_commands import reindex, repair, replay, verify
@@ -246,7 +247,7 @@ def _colour(
 
 
 for command in (
-    *(devices, doctor, ask, park, trace, board, calibrate, warm_up, watch),
+    *(devices, doctor, ask, park, trace, board, calibrate, card, warm_up, watch),
     *(shoot, serve, verify, repair, replay, reindex),
     *(batch, export),
 ):
