@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.simulated.scene import Scene
+from drivers.simulated.scene import Scene, TablePicture
 from restore.scan import Bytes, Floats, Ints
 
 _CODE = np.arange(256) / 255
@@ -33,6 +33,8 @@ def srgb(light: NDArray[np.float32]) -> NDArray[np.float32]:
 class Paint:
     """The colour of a scene's surfaces, averaged over a footprint; `red_reflectance` and `colour_codes` make one.
 
+    What lies on the table is seen by `colour_codes` alone.
+
     image         (h, w, k) float32: the print in whatever unit is wanted.
     board         (k,) the table in the same unit.
     footprint_mm  size on the page of what one sample sees.
@@ -41,14 +43,11 @@ class Paint:
     def __init__(
         self, scene: Scene, image: NDArray[np.float32], board: NDArray[np.float32], footprint_mm: float
     ) -> None:
-        import cv2
-
         self._scene, self._board = scene, board
-        pixel = 25.4 / scene.printed.dpi
-        shrink = min(pixel / footprint_mm, 1.0)
-        size = [max(round(n * shrink), 1) for n in image.shape[1::-1]]
-        self._image = np.atleast_3d(cv2.resize(image, size, interpolation=cv2.INTER_AREA))
-        self._pixels_per_mm = np.array(size) / (np.array(image.shape[1::-1]) * pixel)
+        self._image, self._pixels_per_mm = _averaged(image, scene.printed.dpi, footprint_mm)
+        self._lying = None
+        if scene.lying is not None and image.shape[2] == 3:
+            self._lying = _averaged(scene.lying.image.astype(np.float32), scene.lying.dpi, footprint_mm)
 
     def __call__(self, face: Ints, uv: Floats) -> NDArray[np.float32]:
         """(n, k) colour of faces (n,) at (n, 2) mm on the page or table."""
@@ -59,22 +58,57 @@ class Paint:
         return colour
 
     def _print(self, uv: Floats) -> NDArray[np.float32]:
-        import cv2
-
-        if not len(uv):  # cv2 takes no empty images
-            return np.empty((0, self._image.shape[2]), np.float32)
         from_top = (uv - [0.0, self._scene.printed.page_mm[1]]) * [1.0, -1.0]
-        pixels = np.zeros((-(-len(uv) // REMAP_COLS) * REMAP_COLS, 2), np.float32)
-        pixels[: len(uv)] = from_top * self._pixels_per_mm - 0.5
-        x, y = pixels.reshape(-1, REMAP_COLS, 2).transpose(2, 0, 1)
-        colour = cv2.remap(self._image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        return np.asarray(colour.reshape(len(pixels), -1)[: len(uv)])
+        return _sampled(self._image, from_top * self._pixels_per_mm - 0.5)
 
     def _boards(self, uv: Floats) -> NDArray[np.float32]:
         """Boards with grain along x, its rings slowly wandering."""
         ring = uv[:, 1] / GRAIN_MM + 0.8 * np.sin(uv[:, 0] / 90) + 0.5 * np.sin(uv[:, 0] / 37 + uv[:, 1] / 60)
         swing = 1 + GRAIN[self._scene.table] * np.sin(2 * np.pi * ring)
-        return (self._board * swing[:, None]).astype(np.float32)
+        colour = (self._board * swing[:, None]).astype(np.float32)
+        if self._lying is not None and self._scene.lying is not None:
+            self._lay(colour, uv, self._scene.lying, *self._lying)
+        return colour
+
+    @staticmethod
+    def _lay(
+        colour: NDArray[np.float32],
+        uv: Floats,
+        lying: TablePicture,
+        image: NDArray[np.float32],
+        pixels_per_mm: Floats,
+    ) -> None:
+        """Put a picture over the colours (n, 3) of places (n, 2) mm on the table."""
+        cos, sin = np.cos(np.radians(lying.turn_deg)), np.sin(np.radians(lying.turn_deg))
+        own = (uv - np.array(lying.middle_mm)) @ np.array([[cos, sin], [-sin, cos]]).T
+        size = np.array(image.shape[1::-1])
+        pixels = own * [1.0, -1.0] * pixels_per_mm + (size - 1) / 2
+        on = ((pixels > -0.5) & (pixels < size - 0.5)).all(axis=1)
+        colour[on] = _sampled(image, pixels[on])
+
+
+def _averaged(image: NDArray[np.float32], dpi: float, footprint_mm: float) -> tuple[NDArray[np.float32], Floats]:
+    """A picture (h, w, k) at most as fine as a footprint, and its pixels to a millimetre (2,)."""
+    import cv2
+
+    pixel = 25.4 / dpi
+    shrink = min(pixel / footprint_mm, 1.0)
+    size = [max(round(n * shrink), 1) for n in image.shape[1::-1]]
+    small = np.atleast_3d(cv2.resize(image, size, interpolation=cv2.INTER_AREA))
+    return small, np.array(size) / (np.array(image.shape[1::-1]) * pixel)
+
+
+def _sampled(image: NDArray[np.float32], pixels: Floats) -> NDArray[np.float32]:
+    """(n, k) values of a picture (h, w, k) at pixels (n, 2) x, y."""
+    import cv2
+
+    if not len(pixels):  # cv2 takes no empty images
+        return np.empty((0, image.shape[2]), np.float32)
+    folded = np.zeros((-(-len(pixels) // REMAP_COLS) * REMAP_COLS, 2), np.float32)
+    folded[: len(pixels)] = pixels
+    x, y = folded.reshape(-1, REMAP_COLS, 2).transpose(2, 0, 1)
+    colour = cv2.remap(image, x, y, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(colour.reshape(len(folded), -1)[: len(pixels)])
 
 
 def red_reflectance(scene: Scene, footprint_mm: float) -> Paint:

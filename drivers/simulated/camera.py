@@ -62,8 +62,38 @@ class Camera:
 
     def directions(self, top: int, bottom: int) -> NDArray[np.float32]:
         """(bottom − top, width, 3) lines of sight of the rows from `top` to before `bottom`, in the scanner's frame."""
-        lens = np.array([self.focal_px, *self.centre, *self.radial, *self.tangential])
-        return _lines_of_sight(self.size[0], top, bottom, lens, np.asarray(self.axes, float))
+        return _lines_of_sight(self.size[0], top, bottom, self._lens, np.asarray(self.axes, float))
+
+    def through(self, pixels: Floats) -> Floats:
+        """(n, 3) lines of sight of pixels (n, 2), in the scanner's frame, of length 1 along the camera's axis."""
+        tangents = np.array([_undistorted(x, y, self._lens) for x, y in np.asarray(pixels, float)]).reshape(-1, 2)
+        return np.column_stack([tangents, np.ones(len(tangents))]) @ self.axes
+
+    @property
+    def _lens(self) -> Floats:
+        return np.array([self.focal_px, *self.centre, *self.radial, *self.tangential])
+
+
+@dataclass(frozen=True, eq=False)
+class Shadow:
+    """The soft shadow of somebody beside the table: a half-plane in the scanner's x and y.
+
+    edge_mm   (x, y) of a point where half of the shadow falls.
+    into_deg  direction into the shadow.
+    width_mm  over which it sets in.
+    share     of the light that it takes.
+    """
+
+    edge_mm: tuple[float, float]
+    into_deg: float
+    width_mm: float = 60.0
+    share: float = 0.3
+
+    def light(self, points: Vectors) -> NDArray[np.float32]:
+        """(n,) share of the light left at points (n, 3) mm."""
+        into = np.array([np.cos(np.radians(self.into_deg)), np.sin(np.radians(self.into_deg))])
+        depth = (points[:, :2] - np.array(self.edge_mm)) @ into / self.width_mm
+        return (1.0 - self.share / (1.0 + np.exp(np.clip(-4.0 * depth, -50.0, 50.0)))).astype(np.float32)
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +107,7 @@ class Exposure:
     falloff   share of light lost in the corners.
     blur_px   standard deviation of the lens's blur.
     noise     standard deviation of the sensor's noise in 8-bit codes.
+    shadow    of somebody who stands in the light, if any.
     """
 
     lamp: Floats = field(default_factory=lambda: np.array([0.6, 0.3, 0.75]))
@@ -86,6 +117,7 @@ class Exposure:
     falloff: float = 0.2
     blur_px: float = 0.7
     noise: float = 2.0
+    shadow: Shadow | None = None
 
 
 def look_at(
@@ -148,6 +180,8 @@ def _strip(
     points = ways + camera.position
     codes = colour_codes(scene, float(np.median(depth[seen])) / camera.focal_px)(face, maps.page(face, points))
     lit = linear(codes) * _shading(maps, exposure)[face][:, None]
+    if exposure.shadow is not None:
+        lit *= exposure.shadow.light(points)[:, None]
     if scene.printed.gloss > 0:
         lit += scene.printed.gloss * GLOSS_LIGHT * _highlight(scene, maps, exposure, face, ways)[:, None]
     forward = rays[seen] @ camera.axes[2] / np.linalg.norm(rays[seen], axis=1)
@@ -178,19 +212,26 @@ def _corner(camera: Camera) -> float:
 
 
 @numba.njit(cache=True)
-def _lines_of_sight(width: int, top: int, bottom: int, lens: Floats, axes: Floats) -> NDArray[np.float32]:
+def _undistorted(col: float, row: float, lens: Floats) -> tuple[float, float]:
+    """Tangents of the line of sight of a pixel."""
     focal, cx, cy, k1, k2, k3, p1, p2 = lens
+    u, v = (col - cx) / focal, (row - cy) / focal
+    x, y = u, v
+    for _ in range(UNDISTORTIONS):
+        r2 = x * x + y * y
+        stretch = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+        a = (u - 2 * p1 * x * y - p2 * (r2 + 2 * x * x)) / stretch
+        y = (v - p1 * (r2 + 2 * y * y) - 2 * p2 * x * y) / stretch
+        x = a
+    return x, y
+
+
+@numba.njit(cache=True)
+def _lines_of_sight(width: int, top: int, bottom: int, lens: Floats, axes: Floats) -> NDArray[np.float32]:
     rays = np.empty((bottom - top, width, 3), np.float32)
     for row in range(top, bottom):
         for col in range(width):
-            u, v = (col - cx) / focal, (row - cy) / focal
-            x, y = u, v
-            for _ in range(UNDISTORTIONS):
-                r2 = x * x + y * y
-                stretch = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
-                a = (u - 2 * p1 * x * y - p2 * (r2 + 2 * x * x)) / stretch
-                y = (v - p1 * (r2 + 2 * y * y) - 2 * p2 * x * y) / stretch
-                x = a
+            x, y = _undistorted(col, row, lens)
             for k in range(3):
                 rays[row - top, col, k] = x * axes[0, k] + y * axes[1, k] + axes[2, k]
     return rays

@@ -14,7 +14,7 @@ from drivers.simulated.artwork import Print
 from drivers.simulated.light import DESK_LIGHT, Light
 from drivers.simulated.sheets import PageSize, Sheet
 from drivers.simulated.sheets.sheet import parameters
-from restore.scan import Floats, Ints, Mask
+from restore.scan import Bytes, Floats, Ints, Mask
 
 Table = Literal["none", "dark", "light"]
 TABLE_HALF_MM = 3000.0  # beyond the field of view of any lens
@@ -68,6 +68,22 @@ class Surface:
 
 
 @dataclass(frozen=True, eq=False)
+class TablePicture:
+    """A printed picture that lies on the table, as thin as paint.
+
+    image      (h, w, 3) uint8 RGB (sRGB).
+    dpi        of it.
+    middle_mm  where its middle lies on the table, from below the middle of the page.
+    turn_deg   counter-clockwise.
+    """
+
+    image: Bytes
+    dpi: float
+    middle_mm: tuple[float, float]
+    turn_deg: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
 class Scene:
     """A triangle mesh in the scanner's frame.
 
@@ -76,6 +92,7 @@ class Scene:
               page.
     faces     (m, 3).
     on_page   (m,) bool, False for the faces of the table.
+    lying     what lies on the table beside the page.
     """
 
     vertices: Floats
@@ -86,6 +103,7 @@ class Scene:
     table: Table
     surface: Surface
     light: Light = DESK_LIGHT
+    lying: TablePicture | None = None
 
     def turned(self, angle_deg: float, axle: Axle) -> Scene:
         """The scene after a turntable has turned it, the table with it."""
