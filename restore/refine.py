@@ -55,21 +55,31 @@ def interpolate_flat_positions(
     Beyond its border the positions are extrapolated.
     """
     field = rasterise(np.ascontiguousarray(nodes[:, ::-1]), faces, flat, *shape).astype(np.float64)
-    field = _extrapolated(field, np.isfinite(field[..., 0]))
+    known = np.isfinite(field[..., 0])
+    beyond = _neighbours(queries, shape) & ~known
+    field[beyond] = _extrapolated(field, known, beyond)
     return np.stack([map_coordinates(field[..., k], queries.T, order=1, mode="nearest") for k in (0, 1)], axis=1)
 
 
-def _extrapolated(field: Floats, known: Mask) -> Floats:
-    """The field (rows, cols, 2) extrapolated to the samples that are not known, by point reflection at the border."""
-    position = np.array(np.indices(known.shape))
-    nearest = distance_transform_edt(~known, return_distances=False, return_indices=True)
+def _neighbours(queries: Floats, shape: tuple[int, int]) -> Mask:
+    """(rows, cols) True at the four samples round each grid position (k, 2)."""
+    mask = np.zeros(shape, bool)
+    row, col = np.floor(queries).astype(int).T
+    for i in (row, row + 1):
+        for j in (col, col + 1):
+            mask[np.clip(i, 0, shape[0] - 1), np.clip(j, 0, shape[1] - 1)] = True
+    return mask
+
+
+def _extrapolated(field: Floats, known: Mask, wanted: Mask) -> Floats:
+    """(k, 2): the field (rows, cols, 2) at wanted samples that are not known, by point reflection at the border."""
+    position = np.array(np.nonzero(wanted))
+    nearest = distance_transform_edt(~known, return_distances=False, return_indices=True)[:, wanted]
     mirrored = 2 * nearest - position  # as far inside the border as the unknown sample lies outside
-    in_grid = np.all((mirrored >= 0) & (mirrored < np.array(known.shape)[:, None, None]), axis=0)
+    in_grid = np.all((mirrored >= 0) & (mirrored < np.array(known.shape)[:, None]), axis=0)
     mirrored = np.where(in_grid, mirrored, nearest)
     mirrored = np.where(known[tuple(mirrored)], mirrored, nearest)
     down, right = (np.nanmean(np.diff(field, axis=axis), axis=(0, 1)) for axis in (0, 1))
     # Where the reflected sample is unknown too, the mean slope of the page is used.
-    beyond = (position - nearest + mirrored - nearest).astype(np.float64)
-    return (
-        2 * field[tuple(nearest)] - field[tuple(mirrored)] + beyond[0, ..., None] * down + beyond[1, ..., None] * right
-    )
+    past = (position - nearest + mirrored - nearest).astype(np.float64)
+    return 2 * field[tuple(nearest)] - field[tuple(mirrored)] + past[0, :, None] * down + past[1, :, None] * right

@@ -22,8 +22,9 @@ from restore.scan import FlatMesh, Floats, SurfaceMesh
 from restore.settings import Settings
 
 MAX_SOLVED_POINTS = 10_000  # vertices; more gain no accuracy and cost seconds
-STRIDES = (1, 2, 3, 4)  # samples: the facets average 7×7 of them, and decimation at 4 takes a tenth of the time
-NODES_PER_POINT = 1.0  # lattice nodes for each requested point, at least
+# Samples from node to node of the lattice that is decimated → nodes for each requested point, at least. The facets
+# average 7×7 samples; the time of decimation is that of its nodes, and the widest step leaves it a choice of nodes.
+STRIDES = {1: 1.0, 2: 1.0, 3: 1.0, 4: 1.0, 6: 6.0}
 
 Clock = Callable[[str], AbstractContextManager[None]]
 
@@ -67,7 +68,8 @@ def unroll(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnStep | Non
 
 def decimate_sheet(sheet: Sheet, points: int) -> tuple[SurfaceMesh, Floats]:
     """A mesh of about so many points of the sheet, and their grid positions (n, 2)."""
-    strides = [stride for stride in STRIDES if sheet.inside.sum() >= NODES_PER_POINT * points * stride**2]
+    samples = int(sheet.inside.sum())
+    strides = [stride for stride, nodes in STRIDES.items() if samples >= nodes * points * stride**2]
     nodes, faces = lattice(sheet.inside, max(strides, default=1))
     vertices, faces = decimate(sheet.points(nodes), faces, points)
     nodes = np.stack(sheet.rays.grid(vertices), axis=1)
