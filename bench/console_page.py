@@ -2,8 +2,9 @@
 
 First screen: from the answer of the server to the screen, and the processor time of the browser for it. Turning:
 frames in a second of a scan of 307,200 points on a canvas of the stated size. Strip: frames while 1,000 pages scroll
-by. Shot: from the key to the stored page and on to its verdict, on the screen, of small leaves of text. The load of the
-machine is printed beside them: on one with others at work the figures say little.
+by. Shot: from the key to the stored page and on to its verdict, on the screen, of small leaves of text and of FINE
+pages from the simulated scanner. The load of the machine is printed beside them: on one with others at work the figures
+say little.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Sequence
 from statistics import median
 from typing import TYPE_CHECKING
 
@@ -25,7 +27,9 @@ from station.console.vendored import PAGE
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-DENSE, PAGES, RUNS, LEAVES = 307_200, 1000, 5, 4
+DENSE, PAGES, RUNS, SHOTS = 307_200, 1000, 5, 4
+READY_S = 15.0  # in which the process that restores has loaded its libraries
+SERVE = ("--config", "configs/simulated.toml", "--port", "0", "--index", "{folder}/index")
 TURN_S, SCROLL_PX = 4.0, 58  # half a page of the strip for each frame
 READY = """() => {
   const [load] = performance.getEntriesByType("navigation");
@@ -64,7 +68,8 @@ def main() -> int:
             with window(browser, f"{address}/#/page/3") as page:
                 _turning(page)
                 _strip(page)
-        _shots(browser)
+        _shots(browser, "leaf", ["oracles.console.leaves", "{folder}"])
+        _shots(browser, "FINE page", ["station", "serve", "{folder}", *SERVE])
     return 0
 
 
@@ -99,31 +104,33 @@ def _strip(page: Page) -> None:
     print(f"strip of {PAGES:,} pages, {found['frames']} frames: {figures}")
 
 
-def _shots(browser: Browser) -> None:
+def _shots(browser: Browser, what: str, command: Sequence[str]) -> None:
+    """Shoot pages at a console that a module serves, and print how long each took; it prints its link first."""
     with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "oracles.console.leaves", folder]
-        with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
+        command = [sys.executable, "-m", *(word.format(folder=folder) for word in command)]
+        with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as server:
             try:
                 assert server.stdout is not None
                 with window(browser, server.stdout.readline().strip()) as page:
-                    _shift(page)
+                    _shift(page, what)
             finally:
                 server.terminate()
 
 
-def _shift(page: Page) -> None:
+def _shift(page: Page, what: str) -> None:
     page.get_by_role("button", name="New session").first.click()
     page.get_by_label("Title of the volume").fill("Bench")
     page.get_by_role("button", name="Begin").click()
     page.get_by_text("Ready for the first page").wait_for()
-    for number in range(1, LEAVES + 1):
+    time.sleep(READY_S)
+    for number in range(1, SHOTS + 1):
         start = time.perf_counter()
         page.keyboard.press(" ")
         page.wait_for_selector(f"#strip-{number}", timeout=0)
         stored = time.perf_counter() - start
         page.wait_for_selector(f"#strip-{number}[data-level]:not([data-level=''])", timeout=0)
         judged = time.perf_counter() - start
-        print(f"shot {number}: stored after {stored:.2f} s, judged {judged - stored:.2f} s later")
+        print(f"{what} {number}: stored after {stored:.2f} s, judged {judged - stored:.2f} s later")
 
 
 def _processor_s() -> float:
