@@ -8,6 +8,7 @@ import numba
 import numpy as np
 from scipy.ndimage import distance_transform_edt, map_coordinates
 
+from restore.bands import in_bands
 from restore.mesh.raster import rasterise
 from restore.range_image.camera import LensTerms, Rays, distortion_factor
 from restore.range_image.facet_model import Facets
@@ -59,7 +60,13 @@ class Sheet:
         The path is straight in the picture; on each sample it runs in that sample's facet, and where two facets meet
         at an angle it runs over their line of intersection, not along the chord.
         """
-        return _path_lengths(self.planes, nodes, edges, self.rays.lens, CREASE_SIGMAS * self.noise)
+        lengths = np.empty(len(edges))
+
+        def measure(part: slice) -> None:
+            lengths[part] = _path_lengths(self.planes, nodes, edges[part], self.rays.lens, CREASE_SIGMAS * self.noise)
+
+        in_bands(measure, len(edges))
+        return lengths
 
 
 def make_sheet(rays: Rays, facets: Facets, samples: Mask, inside: Mask, pixels: Floats, scan: RangeScan) -> Sheet:
@@ -116,7 +123,7 @@ def _distance(ra: float, ca: float, wa: float, rb: float, cb: float, wb: float, 
     return np.sqrt((xa - xb) ** 2 + (ya - yb) ** 2 + (za - zb) ** 2)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _path_lengths(planes: Floats, nodes: Floats, edges: Ints, lens: LensTerms, tolerance: float) -> Floats:
     rows, cols, _ = planes.shape
     lengths = np.zeros(len(edges))

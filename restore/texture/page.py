@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_erosion, distance_transform_edt
 
+from restore.bands import in_bands
 from restore.errors import BadInput
 from restore.mesh.measures import signed_areas, vertex_normals
 from restore.mesh.raster import rasterise
@@ -139,6 +140,13 @@ def _block_average(image: Bytes, factor: int) -> Bytes:
 
 def sample(texture: Bytes, source: PageMap) -> Bytes:
     """(rows, cols, 3) the texture (h, w, 3) at positions (rows, cols, 2), rounded; white where they are NaN."""
-    codes = sample_scaled(np.ascontiguousarray(texture), source)
-    codes[np.isnan(source[..., 0])] = PAPER
-    return np.asarray(codes + np.float32(0.5)).astype(np.uint8)
+    texture, image = np.ascontiguousarray(texture), np.empty((*source.shape[:2], 3), np.uint8)
+
+    def sample_band(rows: slice) -> None:
+        first = max(rows.start - 1, 0)  # the width of the kernel is that of the step to the neighbouring rows
+        codes = sample_scaled(texture, source[first : rows.stop + 1])[rows.start - first : rows.stop - first]
+        codes[np.isnan(source[rows, :, 0])] = PAPER
+        image[rows] = codes + np.float32(0.5)
+
+    in_bands(sample_band, len(source))
+    return image
