@@ -2,7 +2,8 @@
 
 Starts `planish serve` before the simulated station, in a folder of its own, and prints: how long until it answers; what
 an idle server with one page open takes of a core; the time from the shutter to the verdict beside that of the shot;
-what 10,000 streams of events that are asked for at a time get, and what is left of them; what schemathesis finds.
+what 10,000 streams of events that are kept open at once get, and what other requests get meanwhile; what schemathesis
+finds.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import time
 from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import httpx
@@ -29,11 +30,11 @@ TAB = "b" * 16
 IDLE_S = 30.0
 PAGES = 3  # the first one loads what the others find loaded
 STREAMS = 10_000
-AT_A_TIME = 2_000  # connections: the limit on descriptors of this process is shared with nobody, that of others is not
+AT_A_TIME = 200  # that wait for an answer: what the system's queue for connections takes
 WAIT_S = 300.0
 POLL_S = 0.1
 SPARE = 500  # descriptors for everything else
-MAX_EXAMPLES = 100
+MAX_EXAMPLES = 200  # for each operation
 
 
 @dataclass(frozen=True)
@@ -130,31 +131,58 @@ def used(process: psutil.Process) -> float:
 
 
 async def many_streams(station: Station, count: int) -> None:
-    """Ask for many streams, AT_A_TIME of them open at once; print what they got and what the server is like after."""
+    """Ask for many streams and keep every one open; print what they got, and what other requests get meanwhile."""
     _, most = resource.getrlimit(resource.RLIMIT_NOFILE)
-    at_a_time = min(AT_A_TIME, most - SPARE)
-    memory, start, got = station.process.memory_info().rss, time.perf_counter(), Counter[str]()
-    for first in range(0, count, at_a_time):
-        lines = await asyncio.gather(
-            *(stream(station) for _ in range(min(at_a_time, count - first))), return_exceptions=True
-        )
-        got.update("not connected" if isinstance(line, BaseException) else line[0] for line in lines)
-        for line in lines:
-            if not isinstance(line, BaseException):
-                line[1].close()
+    resource.setrlimit(resource.RLIMIT_NOFILE, (most, most))
+    count = min(count, most - SPARE)
+    gate = asyncio.Semaphore(AT_A_TIME)
+
+    async def one() -> tuple[str, asyncio.StreamWriter]:
+        async with gate:
+            return await stream(station)
+
+    others = Others(station)
+    memory, start = station.process.memory_info().rss, time.perf_counter()
+    asking = asyncio.create_task(others.ask())
+    lines = await asyncio.gather(*(one() for _ in range(count)), return_exceptions=True)
+    asking.cancel()
     seconds = time.perf_counter() - start
-    state = station.browser.get("/api/state")
-    grown = (station.process.memory_info().rss - memory) / 2**20
-    print(
-        f"{count} streams           {dict(got)} in {seconds:.1f} s; then {state.status_code}, memory {grown:+.1f} MiB"
-    )
+    kept = [line for line in lines if not isinstance(line, BaseException)]
+    for _, writer in kept:
+        writer.close()
+    got = dict(Counter(status for status, _ in kept) + Counter({"not connected": count - len(kept)}))
+    after = station.browser.get("/api/state").status_code
+    grown = (others.memory - memory) / 2**20
+    print(f"{count} streams at once   {got} in {seconds:.1f} s; memory {grown:+.1f} MiB at most; then {after}")
+    print(f"other requests meanwhile  {dict(others.got)}, the slowest took {others.slowest:.2f} s")
 
 
-async def stream(station: Station) -> tuple[str, asyncio.StreamWriter]:
-    """Ask for the events; returns the status of the answer, and the connection, which is still open."""
+@dataclass
+class Others:
+    """Requests for the state on new connections, one after the other, and the largest memory of the server."""
+
+    station: Station
+    got: Counter[str] = field(default_factory=Counter)
+    slowest: float = 0.0
+    memory: int = 0
+
+    async def ask(self) -> None:
+        """Ask until it is cancelled."""
+        while True:
+            start = time.perf_counter()
+            status, writer = await stream(self.station, "/api/state")
+            writer.close()
+            self.got[status] += 1
+            self.slowest = max(self.slowest, time.perf_counter() - start)
+            self.memory = max(self.memory, self.station.process.memory_info().rss)
+            await asyncio.sleep(POLL_S)
+
+
+async def stream(station: Station, path: str = "/api/events") -> tuple[str, asyncio.StreamWriter]:
+    """Ask for the events, or for something else; returns the status of the answer, and the connection, still open."""
     host, _, port = station.base.removeprefix("http://").partition(":")
     reader, writer = await asyncio.open_connection(host, int(port))
-    head = f"GET /api/events HTTP/1.1\r\nHost: {host}:{port}\r\nCookie: planish-{port}={station.token}\r\n\r\n"
+    head = f"GET {path} HTTP/1.1\r\nHost: {host}:{port}\r\nCookie: planish-{port}={station.token}\r\n\r\n"
     writer.write(head.encode())
     async with asyncio.timeout(WAIT_S):
         line = await reader.readline()

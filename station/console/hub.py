@@ -16,7 +16,8 @@ KEPT = 500  # events: those of a few minutes of a busy shift
 MAX_BEHIND = 200  # events that a stream may be behind; it is told to load everything anew then
 BEAT_S = 15.0  # between two comments on an idle stream, so that both ends notice a connection that is gone
 RETRY_MS = 1000
-RETRY_AFTER_S = 5
+# A stream that is refused does not keep its connection: thousands of them would take the places of other requests.
+REFUSED = {"Retry-After": "5", "Connection": "close"}
 
 
 class Hub:
@@ -57,13 +58,13 @@ class Hub:
     def check_free(self) -> None:
         """Raise ConsoleFault when there are as many streams as there may be."""
         if not self._open:
-            raise ConsoleFault("ending", "the server is ending", headers={"Retry-After": str(RETRY_AFTER_S)})
+            raise ConsoleFault("ending", "the server is ending", headers=REFUSED)
         if len(self._streams) >= self._max_streams:
             raise ConsoleFault(
                 "streams_full",
                 f"{self._max_streams} pages are open already",
                 "close one of them",
-                headers={"Retry-After": str(RETRY_AFTER_S)},
+                headers=REFUSED,
             )
 
     def stream(self, since: str = "") -> Stream:

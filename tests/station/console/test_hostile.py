@@ -6,13 +6,16 @@ import asyncio
 import gzip
 import json
 import socket
+from collections import Counter
 from collections.abc import Callable
 
 from station.console import guard
 from station.console.guard import MAX_BODY_BYTES, MAX_HEAD_BYTES, MAX_TARGET_BYTES, Door, Guard
+from station.console.hub import MAX_STREAMS
 from station.console.protocol import ConsoleProtocol
-from tests.station.console.conftest import Served
+from tests.station.console.conftest import WAIT_S, Served, wait_for
 
+MANY_STREAMS = 5 * MAX_STREAMS  # `python -m bench.console` asks for 10,000
 HOSTILE_BYTES = 200 * 1024 * 1024
 Head = Callable[[Served], bytes]
 
@@ -247,6 +250,33 @@ def test_clients_that_do_not_read_are_let_go(served, monkeypatch):
         line.recv(1)
     with served.client() as browser:
         assert browser.get("/api/state").status_code == 200
+
+
+def test_streams_beyond_their_number_take_no_place_of_other_requests(served):
+    """They are refused and let go, while their clients hold on to them."""
+    lines = []
+    try:
+        for _ in range(MANY_STREAMS):
+            lines.append(socket.create_connection(("127.0.0.1", served.port), WAIT_S))
+            lines[-1].sendall(request("GET /api/events HTTP/1.1")(served).replace(b"Connection: close\r\n", b""))
+        heads = [line.recv(4096) for line in lines]
+        assert Counter(map(status_of, heads)) == {200: MAX_STREAMS, 503: MANY_STREAMS - MAX_STREAMS}
+        refused = [line for line, head in zip(lines, heads, strict=True) if status_of(head) == 503]
+        assert all(map(_is_closed, refused))
+        with served.client() as browser:
+            assert browser.get("/api/state").status_code == 200
+    finally:
+        for line in lines:
+            line.close()
+    wait_for(lambda: served.desk.hub.count == 0, "the end of the streams")
+
+
+def _is_closed(line: socket.socket) -> bool:
+    """Whether the server closes a connection after its answer, instead of waiting for another request."""
+    line.settimeout(WAIT_S)
+    while line.recv(4096):
+        pass
+    return True
 
 
 def test_a_guard_compares_whole_tokens():
