@@ -75,7 +75,7 @@ class Desk:
         self.jobs = Jobs(self.told.job, now, command=job_command)
         self.pyramids, self.words = Pyramids(), Words()
         self.sitting: Sitting | None = None
-        self.failed: dict[str, str] | None = None
+        self.failed: dict[str, Any] | None = None
         self.preview: Preview | None = None
         self._enter, self._restorations = enter, restorations
         self._unrecorded = settings.changes_of(None)
@@ -127,7 +127,7 @@ class Desk:
             self._close()
         self.told.all_changed()
 
-    def create(self, name: str, **fields: str) -> dict[str, Any]:
+    def create(self, name: str, **fields: Any) -> dict[str, Any]:
         """Make a session, and return its entry in the list. Raises ConsoleFault, UsageError, OSError."""
         with self._lock:
             folder = sessions.create(self.root, name, station=self.station, **fields)
@@ -196,6 +196,7 @@ class Desk:
             finally:
                 if action in SHOTS:
                     self.scanner.release()
+                    self._send_rows()  # its restoration has begun
 
         sitting.do(task)
         return page

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import errno
+import re
 from collections.abc import Mapping
 from typing import Any
 
 from drivers import ScannerError
+from drivers.vivid900.errors import PanelError
 from restore import BadInput, RestoreError
 from station.errors import FolderInUse, StationError, UsageError, explain
 from station.session import SessionDamaged
@@ -69,6 +72,9 @@ class ConsoleFault(Exception):
         return {"error": {"key": self.key, "text": str(self), "hint": self.hint, "data": self.data}}
 
 
+WORDS = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
+"""Where a word of the name of a class begins."""
+
 # The first class that an error is of decides its key.
 KEYS: tuple[tuple[type[BaseException], str], ...] = (
     (FolderInUse, "in_use"),
@@ -90,10 +96,21 @@ def fault_of(error: BaseException) -> ConsoleFault:
     return ConsoleFault(key, told.message, " ".join(told.hints), **_facts(error))
 
 
-def problem_of(error: BaseException) -> dict[str, str]:
-    """An error as `text` and `hint`."""
+def problem_of(error: BaseException) -> dict[str, Any]:
+    """An error as `text` and `hint` in English, and its `kinds`, by which the page has them in other languages."""
     told = explain(error)
-    return {"text": told.message, "hint": " ".join(told.hints)}
+    return {"text": told.message, "hint": " ".join(told.hints), "kinds": kinds_of(error)}
+
+
+def kinds_of(error: BaseException) -> list[str]:
+    """What kind of error it is, the narrowest first: a message of the panel, a code of the system, its classes."""
+    narrow = []
+    if isinstance(error, PanelError):
+        narrow = ["panel_" + re.sub(r"[^a-z0-9]+", "_", error.panel.lower()).strip("_")]
+    elif isinstance(error, OSError) and (code := errno.errorcode.get(error.errno or 0)):
+        narrow = [code.lower()]
+    classes = [one.__name__ for one in type(error).__mro__ if one not in (BaseException, object)]
+    return narrow + [WORDS.sub("_", name).lower() for name in classes]
 
 
 def _facts(error: BaseException) -> dict[str, Any]:

@@ -40,7 +40,7 @@ class Job:
     ended: datetime | None = None
     items: list[dict[str, Any]] = field(default_factory=list)
     result: dict[str, Any] | None = None
-    error: dict[str, str] | None = None
+    error: dict[str, Any] | None = None
 
     def as_json(self) -> dict[str, Any]:
         """The job as it is shown."""
@@ -152,7 +152,8 @@ class Jobs:
                 await self._work(job)
                 if job.state == "running":
                     job.state = "failed"
-                    job.error = {"text": "the process of this job has ended", "hint": "start it again"}
+                    text = "the process of this job has ended"
+                    job.error = {"text": text, "hint": "start it again", "kinds": ["process_ended"]}
         except asyncio.CancelledError:
             job.state = "cancelled"
         finally:

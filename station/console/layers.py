@@ -85,7 +85,9 @@ def read_layer(session: Session, event: Event, layer: str) -> Bytes:
 def read_model(session: Session, event: Event) -> tuple[Mapping[str, NDArray[Any]], dict[str, Any]]:
     """The arrays (…) and the facts of a page's model. Raises ConsoleFault when the restoration kept none."""
     if MODEL not in event.files:
-        raise ConsoleFault("not_recorded", "this restoration kept no model", "restore the page again for viewing")
+        raise ConsoleFault(
+            "not_recorded", "this restoration kept no model", "look at its scan; pages shot here keep one"
+        )
     path = stored_file(session, event, MODEL)
     if path.stat().st_size > MAX_MODEL_BYTES:
         raise ConsoleFault("damaged", f"{path.name} is too large")

@@ -38,7 +38,7 @@ class Shown:
     step: str | None = None
     done: float | None = None
     since: datetime | None = None
-    problem: dict[str, str] | None = None
+    problem: dict[str, Any] | None = None
 
 
 @dataclass

@@ -12,8 +12,10 @@ from station.session import Session, Volume, create_session, read_session
 from station.session.bag import BAGIT, LOG
 from station.session.index import entries_of
 from station.session.presets import PRESETS, load_preset
+from station.words import check_language, find_tesseract
 
 MAX_LISTED = 1000
+WORDS = "ocr"  # the output of a restoration that has them
 
 
 def folders_of(root: Path) -> dict[str, Path]:
@@ -38,22 +40,21 @@ def listed(root: Path, opened: str | None) -> list[dict[str, Any]]:
     return sorted(entries, key=lambda entry: str(entry["changed"]), reverse=True)
 
 
-def create(root: Path, name: str, *, preset: str, station: str, title: str, project: str, organisation: str) -> Path:
-    """Make a session in a folder. Raises ConsoleFault when something of that name is there, UsageError, OSError."""
+def create(root: Path, name: str, *, preset: str, station: str, words: bool = False, **about: str) -> Path:
+    """Make a session in a folder.
+
+    words: whether the words of its pages are read. about: title, project and organisation. Raises ConsoleFault when
+    something of that name is there, StationError, OSError.
+    """
     if name in os.listdir(root):  # noqa: PTH208 — names, links and files among them
         raise ConsoleFault("exists", f"{name} is there already", "choose another name")
     if preset not in {path.stem for path in PRESETS.glob("*.toml")}:
         raise ConsoleFault("invalid", f"there is no preset {preset!r}", "see the list of presets")
     settings = load_preset(preset).model_dump(mode="json", exclude_none=True)
-    volume = Volume(
-        title=title,
-        project=project,
-        organisation=organisation,
-        preset=preset,
-        station=station,
-        settings=settings,
-    )
-    create_session(root / name, volume)
+    if words:
+        check_language(find_tesseract(), settings["language"])
+        settings["outputs"] = sorted({*settings["outputs"], WORDS})
+    create_session(root / name, Volume(preset=preset, station=station, settings=settings, **about))
     return root / name
 
 

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from station.console import sessions
-from station.session import open_session
+from station.errors import UsageError
+from station.session import open_session, read_session
+from station.session.overview import preset_of
 
 
 def test_a_session_is_made_opened_and_closed(client, root):
@@ -39,6 +43,26 @@ def test_a_damaged_session_is_listed_with_what_is_wrong_and_hides_no_other(clien
     assert entries["missale"]["problem"] is None
     refused = client.post("/api/sessions/hurt/open")
     assert (refused.status_code, refused.json()["error"]["key"]) == (422, "damaged")
+
+
+def test_a_session_whose_words_are_read(client, root, monkeypatch):
+    monkeypatch.setattr(sessions, "find_tesseract", lambda: Path("tesseract"))
+    monkeypatch.setattr(sessions, "check_language", lambda *_: None)
+    wanted = {"name": "herbal", "title": "Herbal", "words": True}
+    assert client.post("/api/sessions", json=wanted).status_code == 201
+    assert client.post("/api/sessions", json={"name": "map", "title": "Map"}).status_code == 201
+    assert ["ocr" in preset_of(read_session(root / name)).outputs for name in ("herbal", "map")] == [True, False]
+
+
+def test_words_are_refused_where_nothing_reads_them(client, root, monkeypatch):
+    def missing():
+        raise UsageError("Tesseract is not there", "sudo apt install tesseract-ocr")
+
+    monkeypatch.setattr(sessions, "find_tesseract", missing)
+    refused = client.post("/api/sessions", json={"name": "herbal", "title": "Herbal", "words": True})
+    assert (refused.status_code, refused.json()["error"]["key"]) == (422, "invalid")
+    assert "tesseract-ocr" in refused.json()["error"]["hint"]
+    assert not (root / "herbal").exists()
 
 
 def test_the_presets_are_listed(client):

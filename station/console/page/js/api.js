@@ -33,12 +33,12 @@ function isMine(id) {
   });
 }
 
-async function request(method, path, body) {
+async function request(method, path, body, signal) {
   const headers = { "X-Planish-Tab": tab };
   if (body !== undefined) headers["Content-Type"] = "application/json";
   let answer;
   try {
-    answer = await fetch(path, { method, headers, body: body === undefined ? undefined : JSON.stringify(body) });
+    answer = await fetch(path, { method, headers, body: body === undefined ? undefined : JSON.stringify(body), signal });
   } catch {
     throw new ApiError(0, { key: "offline" });
   }
@@ -47,7 +47,7 @@ async function request(method, path, body) {
   return told;
 }
 
-export const get = (path) => request("GET", path);
+export const get = (path, signal) => request("GET", path, undefined, signal);
 export const post = (path, body = {}) => request("POST", path, body);
 export const put = (path, body) => request("PUT", path, body);
 

@@ -70,10 +70,10 @@ export function segmented(label, choices, pick) {
   };
 }
 
-/** A picture of the console's own, drawn for an empty or a failed place, with what to do. */
+/** A picture of the console's own, drawn for an empty or a failed place, with what to do: a text, or elements. */
 export function placeholder(picture, title, text, ...actions) {
   return h("div", { class: "placeholder" },
     h("img", { src: `/page/pictures/${picture}.svg`, alt: "", width: 168, height: 126 }),
-    h("h2", { text: title }), text ? h("p", { text }) : null,
+    h("h2", { text: title }), text ? h("p", {}, text) : null,
     actions.length ? h("div", { class: "row" }, actions) : null);
 }

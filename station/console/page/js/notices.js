@@ -1,23 +1,25 @@
 // Lines above the screen that say what is wrong and what to do; and the live region that speaks what happens.
 
 import { button, h, icon, set, setText } from "./dom.js";
-import { pageName, time } from "./format.js";
+import { faultText } from "./faults.js";
+import { number, pageName, time } from "./format.js";
 import { on, store, takeControl } from "./store.js";
 import { tabId } from "./api.js";
 import { known, t } from "./strings.js";
 
 const LEVEL = /: (GREEN|AMBER|RED)\b/; // in the line of a verdict
+const GAP = /^between (.+) and (.+)$/;
 const MANY = 2; // notices that every window has room for
 const REFUSAL_MS = 12_000; // long enough to read two sentences twice
 
 function notice(level, picture, title, text, action) {
   return h("div", { class: "notice", "data-level": level }, icon(picture),
-    h("p", {}, h("strong", { text: title }), text ? h("span", { text: ` ${text}` }) : null), action ?? null);
+    h("p", {}, h("strong", { text: title }), " ", typeof text === "object" ? faultText(text) : h("span", { text })), action ?? null);
 }
 
 /** The message of an error in the reader's language, else as the server has it. */
 export function errorText(error) {
-  return known(`error.${error.key}`) ? t(`error.${error.key}`, error.data) : `${error.text} ${error.hint}`.trim();
+  return known(`error.${error.key}`) ? t(`error.${error.key}`, { ...error.data, text: error.text }) : `${error.text} ${error.hint}`.trim();
 }
 
 /** The operator's line of an event, in the reader's language. */
@@ -47,12 +49,27 @@ export function noticeBoard() {
   on("state", update);
   on("online", update);
   on("message", (message) => setText(spoken, messageText(message)));
-  on("refused", (error) => {
+  const pass = (...told) => {
     clearTimeout(timer);
-    passing.replaceChildren(notice("amber", "triangle-alert", t("refused"), errorText(error)));
+    passing.replaceChildren(notice(...told));
     timer = setTimeout(() => passing.replaceChildren(), REFUSAL_MS);
-  });
+  };
+  on("refused", (error) => pass("amber", "triangle-alert", t("refused"), errorText(error)));
+  on("back", (silent) => pass("green", "circle-check", t("back.title"), backText(silent)));
   return board;
+}
+
+/** What became of the station while it was not heard. */
+function backText(silent) {
+  const { scanner, session } = store.state;
+  const stored = session ? t("back.pages", { n: number(session.pages) }) : "";
+  return [t("back.text", { s: number(silent / 1000) }), `${t(`laser.${scanner.laser}`)}.`, stored].filter(Boolean).join(" ");
+}
+
+/** A gap in the labels of the pages, which the server names as `between 12 and 15`. */
+function gap(text) {
+  const [, one, two] = text.match(GAP) ?? [];
+  return two ? t("missing.between", { one, two }) : text;
 }
 
 function* wanted() {
@@ -65,8 +82,8 @@ function* wanted() {
       button(t("watching.take"), { icon: "hand", click: takeControl })];
   }
   if (state.session?.read_only) yield ["amber", "lock", t("held.title"), t("held.text", { who: state.session.held_by ?? "" })];
-  if (state.failed) yield ["red", "octagon-alert", t("failed.title"), `${state.failed.text} ${state.failed.hint}`];
+  if (state.failed) yield ["red", "octagon-alert", t("failed.title"), state.failed];
   if (state.scanner.laser === "unknown") yield ["red", "zap", t("laser.title"), t("laser.text")];
-  if (state.scanner.problem) yield ["amber", "unplug", t("scanner.said"), `${state.scanner.problem.text} ${state.scanner.problem.hint}`];
-  if (state.session?.missing?.length) yield ["amber", "info", t("missing.title"), state.session.missing.join(", ")];
+  if (state.scanner.problem) yield ["amber", "unplug", t("scanner.said"), state.scanner.problem];
+  if (state.session?.missing?.length) yield ["amber", "info", t("missing.title"), state.session.missing.map(gap).join(", ")];
 }

@@ -3,6 +3,10 @@
 import { ApiError, get, post, tabId } from "./api.js";
 
 const KEPT_MESSAGES = 200;
+const LOOK_MS = 1000; // between two looks whether anything was heard
+const QUIET_MS = { shooting: 4000, idle: 20_000 }; // without an event, until the server is asked: progress comes often
+const ANSWER_MS = 4000; // for that answer
+const BRIEF_MS = 2000; // a break that is not worth a word
 const bus = new EventTarget();
 
 /** state: of /api/state. rows: page → row. selected: page looked at, null: the one that the keys act on. */
@@ -10,6 +14,8 @@ export const store = {
   state: null, rows: new Map(), order: [], selected: null, worstFirst: false, online: false, entered: true,
   messages: [], preview: null, sent: null,
 };
+const heardAt = { event: Date.now(), look: Date.now(), lost: null }; // lost: since when the station is not heard
+let asking = false;
 
 /** Call `act` at every event of that name: state, rows, row, online, message, preview, job, refused. */
 export function on(name, act) {
@@ -84,6 +90,7 @@ export function setState(state) {
   const shooting = state.scanner?.busy === "shoot" && before?.scanner?.busy !== "shoot";
   if (another || shooting) store.selected = null; // what was chosen stays chosen until then: a key acts on it
   emit("state", state);
+  if (before?.session?.current !== state.session?.current) emit("selected", store.selected);
   if (another) loadRows();
 }
 
@@ -112,7 +119,7 @@ export async function follow() {
   await loadAll().catch(refuseEntry);
   if (!store.entered) return;
   const source = new EventSource(`/api/events?tab=${encodeURIComponent(tabId())}`);
-  const heard = (name, act) => source.addEventListener(name, (event) => act(JSON.parse(event.data)));
+  const heard = (name, act) => source.addEventListener(name, (event) => { listened(); act(JSON.parse(event.data)); });
   let boot = null;
   heard("hello", (hello) => {
     if (boot !== null && boot !== hello.boot) loadAll().catch(refuseEntry);
@@ -150,9 +157,42 @@ function refuseEntry(error) {
 }
 
 function setOnline(online) {
+  const silent = Date.now() - (heardAt.lost ??= Date.now());
+  if (online) heardAt.lost = null;
   store.online = online;
   emit("online", online);
+  if (online && silent > BRIEF_MS) emit("back", silent);
 }
 
+function listened() {
+  heardAt.event = Date.now();
+  if (!store.online || heardAt.lost) setOnline(true);
+}
+
+async function ask() {
+  asking = true;
+  try {
+    setState(await get("/api/state", AbortSignal.timeout(ANSWER_MS)));
+    listened();
+  } catch (error) {
+    heardAt.lost ??= heardAt.event;
+    refuseEntry(error);
+  }
+  asking = false;
+}
+
+/** A station that stands still keeps its connection: one that was not heard for long is asked whether it is there. */
+function look() {
+  const [now, { state }] = [Date.now(), store];
+  const still = now - heardAt.look - LOOK_MS; // this computer slept, or the browser
+  heardAt.look = now;
+  if (!store.entered || asking || !state) return;
+  if (still > QUIET_MS.shooting && !document.hidden) heardAt.lost ??= now - still;
+  const quiet = now - heardAt.event > (state.scanner.busy ? QUIET_MS.shooting : QUIET_MS.idle);
+  if (quiet || heardAt.lost) ask();
+}
+
+setInterval(look, LOOK_MS);
+document.addEventListener("visibilitychange", () => { heardAt.look = Date.now(); }); // hidden windows look less often
 addEventListener("offline", () => setOnline(false));
-addEventListener("online", () => get("/api/state").then(setState).then(() => setOnline(true)).catch(refuseEntry));
+addEventListener("online", ask);

@@ -2,6 +2,7 @@
 
 import { get, post } from "../api.js";
 import { button, h, icon } from "../dom.js";
+import { faultText } from "../faults.js";
 import { bytes, number, percent, time } from "../format.js";
 import { attempt } from "../store.js";
 import { firstOf, t } from "../strings.js";
@@ -48,7 +49,7 @@ function restored(result) {
 }
 
 function outcome(job) {
-  if (job.error) return [h("p", { class: "wrong", text: `${job.error.text} ${job.error.hint ?? ""}` })];
+  if (job.error) return [h("p", { class: "wrong" }, faultText(job.error))];
   if (!job.result) return [];
   return { export: exported, verify: (_, result) => verified(result), batch: (_, result) => restored(result) }[job.kind]?.(job, job.result) ?? [];
 }

@@ -1,10 +1,9 @@
 // The 3D view of a page: what it shows, turning it, and the page falling flat.
 
-import { get, post } from "../api.js";
+import { get } from "../api.js";
 import { button, h, icon, placeholder, segmented, set, setIcon, setText } from "../dom.js";
 import { number } from "../format.js";
 import { errorText } from "../notices.js";
-import { on } from "../store.js";
 import { t } from "../strings.js";
 import { loadModel } from "./model.js";
 import { Orbit } from "./orbit.js";
@@ -36,7 +35,6 @@ export class ModelView {
         button("", { icon: "rotate-ccw", kind: "square quiet", label: t("model.reset"), click: () => this.orbit.reset() })));
     this.observer = new ResizeObserver(() => { this.scene?.resize(); this.dirty(); });
     this.observer.observe(this.stage);
-    on("job", (job) => { if (job.id === this.deriving && job.state === "done") this.load(); });
     this.play(false);
   }
 
@@ -173,15 +171,8 @@ export class ModelView {
 
   offer(error) {
     if (error.key !== "not_recorded") return this.fail(t("model.none"), errorText(error));
-    const derive = button(t("model.derive"), { icon: "refresh-cw", click: async () => {
-      try {
-        this.deriving = (await post(`/api/pages/${this.row.page}/derive`)).id;
-        this.fail(t("model.deriving"), t("model.deriving.text"));
-      } catch (refused) {
-        this.fail(t("model.none"), errorText(refused), derive);
-      }
-    } });
-    return this.fail(t("model.unrecorded"), t("model.unrecorded.text"), derive);
+    const points = button(t("model.unrecorded.points"), { icon: "scan-line", click: () => { this.kind = "points"; this.load(); } });
+    return this.fail(t("model.unrecorded"), t("model.unrecorded.text"), points);
   }
 }
 

@@ -63,13 +63,14 @@ export class Ruler {
       const query = new URLSearchParams({ x0: one[0], y0: one[1], x1: two[0], y1: two[1] });
       this.tell(await get(`/api/models/${this.row.restore}/measure?${query}`));
     } catch (error) {
-      setText(this.told, errorText(error));
+      if (error.key === "not_recorded") this.tell({ page_mm: Math.hypot(two[0] - one[0], two[1] - one[1]) }, "ruler.unrecorded");
+      else setText(this.told, errorText(error));
     }
   }
 
-  tell(found) {
-    for (const [name, value] of this.rows) setText(value, `${number(found[`${name}_mm`], 2)} mm`);
-    setText(this.told, t("ruler.told"));
+  tell(found, words = "ruler.told") {
+    for (const [name, value] of this.rows) setText(value, `${name}_mm` in found ? `${number(found[`${name}_mm`], 2)} mm` : "–");
+    setText(this.told, t(words));
   }
 
   draw() {

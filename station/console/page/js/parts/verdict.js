@@ -1,6 +1,7 @@
 // The lights of a page's verdict: each measure on its scale, with the limits of amber and red.
 
-import { h, icon, set, setText } from "../dom.js";
+import { h, icon, set } from "../dom.js";
+import { faultText } from "../faults.js";
 import { measure } from "../format.js";
 import { firstOf, t } from "../strings.js";
 import { levelIcon } from "./strip.js";
@@ -62,10 +63,9 @@ export function verdictLights() {
   const told = h("p", { class: "soft" });
   const element = h("div", { class: "verdict", tabindex: "0", role: "group", "aria-label": t("verdict") }, told, list);
   return { element, show: (row, findings) => {
-    const text = !row ? "" : row.failed ? `${row.failed.text} ${row.failed.hint}` : row.busy ? t("verdict.waiting")
-      : findings?.length ? "" : t("verdict.none");
-    setText(told, text);
-    set(told, "hidden", !text);
+    const text = !row || row.failed ? "" : row.busy ? t("verdict.waiting") : findings?.length ? "" : t("verdict.none");
+    told.replaceChildren(...(row?.failed ? faultText(row.failed, "page.failed.text") : [text]));
+    set(told, "hidden", !text && !row?.failed);
     set(list, "hidden", !findings?.length || Boolean(row?.failed) || null);
     list.replaceChildren(...(findings ?? []).map(line));
   } };

@@ -2,6 +2,7 @@
 
 import { actionPad } from "../actions.js";
 import { button, h, placeholder, segmented, set, setText } from "../dom.js";
+import { faultText } from "../faults.js";
 import { bytes, number, pageName, time } from "../format.js";
 import { Compare } from "../parts/compare.js";
 import { details } from "../parts/details.js";
@@ -113,7 +114,7 @@ class PageScreen {
   showEmpty() {
     const row = this.row;
     const [picture, name] = !row ? ["first-page", "page.none"] : row.failed ? ["failed", "page.failed"] : ["working", "page.waiting"];
-    this.empty.replaceChildren(placeholder(picture, t(name), row?.failed ? `${row.failed.text} ${row.failed.hint}` : t(`${name}.text`)));
+    this.empty.replaceChildren(placeholder(picture, t(name), row?.failed ? faultText(row.failed, "page.failed.text") : t(`${name}.text`)));
   }
 
   showLayers() {

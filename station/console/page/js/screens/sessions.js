@@ -3,6 +3,7 @@
 import { get, post } from "../api.js";
 import { field, openDialog } from "../dialog.js";
 import { able, button, h, icon, placeholder, set, setText } from "../dom.js";
+import { faultText } from "../faults.js";
 import { day, number, time } from "../format.js";
 import { errorText } from "../notices.js";
 import { jobCard } from "../parts/jobs.js";
@@ -43,12 +44,15 @@ async function newSession(reload) {
   let own = false;
   name.addEventListener("input", () => { own = true; });
   title.addEventListener("input", () => { if (!own) name.value = folderName(title.value); });
+  const words = h("input", { type: "checkbox", id: "new-words", "aria-describedby": "new-words-hint" });
   const wrong = h("p", { class: "wrong", role: "alert" });
   openDialog(t("session.new"), [field(t("session.title"), title), field(t("session.name"), name, t("session.name.hint")),
     h("div", { class: "pair" }, field(t("session.project"), project), field(t("session.organisation"), organisation)),
-    field(t("session.preset"), preset), wrong], { ok: t("session.create"), send: async () => {
+    field(t("session.preset"), preset), h("label", { class: "check", for: "new-words" }, words, h("span", { text: t("session.words") })),
+    h("p", { class: "hint", id: "new-words-hint", text: t("session.words.hint") }), wrong], { ok: t("session.create"), send: async () => {
     try {
-      await post("/api/sessions", { name: name.value, title: title.value, project: project.value, organisation: organisation.value, preset: preset.value });
+      await post("/api/sessions", { name: name.value, title: title.value, project: project.value, organisation: organisation.value,
+        preset: preset.value, words: words.checked });
     } catch (error) {
       setText(wrong, errorText(error));
       return false;
@@ -71,7 +75,7 @@ function row(session, reload) {
   return h("li", { class: "session", "data-open": session.open, "data-name": session.name },
     h("div", { class: "session-name" }, h("h3", { text: session.title || session.name }),
       h("p", { class: "soft", text: [session.project, session.name, t(`preset.${session.preset}`)].filter(Boolean).join(" · ") })),
-    session.problem ? h("p", { class: "wrong", text: `${session.problem.text} ${session.problem.hint}` })
+    session.problem ? h("p", { class: "wrong" }, faultText(session.problem))
       : h("div", { class: "session-pages" }, h("p", {}, t("session.pages", { n: number(session.pages), accepted: number(session.accepted) })),
         h("progress", { max: 1, value: done, "aria-label": t("session.accepted") })),
     h("p", { class: "soft session-time" }, h("span", { text: time(session.changed) }), state ? h("span", { class: "tag", text: state }) : null),
@@ -92,11 +96,11 @@ function recovery(told, dismiss) {
     ["circle-check", t(told.completed ? "recovery.completed" : "recovery.whole")],
     told.resumed.length ? [told.left ? "refresh-cw" : "circle-check", t(told.left ? "recovery.resumed" : "recovery.done", { pages, left: told.left })]
       : ["circle-check", t("recovery.nothing")]];
-  if (told.problem) lines.push(["octagon-alert", `${told.problem.text} ${told.problem.hint}`]);
+  const problem = told.problem ? h("li", {}, icon("octagon-alert"), h("span", {}, faultText(told.problem))) : null;
   return h("section", { class: "recovery", "aria-label": t("recovery.title") },
     h("img", { src: "/page/pictures/recovered.svg", alt: "", width: 168, height: 126 }),
     h("div", {}, h("h2", { text: t("recovery.title") }), h("p", { class: "soft", text: t("recovery.text") }),
-      h("ul", {}, lines.map(([picture, text]) => h("li", {}, icon(picture), h("span", { text })))),
+      h("ul", {}, lines.map(([picture, text]) => h("li", {}, icon(picture), h("span", { text }))), problem),
       told.resumed.length ? h("progress", { max: told.resumed.length, value: told.resumed.length - told.left, "aria-label": t("recovery.progress") }) : null,
       h("div", { class: "row" }, button(t("recovery.go"), { icon: "camera", kind: "primary", click: () => { dismiss(); goTo("shoot"); } }))));
 }

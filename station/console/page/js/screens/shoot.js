@@ -1,7 +1,7 @@
 // The shoot screen: what the scanner sees, the page that was shot last, its lights and what can be done.
 
 import { actionButton, actionPad } from "../actions.js";
-import { h, placeholder, segmented, set, setText } from "../dom.js";
+import { h, icon, placeholder, segmented, set, setText } from "../dom.js";
 import { pageName, percent, time } from "../format.js";
 import { details } from "../parts/details.js";
 import { previewPane } from "../parts/preview.js";
@@ -13,8 +13,11 @@ import { firstOf, t } from "../strings.js";
 /** The picture of a page in the space there is, and the way to look at it closely. */
 function pagePane() {
   const element = h("div", { class: "shot" });
+  const waiting = h("p", { class: "shot-waiting", hidden: true }, icon("refresh-cw"), h("span"));
   let drawn = "";
   const show = (row) => {
+    waiting.hidden = !row?.busy;
+    if (row) setText(waiting.lastChild, t("shot.restoring", { page: pageName(row) }));
     const key = row ? `${row.page} ${row.capture} ${row.restore} ${row.failed}` : "";
     if (key === drawn && element.firstChild) return;
     drawn = key;
@@ -25,7 +28,7 @@ function pagePane() {
     const flat = row.restore && !row.failed;
     const source = `/api/pictures/${flat ? row.restore : row.capture}/${flat ? "page" : "original"}/full`;
     element.replaceChildren(h("a", { class: "shot-link", href: `#/page/${row.page}` },
-      h("img", { src: source, alt: t(flat ? "shot.flat" : "shot.original", { page: pageName(row) }) })));
+      h("img", { src: source, alt: t(flat ? "shot.flat" : "shot.original", { page: pageName(row) }) })), waiting);
   };
   return { element, show };
 }
