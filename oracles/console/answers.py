@@ -40,7 +40,7 @@ def row(number: int) -> Values:
 
 def detail(of: Values, size: tuple[int, int]) -> Values:
     """All of a page of so many pixels: its findings, the worst first, and its layers."""
-    worst = WORST[of["level"]]
+    worst = WORST.get(of["level"], {})
     findings = [
         {
             "page": None,

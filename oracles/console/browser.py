@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 READY_MS = 30_000  # on a machine with many at work
+OPEN_MS = 120_000  # for all files of the page, with a cold cache and beside others
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 OPTIONS = (
     "--no-sandbox",  # a container's root has none
@@ -55,13 +56,14 @@ def window(
     context.add_init_script(
         f"localStorage['planish-theme'] ??= '{theme}'; localStorage['planish-language'] ??= '{language}';"
     )
+    context.set_default_navigation_timeout(OPEN_MS)
     page = context.new_page()
     faults: list[str] = []
     page.on("pageerror", lambda error: faults.append(str(error)))
     page.on("console", lambda line: faults.append(line.text) if "Content Security Policy" in line.text else None)
     try:
         page.goto(address)
-        page.wait_for_selector("[data-ready]", timeout=READY_MS)
+        page.wait_for_selector("[data-ready]", timeout=OPEN_MS)
         yield page
     finally:
         context.close()

@@ -1,7 +1,8 @@
-"""`python -m oracles.console.leaves FOLDER`: the console before a scanner that finds one leaf of text after another.
+"""`python -m oracles.console.leaves FOLDER [SECONDS]`: the console before a scanner of leaves of text.
 
 The leaves lie in the order of `SHOTS`; which is next stands in a file, so that a server that was killed goes on.
-The third is out of focus: whoever works the shift shoots it again. Prints its link.
+The third is out of focus: whoever works the shift shoots it again. SECONDS: that the laser is on in a shot. Prints its
+link.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ DARK, PAPER = 20, 0.85  # grey level of the table; light on white paper
 BLUR_PX = 3.0
 SHOTS = ("1", "2", "3 blurred", "3", "4", "5", "6", "7", "8", "9", "10", "11", "12")
 NEXT = "next-shot"
-LASER_S = 0.5  # that the laser is on: long enough to be seen, and to pull a cable in
+LASER_S = 0.5  # that the laser is on: long enough to be seen
 LENS, DISTANCE_MM = "MIDDLE", 900.0
 
 
@@ -41,15 +42,15 @@ class LeafScanner:
 
     identity = "LEAVES OF TEXT"
 
-    def __init__(self, folder: Path, wait: Callable[[float], Any]) -> None:
-        self._next, self._wait = folder / NEXT, wait
+    def __init__(self, folder: Path, wait: Callable[[float], Any], laser_s: float) -> None:
+        self._next, self._wait, self._laser_s = folder / NEXT, wait, laser_s
 
     def capture(self, settings: CaptureSettings, progress: Callable[[str, float], None]) -> RangeScan:
         """The next leaf; a preview, which is FAST, leaves it where it is."""
         number = int(self._next.read_text()) if self._next.exists() else 0
         for done in (0.0, 0.5):
             progress("scan", done)
-            self._wait(LASER_S / 2)
+            self._wait(self._laser_s / 2)
         if settings.mode == "fine":
             self._next.write_text(str(number + 1))
         leaf, _, fault = SHOTS[number % len(SHOTS)].partition(" ")
@@ -81,16 +82,16 @@ def leaf_scan(number: int, mode: str, *, blurred: bool = False) -> RangeScan:
     return replace(leaf, texture=picture, texture_xy=position, provenance=facts)
 
 
-def main(folder: Path) -> int:
+def main(folder: Path, laser_s: float = LASER_S) -> int:
     """Serve until a signal ends it."""
     from threading import Event
 
     config = StationConfig(scanner={"driver": "simulated", "lens": LENS})
-    desk = Desk(folder, config, open_scanner=lambda _config: LeafScanner(folder, Event().wait))
+    desk = Desk(folder, config, open_scanner=lambda _config: LeafScanner(folder, Event().wait, laser_s))
     serve(desk, Address(port=0), show=lambda link: print(link, flush=True))
     return 0
 
 
 if __name__ == "__main__":
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
-    sys.exit(main(Path(sys.argv[1]).resolve()))
+    sys.exit(main(Path(sys.argv[1]).resolve(), *map(float, sys.argv[2:])))

@@ -17,7 +17,6 @@ POLICY = (
     "connect-src 'self'; worker-src 'self' blob:; manifest-src 'self'; base-uri 'none'; form-action 'self'; "
     "frame-ancestors 'none'"
 )
-MISSING = b'{"error": {"key": "not_found", "text": "not there", "hint": ""}}'
 
 
 class _Handler(BaseHTTPRequestHandler):
@@ -36,7 +35,7 @@ class _Handler(BaseHTTPRequestHandler):
         elif file is not None:
             self._send(200, *file)
         else:
-            self._send(404, MISSING, "application/json")
+            self._send(404, json.dumps(self.station.missing(path)).encode(), "application/json")
 
     def do_PUT(self) -> None:
         body = json.loads(self.rfile.read(int(self.headers["Content-Length"])))

@@ -40,6 +40,7 @@ class CannedStation:
     page      the folder of the console's page. pages: how many the session has. points: of a scan.
     state     of /api/state. preview, jobs, sessions: None for those of the table.
     pressed   the bodies of all requests that change something, with their paths.
+    rows      what differs in the row of a page. unrecorded: kinds of models that no restoration has kept.
     """
 
     page: Path
@@ -50,6 +51,8 @@ class CannedStation:
     jobs: list[Values] = field(default_factory=list)
     sessions: list[Values] | None = None
     pressed: list[tuple[str, Values]] = field(default_factory=list)
+    rows: dict[int, Values] = field(default_factory=dict)
+    unrecorded: set[str] = field(default_factory=set)
 
     def __post_init__(self) -> None:
         self.state = self.state or open_state(self.pages)
@@ -83,10 +86,19 @@ class CannedStation:
         finally:
             self._listeners.remove(listener)
 
+    def row(self, number: int) -> Values:
+        """The row of a page."""
+        return {**row(number), **self.rows.get(number, {})}
+
+    def missing(self, path: str) -> Values:
+        """The fault for a path that nothing is at."""
+        key = "not_recorded" if path.startswith("/api/models/") else "not_found"
+        return {"error": {"key": key, "text": "not there", "hint": ""}}
+
     def answer(self, path: str) -> Values | None:
         """The JSON of a path, None for none."""
         if found := re.fullmatch(r"/api/pages/(\d+)(/words)?", path):
-            return {"words": words()} if found[2] else detail(row(int(found[1])), self.sheet.size)
+            return {"words": words()} if found[2] else detail(self.row(int(found[1])), self.sheet.size)
         if path == "/api/preview":
             return self.preview
         for ending, name in {"/measure": "measure", "/strain/scale": "strain", "/coverage/legend": "coverage"}.items():
@@ -100,7 +112,10 @@ class CannedStation:
         hit = {"page": 2, "label": "2", "words": [at], "text": f"… {SOUGHT} …"}
         return {
             "/api/state": lambda: self.state,
-            "/api/pages": lambda: {"pages": [row(n) for n in range(1, self.pages + 1)], "current": self.pages or None},
+            "/api/pages": lambda: {
+                "pages": [self.row(n) for n in range(1, self.pages + 1)],
+                "current": self.pages or None,
+            },
             "/api/sessions": lambda: {
                 "root": "/srv/planish",
                 "sessions": ANSWERS["sessions"] if self.sessions is None else self.sessions,
@@ -124,7 +139,8 @@ class CannedStation:
             return encoded(picture.convert("RGB"), "JPEG")
         if path.startswith("/api/preview/"):
             return encoded(on_table(self.sheet), "JPEG") if path.endswith("jpg") else encoded(warned(), "PNG")
-        if found := re.fullmatch(r"/api/models/\d+/(scan|mesh|steps)", path):
+        found = re.fullmatch(r"/api/models/\d+/(scan|mesh|steps)", path)
+        if found and found[1] not in self.unrecorded:
             return model(found[1], self.points), "application/octet-stream"
         return self._page_file(path)
 

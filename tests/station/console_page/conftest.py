@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
@@ -17,12 +16,7 @@ from station.console.vendored import PAGE, missing_files
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
-DOCS = Path(__file__).parents[3] / "docs" / "console"
 Open = Callable[..., "Page"]
-
-
-def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption("--screenshots", action="store_true", help="write docs/console/*.png anew")
 
 
 @pytest.fixture(autouse=True)
@@ -64,15 +58,3 @@ def show(browser: Browser) -> Iterator[Open]:
             return stack.enter_context(window(browser, f"{stack.enter_context(serving(station))}/#/{screen}", **look))
 
         yield opened
-
-
-@pytest.fixture
-def keep(request: pytest.FixtureRequest) -> Callable[[Page, str], None]:
-    """Writes a screenshot that the document shows, when that is asked for."""
-    shown = (DOCS / "README.md").read_text("utf-8")
-
-    def write(page: Page, name: str) -> None:
-        if request.config.getoption("--screenshots", default=False) and f"({name}.png)" in shown:
-            page.screenshot(path=DOCS / f"{name}.png")
-
-    return write

@@ -1,20 +1,29 @@
-"""axe finds nothing on any screen, in both themes: WCAG 2.2 AA as far as a program can tell."""
+"""axe finds nothing on any screen, in both themes and languages: WCAG 2.2 AA as far as a program can tell."""
 
 from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
 
 import pytest
 
 from oracles.console import preview
 from oracles.console.answers import ANSWERS
 from oracles.console.browser import violations
+from station.console.vendored import PAGE
 
+TABLE = json.loads((PAGE / "strings.json").read_text("utf-8"))
+LANGUAGES = ("en", "de")
+LOOKS = (("dark", "en"), ("light", "de"))  # colours do not depend on words
 TOOLS = {  # and what shows that it is there
-    "Look": ".tiles canvas",
-    "Compare": ".compare-handle[data-ready]",
-    "Ruler": ".crosshair",
-    "Words": ".words text",
-    "3D": ".model-told:has-text('triangles')",
+    "look": ".tiles canvas",
+    "compare": ".compare-handle[data-ready]",
+    "ruler": ".crosshair",
+    "words": ".words text",
+    "model": ".model-told:not(:empty)",
 }
+ERROR = {"text": "the scanner does not answer.", "hint": "Switch it on.", "kinds": ["transport_error"]}
 RECOVERY = {"completed": True, "resumed": [9, 10], "left": 1, "problem": None}
 DONE = {"started": None, "ended": None, "items": [], "error": None, "stage": None}
 JOBS = [
@@ -54,88 +63,120 @@ JOBS = [
 ]
 
 
-@pytest.mark.parametrize("theme", ["dark", "light"])
+@dataclass(frozen=True)
+class Look:
+    """A theme and a language, in which windows are opened."""
+
+    theme: str
+    language: str
+
+    @property
+    def options(self) -> dict[str, str]:
+        return {"theme": self.theme, "language": self.language}
+
+    def text(self, key: str, **values: Any) -> str:
+        """A text of the page in that language."""
+        return str(TABLE[key][LANGUAGES.index(self.language)].format(**values))
+
+
+@pytest.fixture(params=LOOKS, ids="-".join)
+def look(request: pytest.FixtureRequest) -> Look:
+    return Look(*request.param)
+
+
 @pytest.mark.parametrize(("screen", "ready"), [("shoot", ".light"), ("sessions", ".session"), ("settings", ".setting")])
-def test_axe_finds_nothing(show, canned, axe, keep, theme, screen, ready):
-    page = show(canned, screen, theme=theme)
+def test_axe_finds_nothing(show, canned, axe, look, screen, ready):
+    page = show(canned, screen, **look.options)
     page.wait_for_selector(ready)
     page.wait_for_load_state("networkidle")
-    keep(page, f"{screen}-{theme}")
+    assert page.evaluate("document.documentElement.lang") == look.language
     assert violations(page, axe) == []
 
 
-@pytest.mark.parametrize("theme", ["dark", "light"])
-def test_axe_finds_nothing_on_a_page_with_any_tool(show, canned, axe, keep, theme):
+def test_axe_finds_nothing_on_a_page_with_any_tool(show, canned, axe, look):
     canned.points = 60_000
-    page = show(canned, "page/7", theme=theme)
+    page = show(canned, "page/7", **look.options)
     page.wait_for_selector(".light")
     for tool, sign in TOOLS.items():
-        page.get_by_role("group", name="Tools").get_by_role("button", name=tool).click()
+        page.get_by_role("group", name=look.text("tools")).get_by_role("button", name=look.text(f"tool.{tool}")).click()
         page.wait_for_selector(sign, state="attached")
         page.wait_for_load_state("networkidle")
         page.wait_for_timeout(500)
-        keep(page, f"page-{tool.lower()}-{theme}")
         assert violations(page, axe) == [], tool
 
 
-@pytest.mark.parametrize("theme", ["dark", "light"])
-def test_axe_finds_nothing_on_jobs(show, canned, axe, keep, theme):
+def test_axe_finds_nothing_on_a_page_without_a_model_and_on_one_that_was_not_restored(show, canned, axe, look):
+    canned.unrecorded.add("mesh")
+    canned.rows[8] = {"failed": {"text": "no page is in sight", "hint": "shoot it again"}, "restore": None}
+    page = show(canned, "page/7", **look.options)
+    page.wait_for_selector(".light")
+    page.get_by_role("group", name=look.text("tools")).get_by_role("button", name=look.text("tool.model")).click()
+    page.get_by_role("heading", name=look.text("model.unrecorded")).wait_for()
+    assert violations(page, axe) == []
+    page.get_by_role("button", name=look.text("model.unrecorded.points")).click()
+    page.wait_for_selector(".model-told:not(:empty)")
+    page.locator("#strip-8").click()
+    page.get_by_role("heading", name=look.text("page.failed")).wait_for()
+    assert violations(page, axe) == []
+
+
+def test_axe_finds_nothing_on_jobs(show, canned, axe, look):
     canned.jobs = JOBS
-    page = show(canned, "batch", theme=theme)
+    page = show(canned, "batch", **look.options)
     for screen in ("batch", "export"):
         page.evaluate(f"location.hash = '#/{screen}'")
         page.wait_for_selector(".job")
-        keep(page, f"{screen}-{theme}")
         assert violations(page, axe) == [], screen
 
 
-@pytest.mark.parametrize("theme", ["dark", "light"])
-def test_axe_finds_nothing_when_things_go_wrong(show, canned, axe, keep, theme):
+def test_axe_finds_nothing_when_things_go_wrong(show, canned, axe, look):
     canned.preview = preview()
-    page = show(canned, "shoot", theme=theme)
-    page.get_by_role("button", name="Preview").first.click()
+    page = show(canned, "shoot", **look.options)
+    page.get_by_role("button", name=look.text("view.preview")).first.click()
     canned.change(scanner={"busy": "shoot", "laser": "on", "step": "scan", "done": 0.4})
     page.wait_for_selector("[data-laser=on]")
     page.wait_for_load_state("networkidle")
-    keep(page, f"preview-{theme}")
     assert violations(page, axe) == []
     canned.change(
-        scanner={
-            "busy": None,
-            "laser": "unknown",
-            "problem": {"text": "the scanner does not answer.", "hint": "Switch it on."},
-        },
+        scanner={"busy": None, "laser": "unknown", "problem": ERROR},
         control={"tab": "f" * 32, "since": ANSWERS["row"]["captured"], "agent": "Firefox on Linux"},
-        failed={"text": "the disk is full.", "hint": "Make room."},
+        failed={"text": "the disk is full.", "hint": "Make room.", "kinds": ["enospc", "os_error"]},
     )
     page.wait_for_selector(".notice >> nth=3")
-    keep(page, f"troubles-{theme}")
     assert violations(page, axe) == []
     canned.change(scanner={"laser": "off", "problem": None}, control={"tab": None}, failed=None, recovery=RECOVERY)
     page.evaluate("location.hash = '#/sessions'")
     page.wait_for_selector(".recovery")
-    keep(page, f"recovery-{theme}")
     assert violations(page, axe) == []
 
 
-@pytest.mark.parametrize("theme", ["dark", "light"])
-def test_axe_finds_nothing_where_there_is_nothing_yet(show, canned, axe, theme):
+def test_axe_finds_nothing_while_the_first_page_is_restored_and_after_a_break(show, canned, axe, look):
+    canned.pages = 1
+    canned.rows[1] = {"busy": True, "restore": None, "level": ""}
+    canned.state["session"]["current"] = 1
+    page = show(canned, "shoot", **look.options)
+    page.get_by_text(look.text("shot.restoring", page=look.text("page.name", n=1))).wait_for()
+    page.context.set_offline(True)
+    page.get_by_text(look.text("offline.title")).first.wait_for()
+    assert violations(page, axe) == []
+    page.wait_for_timeout(2500)
+    page.context.set_offline(False)
+    page.get_by_text(look.text("back.title")).wait_for()
+    assert violations(page, axe) == []
+
+
+def test_axe_finds_nothing_where_there_is_nothing_yet(show, canned, axe, look):
     canned.pages, canned.sessions = 0, []
     canned.state["session"] = None
-    page = show(canned, "shoot", theme=theme)
-    for screen, sign in {
-        "sessions": "No sessions yet",
-        "batch": "No batch yet",
-        "export": "Nothing delivered yet",
-    }.items():
+    page = show(canned, "shoot", **look.options)
+    for screen, sign in {"sessions": "session.none", "batch": "batch.none", "export": "export.none"}.items():
         page.evaluate(f"location.hash = '#/{screen}'")
-        page.get_by_role("heading", name=sign).wait_for()
+        page.get_by_role("heading", name=look.text(sign)).wait_for()
         assert violations(page, axe) == [], screen
 
 
-@pytest.mark.parametrize("theme", ["dark", "light"])
-def test_axe_finds_nothing_on_dialogs(show, canned, axe, theme):
-    page = show(canned, "shoot", theme=theme)
+def test_axe_finds_nothing_on_dialogs(show, canned, axe, look):
+    page = show(canned, "shoot", **look.options)
     page.wait_for_selector(".light")
     for key in ("?", "n"):
         page.keyboard.press(key)
@@ -143,6 +184,22 @@ def test_axe_finds_nothing_on_dialogs(show, canned, axe, theme):
         assert violations(page, axe) == [], key
         page.keyboard.press("Escape")
         page.wait_for_selector("dialog[open]", state="detached")
+    page.evaluate("location.hash = '#/sessions'")
+    page.get_by_role("button", name=look.text("session.new")).first.click()
+    page.wait_for_selector("dialog[open]")
+    assert violations(page, axe) == []
+
+
+def test_a_fault_is_said_in_the_language_of_the_reader_with_the_facts_of_the_server(show, canned):
+    page = show(canned, "shoot", language="de")
+    canned.change(scanner={"laser": "off", "problem": ERROR}, session={"missing": ["between 2 and 5"]})
+    notice = page.locator(".notice", has_text="Der Scanner meldet:")
+    notice.wait_for()
+    assert "Der Scanner antwortet nicht. Kabel und Strom prüfen" in notice.inner_text()
+    assert notice.locator("[lang=en]").inner_text() == "(the scanner does not answer. Switch it on.)"
+    assert "zwischen 2 und 5" in page.locator(".notice", has_text="Es fehlen Seiten").inner_text()
+    canned.change(scanner={"problem": {**ERROR, "kinds": ["of_another_version"]}})
+    page.locator(".notice", has_text="Der Scanner meldet: the scanner does not answer.").wait_for()
 
 
 def test_axe_can_find_something(show, canned, axe):

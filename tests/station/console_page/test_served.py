@@ -2,72 +2,51 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
-import subprocess
-import sys
+import time
 from collections.abc import Iterator
-from contextlib import ExitStack
-from dataclasses import dataclass, field
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import psutil
 import pytest
 
 from oracles.console.browser import READY_MS, window
+from oracles.console.process import Console, console_of
 from station.session import read_session
+from station.session.verify import verify
+from tests.station.console.conftest import wait_for
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
 
 WAIT_MS = 120_000  # for a restoration, on a machine with many at work: the first compiles or loads the kernels
-END_S = 60.0
-
-
-@dataclass
-class Console:
-    """A console of its own process, before a scanner that finds leaves of text."""
-
-    folder: Path
-    processes: list[subprocess.Popen[str]] = field(default_factory=list)
-
-    def start(self) -> str:
-        """Start it; returns its link."""
-        command = [sys.executable, "-m", "oracles.console.leaves", str(self.folder)]
-        self.processes.append(subprocess.Popen(command, stdout=subprocess.PIPE, text=True))
-        assert self.processes[-1].stdout is not None
-        return self.processes[-1].stdout.readline().strip()
-
-    def kill(self, number: int = signal.SIGKILL) -> None:
-        """End it by a signal."""
-        self.processes[-1].send_signal(number)
-        self.processes[-1].wait(END_S)
-
-    def close(self) -> None:
-        """End whatever is left."""
-        for process in self.processes:
-            if process.poll() is None:
-                process.terminate()
-                process.wait(END_S)
-            assert process.stdout is not None
-            process.stdout.close()
+LONG_SHOT_S = "3"  # that the laser is on: time to pull a cable, on a machine with many at work
+ASLEEP_S = 6.0  # longer than the page takes as a hitch
+# The picture of the first shot is drawn, and the page says what becomes of it.
+WAITING = """() => {
+  const [picture, note] = [".shot-link img", ".shot-waiting"].map((one) => document.querySelector(one));
+  return picture?.src.endsWith("/original/full") && picture.naturalWidth > 0 && note && !note.hidden
+    && note.textContent === "Page 1 is being restored …" && document.querySelector("h1").textContent === "Page 1";
+}"""
 
 
 @pytest.fixture
 def console(tmp_path: Path) -> Iterator[Console]:
-    started = Console(tmp_path)
-    try:
+    with console_of(tmp_path) as started:
         yield started
-    finally:
-        started.close()
 
 
 def begin(page: Page, title: str = "Missale Romanum") -> None:
-    """Make a session and go to the shoot screen."""
+    """Make a session and go to the shoot screen; the scanner is ready."""
     page.get_by_role("button", name="New session").first.click()
     page.get_by_label("Title of the volume").fill(title)
     page.get_by_role("button", name="Begin").click()
     page.get_by_text("Ready for the first page").wait_for()
+    page.locator("[data-action=shoot]:not([aria-disabled])").wait_for()
 
 
 def shoot(page: Page, number: int, key: str = " ") -> None:
@@ -95,27 +74,85 @@ def test_a_second_window_watches_until_it_takes_over(browser: Any, console: Cons
         assert first.locator("[data-action=shoot]").get_attribute("aria-disabled") == "true"
 
 
-@pytest.mark.parametrize("way", ["network pulled", "window closed"])
+def test_the_first_shot_is_on_the_screen_at_once(browser: Any, console: Console) -> None:
+    """The scanner's picture, and what is done with it, while the page is restored."""
+    with window(browser, console.start()) as page:
+        begin(page)
+        page.keyboard.press(" ")
+        page.wait_for_function(WAITING, timeout=WAIT_MS)
+        page.wait_for_selector("#strip-1[data-level=green]", timeout=WAIT_MS)
+        assert page.locator(".shot-waiting").is_hidden()
+        assert "/page/full" in str(page.locator(".shot-link img").get_attribute("src"))
+
+
+@pytest.mark.parametrize("way", ["network pulled", "window closed", "server asleep", "browser asleep"])
 def test_a_shot_is_kept_whatever_becomes_of_the_window(browser: Any, console: Console, way: str) -> None:
     """The laser goes off and the frame is stored: the server does not need the page for either."""
     with ExitStack() as stack:
-        page = stack.enter_context(window(browser, link := console.start()))
+        page = stack.enter_context(window(browser, link := console.start(LONG_SHOT_S)))
         begin(page)
         page.keyboard.press(" ")
         page.wait_for_selector("[data-laser=on]")
         if way == "network pulled":
             page.context.set_offline(True)
-            page.get_by_text("No connection to Planish.").first.wait_for()
-            assert page.locator(".laser").inner_text() == "Laser unknown"
+            lost(page)
             page.wait_for_timeout(1500)
             page.context.set_offline(False)
-        else:
+        elif way == "window closed":
             page.context.close()
             page = stack.enter_context(window(browser, link))
+        elif way == "server asleep":
+            with standing_still([console.processes[-1].pid]):
+                lost(page)
+            back(page)
+        else:
+            with standing_still(chromium_processes()):
+                wait_for(lambda: len(stored_pages(console)) == 1, "the frame")
+                time.sleep(ASLEEP_S)
+            back(page)
         page.wait_for_selector("[data-laser=off]", timeout=READY_MS)
         page.evaluate("location.hash = '#/shoot'")
-        page.wait_for_selector("#strip-1", timeout=WAIT_MS)
-    assert len(list(read_session(console.folder / "missale-romanum").history.pages())) == 1
+        page.wait_for_selector("#strip-1[data-level=green]", timeout=WAIT_MS)
+    assert [page.capture is not None for page in stored_pages(console)] == [True]
+    console.kill(signal.SIGTERM)
+    assert verify(console.folder / "missale-romanum").problems == ()
+
+
+def lost(page: Page) -> None:
+    """Wait until a page says that it does not hear its server, and that it cannot know about the laser."""
+    page.get_by_text("No connection to Planish.").first.wait_for()
+    assert page.locator(".laser").inner_text() == "Laser unknown"
+
+
+def back(page: Page) -> None:
+    """Wait until a page says that it was without its server, and for how long."""
+    told = page.locator(".notice", has_text="Planish answers again.")
+    told.wait_for()
+    assert re.search(r"Nothing was heard of it for \d+ s\.", told.inner_text())
+    page.get_by_text("No connection to Planish.").first.wait_for(state="detached")
+
+
+def stored_pages(console: Console) -> list[Any]:
+    """The pages of the session that a console has made."""
+    return list(read_session(console.folder / "missale-romanum").history.pages())
+
+
+def chromium_processes() -> list[int]:
+    """The processes of the browser that this one has started."""
+    return [one.pid for one in psutil.Process().children(recursive=True) if "chrom" in one.name()]
+
+
+@contextmanager
+def standing_still(processes: list[int]) -> Iterator[None]:
+    """Processes that do nothing for the time of a block, as when their computer sleeps."""
+    assert processes
+    for number in processes:
+        os.kill(number, signal.SIGSTOP)
+    try:
+        yield
+    finally:
+        for number in processes:
+            os.kill(number, signal.SIGCONT)
 
 
 def test_the_link_of_an_earlier_start_does_not_open(browser: Any, console: Console) -> None:

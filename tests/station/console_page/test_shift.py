@@ -7,10 +7,11 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 from oracles.console.browser import window
+from oracles.console.process import Console
 from station.session import read_session
 from station.session.overview import overview
 from station.session.verify import verify
-from tests.station.console_page.test_served import WAIT_MS, Console, begin, console, shoot
+from tests.station.console_page.test_served import WAIT_MS, begin, console, shoot
 
 if TYPE_CHECKING:
     from playwright.sync_api import Page
@@ -32,12 +33,10 @@ def accept(page: Page, number: int) -> None:
     page.wait_for_selector(f"#strip-{number}[aria-label*=accepted]")
 
 
-def test_a_shift_with_a_crash_in_the_middle(browser: Any, console: Console, keep: Any) -> None:
+def test_a_shift_with_a_crash_in_the_middle(browser: Any, console: Console) -> None:
     with ExitStack() as stack:
         page = stack.enter_context(window(browser, console.start()))
-        keep(page, "sessions-empty")
         begin(page)
-        keep(page, "shoot-empty")
         for number in (1, 2):
             shoot(page, number)
             assert judged(page, number) == "green"
@@ -45,7 +44,6 @@ def test_a_shift_with_a_crash_in_the_middle(browser: Any, console: Console, keep
         shoot(page, 3)
         assert judged(page, 3) == "red"
         assert "Focus again" in page.locator(".light").first.inner_text()
-        keep(page, "shoot-red")
         shoot(page, 3, "r")
         page.wait_for_selector("#strip-3[data-level=green]", timeout=WAIT_MS)
         accept(page, 3)
@@ -56,12 +54,10 @@ def test_a_shift_with_a_crash_in_the_middle(browser: Any, console: Console, keep
             shoot(page, number)
         console.kill()  # page 5, and 4 perhaps, is not restored yet
         page.get_by_text("No connection to Planish.").first.wait_for()
-        keep(page, "connection-lost")
         link = console.start()
         page = stack.enter_context(window(browser, link))
         page.get_by_role("button", name="Open", exact=True).click()
         page.get_by_role("heading", name="Nothing is lost").wait_for()
-        keep(page, "recovery")
         assert "5 pages" in page.locator(".recovery").inner_text()
         page.get_by_role("button", name="Go on shooting").click()
         for number in (4, 5):
@@ -72,8 +68,7 @@ def test_a_shift_with_a_crash_in_the_middle(browser: Any, console: Console, keep
             judged(page, number)
             page.locator(f"#strip-{number}").click()
             accept(page, number)
-        keep(page, "shoot")
-        export(page, keep)
+        export(page)
     console.kill(signal.SIGTERM)
     session = read_session(console.folder / "missale-romanum")
     told = overview(session)["pages"]
@@ -81,10 +76,9 @@ def test_a_shift_with_a_crash_in_the_middle(browser: Any, console: Console, keep
     assert verify(session.folder).problems == ()
 
 
-def export(page: Page, keep: Any) -> None:
+def export(page: Page) -> None:
     """Deliver the session, and see what the validator says."""
     page.evaluate("location.hash = '#/export'")
     page.locator("option", has_text="Missale Romanum").wait_for(state="attached")  # the sessions are there
     page.get_by_role("button", name="Deliver and check").click()
     page.get_by_text("The validator found it correct").wait_for(timeout=WAIT_MS)
-    keep(page, "export")
