@@ -1,0 +1,79 @@
+"""The smoke path in Firefox, at a console that is served: the link, the first screen, a shot, its verdict, its page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+
+import pytest
+
+from oracles.console.firefox import Deadline, Firefox, find_firefox, firefox
+from oracles.console.process import Console
+from station.console.vendored import missing_files
+from station.session import read_session
+from station.session.verify import verify
+from tests.station.console_page.test_served import console
+
+__all__ = ["console"]
+
+NEW_SESSION = """(async () => {
+  const { tabId } = await import("/page/js/api.js");
+  const headers = { "Content-Type": "application/json", "X-Planish-Tab": tabId() };
+  const post = (path, body) => fetch(path, { method: "POST", headers, body: JSON.stringify(body) });
+  const made = await post("/api/sessions", { name: "missale", title: "Missale Romanum" });
+  const opened = await post("/api/sessions/missale/open", {});
+  return `${made.status} ${opened.status}`;
+})()"""
+SCREENS = {"sessions": ".session", "settings": ".setting", "batch": ".screen-head", "export": ".format"}
+
+
+@pytest.fixture
+def browser() -> Iterator[Firefox]:
+    if (program := find_firefox()) is None:
+        pytest.skip("needs the system package firefox-esr")
+    if missing := missing_files():
+        pytest.skip(f"needs {', '.join(missing)}: run python -m station.console.vendored")
+    with firefox(program) as started:
+        yield started
+
+
+def there(selector: str) -> str:
+    """An expression that is true when an element is on the page."""
+    return f"Boolean(document.querySelector({json.dumps(selector)}))"
+
+
+def show(browser: Firefox, screen: str, sign: str) -> None:
+    browser.evaluate(f"location.hash = '#/{screen}'; null")
+    browser.wait_for(there(sign))
+
+
+def test_the_smoke_path(browser: Firefox, console: Console) -> None:
+    browser.go(console.start())
+    browser.wait_for("document.documentElement.dataset.ready")
+    browser.evaluate("window.faults = []; addEventListener('error', (event) => faults.push(event.message)); null")
+    assert browser.evaluate(NEW_SESSION) == "201 200"
+    show(browser, "shoot", "[data-action=shoot]:not([aria-disabled])")
+    browser.press(" ")
+    browser.wait_for(there("[data-laser=on]"))
+    browser.wait_for(there("[data-laser=off]"))
+    browser.wait_for(there("#strip-1[data-level=green]"))
+    browser.wait_for(there(".light"))
+    show(browser, "page/1", ".tiles canvas")
+    browser.evaluate("document.querySelectorAll('.page-screen .viewer-head .segment')[4].click(); null")
+    browser.wait_for("/triangles|points|No 3D view/.test(document.querySelector('.model-view').textContent)")
+    browser.press("m")
+    browser.wait_for(there("#strip-1[aria-label*=marked]"))
+    for screen, sign in SCREENS.items():
+        show(browser, screen, sign)
+    assert browser.evaluate("faults.length") == 0
+    browser.go("about:blank")
+    console.close()
+    session = read_session(console.folder / "missale")
+    assert [page.decided("mark", False) for page in session.history.pages()] == [True]
+    assert verify(session.folder).problems == ()
+
+
+def test_a_deadline_that_has_passed_ends_every_wait() -> None:
+    assert Deadline(60.0).left("nothing") > 0
+    with pytest.raises(TimeoutError, match="not within 0 s: the verdict"):
+        Deadline(0.0).left("the verdict")
