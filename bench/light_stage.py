@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from bench.light_draws import Spot
 from bench.light_prints import DPI
 from bench.shading import DISTANCE_MM, PAGE_MM, measured_and_unrolled
 from drivers.simulated.albedo import LINEAR, colour_codes, linear, srgb
@@ -41,15 +42,6 @@ COARSE = 8  # rays: how much of the room and of the page is seen changes slowly
 LENS = LENSES["MIDDLE"]
 
 Field = NDArray[np.float32]
-
-
-@dataclass(frozen=True)
-class Spot:
-    """The cone (mm at the page) that a lamp lights, and what is left of it outside."""
-
-    middle_mm: tuple[float, float]
-    radius_mm: float
-    outside: float
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bench.light_families import LAMPS, SHEETS
+from bench.light_draws import LAMPS, SHEETS
 from bench.light_prints import DPI as PRINT_DPI
 from bench.light_stage import Stage, mean_albedo, picture
 from bench.shading import PAGE_MM

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 from PIL import Image
 
-from bench.shading import DPI, LIGHTS, case
+from bench.shading import DESK_LAMP, DPI, case
 from drivers.simulated import Crumpled, Figure, MultiFold, Spread, Text, shoot
 from drivers.simulated.shot import printed
 from drivers.vivid900.lenses import LENSES
@@ -47,7 +47,7 @@ def shading() -> Bytes:
 
 
 def _shading_row(sheet: Spread | Crumpled, artwork: Figure | Text, name: str) -> Bytes:
-    lit_case = case(sheet, artwork, LIGHTS["desk lamp"])
+    lit_case = case(sheet, artwork, DESK_LAMP)
     kept, mask = lit_case.page(lit_case.seen)
     removed = remove_shading(kept, mask, DPI, relief_of(lit_case.surface, lit_case.unrolled.fine, LIGHT_DPI)).image
     panels = ((kept, "The page with its light", f"a {name} page under a desk lamp"), (removed, "The light removed", ""))

@@ -1,5 +1,9 @@
 """Accuracy of shading removal: colour differences to the same page in even light, before and after.
 
+    python -m bench.shading [--seed N] [--sheet KIND]...
+
+Sheets, sentences and lamps are drawn afresh at every run.
+
 The truth is the flat print seen by the same camera through the same lens at the same resolution, lit everywhere as
 paper is that faces the scanner in the middle of the picture, and carried to the page through the same map. What is
 left of a difference is the light's, not the geometry's.
@@ -10,6 +14,7 @@ no method can be better.
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
@@ -18,8 +23,9 @@ from functools import cache
 import cv2
 import numpy as np
 
+from bench.light_draws import LAMPS, SHEETS, SPOT, sparing_highlights
 from bench.timing import REPEATS, median_seconds
-from drivers.simulated import Crumpled, Curl, Figure, MultiFold, Spread, Text, Wave
+from drivers.simulated import Figure, Text
 from drivers.simulated.albedo import LINEAR, srgb
 from drivers.simulated.artwork import Artwork
 from drivers.simulated.colour import NOISE_CODES, photograph
@@ -48,25 +54,8 @@ A4_MM, A4_DPI = (297.0, 210.0), 300.0  # the page that is timed
 PAPER_CODES = 4  # of 255: bare paper in the truth differs from the paper's own colour by less, farther off it is ink
 INK_MM = 1.0  # paper nearer to ink than this is judged with neither: the lens has blurred both
 
-SHEETS: dict[str, Sheet] = {
-    "curl": Curl(),
-    "wave": Wave(),
-    "binding": Binding(),
-    "multi-fold": MultiFold(),
-    "gutter": Spread(slope_deg=66.0),
-    "crumpled": Crumpled(),
-}
-ARTWORK: dict[str, Artwork] = {"text": Text(), "figure": Figure()}
-LIGHTS: dict[str, Light] = {
-    "desk lamp, far": Light(),
-    "desk lamp": Light((Lamp((-500.0, 450.0, -170.0)),), shadows=True),
-    "two lamps": Light(
-        (Lamp((-600.0, 300.0, -300.0), 0.4, (1.1, 1.0, 0.85)), Lamp((500.0, 100.0, 0.0), 0.25)), 0.35, shadows=True
-    ),
-    "low lamp, window": Light(
-        (Lamp((700.0, 200.0, -500.0), 0.45, radius_mm=40.0),), 0.5, lean=(0.15, -0.1), shadows=True
-    ),
-}
+DESK_LAMP = Light((Lamp((-500.0, 450.0, -170.0)),), shadows=True)
+LAMPS_A_PAGE = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +78,8 @@ def case(sheet: Sheet, artwork: Artwork, light: Light) -> Case:
     """Shoot a page in some light, and lay it flat."""
     surface, unrolled = measured_and_unrolled(sheet, artwork)
     lens = LENSES["MIDDLE"]
-    scene = place_sheet(sheet, printed(artwork, PAGE_MM), depth_mm=DISTANCE_MM + lens.pupil_mm, light=light)
+    scene = place_sheet(sheet, printed(artwork, PAGE_MM), depth_mm=DISTANCE_MM + lens.pupil_mm)
+    scene = replace(scene, light=sparing_highlights(light, scene))
     caster, maps, body = RayCaster(scene.vertices, scene.faces), FaceMaps.of(scene), nominal(lens)
 
     def picture(shaded: bool, noise: float) -> Bytes:
@@ -149,11 +139,16 @@ def exposed(page: Bytes, level: float) -> Bytes:
     return np.asarray(codes[page])
 
 
-def main(sheets: Sequence[str] = tuple(SHEETS), lights: Sequence[str] = tuple(LIGHTS)) -> None:
+def main(arguments: Sequence[str] | None = None) -> None:
     """Print the table, then the time of an A4 page."""
-    print("shading: mean ΔE2000 to the same page in even light; kept → removed (noise alone)")
+    parser = argparse.ArgumentParser(description="colour differences to the same page in even light")
+    parser.add_argument("--seed", type=int, default=None, help="drawn, and printed, unless given")
+    parser.add_argument("--sheet", action="append", choices=SHEETS, help="a kind of sheet; all of them unless given")
+    options = parser.parse_args(arguments)
+    seed = options.seed if options.seed is not None else int(np.random.SeedSequence().entropy) % (1 << 31)
+    print(f"seed {seed}: mean ΔE2000 to the same page in even light; kept → removed (noise alone)")
     print(ROW.format("sheet", "artwork", "light", "paper", "print", "level"))
-    for line in lines(sheets, lights):
+    for line in lines(seed, options.sheet or list(SHEETS)):
         print(ROW.format(*line), flush=True)
     seconds = a4_seconds()
     print(
@@ -161,22 +156,29 @@ def main(sheets: Sequence[str] = tuple(SHEETS), lights: Sequence[str] = tuple(LI
     )
 
 
-ROW = "{:<11} {:<7} {:<17} {:>22} {:>22} {:>7}"
+ROW = "{:<11} {:<7} {:<12} {:>22} {:>22} {:>7}"
 
 
-def lines(sheets: Sequence[str], lights: Sequence[str]) -> Iterator[tuple[str, ...]]:
-    """Sheet, artwork, light, and the differences on paper and print."""
-    for name in sheets:
-        for kind, artwork in ARTWORK.items():
-            for light in lights:
-                *six, level = judge(case(SHEETS[name], artwork, LIGHTS[light]))
+def lines(seed: int, kinds: Sequence[str]) -> Iterator[tuple[str, ...]]:
+    """Sheet, artwork, lamp, and the differences on paper and print; all three drawn for every sheet of a kind."""
+    lamps = [name for name in LAMPS if name != SPOT]
+    for number, name in enumerate(SHEETS):
+        if name not in kinds:
+            continue
+        rng = np.random.default_rng([seed, number])
+        sheet = SHEETS[name](rng)
+        artworks: dict[str, Artwork] = {"text": Text(seed=int(rng.integers(1 << 16))), "figure": Figure()}
+        for k, (kind, artwork) in enumerate(artworks.items()):
+            for lamp in range(LAMPS_A_PAGE):
+                lit = lamps[(seed + number + k + lamp) % len(lamps)]
+                *six, level = judge(case(sheet, artwork, LAMPS[lit](rng)[0]))
                 cells = [f"{k:5.2f} → {r:5.2f} ({n:.2f})" for k, r, n in (six[:3], six[3:])]
-                yield name, kind, light, *cells, f"{level:+.1%}"
+                yield name, kind, lit, *cells, f"{level:+.1%}"
 
 
 def a4_seconds() -> float:
     """Median seconds of removing the light from an A4 page, its shape known as the range grid knows it."""
-    lit_case = case(SHEETS["binding"], ARTWORK["text"], LIGHTS["desk lamp"])
+    lit_case = case(Binding(), Text(), DESK_LAMP)
     dpi = A4_DPI * float(np.sqrt(np.prod(A4_MM) / np.prod(PAGE_MM)))  # as many pixels as A4 has
     image, mask = lit_case.page(lit_case.seen, dpi)
 
