@@ -13,12 +13,14 @@ import json
 import math
 import zipfile
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
 
+from restore.bands import in_threads
 from restore.errors import BadInput
 from restore.formats.grid import check_grid
 from restore.formats.picture import decode_picture, encode_png
@@ -96,9 +98,10 @@ def save_scan(scan: RangeScan, folder: Path, *, overwrite: bool = False) -> None
         raise BadInput(f"{folder} is a file", "give another folder")
     if (folder / INDEX).exists() and not overwrite:
         raise BadInput(f"{folder} holds a scan already", "give another folder, or say that it may be overwritten")
-    files = {POINTS: _npz({"points": scan.points, "texture_xy": scan.texture_xy})}
+    encoders = {POINTS: partial(_npz, {"points": scan.points, "texture_xy": scan.texture_xy})}
     if scan.texture is not None:
-        files[TEXTURE] = encode_png(scan.texture)
+        encoders[TEXTURE] = partial(encode_png, scan.texture)
+    files = dict(zip(encoders, in_threads(lambda encode: encode(), encoders.values()), strict=True))
     index = Index(files={name: _sha256(data) for name, data in files.items()}, provenance=dict(scan.provenance))
     try:
         files[INDEX] = (json.dumps(index.model_dump(), indent=1, allow_nan=False) + "\n").encode()

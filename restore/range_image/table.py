@@ -61,8 +61,9 @@ def _blurred_edge(table: Mask, on_plane: Mask, colour: Floats, centre: Floats, p
     adjacent = cv2.dilate(table.astype(np.uint8), np.ones((2 * EDGE_BLUR + 1, 2 * EDGE_BLUR + 1), np.uint8)).astype(
         bool
     )
-    nearer = np.linalg.norm(colour - centre, axis=2) < np.linalg.norm(colour - paper, axis=2)
-    return adjacent & on_plane & nearer
+    edge = adjacent & on_plane
+    edge[edge] = np.linalg.norm(colour[edge] - centre, axis=1) < np.linalg.norm(colour[edge] - paper, axis=1)
+    return edge
 
 
 def _surrounds(on_plane: Mask, band: Mask) -> bool:
