@@ -23,7 +23,7 @@ from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.raster import rasterise
 from restore.native import SYSTEM_LIBRARIES, SystemLibrary, missing_libraries
 from restore.photo import Photograph, read_photograph
-from restore.photogrammetry import SCALE_CARD, ScaleCard
+from restore.photogrammetry import SCALE_CARD, PhotographedPage, ScaleCard, reconstruct_page, rescaled
 from restore.pipeline import restore
 from restore.range_image.segment import SegmentedScan
 from restore.scan import Bytes, FlatMesh, Floats, Ints, Mask, RangeScan, RestoredPage, SurfaceMesh
@@ -50,6 +50,7 @@ __all__ = [
     "Mask",
     "NotEnoughSurface",
     "Photograph",
+    "PhotographedPage",
     "RangeScan",
     "RestoreError",
     "RestoredPage",
@@ -80,6 +81,8 @@ __all__ = [
     "read_picture",
     "read_regular",
     "read_toml",
+    "reconstruct_page",
+    "rescaled",
     "restore",
     "save_scan",
     "scan_stem",

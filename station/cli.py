@@ -203,6 +203,40 @@ def _restore(
     _print_report(outcome, run)
 
 
+@app.command("photos")
+@grouped
+def _photos(
+    pictures: Annotated[
+        list[Path], typer.Argument(metavar="IMG...", help="Photographs of one page from all round, by one lens.")
+    ],
+    output: Out,
+    chosen: Restoration,
+    kinds: Kinds,
+    run: Run,
+    scale: Annotated[
+        str,
+        typer.Option(
+            metavar="card|WxH|none",
+            help="Scale: the card of `planish card` beside the page; the page's width x height in mm; or none.",
+        ),
+    ] = "card",
+) -> None:
+    """Restore a page from photographs of it alone: no scanner (extra `photos`)."""
+    with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
+        from restore import Settings
+        from station.config import build_model
+        from station.photos import Scale, photographed_page
+
+        outcome = photographed_page(
+            pictures,
+            replace(_destination(output, kinds, run), **colours_of(kinds, chosen)),
+            settings=build_model(Settings, chosen.given, name=chosen.option, hint="see planish photos --help"),
+            scale=Scale.parse(scale),
+            progress=progress,
+        )
+    _print_report(outcome, run)
+
+
 @app.command("ocr")
 def _ocr(
     page: Annotated[Path, typer.Argument(metavar="PAGE", help="A restored page, or the folder of results it is in.")],

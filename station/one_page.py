@@ -95,7 +95,7 @@ def restore_file(
     report_fields |= facts or {}
     source_record = SourceRecord(report_fields, {"load": clock() - start})
     with claim_folder(destination.folder) as claim:
-        return _restore(
+        return restore_scan(
             scan,
             destination,
             stem,
@@ -174,7 +174,7 @@ def store_and_restore(
     source_record = replace(source_record, report_fields=report_fields, seconds=seconds)
     try:
         scan = _combined_shots(scans)
-        outcome = _restore(
+        outcome = restore_scan(
             scan, destination, stem, source_record, claim=claim, settings=settings, progress=progress, clock=clock
         )
     except BaseException as error:
@@ -240,7 +240,7 @@ def _capture(config: StationConfig, shots: int, progress: Progress) -> list[Rang
         return [scanner.capture(config.capture, progress) for _ in range(shots)]
 
 
-def _restore(
+def restore_scan(
     scan: RangeScan | SurfaceMesh,
     destination: Destination,
     stem: str,
@@ -254,6 +254,7 @@ def _restore(
     progress: Progress,
     clock: Clock,
 ) -> Outcome:
+    """Restore the sheets of a scan and write them, with the photographs that they are painted from."""
     start = clock()
     sheets = select_sheets(scan, destination.pieces)
     source_record = replace(source_record, seconds={**source_record.seconds, "separate": clock() - start})

@@ -35,9 +35,11 @@ class Registered:
 def register_photographs(page: FlatMesh, photos: Sequence[Photograph | Bytes]) -> list[Registered]:
     """Register every photograph, (h, w, 3) where it is an array, to the colour image of a flat page's surface.
 
-    Raises BadInput for an array that is no picture.
+    One whose camera is known is taken at its word. Raises BadInput for an array that is no picture.
     """
     photographs = [_photograph(photo, number) for number, photo in enumerate(photos, 1)]
+    if all(photograph.camera is not None for photograph in photographs):
+        return [Registered(photograph, _known(photograph)) for photograph in photographs]
     if page.texture is None or page.texcoords is None:
         reason = "the scan has no colour image to compare it with"
         return [Registered(photograph, None, reason) for photograph in photographs]
@@ -45,10 +47,18 @@ def register_photographs(page: FlatMesh, photos: Sequence[Photograph | Bytes]) -
     outcome = []
     for photograph in photographs:
         try:
-            outcome.append(Registered(photograph, register(reference, photograph)))
+            known = photograph.camera is not None
+            found = _known(photograph) if known else register(reference, photograph)
+            outcome.append(Registered(photograph, found))
         except Refused as refusal:
             outcome.append(Registered(photograph, None, str(refusal), refusal.hint))
     return outcome
+
+
+def _known(photograph: Photograph) -> Registration:
+    """The registration of a photograph whose camera is known: nothing of it was measured here."""
+    assert photograph.camera is not None
+    return Registration(photograph.camera, 0.0, 0.0, 1.0, 1.0, 1.0)
 
 
 def _photograph(photo: Photograph | Bytes, number: int) -> Photograph:

@@ -14,6 +14,7 @@ from PIL import ExifTags, Image, ImageCms, ImageOps, UnidentifiedImageError
 
 from restore.errors import BadInput
 from restore.files import read_regular
+from restore.photo.camera import PhotoCamera
 from restore.scan import Bytes
 
 # 240 megapixels are 0.7 GB; medium-format backs have 150.
@@ -40,11 +41,13 @@ class Photograph:
     image     (h, w, 3) uint8 RGB (sRGB), upright as its camera meant it.
     name      what to call it.
     focal_px  its focal length in pixels, None when the file does not tell.
+    camera    that took it, in the frame of the scan, where it is known.
     """
 
     image: Bytes
     name: str = "photograph"
     focal_px: float | None = None
+    camera: PhotoCamera | None = None
 
 
 def read_photograph(path: Path | str) -> Photograph:

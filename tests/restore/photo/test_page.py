@@ -33,6 +33,12 @@ def plain(text):
     return paint_page(text.page, DPI)
 
 
+def test_a_camera_that_is_known_is_taken_at_its_word(text):
+    known = Photograph(np.full((30, 40, 3), 128, np.uint8), "blank", camera=text.camera())
+    (one,) = register_photographs(text.page, [known])
+    assert one.registration.camera is known.camera
+
+
 def test_every_pixel_comes_from_where_its_map_says(text, painted, plain):
     painting, (report,) = painted
     from_photo = painting.page_source == 1

@@ -1,0 +1,102 @@
+"""Scale and level: a model of photographs in millimetres over the table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+
+from restore.numerics import TINY
+from restore.photo.camera import PhotoCamera, project_with_jacobian
+from restore.scan import Floats
+
+ITERATIONS = 5  # of a triangulation: each divides what is left by ten or more
+
+
+@dataclass(frozen=True, eq=False)
+class Similarity:
+    """A change of frame: a point p goes to scale · rotation · p + shift."""
+
+    scale: float
+    rotation: Floats
+    shift: Floats
+
+    def points(self, points: Floats) -> Floats:
+        """(n, 3) the points (n, 3) in the other frame."""
+        return np.asarray(self.scale * points @ self.rotation.T + self.shift)
+
+    def camera(self, camera: PhotoCamera) -> PhotoCamera:
+        """The camera in the other frame: what it sees of the moved points is the same."""
+        rotation = camera.rotation @ self.rotation.T
+        vector = camera.vector.copy()
+        vector[:3] = cv2.Rodrigues(rotation)[0].ravel()
+        vector[3:6] = self.scale * camera.vector[3:6] - rotation @ self.shift
+        return PhotoCamera(vector, camera.size)
+
+
+def fit_similarity(here: Floats, there: Floats) -> Similarity:
+    """The similarity that brings points (n, 3) nearest to others (n, 3) (Umeyama, PAMI 13(4), 1991, eq. 40–42)."""
+    from_middle, to_middle = here - here.mean(axis=0), there - there.mean(axis=0)
+    left, values, right = np.linalg.svd(to_middle.T @ from_middle)
+    signs = np.array([1.0, 1.0, np.sign(np.linalg.det(left @ right))])
+    rotation = (left * signs) @ right
+    scale = float((values * signs).sum() / max((from_middle**2).sum(), TINY))
+    return Similarity(scale, rotation, there.mean(axis=0) - scale * rotation @ here.mean(axis=0))
+
+
+def triangulate(cameras: Sequence[PhotoCamera], pixels: Floats) -> Floats:
+    """(3,) the point that cameras see at pixels (v, 2), by least squares of the reprojection errors.
+
+    It begins at the point nearest to the undistorted lines of sight.
+    """
+    gram, side = np.zeros((3, 3)), np.zeros(3)
+    for camera, pixel in zip(cameras, pixels, strict=True):
+        way = line_of_sight(camera, pixel)
+        across = np.eye(3) - np.outer(way, way)
+        gram += across
+        side += across @ camera.position
+    point: Floats = np.linalg.solve(gram, side).astype(np.float64)
+    for _ in range(ITERATIONS):
+        rows, errors = [], []
+        for camera, pixel in zip(cameras, pixels, strict=True):
+            seen, jacobian = project_with_jacobian(camera.vector, point[None])
+            # A shift of the point is one of the camera, turned into its frame.
+            rows.append(jacobian[0, :, 3:6] @ camera.rotation)
+            errors.append(pixel - seen[0])
+        point += np.linalg.lstsq(np.concatenate(rows), np.concatenate(errors), rcond=None)[0]
+    return point
+
+
+def line_of_sight(camera: PhotoCamera, pixel: Floats) -> Floats:
+    """(3,) unit vector from a camera along the line of sight of a pixel (2,)."""
+    focal, cx, cy = camera.vector[6:9]
+    matrix = np.array([[focal, 0, cx], [0, focal, cy], [0, 0, 1.0]])
+    tangents = cv2.undistortPoints(np.asarray(pixel, float).reshape(1, 1, 2), matrix, camera.vector[9:]).ravel()
+    way = np.array([*tangents, 1.0]) @ camera.rotation
+    return np.asarray(way / np.linalg.norm(way))
+
+
+def triangulate_markers(
+    cameras: Mapping[int, PhotoCamera], seen: Mapping[int, Mapping[int, Floats]], least_views: int
+) -> dict[int, Floats]:
+    """Marker → its centre (3,) in the frame of the cameras, of those that so many views show.
+
+    seen: photograph → marker → pixel (2,).
+    """
+    numbers = sorted({marker for number in cameras for marker in seen.get(number, {})})
+    found = {}
+    for marker in numbers:
+        views = [number for number in cameras if marker in seen.get(number, {})]
+        if len(views) >= least_views:
+            pixels = np.array([seen[number][marker] for number in views])
+            found[marker] = triangulate([cameras[number] for number in views], pixels)
+    return found
+
+
+def upright(normal: Floats, up: Floats) -> Floats:
+    """(3, 3) rows right, up and out of a plane with a unit normal (3,), its up as near as can be to up (3,)."""
+    along = up - normal * (up @ normal)
+    along = along / max(float(np.linalg.norm(along)), TINY)
+    return np.stack([np.cross(along, normal), along, normal])

@@ -1,0 +1,170 @@
+"""Which points of a model lie on the page: table and card are left out.
+
+In each photograph paper is what is bright and has little colour once its print is taken away, in one connected piece
+that is not the card. What most photographs say of a point decides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numba
+import numpy as np
+from scipy import ndimage
+
+from restore.numerics import TINY
+from restore.photo.camera import PhotoCamera
+from restore.photogrammetry.surface import HeightField
+from restore.scan import Bytes, Floats, Mask
+
+MASK_SIDE = 640  # pixels of the longer side: 0.7 mm on a page that fills most of the picture
+STROKES = 9  # pixels there: wider than a stroke of a headline, with its shadow
+CHROMA_WEIGHT = 1.5  # of colour against lightness: a pale wood is as light as shaded paper
+GAPS = 15  # pixels: figures in the page, wider than strokes
+CARD_MARGIN = 1.03  # by which the card is drawn larger than it is
+SURE = 0.8  # of the views that show a point call it paper
+MAJORITY = 0.6
+LEAST_VIEWS = 3
+CELL_MM = 1.0  # of the map in which the page's area is connected
+OPENING = 2  # cells: bridges to what else is bright are as narrow
+CLOSING = 8  # cells: notches where the card lies before the table behind the page's edge
+
+
+@dataclass(frozen=True, eq=False)
+class PaperMasks:
+    """Share of paper (v, h, w), 0 to 1, in smaller copies of photographs of a size (w, h)."""
+
+    masks: Floats
+    size: tuple[int, int]
+
+    def votes(self, cameras: Sequence[PhotoCamera], points: Floats) -> tuple[Floats, Floats]:
+        """The share (n,) of the views that show points (n, 3) mm on paper, and how many views show them (n,)."""
+        total, count = np.zeros(len(points)), np.zeros(len(points))
+        height, width = self.masks.shape[1:]
+        for mask, camera in zip(self.masks, cameras, strict=True):
+            pixels = camera.scaled((width, height)).project(points)
+            inside = ((pixels > 0) & (pixels < [width - 1, height - 1])).all(axis=1)
+            cols, rows = np.rint(pixels[inside]).astype(int).T
+            total[inside] += mask[rows, cols] > 0.5
+            count += inside
+        return total / np.maximum(count, 1), count
+
+
+def find_paper(images: Sequence[Bytes], cards: Sequence[Floats | None]) -> PaperMasks:
+    """Masks of the paper in photographs (h, w, 3) uint8 RGB; cards: the outline (k, 2) pixels of the card in each."""
+    height, width = images[0].shape[:2]
+    ratio = MASK_SIDE / max(height, width)
+    size = round(width * ratio), round(height * ratio)
+    masks = []
+    for image, card in zip(images, cards, strict=True):
+        small = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
+        outline = None if card is None else (card + 0.5) * ratio - 0.5
+        masks.append(_paper(small, outline))
+    return PaperMasks(np.stack(masks).astype(np.float64), (width, height))
+
+
+def _paper(image: Bytes, card: Floats | None) -> Mask:
+    """(h, w) True on the largest piece of paper in a small photograph (h, w, 3)."""
+    kernel = np.ones((STROKES, STROKES), np.uint8)
+    blank = cv2.dilate(image, kernel)  # print is darker than the paper round it
+    lab = cv2.cvtColor(blank, cv2.COLOR_RGB2LAB).astype(np.float32)
+    chroma = np.hypot(lab[..., 1] - 128.0, lab[..., 2] - 128.0)
+    light = np.clip(lab[..., 0] - CHROMA_WEIGHT * chroma, 0, 255).astype(np.uint8)
+    _, paper = cv2.threshold(light, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
+    paper = cv2.erode(paper, kernel)
+    if card is not None:
+        larger = card.mean(axis=0) + (card - card.mean(axis=0)) * CARD_MARGIN
+        cv2.fillPoly(paper, [np.rint(larger).astype(np.int32)], 0)
+    return _largest(cv2.morphologyEx(paper, cv2.MORPH_CLOSE, np.ones((GAPS, GAPS), np.uint8)) > 0)
+
+
+def _largest(mask: Mask) -> Mask:
+    """(h, w) the largest connected piece of a mask, its holes filled."""
+    labels, count = ndimage.label(mask)
+    if not count:
+        return mask
+    sizes = np.bincount(labels.ravel())
+    sizes[0] = 0
+    return np.asarray(ndimage.binary_fill_holes(labels == sizes.argmax()))
+
+
+@dataclass(frozen=True, eq=False)
+class PageArea:
+    """Where the page is over x and y: cells (rows, cols) of CELL_MM from a corner low (2,) mm, rows along y."""
+
+    cells: Mask
+    low: Floats
+
+    def contains(self, places: Floats, margin_mm: float = 0.0) -> Mask:
+        """(n,) True for places (n, 2) mm on the page, at least a margin from its edge."""
+        inner = self.cells
+        if margin_mm > 0:
+            inner = ndimage.distance_transform_edt(np.pad(inner, 1))[1:-1, 1:-1] * CELL_MM > margin_mm
+        index = np.floor((places - self.low) / CELL_MM).astype(int)
+        valid = ((index >= 0) & (index < np.array(inner.shape)[::-1])).all(axis=1)
+        found = np.zeros(len(places), bool)
+        found[valid] = inner[index[valid, 1], index[valid, 0]]
+        return found
+
+    @property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """Lower left and upper right corner (2,) mm."""
+        rows, cols = np.nonzero(self.cells)
+        low, high = np.array([cols.min(), rows.min()]), np.array([cols.max() + 1, rows.max() + 1])
+        return self.low + low * CELL_MM, self.low + high * CELL_MM
+
+    @property
+    def outline(self) -> Floats:
+        """(n, 2) mm: the border, counter-clockwise, from cell to cell."""
+        contours, _ = cv2.findContours(self.cells.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+        border = max(contours, key=cv2.contourArea).reshape(-1, 2).astype(np.float64)
+        x, y = border.T
+        if (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() < 0:
+            border = border[::-1]
+        return self.low + (border + 0.5) * CELL_MM
+
+
+def area_of_votes(
+    masks: PaperMasks, cameras: Sequence[PhotoCamera], surface: HeightField, low: Floats, high: Floats
+) -> PageArea:
+    """Where the page is on a surface between corners low and high (2,) mm, as most photographs say."""
+    x, y = (np.arange(start + CELL_MM / 2, end, CELL_MM) for start, end in zip(low, high, strict=True))
+    places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
+    share, count = masks.votes(cameras, surface.points(places))
+    paper = ((share > MAJORITY) & (count >= LEAST_VIEWS)).reshape(len(y), len(x))
+    paper = ndimage.binary_opening(paper, iterations=OPENING)
+    # Padded: closing would otherwise take from the border.
+    paper = ndimage.binary_closing(np.pad(paper, CLOSING), iterations=CLOSING)[CLOSING:-CLOSING, CLOSING:-CLOSING]
+    return PageArea(_largest(paper), np.asarray(low, float))
+
+
+def inside_polygon(places: Floats, corners: Floats) -> Mask:
+    """(n,) True for places (n, 2) within a polygon of corners (m, 2): rays cross it an odd number of times."""
+    return np.asarray(_crosses_odd(np.ascontiguousarray(places, np.float64), np.ascontiguousarray(corners, np.float64)))
+
+
+@numba.njit(cache=True)
+def _crosses_odd(places: Floats, corners: Floats) -> Mask:
+    inside = np.zeros(len(places), np.bool_)
+    for i in range(len(places)):
+        x, y = places[i]
+        for k in range(len(corners)):
+            ax, ay = corners[k - 1]
+            bx, by = corners[k]
+            if (ay > y) != (by > y) and x < ax + (y - ay) * (bx - ax) / (by - ay):
+                inside[i] = not inside[i]
+    return inside
+
+
+def on_page(masks: PaperMasks, cameras: Sequence[PhotoCamera], points: Floats) -> Mask:
+    """(n,) True for points (n, 3) mm of the model that lie on the page for certain."""
+    share, count = masks.votes(cameras, points)
+    return np.asarray((share > SURE) & (count >= LEAST_VIEWS))
+
+
+def ground_sample(cameras: Sequence[PhotoCamera], points: Floats) -> float:
+    """Millimetres on the page to a pixel of the photographs, median over points (n, 3) mm and cameras."""
+    depths = [1.0 / np.maximum(camera.inverse_depth(points), TINY) / camera.focal_px for camera in cameras]
+    return float(np.median(depths))

@@ -1,0 +1,82 @@
+"""The page is told from the table, and from the card, in photographs and over x and y."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+import pytest
+
+from oracles.table_cameras import cameras, mottled, on_plane, picture
+from restore.photogrammetry.page import (
+    PageArea,
+    area_of_votes,
+    find_paper,
+    ground_sample,
+    inside_polygon,
+    on_page,
+)
+from restore.photogrammetry.surface import fit_surface
+
+HALF_MM = np.array([80.0, 55.0])  # of the page, which lies on the table
+CARD_MM = np.array([[-50.0, -95.0], [50.0, -95.0], [50.0, -70.0], [-50.0, -70.0]])
+WOOD, PAPER, INK = (150, 110, 70), (225, 224, 220), (60, 60, 60)
+CELL_MM = 2.5  # of an edge in votes: three pixels of the small masks
+
+
+def photograph(camera) -> np.ndarray:
+    """(h, w, 3) uint8: a printed page and a card on wood."""
+
+    def kind(origins, ways):
+        places = on_plane(origins, ways, 0.0)
+        page = (np.abs(places) < HALF_MM).all(axis=1)
+        card = ((places > CARD_MM.min(axis=0)) & (places < CARD_MM.max(axis=0))).all(axis=1)
+        ink = page & (np.abs(places) < HALF_MM - 12).all(axis=1) & (mottled(places * 3) > 140)
+        return np.where(ink, 2, np.where(page | card, 1, 0))
+
+    colours = np.array([WOOD, PAPER, INK], np.uint8)
+    return cv2.GaussianBlur(colours[picture(camera, kind).astype(int)], (0, 0), 0.7)
+
+
+@pytest.fixture(scope="module")
+def masks():
+    corners = np.column_stack([CARD_MM, np.zeros(4)])
+    return find_paper([photograph(camera) for camera in cameras()], [camera.project(corners) for camera in cameras()])
+
+
+def test_points_of_the_page_are_told_from_those_of_table_and_card(masks):
+    places = np.array([[0.0, 0.0], [70.0, 45.0], [-75.0, 10.0], [0.0, -62.0], [100.0, 0.0], [0.0, -80.0]])
+    points = np.column_stack([places, np.zeros(len(places))])
+    assert on_page(masks, cameras(), points).tolist() == [True, True, True, False, False, False]
+
+
+def test_the_area_is_the_page(masks):
+    low, high = -HALF_MM - 25, HALF_MM + 25
+    grid = np.stack(np.meshgrid(*[np.arange(a, b, 5.0) for a, b in zip(low, high, strict=True)]), axis=-1)
+    flat = fit_surface(np.column_stack([grid.reshape(-1, 2), np.zeros(grid.size // 2)]), low, high, stiffness=1.0)
+    area = area_of_votes(masks, cameras(), flat, low, high)
+    np.testing.assert_allclose(area.bounds, [-HALF_MM, HALF_MM], atol=CELL_MM)
+    assert area.contains(np.array([[0.0, 0.0], [-79.0 + CELL_MM, 0.0]])).all()
+    assert not area.contains(np.array([[0.0, -75.0], [500.0, 0.0]])).any()
+    assert not area.contains(np.array([[HALF_MM[0] - 5, 0.0]]), 10.0).any()
+
+
+def test_places_within_a_polygon():
+    corners = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [5.0, 2.0], [0.0, 10.0]])
+    places = np.array([[1.0, 5.0], [5.0, 1.0], [5.0, 5.0], [9.5, 8.0], [-1.0, 5.0], [11.0, 5.0], [5.0, -1.0]])
+    assert inside_polygon(places, corners).tolist() == [True, True, False, True, False, False, False]
+    assert inside_polygon(places, corners[::-1]).tolist() == inside_polygon(places, corners).tolist()
+
+
+def test_the_outline_runs_counter_clockwise(masks):
+    cells = np.zeros((30, 40), bool)
+    cells[5:20, 10:35] = True
+    area = PageArea(cells, np.array([-20.0, -10.0]))
+    x, y = area.outline.T
+    assert 0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum() == pytest.approx(24 * 14)  # between middles of cells
+
+
+def test_the_ground_sample_is_depth_over_focal_length():
+    camera = cameras(1)[0]
+    point = np.zeros((1, 3))
+    depth = camera.rotation[2] @ (point[0] - camera.position)
+    assert ground_sample([camera], point) == pytest.approx(depth / camera.focal_px)

@@ -1,0 +1,123 @@
+"""`planish photos`: from JPEG files to a page true to scale, and what it refuses."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+import tifffile
+from PIL import Image
+
+from drivers.simulated import Text, Wave
+from drivers.simulated.photographs import Shots, encode_jpeg, photograph_page
+from oracles.markers import rigid_residual
+from restore.photogrammetry import SCALE_CARD
+from station.cli import main
+from station.errors import UsageError
+from station.photos import Scale
+
+PAGE_MM = (160.0, 110.0)
+SHOTS = Shots(size=(1200, 900))
+CARD_DPI = 177.8  # seven pixels to a millimetre
+VIEWS = 5
+# Pixels are 0.25 mm on the page here, a third as fine as a phone's. A tenth of them over the print; margins are blank.
+LAYOUT_MM = 0.15
+SCALE_ERROR = 0.002
+
+
+@pytest.fixture(scope="module")
+def photographs(tmp_path_factory):
+    sheet = Wave(slope_deg=22.0, wavelength_mm=110.0)
+    card = SCALE_CARD.picture(CARD_DPI)
+    taken = photograph_page(
+        sheet, Text(sizes_pt=(10.0,), title_pt=16.0, margin_mm=10.0, columns=2), views=VIEWS, seed=3, card=card,
+        card_dpi=CARD_DPI, shots=SHOTS, page_mm=PAGE_MM,
+    )  # fmt: skip
+    return taken, taken.save(tmp_path_factory.mktemp("photographs"))
+
+
+def layout(folder, report, taken) -> tuple[np.ndarray, float]:
+    """Errors (n, 2) mm of the page's pixels over the print after a rigid fit, and its scale."""
+    page_map = tifffile.imread(folder / "IMG_0001-map.tif")
+    rows, cols = np.nonzero(np.isfinite(page_map[..., 0]))
+    rows, cols = rows[::53], cols[::53]
+    source = page_map[rows, cols, 2].astype(int)
+    flat = np.full((len(rows), 2), np.nan)
+    for number in range(1, VIEWS + 1):
+        here = source == number
+        if here.any():
+            flat[here], _ = taken.truth_at(number - 1, page_map[rows, cols, :2][here].astype(float))
+    printed = ((flat > 12) & (flat < np.array(PAGE_MM) - 12)).all(axis=1)
+    places = np.stack([cols, -rows], axis=1)[printed] * 25.4 / report["dpi"]
+    rest, scale = rigid_residual(places, flat[printed])
+    return rest, scale
+
+
+def test_a_page_is_restored_true_to_scale(photographs, tmp_path, capsys):
+    pytest.importorskip("pycolmap")
+    taken, paths = photographs
+    assert main(["photos", *map(str, paths), "-o", str(tmp_path), "--map", "--json"]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["photogrammetry"]["scale"]["from"] == "card"
+    assert report["photogrammetry"]["left_out"] == {}
+    assert [photo["accepted"] for photo in report["photos"]] == [True] * VIEWS
+    np.testing.assert_allclose(report["page_mm"], PAGE_MM, rtol=0.01)
+    rest, scale = layout(tmp_path, report, taken)
+    assert np.sqrt((rest**2).sum(axis=1).mean()) < LAYOUT_MM
+    assert abs(scale - 1) < SCALE_ERROR
+    with Image.open(tmp_path / "IMG_0001.png") as page:
+        assert page.info["dpi"][0] == pytest.approx(report["dpi"], abs=0.0254)  # PNG has whole pixels to a metre
+
+
+@pytest.fixture
+def noise(tmp_path):
+    """Three small pictures of nothing."""
+    rng = np.random.default_rng(1)
+    paths = [tmp_path / f"{name}.jpg" for name in ("one", "two", "three")]
+    for path in paths:
+        path.write_bytes(encode_jpeg(rng.integers(0, 256, (120, 160, 3), np.uint8)))
+    return paths
+
+
+def test_two_photographs_are_refused(noise, tmp_path, capsys):
+    assert main(["photos", *map(str, noise[:2]), "-o", str(tmp_path / "out")]) == 5
+    assert "2 photographs are too few" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_another_size_is_refused_by_name(noise, tmp_path, capsys):
+    with Image.open(noise[2]) as picture:
+        cropped = picture.crop((0, 0, 100, 100))
+    cropped.save(tmp_path / "cropped.jpg")
+    assert main(["photos", *map(str, noise[:2]), str(tmp_path / "cropped.jpg"), "-o", str(tmp_path / "out")]) == 3
+    told = capsys.readouterr().err
+    assert "cropped.jpg 100 × 100" in told
+    assert "one camera" in told
+
+
+def test_results_are_not_overwritten_unasked(noise, tmp_path, capsys):
+    (tmp_path / "one.png").write_text("mine")
+    assert main(["photos", *map(str, noise), "-o", str(tmp_path)]) == 2
+    assert "--force" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("card", Scale()),
+        ("none", Scale(card=False)),
+        ("210x297", Scale(card=False, page_mm=(210.0, 297.0))),
+        ("148.5 × 210", Scale(card=False, page_mm=(148.5, 210.0))),
+    ],
+)
+def test_scales_are_read(text, expected):
+    assert Scale.parse(text) == expected
+
+
+@pytest.mark.parametrize("text", ["", "A4", "210", "0x5", "-3x4", "210x"])
+def test_other_scales_are_refused(text, tmp_path, capsys):
+    with pytest.raises(UsageError, match="--scale"):
+        Scale.parse(text)
+    assert main(["photos", "a.jpg", "-o", str(tmp_path), "--scale", text]) == 2
+    capsys.readouterr()
