@@ -12,7 +12,7 @@ from PIL.PngImagePlugin import PngInfo
 from restore import Bytes
 from station.export.image_metadata import ImageMetadata
 
-# Runs of one byte only: a fifth of the default's time for no more bytes, measured on a page of text. Its pixels are like
+# Runs of one byte only: a fifth of the default's time for no more bytes, measured on a page of text. Pixels are like
 # those beside them, not like those further away.
 STRATEGY = zlib.Z_RLE
 
