@@ -1,0 +1,149 @@
+"""`python -m bench.console_pictures [FOLDER]`: the pictures of docs/console, of a session at a console that is served.
+
+Chromium works a shift before the simulated scanner: pages of a volume, one of them cut off, a preview, settings, a
+server that is killed, its recovery, an export. Whatever is seen was made by the server.
+"""
+
+from __future__ import annotations
+
+import sys
+import tempfile
+from collections.abc import Callable
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from oracles.console.browser import chromium, window
+from oracles.console.process import Console, console_of
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser, Page
+
+DOCS = Path(__file__).parents[1] / "docs" / "console"
+TABLET = (800, 1280)  # of ten inches, standing
+WAIT_MS = 600_000  # for a restoration, the first of which compiles
+SETTLED_MS = 1500  # for tiles and pictures to be drawn
+PAGES = 3  # the last one is cut off
+TOOLS = {  # and what shows that it is there
+    "Compare": ".compare-handle[data-ready]",
+    "Words": ".words text",
+    "3D": ".model-told:has-text('triangles')",
+}
+Keep = Callable[["Page", str], None]
+
+
+def main(folder: Path = DOCS) -> int:
+    """Write every picture into a folder."""
+
+    def keep(page: Page, name: str) -> None:
+        page.wait_for_load_state("networkidle")
+        page.wait_for_timeout(SETTLED_MS)
+        page.screenshot(path=folder / f"{name}.png")
+        print(f"{name}.png", flush=True)
+
+    with tempfile.TemporaryDirectory() as root, chromium() as browser, console_of(Path(root), "volume") as console:
+        with window(browser, link := console.start()) as page:
+            _session(page, "Herbarius")
+            _session(page, "Missale Romanum")
+            _shift(page, keep)
+            _page_view(page, keep)
+            _settings(page, keep)
+        _tablet(browser, link, keep)
+        _crash(browser, console, link, keep)
+    return 0
+
+
+def _session(page: Page, title: str) -> None:
+    page.evaluate("location.hash = '#/sessions'")
+    page.get_by_role("button", name="New session").first.click()
+    page.get_by_label("Title of the volume").fill(title)
+    page.get_by_label("Project").fill("P 1612")
+    page.get_by_label("Read the words").check()
+    page.get_by_role("button", name="Begin").click()
+    page.get_by_text("Ready for the first page").wait_for()
+
+
+def _shoot(page: Page, number: int) -> None:
+    page.locator("[data-action=shoot]:not([aria-disabled])").wait_for(timeout=WAIT_MS)
+    page.keyboard.press(" ")
+    page.wait_for_selector("[data-laser=on]", timeout=WAIT_MS)
+    page.wait_for_selector(f"#strip-{number}", timeout=WAIT_MS)
+
+
+def _judged(page: Page, number: int) -> None:
+    page.wait_for_selector(f"#strip-{number}[data-level]:not([data-level='']):not([data-busy])", timeout=WAIT_MS)
+    page.wait_for_selector(".light", timeout=WAIT_MS)
+
+
+def _shift(page: Page, keep: Keep) -> None:
+    """Pages, the last of which is cut off; a preview while the next one is shot."""
+    for number in range(1, PAGES + 1):
+        _shoot(page, number)
+        if number == 1:
+            page.wait_for_selector(".shot-waiting:visible", timeout=WAIT_MS)
+            keep(page, "first-shot-dark")
+        _judged(page, number)
+        if number == PAGES:
+            keep(page, "shoot-dark")
+        else:
+            page.keyboard.press("Enter")
+            page.wait_for_selector(f"#strip-{number}[aria-label*=accepted]", timeout=WAIT_MS)
+    page.keyboard.press("p")
+    page.wait_for_selector(".overlay:visible", timeout=WAIT_MS)
+    page.wait_for_selector("[data-action=shoot]:not([aria-disabled])", timeout=WAIT_MS)
+    page.keyboard.press(" ")
+    page.wait_for_selector("[data-laser=on]", timeout=WAIT_MS)
+    page.get_by_role("button", name="Preview").first.click()
+    page.screenshot()  # the first one of a page takes longest
+    keep(page, "preview-dark")
+    _judged(page, PAGES + 1)
+
+
+def _page_view(page: Page, keep: Keep) -> None:
+    page.evaluate("location.hash = '#/page/2'")
+    page.wait_for_selector(".tiles canvas", timeout=WAIT_MS)
+    for name, sign in TOOLS.items():
+        page.get_by_role("group", name="Tools").get_by_role("button", name=name).click()
+        page.wait_for_selector(sign, state="attached", timeout=WAIT_MS)
+        keep(page, f"page-{name.lower()}-dark")
+
+
+def _settings(page: Page, keep: Keep) -> None:
+    page.evaluate("location.hash = '#/settings'")
+    page.get_by_role("spinbutton", name="Distance").fill("880")
+    page.get_by_text("Not in use yet: 1").wait_for()
+    keep(page, "settings-dark")
+    page.get_by_role("button", name="Drop changes").click()
+
+
+def _tablet(browser: Browser, link: str, keep: Keep) -> None:
+    with window(browser, link, theme="light", language="de", size=TABLET) as page:
+        page.get_by_role("button", name="Übernehmen").click()
+        page.wait_for_selector(".light", timeout=WAIT_MS)
+        keep(page, "tablet-light")
+
+
+def _crash(browser: Browser, console: Console, link: str, keep: Keep) -> None:
+    """A server that is killed while a page is restored; what the next one finds; an export."""
+    with ExitStack() as stack:
+        page = stack.enter_context(window(browser, link))
+        _shoot(page, PAGES + 2)
+        console.kill()
+        page = stack.enter_context(window(browser, console.start()))
+        page.locator("[data-name=missale-romanum]").get_by_role("button", name="Open", exact=True).click()
+        page.get_by_role("heading", name="Nothing is lost").wait_for(timeout=WAIT_MS)
+        keep(page, "recovery-dark")
+        page.get_by_role("button", name="Go on shooting").click()
+        _judged(page, PAGES + 2)
+        page.evaluate("location.hash = '#/sessions'")
+        page.wait_for_selector(".session")
+        keep(page, "sessions-dark")
+        page.evaluate("location.hash = '#/export'")
+        page.locator("option", has_text="Missale Romanum").wait_for(state="attached")
+        page.get_by_role("button", name="Deliver and check").click()
+        page.get_by_text("The validator found it correct").wait_for(timeout=WAIT_MS)
+        keep(page, "export-dark")
+
+
+if __name__ == "__main__":
+    sys.exit(main(*map(Path, sys.argv[1:])))
