@@ -10,6 +10,8 @@ import { levelSign, verdictLights } from "../parts/verdict.js";
 import { current, on, store } from "../store.js";
 import { firstOf, t } from "../strings.js";
 
+const LIMIT = /^at most (\d+) s$/; // the step that tells how much of its time a shot has taken
+
 /** The picture of a page in the space there is, and the way to look at it closely. */
 function pagePane() {
   const element = h("div", { class: "shot" });
@@ -40,7 +42,8 @@ function progress() {
   return { element, show: (scanner) => {
     element.hidden = !scanner.busy;
     if (!scanner.busy) return;
-    const step = scanner.step ? firstOf([`scan.${scanner.step}`], scanner.step) : "";
+    const [, limit] = scanner.step?.match(LIMIT) ?? [];
+    const step = limit ? t("scan.limit", { s: limit }) : scanner.step ? firstOf([`scan.${scanner.step}`], scanner.step) : "";
     setText(words, [t(`scanner.${scanner.busy}`), step, scanner.done === null ? "" : percent(scanner.done)].filter(Boolean).join(" · "));
     if (scanner.done === null) bar.removeAttribute("value");
     else bar.value = scanner.done;
