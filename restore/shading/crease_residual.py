@@ -27,20 +27,28 @@ PASSES = 2  # the second time the sides are free of the lines that lie in them
 LEAST, MOST = 0.45, 1.6  # of its sides: what is less or more is a printed line, or the gap between two figures
 SAME = 0.2  # of one another: light does alike to the darkest channel and to the brightest, ink does not
 SOFT = 0.5  # cells
+OPEN = 0.8  # of the room: with less in sight a place lies in a hollow, such as the gutter of a book
+FARTHEST = 3.0  # stretch: a slope of 70°, beyond which nothing is measured
 
 
-def crease_light(darkest: Field, brightest: Field, expected: Field, inside: Mask) -> Field:
-    """(r, c) light along creases relative to both sides of them, 1 away from creases.
+def crease_light(
+    darkest: Field, brightest: Field, expected: Field, inside: Mask, openness: Field, stretch: Field
+) -> Field:
+    """(r, c) light along creases and in hollows relative to both sides of them, 1 away from both.
 
     darkest, brightest (r, c): channel of the page in units of the light that is known. expected (r, c): that light,
-    whose steps tell where creases and the edges of shadows are.
+    whose steps tell where creases and the edges of shadows are. openness (r, c): share of the room that is seen; where
+    it is small, shadows and reflections of the page on itself are finer than its horizon map. stretch (r, c): cells of
+    the page to one of the page seen from above.
     """
-    across, found = _directions(expected, inside)
+    across, found = _directions(expected, openness, inside)
     out = np.ones_like(darkest)
     if not found.any():
         return out
     for _ in range(PASSES):
-        one, other = (_compared(channel / out, across, found, inside) for channel in (darkest, brightest))
+        one, other = (
+            _compared(channel / out, across * stretch[..., None], found, inside) for channel in (darkest, brightest)
+        )
         line = np.where(np.abs(one - other) < SAME * np.maximum(one, other), np.sqrt(one * other), np.float32(1))
         out *= cv2.GaussianBlur(line, (0, 0), SOFT)
     return out
@@ -48,7 +56,7 @@ def crease_light(darkest: Field, brightest: Field, expected: Field, inside: Mask
 
 def _compared(brightness: Field, across: Field, found: Mask, inside: Mask) -> Field:
     """(r, c) ratio of a line to its two sides, 0 where shading cannot cause it, 1 where there is none."""
-    reach = 2 * max(BESIDE) + 1
+    reach = 2 * int(max(BESIDE) * FARTHEST) + 1
     near = cv2.dilate(found.astype(np.uint8), np.ones((reach, reach), np.uint8)) > 0
     near &= inside
     bright, out = np.full_like(brightness, np.nan), np.ones_like(brightness)
@@ -57,16 +65,30 @@ def _compared(brightness: Field, across: Field, found: Mask, inside: Mask) -> Fi
     return out
 
 
-def _directions(light: Field, inside: Mask) -> tuple[Field, Mask]:
+def hollows(openness: Field) -> Mask:
+    """(r, c) where the page stands before itself."""
+    return np.asarray(openness < OPEN)
+
+
+def _directions(light: Field, openness: Field, inside: Mask) -> tuple[Field, Mask]:
     """(r, c, 2) = (right, down) unit vectors across the creases, and where those are."""
-    level = np.log(np.maximum(light, SINGLE_TINY))
-    right, down = (cv2.Sobel(level, cv2.CV_32F, *order, ksize=3, scale=1 / 8) for order in ((1, 0), (0, 1)))
-    xx, xy, yy = (cv2.GaussianBlur(part, (0, 0), TENSOR) for part in (right * right, right * down, down * down))
+    xx, xy, yy = _tensor(light)
     turn = np.arctan2(2 * xy, xx - yy) / 2
     anisotropy, total = np.hypot(xx - yy, 2 * xy), xx + yy
     found = inside & ((total + anisotropy) / 2 > STEP**2) & (anisotropy > COHERENT * total)
     found = cv2.dilate(found.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-    return np.dstack([np.cos(turn), np.sin(turn)]), found & inside
+    hollow = hollows(openness)
+    if hollow.any():
+        xx, xy, yy = _tensor(openness)
+        turn = np.where(hollow, np.arctan2(2 * xy, xx - yy) / 2, turn)
+    return np.dstack([np.cos(turn), np.sin(turn)]), (found | hollow) & inside
+
+
+def _tensor(field: Field) -> list[Field]:
+    """Structure tensor (xx, xy, yy), each (r, c), of the logarithm of a positive field (r, c)."""
+    level = np.log(np.maximum(field, SINGLE_TINY))
+    right, down = (cv2.Sobel(level, cv2.CV_32F, *order, ksize=3, scale=1 / 8) for order in ((1, 0), (0, 1)))
+    return [np.asarray(cv2.GaussianBlur(part, (0, 0), TENSOR)) for part in (right * right, right * down, down * down)]
 
 
 @numba.njit(cache=True, nogil=True)
@@ -79,6 +101,8 @@ def _bright(brightness: Field, inside: Mask, across: Field, near: Mask, first: i
             if not near[row, col]:
                 continue
             x, y = -across[row, col, 1], across[row, col, 0]
+            length = np.sqrt(x * x + y * y)
+            x, y = x / length, y / length
             count = 0
             brightest[:] = -1.0
             for k in range(-ALONG, ALONG + 1):

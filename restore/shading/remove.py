@@ -22,7 +22,7 @@ from restore.numerics import SINGLE_TINY
 from restore.robust import MAD_TO_SIGMA
 from restore.scan import Bytes, Floats, Mask
 from restore.shading.channels import as_list, highest, lowest, scaled, total_of
-from restore.shading.crease_residual import crease_light
+from restore.shading.crease_residual import FARTHEST, LEAST, crease_light, hollows
 from restore.shading.estimate import DIMMEST, LEAST_PAPER, Estimate, Judges, estimate_again, estimate_light
 from restore.shading.horizon_map import HorizonMap, fill_nearest, horizon_map
 from restore.shading.lamps import Places
@@ -80,7 +80,9 @@ def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Shad
     expected = cv2.GaussianBlur(fill_nearest(expected, inside), (0, 0), BLUR_MM / MM_PER_INCH * relief.dpi)
     seen = scaled(colour, relative)
     residual = residual_light(seen / expected, relief.normals, inside, relief.dpi)
-    surface = _corrected(seen, expected, residual, inside)
+    openness = fill_nearest(places.openness.reshape(inside.shape), inside)
+    stretch = np.clip(1 / fill_nearest(relief.normals[..., 2], inside), 1, FARTHEST).astype(np.float32)
+    surface = _corrected(seen, expected, residual, inside, openness, stretch)
     corrected = _better(as_list(surface), as_list(expected), judges, residual.ground.ravel())
     if not corrected:
         surface = expected
@@ -117,8 +119,13 @@ def _places(relief: Relief) -> tuple[Places, HorizonMap]:
     return Places(*(as_list(field) for field in (relief.points, relief.normals, openness, nodes))), horizon
 
 
-def _corrected(seen: Field, expected: Field, residual: Residual, inside: Mask) -> Field:
-    """(r, c, 3) the light with its residual, and along creases where the ground is paper."""
+def _corrected(
+    seen: Field, expected: Field, residual: Residual, inside: Mask, openness: Field, stretch: Field
+) -> Field:
+    """(r, c, 3) the light with its residual, and along creases where the ground is paper.
+
+    openness (r, c): share of the room in sight; stretch (r, c): cells of the page to one seen from above.
+    """
     surface = expected * residual.surface
     ratio = seen / (surface * residual.colour)
     if (lowest(ratio) > 1 + CONTRAST)[inside].mean() > BRIGHT_PRINT:
@@ -126,10 +133,11 @@ def _corrected(seen: Field, expected: Field, residual: Residual, inside: Mask) -
     step = total_of(expected)
     excess = _excess_light(ratio, inside)
     reflectance = np.asarray(ratio / excess[..., None], dtype=np.float32)
-    line = np.multiply(excess, crease_light(lowest(reflectance), highest(reflectance), step, inside))
+    line = np.multiply(excess, crease_light(lowest(reflectance), highest(reflectance), step, inside, openness, stretch))
     # A step of the light is known to UNCERTAIN cells: what is left there is light from one of its sides.
     around = np.ones((2 * UNCERTAIN + 1, 2 * UNCERTAIN + 1), np.uint8)
-    line = np.clip(line, cv2.erode(step, around) / step, cv2.dilate(step, around) / step)
+    low, high = cv2.erode(step, around) / step, cv2.dilate(step, around) / step
+    line = np.clip(line, np.where(hollows(openness), LEAST, low), high)
     return np.asarray(surface * line[..., None])
 
 
