@@ -38,3 +38,20 @@ def test_the_layout_of_a_page_is_compared_pixel_by_pixel():
     assert np.sqrt((error**2).mean()) < FLAT_MM
     shifted = replace(page, page_map=page.page_map + np.linspace(0, 4, page.page_map.shape[1])[None, :, None])
     assert np.sqrt((layout_error(shifted, scan, truth) ** 2).sum(axis=1).mean()) > 10 * FLAT_MM
+
+
+def test_pages_are_drawn_by_their_seed():
+    from bench.words import tasks
+
+    assert tasks(7) == tasks(7)
+    assert len(tasks(7)) == 52
+    assert not {task.sheet for task in tasks(7)} & {task.sheet for task in tasks(8)}
+
+
+def test_a_black_body_is_neutral_at_the_balance_of_the_camera_and_reddish_below():
+    from bench.light_white import BALANCED_K, planckian
+
+    np.testing.assert_allclose(planckian(BALANCED_K), 1.0)
+    red, _, blue = planckian(2856.0)
+    assert red > 1.5  # CIE illuminant A, 1.8 and 0.4 at these wavelengths
+    assert blue < 0.5

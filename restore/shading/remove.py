@@ -81,7 +81,7 @@ def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Shad
     seen = scaled(colour, relative)
     residual = residual_light(seen / expected, relief.normals, inside, relief.dpi)
     openness = fill_nearest(places.openness.reshape(inside.shape), inside)
-    stretch = np.clip(1 / fill_nearest(relief.normals[..., 2], inside), 1, FARTHEST).astype(np.float32)
+    stretch = 1 / np.clip(fill_nearest(relief.normals[..., 2], inside), np.float32(1 / FARTHEST), np.float32(1))
     surface = _corrected(seen, expected, residual, inside, openness, stretch)
     corrected = _better(as_list(surface), as_list(expected), judges, residual.ground.ravel())
     if not corrected:
