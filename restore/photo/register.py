@@ -16,7 +16,10 @@ from restore.photo.pose import FOCAL_SPREAD, LADDER, LOOSE, find_pose, prior_dev
 from restore.photo.reference import Reference
 from restore.scan import Bytes, Floats
 
-SIDES = (800, 1600, 3200)  # pixels: features are found where the print is about as coarse as the scanner's image of it
+# Pixels: features are found where the print is about as coarse as the scanner's image of it. SIFT itself doubles a
+# picture before it looks, so that the last side finds what a picture of 4,400 pixels shows.
+SIDES = (800, 1600, 2200)
+DENSE_SIDE = 3200  # of the copy on which shifts are measured and sharpness is judged
 MIRROR_SIDE = SIDES[1]
 LEAST_CONTRAST = 3.0  # grey levels: standard deviation of a picture that shows something
 MIN_INLIERS = 8  # no more agree by chance than that, and what they agree on is proved on the whole surface
@@ -82,7 +85,7 @@ def register(reference: Reference, photograph: Photograph) -> Registration:
     if cv2.meanStdDev(grey)[1].item() < LEAST_CONTRAST:
         raise Refused("the photograph is blank", "look at it, and take it again with light and without the lens cap")
     ours, refused = reference_features(reference), Refused("")
-    large = _shrunk(grey, SIDES[-1])
+    large = _shrunk(grey, DENSE_SIDE)
     for side in SIDES:
         small = _shrunk(large, side)
         focal = photograph.focal_px and photograph.focal_px * small.shape[1] / grey.shape[1]
