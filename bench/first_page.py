@@ -37,7 +37,7 @@ def main(folder: Path = DOCS) -> None:
     rows = round(strain.shape[0] * STRAIN_WIDTH / strain.shape[1])
     strain = cv2.resize(strain, (STRAIN_WIDTH, rows), interpolation=cv2.INTER_AREA)
     (folder / "first-page-strain.png").write_bytes(encode_png(np.asarray(strain, np.uint8)))
-    ppi = f"the source resolves {page.report['effective_ppi']:.0f} ppi"
+    ppi = f"the source has {page.report['sampling_ppi']:.0f} ppi"
     zooms = [Panel(_zoom(each.image, each.dpi), f"dpi = {each.dpi:g}", ppi) for each in pages]
     (folder / "first-page-ppi.png").write_bytes(encode_png(side_by_side(zooms)))
 

@@ -102,7 +102,8 @@ def _large() -> None:
     print(
         f"registration {np.sqrt(np.mean(errors_px**2)):.2f} pixels rms, 99 % within {np.percentile(errors_px, 99):.2f}"
     )
-    print(f"effective ppi {photo['effective_ppi']:.0f} from the photograph, painted {photo['painted_share']:.1%}")
+    print(f"{photo['sampling_ppi']:.0f} pixels per inch from the photograph, painted {photo['painted_share']:.1%}")
+    print(f"effective ppi {photo['effective_ppi'] or float('nan'):.0f}")
     stages = ", ".join(f"{stage} {taken:.2f}" for stage, taken in report["seconds"].items())
     print(f"seconds: {stages}")
     print(f"with start and files {wall:.1f} s by the clock, {seconds:.1f} s of the processor's time")
@@ -141,8 +142,8 @@ def picture(target: Path) -> None:
     height, width = pages[0].image.shape[:2]
     rows, cols = slice(int(0.30 * height), int(0.48 * height)), slice(int(0.035 * width), int(0.225 * width))
     captions = (
-        f"painted from the scanner's image: {pages[0].report['effective_ppi']:.0f} ppi",
-        f"painted from a photograph: {pages[1].report['effective_ppi']:.0f} ppi",
+        f"painted from the scanner's image: {pages[0].report['sampling_ppi']:.0f} ppi",
+        f"painted from a photograph: {pages[1].report['sampling_ppi']:.0f} ppi",
     )
     crops = [_captioned(page.image[rows, cols], text) for page, text in zip(pages, captions, strict=True)]
     gap = np.full((crops[0].shape[0], 16, 3), 255, np.uint8)

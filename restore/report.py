@@ -56,7 +56,7 @@ def describe(
             "against_chords": chords,
         },
         "page_mm": [width, height],
-        "effective_ppi": painting.resolution_ppi,
+        **painting.resolution.described(),
         "decimation": unrolled.distance,
         "warnings": _warnings(fine, rms, chords["estimated_share"]),
     }

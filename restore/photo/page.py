@@ -6,9 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+import cv2
 import numpy as np
 
 from restore.errors import BadInput
+from restore.mesh.adjacency import border_of
 from restore.photo.coarse import COARSE_MM
 from restore.photo.paint import enlarged, paint
 from restore.photo.photograph import Photograph
@@ -16,7 +18,8 @@ from restore.photo.reference import make_reference
 from restore.photo.register import Refused, Registration, register
 from restore.photo.sources import Plan, Source, plan
 from restore.scan import Bytes, FlatMesh, Mask
-from restore.texture.page import Painting, extend_edge_colours, paint_page
+from restore.texture.page import Painting, extend_edge_colours, paint_page, texture_mtf50
+from restore.texture.resolution import Resolution, print_or_outline_mtf50
 
 MOSTLY = 0.5  # of a pixel
 UNCOVER = "look at the coverage map, and photograph the page again with nothing over it if that matters"
@@ -24,12 +27,16 @@ UNCOVER = "look at the coverage map, and photograph the page again with nothing 
 
 @dataclass(frozen=True, eq=False)
 class Registered:
-    """A photograph with its registration, or the reason why it has none and what to do about it."""
+    """A photograph with its registration, or the reason why it has none and what to do about it.
+
+    mtf50: of its edges on the page, cycles per pixel, None where it has too few to tell.
+    """
 
     photograph: Photograph
     registration: Registration | None
     reason: str = ""
     hint: str = ""
+    mtf50: float | None = None
 
 
 def register_photographs(page: FlatMesh, photos: Sequence[Photograph | Bytes]) -> list[Registered]:
@@ -49,7 +56,7 @@ def register_photographs(page: FlatMesh, photos: Sequence[Photograph | Bytes]) -
         try:
             known = photograph.camera is not None
             found = _known(photograph) if known else register(reference, photograph)
-            outcome.append(Registered(photograph, found))
+            outcome.append(Registered(photograph, found, mtf50=_mtf50(page, photograph, found)))
         except Refused as refusal:
             outcome.append(Registered(photograph, None, str(refusal), refusal.hint))
     return outcome
@@ -86,7 +93,7 @@ def paint_registered(
     assert painting.page_source is not None
     best, number_of = np.argmax(planned.weights, axis=0), np.arange(256).astype(np.uint8)
     for index, (number, _) in enumerate(accepted, 1):
-        reports[number - 1] |= _use(planned, best == index, index)
+        reports[number - 1] |= _use(planned, sources[index], best == index, index)
         number_of[index] = number
     rows, cols = painting.mask.shape
     covered = enlarged(np.asarray(planned.covered.any(axis=0), np.float32), 0, rows, cols, dpi) > MOSTLY
@@ -98,8 +105,19 @@ def sources_of(page: FlatMesh, registered: Sequence[Registered]) -> list[Source]
     """What a page can be painted from: its texture, and the photographs that are registered."""
     if page.texture is None or page.texcoords is None:
         return []
-    photographs = [Source(one.photograph.image, one.registration.camera) for one in registered if one.registration]
-    return [Source(extend_edge_colours(page.texture, page.texcoords, page.faces)), *photographs]
+    texture = Source(extend_edge_colours(page.texture, page.texcoords, page.faces), mtf50=texture_mtf50(page))
+    photographs = [
+        Source(one.photograph.image, one.registration.camera, one.mtf50) for one in registered if one.registration
+    ]
+    return [texture, *photographs]
+
+
+def _mtf50(page: FlatMesh, photograph: Photograph, found: Registration) -> float | None:
+    """The MTF50 of a photograph on the page, cycles per pixel."""
+    outline = found.camera.project(page.vertices[border_of(page.faces)])
+    hull = cv2.convexHull(outline[np.isfinite(outline).all(axis=1)].astype(np.float32)).astype(np.int32)
+    inside = cv2.fillPoly(np.zeros(photograph.image.shape[:2], np.uint8), [hull], 1)
+    return print_or_outline_mtf50(photograph.image, inside > 0)
 
 
 def reasons(registered: Sequence[Registered], reports: Sequence[dict[str, Any]]) -> list[str]:
@@ -139,7 +157,7 @@ def _acceptance(one: Registered, found: Registration) -> dict[str, Any]:
     }
 
 
-def _use(planned: Plan, here: Mask, index: int) -> dict[str, Any]:
+def _use(planned: Plan, source: Source, here: Mask, index: int) -> dict[str, Any]:
     """What the source `index` gave to the page, where it gave most (h, w)."""
     seen = here & (planned.ppi[index] > 0)
     covered = planned.covered[index] & (planned.ppi[0] > 0)
@@ -147,5 +165,5 @@ def _use(planned: Plan, here: Mask, index: int) -> dict[str, Any]:
         "covered_share": float(covered.sum() / max((planned.ppi[0] > 0).sum(), 1)),
         "covered_mm2": float(covered.sum() * COARSE_MM**2),
         "painted_share": float(seen.sum() / max((planned.ppi[0] > 0).sum(), 1)),
-        "effective_ppi": float(np.median(planned.ppi[index][seen])) if seen.any() else 0.0,
+        **Resolution(float(np.median(planned.ppi[index][seen])) if seen.any() else 0.0, source.mtf50).described(),
     }

@@ -23,6 +23,7 @@ from restore.photo.visible import clipped_share, glare_mask, visible_points
 from restore.scan import Bytes, FlatMesh, Floats, Mask
 from restore.texture.coverage import occluded, viewpoint
 from restore.texture.page import MM_PER_INCH, page_map
+from restore.texture.resolution import effective_share
 
 FEATHER_MM = 3.0  # of a seam: wide enough that light does not jump, narrow enough that print is not seen twice
 MATCH_MM = 8.0  # light is matched over this, which is wider than a line of print
@@ -34,10 +35,20 @@ MAX_GAIN = 8.0  # between the light of two pictures; more is a hole in one of th
 
 @dataclass(frozen=True, eq=False)
 class Source:
-    """A picture and how the page lies in it: `camera` for a photograph, None for the scanner's texture."""
+    """A picture and how the page lies in it.
+
+    camera  of a photograph, None for the scanner's texture.
+    mtf50   of its edges, cycles per pixel, None where it has too few to tell.
+    """
 
     image: Bytes
     camera: PhotoCamera | None = None
+    mtf50: float | None = None
+
+    @property
+    def share(self) -> float:
+        """The ideal pixels to one of its own."""
+        return effective_share(self.mtf50)
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +57,7 @@ class Plan:
 
     weights  (s, h, w) float32 share of each source, in sum 1.
     gains    (s, h, w, 3) float32 what the linear light of each source is multiplied by, so that seams do not show.
-    ppi      (s, h, w) what each source resolves there.
+    ppi      (s, h, w) pixels per inch that each source has there.
     covered  (s, h, w) True where something covers the page in a source.
     """
 
@@ -66,7 +77,7 @@ def plan(page: FlatMesh, sources: Sequence[Source]) -> Plan:
     known = inside & ~_hidden_from_scanner(page, inside.shape)
     views = [_photographed(source, page, coarse, inside, scanned, known) for source in sources[1:]]
     views = [scanned, *_without_contradictions(views, coarse[..., 3:6], inside & ~known)]
-    weights = _weights(views, inside)
+    weights = _weights(views, [source.share for source in sources], inside)
     ppi = np.stack([view.ppi for view in views]).astype(np.float32)
     return Plan(weights.astype(np.float32), _gains(views, weights), ppi, np.stack([view.covered for view in views]))
 
@@ -119,12 +130,16 @@ def _photographed(
     return replace(view, good=good & ~covered, covered=covered)
 
 
-def _weights(views: Sequence[CoarseView], inside: Mask) -> Floats:
-    """(s, h, w) share of each source: the photograph that resolves most, the scanner where none is good."""
+def _weights(views: Sequence[CoarseView], shares: Sequence[float], inside: Mask) -> Floats:
+    """(s, h, w) share of each source: the photograph that resolves most, the scanner where none is good.
+
+    shares: the ideal pixels to a pixel of each source.
+    """
     pixels_per_mm = COARSE_DPI / MM_PER_INCH
     edges = [_feathered(view.good, inside, FEATHER_MM * pixels_per_mm) for view in views[1:]]
     smoothed = [
-        cv2.GaussianBlur(np.where(view.good, view.ppi, 0.0), (0, 0), SETTLE_MM * pixels_per_mm) for view in views[1:]
+        cv2.GaussianBlur(np.where(view.good, share * view.ppi, 0.0), (0, 0), SETTLE_MM * pixels_per_mm)
+        for view, share in zip(views[1:], shares[1:], strict=True)
     ]
     best = np.argmax([np.where(edge > 0, ppi, -1.0) for edge, ppi in zip(edges, smoothed, strict=True)], axis=0)
     chosen = [

@@ -16,6 +16,7 @@ from restore.mesh.measures import signed_areas, vertex_normals
 from restore.mesh.raster import rasterise
 from restore.numerics import TINY
 from restore.scan import Bytes, FlatMesh, Floats, Ints, Mask
+from restore.texture.resolution import Resolution, print_or_outline_mtf50
 from restore.texture.sampling import sample_scaled
 
 MM_PER_INCH = 25.4
@@ -29,7 +30,7 @@ PageMap = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False)
 class Painting:
-    """A painted page: image (h, w, 3) uint8, mask (h, w), source (h, w, 2) texture pixels, and its resolution.
+    """A painted page: image (h, w, 3) uint8, mask (h, w), source (h, w, 2) texture pixels, and the source's resolution.
 
     page_source (h, w) uint8 is the index of the picture that these are pixels of. covered (h, w) is True where
     something covers the page in a photograph. Both are None with the texture alone.
@@ -38,7 +39,7 @@ class Painting:
     image: Bytes
     mask: Mask
     source: PageMap
-    resolution_ppi: float
+    resolution: Resolution
     page_source: Bytes | None = None
     covered: Mask | None = None
 
@@ -47,7 +48,7 @@ def paint_page(page: FlatMesh, dpi: float) -> Painting:
     """Paint the texture of a flat page at `dpi`; a page without texture shows the relief of its surface."""
     if page.texture is None or page.texcoords is None:
         return _paint_relief(page, dpi)
-    ppi = effective_ppi(page.flat, page.faces, page.texcoords)
+    ppi = sampling_ppi(page.flat, page.faces, page.texcoords)
     # A page coarser than its source is oversampled and block-averaged, so that no texture pixel is skipped.
     factor = max(1, ceil(ppi / dpi - OVERSAMPLING_TOLERANCE))
     source = page_map(page.flat, page.faces, page.texcoords, dpi, oversampling=factor)
@@ -56,7 +57,14 @@ def paint_page(page: FlatMesh, dpi: float) -> Painting:
     if factor > 1:
         middle = slice(factor // 2, None, factor)
         image, mask, source = _block_average(image, factor), mask[middle, middle], source[middle, middle]
-    return Painting(image, mask, source, ppi)
+    return Painting(image, mask, source, Resolution(ppi, texture_mtf50(page)))
+
+
+def texture_mtf50(page: FlatMesh) -> float | None:
+    """The MTF50 in cycles per pixel of the texture of a page, by the edges of print and paper; None with too few."""
+    assert page.texture is not None and page.texcoords is not None
+    covered = rasterise(page.texcoords, page.faces, np.zeros((len(page.texcoords), 1)), *page.texture.shape[:2])
+    return print_or_outline_mtf50(page.texture, np.isfinite(covered[..., 0]))
 
 
 def _mixed_edge_pixels(page: FlatMesh) -> int:
@@ -97,7 +105,7 @@ def page_map(flat: Floats, faces: Ints, values: Floats, dpi: float, *, oversampl
     return picture
 
 
-def effective_ppi(flat: Floats, faces: Ints, pixels: Floats) -> float:
+def sampling_ppi(flat: Floats, faces: Ints, pixels: Floats) -> float:
     """The texture pixels per inch of paper, median over the area of the page.
 
     flat (n, 2) mm, faces (m, 3), pixels (n, 2) texture pixels.
@@ -128,7 +136,7 @@ def _paint_relief(page: FlatMesh, dpi: float) -> Painting:
     grey = page_map(page.flat, page.faces, PAPER * np.abs(normals @ LIGHT_DIRECTION)[:, None], dpi)
     image = np.where(np.isfinite(grey), grey, PAPER).astype(np.uint8).repeat(3, axis=2)
     no_source = np.full((*grey.shape[:2], 2), np.nan, np.float32)
-    return Painting(image, np.isfinite(grey[..., 0]), no_source, 0.0)
+    return Painting(image, np.isfinite(grey[..., 0]), no_source, Resolution(0.0))
 
 
 def _block_average(image: Bytes, factor: int) -> Bytes:

@@ -34,7 +34,12 @@ FIGURES = (
     Figure("strain max", lambda report: report["strain"]["max"], "{:.2%}"),
     Figure("inverted triangles", lambda report: report["flipped_faces"], "{:.0f}"),
     Figure("filled in", lambda report: report.get("filled_share"), "{:.1%}"),
-    Figure("source ppi", lambda report: report["effective_ppi"] or None, "{:.0f}", less_is_worse=True),
+    Figure(
+        "source ppi",
+        lambda report: report.get("sampling_ppi", report["effective_ppi"]) or None,
+        "{:.0f}",
+        less_is_worse=True,
+    ),
     Figure("warnings", lambda report: len(report.get("warnings", ())), "{:.0f}"),
 )
 """The figures that order the pages; a page without one (None) is not compared by it."""

@@ -75,18 +75,18 @@ def _warnings(fit: ColourFit) -> list[str]:
 
 
 def _read_target(target: Path) -> tuple[Bytes, float | None]:
-    """The picture (h, w, 3) of the target, and its effective ppi where known."""
+    """The picture (h, w, 3) of the target, and its pixels per inch where known."""
     if target.suffix.lower() in PICTURE_SUFFIXES:
         return read_picture(target), _resolution(target.with_suffix(".json"))
     page = restore(load_scan(target), Settings())
     if page.flat.texture is None:
         raise BadInput(f"{target} has no colour image", "shoot the chart with the scanner's colour exposure")
-    return page.image, page.report["effective_ppi"]
+    return page.image, page.report["sampling_ppi"]
 
 
 def _resolution(report: Path) -> float | None:
-    """Effective ppi of a page from its report; None without one."""
+    """Pixels per inch of a page's source, from its report; None without one."""
     try:
-        return float(json.loads(read_regular(report, MAX_REPORT_BYTES))["effective_ppi"]) or None
+        return float(json.loads(read_regular(report, MAX_REPORT_BYTES))["sampling_ppi"]) or None
     except (OSError, ValueError, KeyError, TypeError, RecursionError):
         return None

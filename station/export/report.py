@@ -26,11 +26,11 @@ def encode_report(report: Report) -> str:
 def summary(report: Report, files: Iterable[Path]) -> str:
     """The summary of a report, one line a value."""
     width, height = report["page_mm"]
-    ppi, strain = report["effective_ppi"], report["strain"]
+    strain = report["strain"]
     rows = [
         ("page", f"{width:.1f} × {height:.1f} mm at {report['dpi']:g} dpi, shading: {report['shading']}"),
         *(("white", text) for text in _white(report.get("white", {}))),
-        ("source", "no colour image" if not ppi else f"resolves {ppi:.0f} pixels per inch"),
+        ("source", _resolution(report)),
         *(("samples", text) for key, text in ASSURANCES.items() if report.get("source", {}).get("assurance") == key),
         ("flattened", f"{report['points']} points by {report['method']} in {report['steps']} steps"),
         ("strain", f"rms {strain['rms'] * 100:.3f} %, max {strain['max'] * 100:.2f} %"),
@@ -42,6 +42,14 @@ def summary(report: Report, files: Iterable[Path]) -> str:
         *(("file", str(path)) for path in files),
     ]
     return "\n".join(f"{name:<10} {text}" for name, text in rows)
+
+
+def _resolution(report: Report) -> str:
+    """What the source of a page, or a photograph, resolves."""
+    ppi, sampling = report["effective_ppi"], report.get("sampling_ppi")
+    if ppi:
+        return f"resolves {ppi:.0f} pixels per inch"
+    return f"{sampling:.0f} pixels per inch; what they resolve cannot be measured" if sampling else "no colour image"
 
 
 def left_out(pieces: Iterable[Report]) -> list[str]:
@@ -60,8 +68,8 @@ def _white(white: Report) -> list[str]:
 
 def _photo(photo: Report) -> str:
     return (
-        f"{photo['name']} gives {photo['painted_share']:.0%} of the page with {photo['effective_ppi']:.0f} pixels per "
-        f"inch, registered to {photo['residual_px']:.1f} pixels rms"
+        f"{photo['name']} gives {photo['painted_share']:.0%} of the page and {_resolution(photo)}, "
+        f"registered to {photo['residual_px']:.1f} pixels rms"
     )
 
 

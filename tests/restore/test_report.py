@@ -12,6 +12,7 @@ from restore.report import NOT_DEVELOPABLE, describe
 from restore.scan import FlatMesh
 from restore.settings import Settings
 from restore.texture.page import Painting
+from restore.texture.resolution import Resolution
 from restore.unroll import Unrolled
 
 SINGLE = 1e-6  # relative
@@ -34,7 +35,7 @@ def page():
 def described(fine, *, surface=None, settings=None, distance=None):
     coarse = replace(fine, vertices=fine.vertices[:50], flat=fine.flat[:50])
     image = np.zeros((4, 5, 3), np.uint8)
-    painting = Painting(image, image[..., 0] == 0, np.zeros((4, 5, 2), np.float32), 141.5)
+    painting = Painting(image, image[..., 0] == 0, np.zeros((4, 5, 2), np.float32), Resolution(141.5, 0.25))
     return describe(
         surface or fine, Unrolled(coarse, fine, np.empty((0, 2)), distance or {}), painting, settings or Settings()
     )
@@ -49,7 +50,7 @@ def test_the_report_holds_the_options_and_the_measures(page):
     )
     assert report["points"] == 50
     assert report["steps"] == 57
-    assert report["effective_ppi"] == 141.5
+    assert (report["sampling_ppi"], report["effective_ppi"]) == (141.5, 141.5 / 2)
     assert report["decimation"] == {"mean_mm": 0.1, "sd_mm": 0.2, "max_mm": 0.3}
     assert report["flipped_faces"] == 0
     assert report["area_ratio"] == pytest.approx(1.01, rel=SINGLE)

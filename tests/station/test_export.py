@@ -130,12 +130,18 @@ def test_report_holds_any_file_name():
 
 
 def test_summary_without_colour_and_with_a_warning(page, tmp_path):
-    report = dict(page.report) | {"effective_ppi": None, "warnings": ["a corner is hidden"], "peak_memory_mb": 512.3}
+    report = dict(page.report) | {"effective_ppi": 0.0, "sampling_ppi": 0.0, "peak_memory_mb": 512.3}
+    report["warnings"] = ["a corner is hidden"]
     text = summary(report, [tmp_path / "page.png"])
     assert "no colour image" in text
     assert "a corner is hidden" in text
     assert "flatten 0.50" in text
     assert "512 MB" in text
+
+
+def test_summary_of_a_page_without_edges_says_that_its_resolution_cannot_be_measured(page):
+    text = summary({**page.report, "effective_ppi": None, "sampling_ppi": 53.4, "peak_memory_mb": 512.0}, [])
+    assert "53 pixels per inch; what they resolve cannot be measured" in text
 
 
 @pytest.mark.parametrize(("assurance", "told"), [*ASSURANCES.items(), ("unknown", "")])
@@ -150,7 +156,7 @@ def test_summary_tells_what_a_photograph_gave(page):
     photos = [{"name": "window.jpg", **used}, {"name": "other.jpg", "accepted": False, "reason": "it is blank"}]
     said = {"photos": photos, "warnings": ["other.jpg is not used: it is blank"], "peak_memory_mb": 512.0}
     text = summary({**page.report, **said}, [])
-    assert "window.jpg gives 98% of the page with 486 pixels per inch, registered to 0.6 pixels rms" in text
+    assert "window.jpg gives 98% of the page and resolves 486 pixels per inch, registered to 0.6 pixels rms" in text
     assert text.count("other.jpg") == 1
 
 

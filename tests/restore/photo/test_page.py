@@ -87,7 +87,7 @@ def test_ink_has_steeper_edges_than_the_scanner_gives_it(figure, close_up):
         grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY) / np.percentile(image[inner], 90)
         steepest.append(np.percentile(np.hypot(*np.gradient(grey))[inner], 99.5))
     assert steepest[0] > STEEPER * steepest[1]
-    assert report["effective_ppi"] > FINER * plain.resolution_ppi
+    assert report["sampling_ppi"] > FINER * plain.resolution.sampling_ppi
 
 
 def test_two_photographs_by_different_light_make_one_page(text):
@@ -166,6 +166,7 @@ def test_restore_counts_photographs_as_they_were_given_and_tells_why_one_is_refu
     assert (found["name"], found["accepted"]) == ("window.jpg", True)
     assert found["residual_px"] < LIMIT_PX
     assert page.report["effective_ppi"] == pytest.approx(found["effective_ppi"], rel=0.02)
+    assert found["effective_ppi"] < found["sampling_ppi"]
     assert page.report["seconds"]["register"] > 0
 
 

@@ -10,7 +10,7 @@ from scipy.ndimage import binary_erosion
 
 from restore.errors import BadInput
 from restore.scan import FlatMesh
-from restore.texture.page import MM_PER_INCH, PAPER, effective_ppi, page_map, paint_page, sample
+from restore.texture.page import MM_PER_INCH, PAPER, page_map, paint_page, sample, sampling_ppi
 
 DPI = 127.0  # five pixels to the millimetre
 MM = DPI / MM_PER_INCH
@@ -50,7 +50,7 @@ def test_the_identity_map_returns_the_texture_bit_for_bit(shape):
     assert painting.mask.all()
     rows, cols = np.indices(shape)
     np.testing.assert_allclose(painting.source, np.dstack([cols, rows]), atol=POSITION_PX)
-    assert painting.resolution_ppi == pytest.approx(DPI)
+    assert painting.resolution.sampling_ppi == pytest.approx(DPI)
 
 
 @settings(max_examples=25, deadline=None)
@@ -92,7 +92,7 @@ def test_a_page_coarser_than_its_texture_is_the_mean_of_its_pixels():
         assert painting.mask.shape == painting.source.shape[:2] == painting.image.shape[:2]
         of_its_block = factor * np.array([7, 5]) + factor // 2
         np.testing.assert_allclose(painting.source[5, 7], of_its_block, atol=POSITION_PX)
-        assert painting.resolution_ppi == pytest.approx(DPI)
+        assert painting.resolution.sampling_ppi == pytest.approx(DPI)
 
 
 def test_a_parabolic_texture_is_interpolated_exactly():
@@ -133,16 +133,16 @@ def test_the_edge_pixels_of_the_sheet_are_not_mixed_with_the_table():
     np.testing.assert_array_equal(painting.image, 220)
 
 
-def test_the_effective_ppi_is_the_median_over_the_paper():
+def test_the_sampling_ppi_is_the_median_over_the_paper():
     flat, faces = rectangle(60.0, 20.0, count=3)
     pixels = flat * [8.0, 2.0]  # four pixels to the millimetre, in the mean of both directions
-    assert effective_ppi(flat, faces, pixels) == pytest.approx(4.0 * MM_PER_INCH)
-    assert effective_ppi(flat, faces[:, ::-1], pixels * [-1, 1]) == pytest.approx(4.0 * MM_PER_INCH)
+    assert sampling_ppi(flat, faces, pixels) == pytest.approx(4.0 * MM_PER_INCH)
+    assert sampling_ppi(flat, faces[:, ::-1], pixels * [-1, 1]) == pytest.approx(4.0 * MM_PER_INCH)
     edge = flat[:, 0].min() + 40.0
     beyond = np.maximum(flat[:, 0] - edge, 0.0)
     for stretch in (-7.9, 40.0):  # the last third is a wall that the camera saw edge-on, or a tag that came near it
         other = pixels + np.column_stack([stretch * beyond, 0 * beyond])
-        assert effective_ppi(flat, faces, other) == pytest.approx(4.0 * MM_PER_INCH)
+        assert sampling_ppi(flat, faces, other) == pytest.approx(4.0 * MM_PER_INCH)
 
 
 @pytest.mark.parametrize("without", ["texture", "texcoords"])
@@ -153,7 +153,7 @@ def test_a_page_without_texture_shows_its_relief(without):
     page.vertices[:, 2] -= 0.5 * np.abs(page.flat[:, 0] - middle)
     painting = paint_page(page, DPI)
     assert painting.image.shape == (40, 60, 3)
-    assert painting.resolution_ppi == 0.0
+    assert painting.resolution.effective_ppi == 0.0
     assert np.isnan(painting.source).all()
     assert painting.mask.all()
     np.testing.assert_array_equal(painting.image[..., 0], painting.image[..., 2])

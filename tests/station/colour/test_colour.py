@@ -204,7 +204,7 @@ def test_noise_of_a_made_up_chart_is_its_standard_deviation_in_lightness(printed
 
 def test_the_command_writes_profile_and_figures(printed, tmp_path, capsys):
     (tmp_path / "chart.png").write_bytes(encode_png(camera(printed)))
-    (tmp_path / "chart.json").write_text('{"effective_ppi": 53.4}')
+    (tmp_path / "chart.json").write_text('{"sampling_ppi": 53.4}')
     ask = ["colour", str(tmp_path / "chart.png"), "-o", str(tmp_path / "out" / "camera")]
     assert main(ask) == 0
     out = capsys.readouterr().out

@@ -1,0 +1,248 @@
+"""What a picture of a page resolves, measured on the edges of its print and of its paper.
+
+Windows that hold one edge and flat light on either side are found; the edge is located in each to a fraction of a pixel
+and the light of all, from 0 to 1, is sorted by the distance to it: the edge spread function, in quarters of a pixel.
+The spectrum of its slope is the modulation transfer function, as ISO 12233 has it for a slanted edge; MTF50 is where
+that falls to a half. The effective resolution is 2 · MTF50: the pixels per inch that two pixels a period make of it, at
+most those that the picture has.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal.windows import tukey
+from scipy.special import ndtr
+
+from restore.scan import Bytes, Floats, Ints, Mask
+
+MM_PER_INCH = 25.4
+HALF, LATERAL = 5, 6  # pixels of a window from its middle, across an edge and along it
+PLATEAU = 3  # pixels from the edge: farther off, the light of a sharp edge is flat
+GRID = 8  # pixels: of so large a square the steepest pixel may be an edge
+TILE = 1024  # pixels of a side that are searched at once
+MOST_EDGES = 400
+FLAT = 0.12  # of the step: a super-resolved edge rings by as much, another stroke in the window makes more
+MISFIT = 0.06  # rms, of the step
+LEAST_STEP = 0.06  # of full light: several times the noise
+HIGH = 0.5  # of the step that nine in ten do not exceed: ink and table beside paper, and no shade or relief
+LEAST_EDGES = 8  # windows
+STEPS = 10  # of Gauss and Newton: they settle in five or six
+BINS = 4  # to a pixel
+COPY_LIMIT = 0.3  # cycles per pixel of a smaller copy: edges with more are as sharp as the copy, not the picture
+LEVELS = 5  # halvings: edges that are spread over up to 80 pixels
+NO_EDGES = "neither the print nor the outline of the page has enough straight, isolated edges to measure it"
+NO_PICTURE = "the scan has no colour image"
+
+Light = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Resolution:
+    """What a picture resolves on the page.
+
+    sampling_ppi  its pixels per inch of paper, 0 without a picture.
+    mtf50         cycles per pixel at which its edges have half their contrast, None where it has too few to tell.
+    """
+
+    sampling_ppi: float
+    mtf50: float | None = None
+
+    @property
+    def effective_ppi(self) -> float | None:
+        """2 · MTF50 per inch of paper, at most the sampling; 0 without a picture, None where it cannot be measured."""
+        if not self.sampling_ppi:
+            return 0.0
+        return None if self.mtf50 is None else self.sampling_ppi * effective_share(self.mtf50)
+
+    def described(self) -> dict[str, float | str | None]:
+        """Entries of a report."""
+        entries: dict[str, float | str | None] = {
+            "effective_ppi": self.effective_ppi,
+            "sampling_ppi": self.sampling_ppi,
+            "mtf50_per_mm": None if self.mtf50 is None else self.mtf50 * self.sampling_ppi / MM_PER_INCH,
+        }
+        if self.mtf50 is None or not self.sampling_ppi:
+            entries["effective_ppi_unknown"] = NO_EDGES if self.sampling_ppi else NO_PICTURE
+        return entries
+
+
+def effective_share(mtf50: float | None) -> float:
+    """The effective pixels, at most 1, to a pixel of a picture of MTF50 cycles per pixel; 1 where that is unknown."""
+    return 1.0 if mtf50 is None else min(1.0, 2.0 * mtf50)
+
+
+def print_or_outline_mtf50(picture: Bytes, page: Mask) -> float | None:
+    """The MTF50 in cycles per pixel of a picture (h, w, 3) that shows a page where page (h, w) is True.
+
+    It is that of the print. Where this has too few edges it is that of the page's outline, which may lie higher or
+    lower than the print and have a shadow; None where both have too few.
+    """
+    window = np.ones((2 * HALF + 1,) * 2, np.uint8)
+    inner, outer = (morph(page.astype(np.uint8), window) > 0 for morph in (cv2.erode, cv2.dilate))
+    found = edge_mtf50(picture, inner)
+    return edge_mtf50(picture, outer) if found is None else found
+
+
+def edge_mtf50(picture: Bytes, mask: Mask) -> float | None:
+    """The MTF50 in cycles per pixel of a picture (h, w, 3) where mask (h, w) is True.
+
+    None when fewer than LEAST_EDGES edges are found. Edges too wide for a window are measured in smaller copies, whose
+    averaging is divided out.
+    """
+    light = _linear(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY))
+    inside = mask.astype(np.uint8)
+    for level in range(LEVELS):
+        found = _edges(light, inside > 0)
+        if len(found) >= LEAST_EDGES:
+            distance, share = np.concatenate(found, axis=1)
+            cycles = mtf50_of(distance, share, HALF, level)
+            if level == 0 or cycles < COPY_LIMIT:
+                return cycles / 2**level
+        size = light.shape[1] // 2, light.shape[0] // 2
+        if min(size) < 4 * HALF:
+            break
+        light = np.asarray(cv2.resize(light[: 2 * size[1], : 2 * size[0]], size, interpolation=cv2.INTER_AREA))
+        inside = np.asarray(cv2.resize(inside, size, interpolation=cv2.INTER_NEAREST))
+    return None
+
+
+def mtf50_of(distance: Floats, share: Floats, reach: float, level: int = 0) -> float:
+    """The frequency, cycles per pixel, at which the spectrum of an edge falls to a half.
+
+    share (n,): light at distances (n,) pixels from the edge, up to `reach`. level: halvings of the picture, of which
+    the averaging over two pixels is divided out.
+    """
+    half = int(reach * BINS)
+    number = np.rint(distance * BINS).astype(int) + half
+    kept = (number >= 0) & (number <= 2 * half)
+    count = np.bincount(number[kept], minlength=2 * half + 1)
+    total = np.bincount(number[kept], share[kept], 2 * half + 1)
+    filled = np.flatnonzero(count)
+    profile = np.interp(np.arange(2 * half + 1), filled, total[filled] / count[filled])
+    spread = np.diff(profile) * tukey(2 * half, 1 - PLATEAU / reach)
+    frequency = np.fft.rfftfreq(16 * len(spread), 1.0 / BINS)
+    mtf = np.abs(np.fft.rfft(spread, 16 * len(spread)))
+    mtf = mtf / mtf[0] / np.sinc(frequency / BINS) ** 2  # of the differences and of the bins
+    for halving in range(level):
+        mtf /= np.maximum(np.abs(np.cos(np.pi * frequency / 2 ** (level - halving))), np.finfo(float).eps)
+    below = int(np.argmax(np.append(mtf, 0.0) < 0.5))
+    if below == len(mtf):
+        return float(frequency[-1])
+    return float(np.interp(0.5, [mtf[below], mtf[below - 1]], [frequency[below], frequency[below - 1]]))
+
+
+def _linear(grey: Bytes) -> Light:
+    code = np.arange(256) / 255
+    light = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
+    return np.asarray(light.astype(np.float32)[grey])
+
+
+def _edges(light: Light, inside: Mask) -> list[Floats]:
+    """For each edge the distances of the pixels round it from it, and their light, 0 and 1 on either side: (2, k)."""
+    places, turn, rise = _candidates(light, inside)
+    high = rise >= HIGH * np.quantile(rise, 0.9) if len(rise) else rise > 0
+    places, turn, rise = places[high], turn[high], rise[high]
+    some = np.linspace(0, len(places) - 1, min(len(places), MOST_EDGES)).astype(int)
+    return _fitted(light, places[some], turn[some])
+
+
+def _candidates(light: Light, inside: Mask) -> tuple[Ints, Floats, Floats]:
+    """Pixels (n, 2), as row and column, where a step crosses a window that is flat on either side of it; the direction
+    in which its light rises, radians, and by how much."""
+    found = [
+        _isolated(light, *_steepest(light, inside, (top, left)))
+        for top in range(0, light.shape[0], TILE)
+        for left in range(0, light.shape[1], TILE)
+        if inside[top : top + TILE, left : left + TILE].any()
+    ]
+    places, turn, rise = (np.concatenate(parts) for parts in zip(*found, strict=True)) if found else _none()
+    return places, turn, rise
+
+
+def _none() -> tuple[Ints, Floats, Floats]:
+    return np.empty((0, 2), int), np.empty(0), np.empty(0)
+
+
+def _steepest(light: Light, inside: Mask, corner: tuple[int, int]) -> tuple[Ints, Floats]:
+    """The steepest pixels (n, 2) of small squares of a tile, with room for a window, and where their light rises."""
+    reach = HALF + LATERAL + 1
+    rows, cols = (
+        slice(max(start, reach), min(start + TILE, size - reach))
+        for start, size in zip(corner, light.shape, strict=True)
+    )
+    if rows.stop - rows.start < GRID or cols.stop - cols.start < GRID:
+        return np.empty((0, 2), int), np.empty(0)
+    part = light[rows, cols]
+    gx, gy = (cv2.Sobel(part, cv2.CV_32F, *way) / 8.0 for way in ((1, 0), (0, 1)))
+    steep = np.hypot(gx, gy) * inside[rows, cols]
+    high, wide = (side // GRID for side in part.shape)
+    squares = steep[: high * GRID, : wide * GRID].reshape(high, GRID, wide, GRID).swapaxes(1, 2).reshape(-1, GRID**2)
+    best = squares.argmax(axis=1)
+    number = np.flatnonzero(squares[np.arange(len(squares)), best] > LEAST_STEP / (2 * HALF))
+    row = number // wide * GRID + best[number] // GRID
+    col = number % wide * GRID + best[number] % GRID
+    return np.stack([row + rows.start, col + cols.start], axis=1), np.arctan2(gy[row, col], gx[row, col])
+
+
+def _isolated(light: Light, places: Ints, turn: Floats) -> tuple[Ints, Floats, Floats]:
+    """Those of the places (n, 2) whose light is flat on either side of the step, its direction and its height."""
+    along, across = np.meshgrid(np.linspace(-LATERAL, LATERAL, 5), np.arange(PLATEAU, HALF + 1))
+    sides = []
+    for sign in (-1, 1):
+        x = np.cos(turn)[:, None] * sign * across.ravel() - np.sin(turn)[:, None] * along.ravel()
+        y = np.sin(turn)[:, None] * sign * across.ravel() + np.cos(turn)[:, None] * along.ravel()
+        sides.append(light[places[:, :1] + np.rint(y).astype(int), places[:, 1:] + np.rint(x).astype(int)])
+    low, high = sides
+    rise = high.mean(axis=1) - low.mean(axis=1)
+    kept = (rise > LEAST_STEP) & (np.ptp(low, axis=1) < 2 * FLAT * rise) & (np.ptp(high, axis=1) < 2 * FLAT * rise)
+    return places[kept], turn[kept], rise[kept].astype(float)
+
+
+def _fitted(light: Light, places: Ints, turn: Floats) -> list[Floats]:
+    """For each edge that one step explains: distances of pixels from it, and light (2, k)."""
+    reach = HALF + LATERAL
+    y, x = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1)
+    values = light[places[:, :1] + y, places[:, 1:] + x].astype(float)
+    across = np.cos(turn)[:, None] * x + np.sin(turn)[:, None] * y
+    along = np.cos(turn)[:, None] * y - np.sin(turn)[:, None] * x
+    inside = (np.abs(across) <= HALF) & (np.abs(along) <= LATERAL)
+    fit, misfit = _steps(values, across, along, inside)
+    low, rise, place, lean, bow, spread = fit.T
+    kept = (rise > LEAST_STEP) & (misfit < MISFIT * rise) & (np.abs(place) < 2.0) & (spread < PLATEAU / 2)
+    distance = across - (place[:, None] + lean[:, None] * along + bow[:, None] * along**2)
+    share = (values - low[:, None]) / np.maximum(rise, LEAST_STEP)[:, None]
+    return [np.stack([distance[k, inside[k]], share[k, inside[k]]]) for k in np.flatnonzero(kept)]
+
+
+def _steps(values: Floats, across: Floats, along: Floats, inside: Mask) -> tuple[Floats, Floats]:
+    """A curved step fitted to each row of values (n, k) by Gauss and Newton, and the rms of what it leaves (n,).
+
+    (n, 6): low side, height, place, lean and bow of the edge, and its spread, in pixels.
+    """
+    count, weight = len(values), inside.astype(float)
+    low = np.where(inside, values, np.inf).min(axis=1, initial=np.inf)
+    rise = np.where(inside, values, -np.inf).max(axis=1, initial=-np.inf) - low
+    fit = np.stack([low, rise, *np.zeros((3, count)), np.full(count, 0.7)], axis=1)
+    damping = np.diag([1e-6, 1e-6, 1e-4, 1e-4, 1e-2, 1e-4])
+    for _ in range(STEPS):
+        model, slopes = _model(fit, across, along)
+        error, slopes = (values - model) * weight, slopes * weight[..., None]
+        normal = slopes.transpose(0, 2, 1) @ slopes + damping
+        change = np.linalg.solve(normal, (slopes.transpose(0, 2, 1) @ error[..., None]))[..., 0]
+        fit += np.clip(change, -0.5, 0.5)
+        fit[:, 5] = np.clip(fit[:, 5], 0.15, HALF)
+    error = (values - _model(fit, across, along)[0]) * weight
+    return fit, np.sqrt((error**2).sum(axis=1) / weight.sum(axis=1))
+
+
+def _model(fit: Floats, across: Floats, along: Floats) -> tuple[Floats, Floats]:
+    """Values (n, k) of steps, and their derivatives (n, k, 6)."""
+    low, rise, place, lean, bow, spread = (fit[:, k : k + 1] for k in range(6))
+    t = (across - place - lean * along - bow * along**2) / spread
+    step, slope = ndtr(t), rise * np.exp(-0.5 * t * t) / (np.sqrt(2 * np.pi) * spread)
+    columns = [np.ones_like(t), step, -slope, -slope * along, -slope * along**2, -slope * t]
+    return low + rise * step, np.stack(columns, axis=-1)
