@@ -7,7 +7,9 @@ weights.
 
 from __future__ import annotations
 
+import signal
 import tempfile
+import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -103,10 +105,14 @@ def reconstruct(photographs: Sequence[Photograph], progress: Progress) -> Sparse
 
 
 def _colmap() -> ModuleType:
+    """pycolmap, with the process's own handler of SIGTERM in force: its import puts one there that ends at once."""
+    before = signal.getsignal(signal.SIGTERM)
     try:
         import pycolmap
     except ImportError as error:
         raise ExtraMissing("photographs without a scan need pycolmap", "pip install 'planish[photos]'") from error
+    if before is not None and threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, before)
     pycolmap.logging.minloglevel = 3
     pycolmap.set_random_seed(SEED)
     module: ModuleType = pycolmap

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import subprocess
 import sys
 
 import numpy as np
@@ -43,6 +44,19 @@ def test_without_the_extra_its_name_is_given(monkeypatch):
         reconstruct([named("one")] * 3, lambda stage, done: None)
     assert "planish[photos]" in fault.value.hint
     assert fault.value.exit_code == 2
+
+
+def test_the_process_still_hears_that_it_is_to_end():
+    pytest.importorskip("pycolmap")
+    program = (
+        "import os, signal, sys\n"
+        "from restore.photogrammetry.sparse import _colmap\n"
+        "signal.signal(signal.SIGTERM, lambda number, frame: sys.exit(7))\n"
+        "_colmap()\n"
+        "os.kill(os.getpid(), signal.SIGTERM)\n"
+    )
+    ended = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
+    assert (ended.returncode, ended.stderr) == (7, "")
 
 
 def test_blank_photographs_do_not_join():
