@@ -14,7 +14,6 @@ from typing import Any
 import cv2
 import numpy as np
 
-from restore.mesh.ordered_grid import grid_faces
 from restore.photo.camera import PhotoCamera
 from restore.photo.photograph import Photograph
 from restore.photogrammetry.align import Similarity, fit_similarity, triangulate_markers, upright
@@ -22,13 +21,13 @@ from restore.photogrammetry.bundle import Tracks, adjust
 from restore.photogrammetry.card import SCALE_CARD, ScaleCard, detect_markers
 from restore.photogrammetry.edges import find_edge
 from restore.photogrammetry.errors import NoPage, TooFewViews
+from restore.photogrammetry.mesh import mesh_within
 from restore.photogrammetry.page import (
     PageArea,
     PaperMasks,
     area_of_votes,
     find_paper,
     ground_sample,
-    inside_polygon,
     on_page,
 )
 from restore.photogrammetry.sparse import LEAST_VIEWS, Progress, check_one_lens, reconstruct
@@ -47,7 +46,6 @@ EDGE_CLEAR_MM = 1.0  # of the middle of a patch from the edge of the page, beyon
 LEAST_SIMILAR = 0.75  # correlation of a patch: text on the page to a shadow's edge has less
 MOST_SIGMA_PX = 0.5  # standard deviation of a shift on the surface, in pixels of the ground
 OUTLIER_SIGMAS = 3.0  # reprojection error of a point, over that of most, beyond which it is left out
-VERTICES = 80_000  # of the mesh: a vertex to 0.9 mm of A4, a tenth of what a wave needs
 
 
 def _silent(_stage: str, _done: float) -> None:
@@ -279,15 +277,10 @@ def _round(
 
 def _mesh(surface: HeightField, outline: Floats, photographs: Sequence[Photograph], model: _Model) -> SurfaceMesh:
     """The mesh of a surface within an outline (n, 2) mm, seen in the photograph that faces it most."""
-    spacing = float(np.sqrt(cv2.contourArea(outline.astype(np.float32)) / VERTICES))
-    bounds = zip(outline.min(axis=0), outline.max(axis=0), strict=True)
-    x, y = (np.arange(low + spacing / 2, high, spacing) for low, high in bounds)
-    places = np.stack(np.meshgrid(x, y[::-1]), axis=-1).reshape(-1, 2)
-    inside = inside_polygon(places, outline).reshape(len(y), len(x))
-    vertices = surface.points(places[inside.ravel()])
+    vertices, faces = mesh_within(surface, outline)
     middle = vertices.mean(axis=0)
     ways = np.array([camera.position - middle for camera in model.cameras])
     best = int(np.argmax(ways[:, 2] / np.linalg.norm(ways, axis=1)))
     texture = photographs[model.views[best]].image
     provenance = {"device": "photographs", "unit": "mm", "unit_source": "given"}
-    return SurfaceMesh(vertices, grid_faces(inside), model.cameras[best].project(vertices), texture, provenance)
+    return SurfaceMesh(vertices, faces, model.cameras[best].project(vertices), texture, provenance)
