@@ -115,7 +115,10 @@ def sources_of(page: FlatMesh, registered: Sequence[Registered]) -> list[Source]
 def _mtf50(page: FlatMesh, photograph: Photograph, found: Registration) -> float | None:
     """The MTF50 of a photograph on the page, cycles per pixel."""
     outline = found.camera.project(page.vertices[border_of(page.faces)])
-    hull = cv2.convexHull(outline[np.isfinite(outline).all(axis=1)].astype(np.float32)).astype(np.int32)
+    outline = outline[np.isfinite(outline).all(axis=1)]
+    if not len(outline):  # all of it lies behind the camera
+        return None
+    hull = cv2.convexHull(outline.astype(np.float32)).astype(np.int32)
     inside = cv2.fillPoly(np.zeros(photograph.image.shape[:2], np.uint8), [hull], 1)
     return print_or_outline_mtf50(photograph.image, inside > 0)
 
