@@ -14,15 +14,17 @@ import numba
 import numpy as np
 from scipy import ndimage
 
+from restore.mesh.raster import rasterise
 from restore.numerics import TINY
 from restore.photo.camera import PhotoCamera
 from restore.photogrammetry.surface import HeightField
-from restore.scan import Bytes, Floats, Mask
+from restore.scan import Bytes, Floats, Ints, Mask
 
 MASK_SIDE = 640  # pixels of the longer side: 0.7 mm on a page that fills most of the picture
 STROKES = 9  # pixels there: wider than a stroke of a headline, with its shadow
 CHROMA_WEIGHT = 1.5  # of colour against lightness: a pale wood is as light as shaded paper
 GAPS = 15  # pixels: figures in the page, wider than strokes
+RIM = 9  # pixels: twice what the outline of a mask is off by
 CARD_MARGIN = 1.03  # by which the card is drawn larger than it is
 SURE = 0.8  # of the views that show a point call it paper
 MAJORITY = 0.6
@@ -50,6 +52,17 @@ class PaperMasks:
             total[inside] += mask[rows, cols] > 0.5
             count += inside
         return total / np.maximum(count, 1), count
+
+    def uncovered(self, cameras: Sequence[PhotoCamera], vertices: Floats, faces: Ints) -> float:
+        """The share of the paper that a mesh, vertices (n, 3) mm and faces (m, 3), leaves out: median of the views."""
+        height, width = self.masks.shape[1:]
+        shares = []
+        for mask, camera in zip(self.masks, cameras, strict=True):
+            pixels = camera.scaled((width, height)).project(vertices)
+            drawn = np.isfinite(rasterise(pixels, faces, np.zeros((len(vertices), 1)), height, width)[..., 0])
+            paper, covered = mask > 0.5, cv2.dilate(drawn.astype(np.uint8), np.ones((RIM, RIM), np.uint8)) > 0
+            shares.append((paper & ~covered).sum() / max(paper.sum(), 1))
+        return float(np.median(shares))
 
 
 def find_paper(images: Sequence[Bytes], cards: Sequence[Floats | None]) -> PaperMasks:

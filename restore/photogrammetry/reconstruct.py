@@ -45,6 +45,8 @@ SMOOTHING_PX = 0.6  # standard deviation: a camera's pixels alias more than that
 EDGE_CLEAR_MM = 1.0  # of the middle of a patch from the edge of the page, beyond half its side
 LEAST_SIMILAR = 0.75  # correlation of a patch: text on the page to a shadow's edge has less
 MOST_SIGMA_PX = 0.5  # standard deviation of a shift on the surface, in pixels of the ground
+MOST_UNCOVERED = 0.01  # of the paper in the photographs, beyond the rim of the page
+LEAST_EDGE = 0.9  # of the page's edge, that is measured: the rest is prolonged from the print
 OUTLIER_SIGMAS = 3.0  # reprojection error of a point, over that of most, beyond which it is left out
 
 
@@ -211,22 +213,34 @@ def _dense(
         replace(photographs[view], camera=camera) for view, camera in zip(model.views, model.cameras, strict=True)
     )
     names = {photographs[k].name: why for k, why in failed.items()}
+    uncovered = masks.uncovered(model.cameras, mesh.vertices, mesh.faces)
     report = {
         "views": [photographs[view].name for view in model.views],
         "left_out": names,
         "scale": {key: value for key, value in model.scale.items() if key not in ("axes", "middle")},
         "points": len(points),
         "edge_measured": share,
+        "uncovered_paper": uncovered,
         "stiffness_mm2": stiffness,
         "rounds": history,
     }
-    return PhotographedPage(mesh, kept, report, _warnings(names, model))
+    return PhotographedPage(mesh, kept, report, _warnings(names, model, uncovered, share))
 
 
-def _warnings(left_out: Mapping[str, str], model: _Model) -> tuple[str, ...]:
+def _warnings(left_out: Mapping[str, str], model: _Model, uncovered: float, edge: float) -> tuple[str, ...]:
     sentences = [f"{name} is left out: {why}" for name, why in left_out.items()]
     if model.scale["from"] == "none":
         sentences.append("the scale is not known: all sizes, and the dpi of the page with them, are guesses")
+    if edge < LEAST_EDGE:
+        sentences.append(
+            f"only {edge:.0%} of the page's edge is found in the photographs: the rest is prolonged from the print, "
+            "and the page's size is not to be trusted; photograph steep sides from beside them, too"
+        )
+    if uncovered > MOST_UNCOVERED:
+        sentences.append(
+            f"{uncovered:.0%} of the paper in the photographs is not on the restored page: its sides are too steep for "
+            "these views, or another sheet lies beside it"
+        )
     return tuple(sentences)
 
 

@@ -20,6 +20,7 @@ from restore.photogrammetry.surface import fit_surface
 HALF_MM = np.array([80.0, 55.0])  # of the page, which lies on the table
 CARD_MM = np.array([[-50.0, -95.0], [50.0, -95.0], [50.0, -70.0], [-50.0, -70.0]])
 WOOD, PAPER, INK = (150, 110, 70), (225, 224, 220), (60, 60, 60)
+RIM_SHARE = 0.03  # of the page: the rim that counts as covered, and the perspective of the views
 CELL_MM = 2.5  # of an edge in votes: three pixels of the small masks
 
 
@@ -47,6 +48,15 @@ def test_points_of_the_page_are_told_from_those_of_table_and_card(masks):
     places = np.array([[0.0, 0.0], [70.0, 45.0], [-75.0, 10.0], [0.0, -62.0], [100.0, 0.0], [0.0, -80.0]])
     points = np.column_stack([places, np.zeros(len(places))])
     assert on_page(masks, cameras(), points).tolist() == [True, True, True, False, False, False]
+
+
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.3])
+def test_paper_that_the_mesh_leaves_out_is_found(masks, share):
+    low, high = -HALF_MM, HALF_MM - [share * 2 * HALF_MM[0], 0.0]
+    corners = np.array([[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]]])
+    vertices = np.column_stack([corners, np.zeros(4)])
+    found = masks.uncovered(cameras(), vertices, np.array([[0, 1, 2], [0, 2, 3]]))
+    assert found == pytest.approx(share, abs=RIM_SHARE)
 
 
 def test_the_area_is_the_page(masks):
