@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import subprocess
@@ -20,6 +21,7 @@ from station.errors import StationError, UsageError
 from station.export.png import encode_png
 from station.text_layer import XHTML, Paragraph, paragraphs_of
 
+THREADS = "1"  # more wait for each other in busy loops: twice the processor time, and no faster
 PACKAGE = "tesseract-ocr"  # of Debian and Ubuntu; Homebrew and Windows installers call it tesseract
 # Tesseract was trained on print at about 300 dpi ("Improving the quality of the output", its manual); coarser pages
 # read worse as they are. Finer ones show blur and noise of the camera as detail, and read worse as well, but small type
@@ -165,8 +167,9 @@ def x_height_px(image: Bytes, dpi: float) -> float | None:
 
 def run_tesseract(tesseract: Path, *arguments: Any) -> str:
     """What Tesseract prints when it is run with the arguments. Raises StationError when it fails."""
+    command, one_thread = [tesseract, *arguments], {**os.environ, "OMP_THREAD_LIMIT": THREADS}
     try:
-        done = subprocess.run([tesseract, *arguments], capture_output=True, text=True, errors="replace", check=True)
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=True, env=one_thread)
     except subprocess.CalledProcessError as error:
         complaint = (error.stderr.strip().splitlines() or ["no reason given"])[-1]
         raise StationError(f"Tesseract failed: {complaint}", f"try the package {PACKAGE} on another picture") from error
