@@ -43,6 +43,17 @@ FRAMES = """async (ms) => {
   const frames = Number(canvas.dataset.frames) - before;
   return { frames, seconds: (performance.now() - start) / 1000, size: `${canvas.width} × ${canvas.height}` };
 }"""
+# Waiting for a selector looks twice a second only.
+APPEARS = """(selector) => new Promise((done) => {
+  const look = () => {
+    if (!document.querySelector(selector)) return;
+    observer.disconnect();
+    done();
+  };
+  const observer = new MutationObserver(look);
+  observer.observe(document.body, { subtree: true, childList: true, attributes: true });
+  look();
+})"""
 SCROLL = """async (step) => {
   const strip = document.querySelector(".strip-scroller");
   strip.scrollLeft = 0;
@@ -126,9 +137,9 @@ def _shift(page: Page, what: str) -> None:
     for number in range(1, SHOTS + 1):
         start = time.perf_counter()
         page.keyboard.press(" ")
-        page.wait_for_selector(f"#strip-{number}", timeout=0)
+        page.evaluate(APPEARS, f"#strip-{number}")
         stored = time.perf_counter() - start
-        page.wait_for_selector(f"#strip-{number}[data-level]:not([data-level=''])", timeout=0)
+        page.evaluate(APPEARS, f"#strip-{number}[data-level]:not([data-level=''])")
         judged = time.perf_counter() - start
         print(f"{what} {number}: stored after {stored:.2f} s, judged {judged - stored:.2f} s later")
 

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from math import ceil, floor
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import binary_erosion, distance_transform_edt
 
-from restore.bands import in_bands
+from restore.bands import in_bands, in_threads
 from restore.errors import BadInput
 from restore.mesh.measures import signed_areas, vertex_normals
 from restore.mesh.raster import rasterise
@@ -48,6 +51,14 @@ def paint_page(page: FlatMesh, dpi: float) -> Painting:
     """Paint the texture of a flat page at `dpi`; a page without texture shows the relief of its surface."""
     if page.texture is None or page.texcoords is None:
         return _paint_relief(page, dpi)
+    tasks: tuple[Callable[[], Any], ...] = (partial(_paint_texture, page, dpi), partial(texture_mtf50, page))
+    (image, mask, source, ppi), mtf50 = in_threads(lambda task: task(), tasks)
+    return Painting(image, mask, source, Resolution(ppi, mtf50))
+
+
+def _paint_texture(page: FlatMesh, dpi: float) -> tuple[Bytes, Mask, PageMap, float]:
+    """The texture painted on a flat page at `dpi`: image, mask and source as in `Painting`, pixels per inch."""
+    assert page.texture is not None and page.texcoords is not None
     ppi = sampling_ppi(page.flat, page.faces, page.texcoords)
     # A page coarser than its source is oversampled and block-averaged, so that no texture pixel is skipped.
     factor = max(1, ceil(ppi / dpi - OVERSAMPLING_TOLERANCE))
@@ -57,7 +68,7 @@ def paint_page(page: FlatMesh, dpi: float) -> Painting:
     if factor > 1:
         middle = slice(factor // 2, None, factor)
         image, mask, source = _block_average(image, factor), mask[middle, middle], source[middle, middle]
-    return Painting(image, mask, source, Resolution(ppi, texture_mtf50(page)))
+    return image, mask, source, ppi
 
 
 def texture_mtf50(page: FlatMesh) -> float | None:
