@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import socket
-import threading
 from pathlib import Path
 
 import pytest
@@ -11,8 +9,8 @@ import pytest
 from drivers.simulated.clock import VirtualClock
 from drivers.simulated.device import Lens, SimulatedDevice
 from drivers.simulated.plate import PlateSensor
-from drivers.simulated.serve import listen, serve
 from drivers.vivid900.profile import PROFILES, SIMULATED, load_profile
+from oracles.served_device import served
 from station.cli import main
 
 DRAFT = """
@@ -33,13 +31,8 @@ fields = { distance_mm = { at = 0, bytes = 2 } }
 @pytest.fixture
 def device():
     device = SimulatedDevice(Lens("MIDDLE", 14, PlateSensor()), load_profile(SIMULATED), VirtualClock())
-    with listen() as listener:
-        server = threading.Thread(target=serve, args=(device, listener))
-        server.start()
-        device.port = listener.getsockname()[1]
+    with served(device) as device.port:
         yield device
-        listener.shutdown(socket.SHUT_RDWR)
-    server.join()
 
 
 @pytest.fixture

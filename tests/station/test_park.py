@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import socket
-import threading
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -14,9 +12,10 @@ from drivers.scanner import LASER_MAY_BE_ON, DeviceError
 from drivers.simulated.clock import VirtualClock
 from drivers.simulated.device import Lens, SimulatedDevice
 from drivers.simulated.plate import PlateSensor
-from drivers.simulated.serve import listen, serve
+from drivers.simulated.serve import listen
 from drivers.simulated.stage import PtyStage, machine
 from drivers.vivid900.profile import SIMULATED, load_profile
+from oracles.served_device import served
 from station.cli import main
 from station.errors import explain
 
@@ -35,12 +34,8 @@ def killed():
     """A device as a killed run leaves it, the laser's power set, and the port that it listens at."""
     device = SimulatedDevice(Lens("MIDDLE", 14, PlateSensor()), load_profile(SIMULATED), VirtualClock())
     device.parameters = replace(device.parameters, laser_power=200)
-    with listen() as listener:
-        server = threading.Thread(target=serve, args=(device, listener))
-        server.start()
-        yield device, listener.getsockname()[1]
-        listener.shutdown(socket.SHUT_RDWR)
-    server.join()
+    with served(device) as port:
+        yield device, port
 
 
 @pytest.fixture

@@ -7,7 +7,6 @@ import signal
 import socket
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import suppress
@@ -21,13 +20,14 @@ from drivers.scanner import TransportError
 from drivers.simulated.clock import VirtualClock
 from drivers.simulated.device import Lens, SimulatedDevice
 from drivers.simulated.plate import PlateSensor
-from drivers.simulated.serve import listen, serve
+from drivers.simulated.serve import listen
 from drivers.vivid900.config import Socket
 from drivers.vivid900.connecting import open_transport
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile import SIMULATED, load_profile
 from drivers.vivid900.transports import CHECK_CONDITION
 from drivers.vivid900.transports.tcp import TcpDevice
+from oracles.served_device import served
 from station.export.claim import WORK
 
 SET = CaptureSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)
@@ -60,13 +60,8 @@ def device() -> SimulatedDevice:
 
 @pytest.fixture
 def port(device: SimulatedDevice) -> Iterator[int]:
-    listener = listen()
-    thread = threading.Thread(target=serve, args=(device, listener))
-    thread.start()
-    yield listener.getsockname()[1]
-    listener.shutdown(socket.SHUT_RDWR)
-    listener.close()
-    thread.join()
+    with served(device) as port:
+        yield port
 
 
 def table(port: int) -> dict[str, object]:

@@ -7,10 +7,8 @@ from __future__ import annotations
 
 import os
 import signal
-import socket
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -21,8 +19,8 @@ import pytest
 
 from drivers.simulated.device import Lens, SimulatedDevice
 from drivers.simulated.plate import PlateSensor
-from drivers.simulated.serve import listen, serve
 from drivers.vivid900.profile import SIMULATED, load_profile
+from oracles.served_device import served
 from station.session import read_session
 from station.session.verify import verify
 from tests.station.console.conftest import TAB, WAIT_S, wait_for
@@ -45,13 +43,8 @@ def device() -> SimulatedDevice:
 
 @pytest.fixture
 def port(device: SimulatedDevice) -> Iterator[int]:
-    listener = listen()
-    thread = threading.Thread(target=serve, args=(device, listener))
-    thread.start()
-    yield listener.getsockname()[1]
-    listener.shutdown(socket.SHUT_RDWR)
-    listener.close()
-    thread.join()
+    with served(device) as port:
+        yield port
 
 
 @pytest.fixture
