@@ -79,7 +79,7 @@ def covered_mask(
     seeds = _sizable(found.contradicted, LEAST_MM2)
     # White paper that is clipped beside a contradiction belongs to the same thing, and hides its print.
     seeds |= _connected(glare, _grown(seeds, BLEND_MM) & glare)
-    near = distance_transform_edt(~seeds) * COARSE_MM <= REACH_MM
+    near = _grown(seeds, REACH_MM)
     confirmed = _opened(found.confirmed, WHOLE_MM)
     covered = _connected(both & ~confirmed & near, seeds)
     covered |= _unconfirmed_parts(covered, confirmed, both)
@@ -217,7 +217,7 @@ def _grown(mask: Mask, radius_mm: float) -> Mask:
 def _opened(mask: Mask, radius_mm: float) -> Mask:
     """(h, w) True in the discs of a radius that lie within a mask."""
     inner = distance_transform_edt(np.pad(mask, 1))[1:-1, 1:-1] * COARSE_MM > radius_mm
-    return np.asarray(distance_transform_edt(~inner) * COARSE_MM <= radius_mm) if inner.any() else inner
+    return _grown(inner, radius_mm) if inner.any() else inner
 
 
 def _connected(mask: Mask, seeds: Mask) -> Mask:

@@ -18,7 +18,7 @@ from restore.photo.reference import make_reference
 from restore.photo.register import Refused, Registration, register
 from restore.photo.sources import Plan, Source, plan
 from restore.scan import Bytes, FlatMesh, Mask
-from restore.texture.page import Painting, extend_edge_colours, paint_page, texture_mtf50
+from restore.texture.page import Painting, extend_edge_colours, paint_page
 from restore.texture.resolution import Resolution, print_or_outline_mtf50
 
 MOSTLY = 0.5  # of a pixel
@@ -105,11 +105,10 @@ def sources_of(page: FlatMesh, registered: Sequence[Registered]) -> list[Source]
     """What a page can be painted from: its texture, and the photographs that are registered."""
     if page.texture is None or page.texcoords is None:
         return []
-    texture = Source(extend_edge_colours(page.texture, page.texcoords, page.faces), mtf50=texture_mtf50(page))
     photographs = [
         Source(one.photograph.image, one.registration.camera, one.mtf50) for one in registered if one.registration
     ]
-    return [texture, *photographs]
+    return [Source(extend_edge_colours(page.texture, page.texcoords, page.faces)), *photographs]
 
 
 def _mtf50(page: FlatMesh, photograph: Photograph, found: Registration) -> float | None:

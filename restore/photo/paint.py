@@ -15,7 +15,7 @@ from restore.photo.camera import project_map
 from restore.photo.coarse import COARSE_DPI, LINEAR
 from restore.photo.sources import Plan, Source
 from restore.scan import Bytes, FlatMesh, Mask
-from restore.texture.page import MM_PER_INCH, PAPER, Painting, picture_size
+from restore.texture.page import MM_PER_INCH, PAPER, Painting, picture_size, texture_mtf50
 from restore.texture.resolution import Resolution
 from restore.texture.sampling import sample_scaled
 
@@ -49,7 +49,7 @@ def paint(page: FlatMesh, sources: Sequence[Source], plan: Plan, dpi: float) -> 
 
     in_bands(paint_band, height, BAND)
     _carry_to_edge(image, mask, round(EDGE_MM * scale))
-    return Painting(image, mask, where, _resolution(sources, plan), which)
+    return Painting(image, mask, where, _resolution(page, sources, plan), which)
 
 
 def _band(
@@ -137,11 +137,12 @@ def _carry_to_edge(image: Bytes, mask: Mask, margin: int) -> None:
     image[edge] = image.reshape(-1, 3)[inner[nearest[edge]]]
 
 
-def _resolution(sources: Sequence[Source], plan: Plan) -> Resolution:
+def _resolution(page: FlatMesh, sources: Sequence[Source], plan: Plan) -> Resolution:
     """What the page is painted from has, medians over the page."""
     best = np.argmax(plan.weights, axis=0)
     ppi = np.take_along_axis(plan.ppi, best[None], axis=0)[0]
     if not (ppi > 0).any():
         return Resolution(0.0)
     main = int(np.argmax(np.bincount(best[ppi > 0], minlength=len(sources))))
-    return Resolution(float(np.median(ppi[ppi > 0])), sources[main].mtf50)
+    mtf50 = sources[main].mtf50 if main else texture_mtf50(page)
+    return Resolution(float(np.median(ppi[ppi > 0])), mtf50)

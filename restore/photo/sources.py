@@ -38,7 +38,7 @@ class Source:
     """A picture and how the page lies in it.
 
     camera  of a photograph, None for the scanner's texture.
-    mtf50   of its edges, cycles per pixel, None where it has too few to tell.
+    mtf50   of a photograph's edges, cycles per pixel, None where it has too few to tell.
     """
 
     image: Bytes
