@@ -12,9 +12,10 @@ from pathlib import Path
 import numpy as np
 from PIL import ExifTags, Image, ImageCms, ImageOps, UnidentifiedImageError
 
-from restore.errors import BadInput
+from restore.errors import BadInput, LibraryMissing
 from restore.files import read_regular
 from restore.photo.camera import PhotoCamera
+from restore.photo.heif import FILE_BOX, HeifPicture, is_heif
 from restore.scan import Bytes
 
 # 240 megapixels are 0.7 GB; medium-format backs have 150.
@@ -29,8 +30,9 @@ KINDS = (
     "BMP",
 )  # JPEG includes the phones' files of several pictures (MPO): the first counts
 FILM_DIAGONAL_MM = 43.27  # 36 × 24 mm, to which FocalLengthIn35mmFilm refers (CIPA DC-008, tag 0xA405)
-HEIF_BOX = b"ftyp"  # at byte 4 of every file of the ISO base media format (ISO/IEC 14496-12, 4.3)
 SIXTEEN_BIT = 257.0  # 65535 / 255
+HEAD = 12  # bytes by which a HEIC file is known
+UPRIGHT = 1  # value of the orientation tag of a picture that needs no turn
 SRGB = ImageCms.createProfile("sRGB")
 
 
@@ -38,33 +40,34 @@ SRGB = ImageCms.createProfile("sRGB")
 class Photograph:
     """A photograph of the page.
 
-    image     (h, w, 3) uint8 RGB (sRGB), upright as its camera meant it.
-    name      what to call it.
-    focal_px  its focal length in pixels, None when the file does not tell.
-    camera    that took it, in the frame of the scan, where it is known.
+    image        (h, w, 3) uint8 RGB (sRGB), upright as its camera meant it.
+    name         what to call it.
+    focal_px     its focal length in pixels, None when the file does not tell.
+    camera       that took it, in the frame of the scan, where it is known.
+    orientation  EXIF tag by which the sensor's picture was turned to be upright, 1 to 8.
     """
 
     image: Bytes
     name: str = "photograph"
     focal_px: float | None = None
     camera: PhotoCamera | None = None
+    orientation: int = UPRIGHT
 
 
 def read_photograph(path: Path | str) -> Photograph:
     """Read a photograph: turned as EXIF says, its colours brought to sRGB.
 
-    Raises BadInput when the file is missing, damaged, cut short, too large or no picture.
+    Raises BadInput when the file is missing, damaged, cut short, too large or no picture, LibraryMissing for a HEIC
+    picture without pi-heif.
     """
     path = Path(path)
     _check(path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Pillow warns of odd tags; unreadable pixels are an error all the same
         try:
-            with Image.open(io.BytesIO(read_regular(path, MAX_BYTES)), formats=KINDS) as picture:
-                _check_size(picture.size, path)
-                focal = _focal_px(picture)
-                return Photograph(_srgb(ImageOps.exif_transpose(picture)), path.name, focal)
-        except BadInput:
+            data = read_regular(path, MAX_BYTES)
+            return _read_heif(data, path) if is_heif(data[:HEAD]) else _read_pillow(data, path)
+        except (BadInput, LibraryMissing):
             raise
         except UnidentifiedImageError as error:
             raise _unknown(path) from error
@@ -73,14 +76,31 @@ def read_photograph(path: Path | str) -> Photograph:
             raise BadInput(f"{path} {fault}", "the file is damaged: copy it again") from error
 
 
+def _read_pillow(data: bytes, path: Path) -> Photograph:
+    with Image.open(io.BytesIO(data), formats=KINDS) as picture:
+        _check_size(picture.size, path)
+        focal, tag = _focal_px(picture), picture.getexif().get(ExifTags.Base.Orientation)
+        return Photograph(_srgb(ImageOps.exif_transpose(picture)), path.name, focal, orientation=_orientation(tag))
+
+
+def _read_heif(data: bytes, path: Path) -> Photograph:
+    heif = HeifPicture(data)
+    _check_size(heif.size, path)
+    picture, tag = heif.decoded()
+    return Photograph(_srgb(picture), path.name, _focal_px(picture), orientation=_orientation(tag))
+
+
+def _orientation(tag: object) -> int:
+    return tag if isinstance(tag, int) and tag in range(1, 9) else UPRIGHT
+
+
 def _unknown(path: Path) -> BadInput:
     """What to say of a file that is no picture of the KINDS."""
-    head = read_regular(path, MAX_BYTES)[:8]
-    if head[4:] == HEIF_BOX:
+    if read_regular(path, MAX_BYTES)[4:8] == FILE_BOX:
         return BadInput(
-            f"{path} is a HEIC or AVIF picture, which is not read", "save it as JPEG (phones can be set to)"
+            f"{path} is an AVIF picture or a video, which is not read here", "save it as JPEG (phones can be set to)"
         )
-    return BadInput(f"{path} is no picture of a known kind", f"use one of {', '.join(KINDS)}")
+    return BadInput(f"{path} is no picture of a known kind", f"use one of {', '.join(KINDS)} or HEIC")
 
 
 def _check(path: Path) -> None:

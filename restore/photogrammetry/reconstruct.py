@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 
 from restore.photo.camera import PhotoCamera
+from restore.photo.orientation import turned_like
 from restore.photo.photograph import Photograph
 from restore.photogrammetry.align import Similarity, fit_similarity, triangulate_markers, upright
 from restore.photogrammetry.bundle import Tracks, adjust
@@ -122,6 +123,7 @@ def reconstruct_page(
             f"{len(photographs)} photographs are too few: {LEAST_VIEWS} are needed",
             "photograph the page from above and from all sides, 5 to 25 times",
         )
+    photographs = [turned_like(photograph, photographs[0]) for photograph in photographs]
     check_one_lens(photographs)
     sparse = reconstruct(photographs, progress)
     views = list(sparse.cameras)

@@ -1,6 +1,9 @@
 """Photographs as cameras, phones and scanning programs write them."""
 
 import io
+import sys
+from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -8,10 +11,13 @@ import tifffile
 from PIL import Image, ImageCms
 
 from restore import BadInput, Photograph, read_photograph
+from restore.errors import LibraryMissing
 from restore.photo import register_photographs
 from restore.photo.photograph import FILM_DIAGONAL_MM
 
 JPEG_CODES = 6  # smooth colours through JPEG at quality 95
+HEVC_CODES = 2  # the same through HEVC at quality 90
+DAMAGED = 40  # files of five changed bytes each
 CMYK_CODES = 12  # and through the four inks
 ORIENTATION, EXIF, FILM_FOCAL = 0x0112, 0x8769, 0xA405
 
@@ -43,6 +49,38 @@ def test_a_phone_turns_its_pictures_by_a_tag(picture, tmp_path):
     assert found.image.shape == picture.shape
     assert np.abs(found.image.astype(int) - picture).mean() < JPEG_CODES
     assert found.focal_px == pytest.approx(26 * np.hypot(90, 140) / FILM_DIAGONAL_MM)
+
+
+def test_heic_as_phones_write_it(picture):
+    # `picture` turned a quarter, with EXIF tag 6 and the turn in the container, too: libheif 1.23, x265, quality 90
+    pytest.importorskip("pi_heif")
+    found = read_photograph(Path(__file__).with_name("turned.heic"))
+    assert found.image.shape == picture.shape
+    assert np.abs(found.image.astype(int) - picture).mean() < HEVC_CODES
+    assert found.focal_px == pytest.approx(26 * np.hypot(90, 140) / FILM_DIAGONAL_MM)
+    assert found.orientation == 6
+
+
+def test_heic_without_the_extra_names_it(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pi_heif", None)
+    with pytest.raises(LibraryMissing, match="pi-heif") as fault:
+        read_photograph(Path(__file__).with_name("turned.heic"))
+    assert "planish[photos]" in fault.value.hint
+
+
+def test_damaged_heic_is_refused(tmp_path, rng):
+    pytest.importorskip("pi_heif")
+    data = bytearray(Path(__file__).with_name("turned.heic").read_bytes())
+    (tmp_path / "cut.heic").write_bytes(data[: len(data) // 2])
+    with pytest.raises(BadInput, match=r"cut\.heic"):
+        read_photograph(tmp_path / "cut.heic")
+    for _ in range(DAMAGED):
+        changed = bytearray(data)
+        for at in rng.integers(12, len(data), 5):
+            changed[at] = rng.integers(256)
+        (tmp_path / "damaged.heic").write_bytes(changed)
+        with suppress(BadInput):  # what can still be decoded is a picture
+            assert read_photograph(tmp_path / "damaged.heic").image.ndim == 3
 
 
 def test_sixteen_bits(picture, tmp_path):
@@ -93,7 +131,8 @@ def test_a_file_that_was_cut_short(picture, tmp_path, kind, rng):
     [
         ("empty.jpg", b"", "is empty"),
         ("text.jpg", b"no picture", "no picture of a known kind"),
-        ("phone.heic", b"\0\0\0\x18ftypheic" + bytes(400), "HEIC"),
+        ("phone.heic", b"\0\0\0\x18ftypheic" + bytes(400), "cannot be read"),
+        ("film.mp4", b"\0\0\0\x18ftypisom" + bytes(400), "AVIF picture or a video"),
         ("none.jpg", None, "not there"),
         (".", None, "is a folder"),
     ],
