@@ -136,7 +136,7 @@ def figs_3_4() -> None:
     for name, (sheet, points) in FIG_3_4.items():
         warped = exact_sheet(sheet, points, seed=SEED)
         posed, network = warped.posed(), warped.network()
-        loose = replace(network, hinges=network.hinges[:0], spans=network.spans[:0])
+        loose = replace(network, bending=False)
         solvers = [with_constants(flatten_sticks, sticks, DRAG=drag) for drag in drags.values()] + [flatten_springs]
         for hinges, joined in (("with", network), ("without", loose)):
             found = [outcome(solver, warped, posed, joined) for solver in solvers]

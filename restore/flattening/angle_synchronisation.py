@@ -46,7 +46,9 @@ def _factorised(pairs: Ints, weights: Floats, count: int) -> SuperLU:
     entries = np.concatenate([-weights, -weights, stiffness])
     places = np.concatenate([a, b, own]), np.concatenate([b, a, own])
     laplacian = csc_matrix((entries, places), shape=(count, count))
-    return splu(laplacian, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+    # Without supernodes: these matrices have few, and looking for them takes a third of the time.
+    options = {"SymmetricMode": True, "PanelSize": 1, "Relax": 1}
+    return splu(laplacian, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
 
 
 def _synchronised(frames: Ints, angles: Floats, weights: Floats, solver: SuperLU, count: int) -> Floats:

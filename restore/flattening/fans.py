@@ -7,15 +7,15 @@ that share no edge there (a non-manifold vertex) has several fans, each with a f
 
 from __future__ import annotations
 
-from math import acos, pi
+from math import pi
 from typing import NamedTuple
 
 import numba
 import numpy as np
 
 from restore.mesh.adjacency import Sides
-from restore.mesh.measures import face_normals, vertex_normals
-from restore.numerics import SMALL, TINY
+from restore.mesh.measures import corner_angles, face_normals, vertex_normals
+from restore.numerics import SMALL
 from restore.scan import Floats, Ints
 
 LEAST_ANGLE = 1.0  # rad: a closed fan of less is made of slivers or folded faces, and scaling it would invent angles
@@ -61,7 +61,7 @@ def closing_signs(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> 
     A sign is turned where that closes the three fans of the face by at least half as much as it would if it were the
     only one that is wrong; the other half speaks for the normals, which gave the signs.
     """
-    angles, signs = _corner_angles(faces, sides, lengths, np.ones(len(faces))), signs.copy()
+    angles, signs = corner_angles(faces, sides, lengths), signs.copy()
     gaps, inner = np.zeros(faces.max() + 1), np.ones(faces.max() + 1, np.bool_)
     for e in range(len(sides.edges)):
         if sides.first[e + 1] - sides.first[e] != 2:
@@ -96,7 +96,7 @@ def _gap(angle: float) -> float:
 def angle_fans(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> Fans:
     """The fans of the vertices of faces (m, 3), all wound the same way round, and edges of lengths (e,) mm."""
     opposite = _opposite(faces, sides)
-    owner, fan, start, end = _laid_out(faces, opposite, _corner_angles(faces, sides, lengths, signs))
+    owner, fan, start, end = _laid_out(faces, opposite, np.repeat(signs, 3) * corner_angles(faces, sides, lengths))
     ends, fans = np.empty((len(opposite), 2), np.int64), np.empty((len(opposite), 2), np.int64)
     angles, edge, found = np.empty((len(opposite), 2)), np.empty(len(opposite), np.int64), 0
     for side in range(len(opposite)):
@@ -122,21 +122,6 @@ def _opposite(faces: Ints, sides: Sides) -> Ints:
         if faces[one // 3, one % 3] != faces[other // 3, other % 3]:
             opposite[one], opposite[other] = other, one
     return opposite
-
-
-@numba.njit(cache=True)
-def _corner_angles(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> Floats:
-    """(3·m,) rad: the signed angle at every corner."""
-    angles = np.zeros(3 * len(faces))
-    for corner in range(len(angles)):
-        first = corner - corner % 3
-        out, far, back = sides.edge[corner], sides.edge[first + (corner + 1) % 3], sides.edge[first + (corner + 2) % 3]
-        if out < 0 or far < 0 or back < 0:
-            continue
-        a, b, c = lengths[out], lengths[back], lengths[far]
-        cosine = (a * a + b * b - c * c) / (2.0 * a * b + TINY)
-        angles[corner] = signs[corner // 3] * acos(min(max(cosine, -1.0), 1.0))
-    return angles
 
 
 @numba.njit(cache=True)

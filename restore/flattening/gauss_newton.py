@@ -26,7 +26,7 @@ MOST_ITERATIONS = 50  # a developable sheet needs two to five
 GRADIENT_TOLERANCE = 3e-5  # rms strain that a vertex could be relieved of alone, times √n: of a strain that changes
 # along the whole page alone a vertex feels one part in √n. What is left moves a vertex by a ten-thousandth of an edge
 LEAST_DECREASE = 1e-6  # of the squared strains: less in an iteration is rounding of an energy at its minimum
-LEAST_REWEIGHTED = 3e-3  # the same where weights change, and steps get slowly shorter
+ROUGHLY = 1e-2  # the same where weights change, and steps get slowly shorter, or where the page is only a start
 INEXACTNESS = 0.1  # of the gradient may be left by a linear solve, and less when the model was good before:
 FORCING, POWER = 0.9, (1.0 + sqrt(5.0)) / 2.0  # Eisenstat & Walker 1996, their second choice
 ENOUGH = 0.5  # of the tolerance is as exact as a linear solve need be
@@ -39,13 +39,20 @@ LEAST_SIGMA = 1e-9  # of strains: what rounding leaves of exact lengths
 
 
 def minimise_strain(
-    flat: Floats, network: Network, most: int = MOST_ITERATIONS, corner: float = np.inf, other: Floats | None = None
+    flat: Floats,
+    network: Network,
+    most: int = MOST_ITERATIONS,
+    *,
+    corner: float = np.inf,
+    other: Floats | None = None,
+    least_decrease: float = LEAST_DECREASE,
 ) -> Solution:
     """Flat positions (n, 2) mm of least Σ area · ρ(length / rest length − 1) over the edges of a network.
 
     The area is that of the faces at an edge: the sum stands for the integral over the page. ρ(s) is s², and beyond the
     corner, a strain, becomes 2 · corner · |s| (pseudo-Huber): a few wrong rest lengths then hardly move the page.
     Where other (e,) mm are given, each edge has two rest lengths: any length between them costs nearly the same.
+    An iteration that decreases the sum by a smaller share than least_decrease is the last.
     """
     flat = np.array(flat, order="C")
     edges, lengths = network.edges, network.lengths
@@ -55,7 +62,7 @@ def minimise_strain(
     lengths = lengths.take(order)
     if other is not None:
         edges, roots, lengths = np.r_[edges, edges], np.r_[roots, roots], np.r_[lengths, other.take(order)]
-    iterations, residual, converged = _minimise(flat, edges, lengths, roots, corner, most)
+    iterations, residual, converged = _minimise(flat, edges, lengths, roots, corner, most, least_decrease)
     return Solution(flat, iterations, residual, converged)
 
 
@@ -66,7 +73,8 @@ def least_absolute_strain(found: Solution, network: Network, other: Floats | Non
     other lengths (e,) mm are given, both lengths of an edge count.
     """
     sigma = robust_sigma(edge_strain(found.flat, network.edges, network.lengths))
-    again = minimise_strain(found.flat, network, corner=max(sigma, LEAST_SIGMA), other=other)
+    corner = max(sigma, LEAST_SIGMA)
+    again = minimise_strain(found.flat, network, corner=corner, other=other, least_decrease=ROUGHLY)
     return again._replace(iterations=found.iterations + again.iterations)
 
 
@@ -105,12 +113,11 @@ def edge_areas(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
 
 @numba.njit(cache=True)
 def _minimise(
-    flat: Floats, edges: Ints, lengths: Floats, roots: Floats, corner: float, most: int
+    flat: Floats, edges: Ints, lengths: Floats, roots: Floats, corner: float, most: int, least_decrease: float
 ) -> tuple[int, float, bool]:
     """As `minimise_strain`, flat (n, 2) mm in place. A step that would strain the page more is halved."""
     tolerance = GRADIENT_TOLERANCE / sqrt(len(flat))
     before, step_only = 0.0, np.empty_like(flat)
-    decrease = LEAST_DECREASE if corner == np.inf else LEAST_REWEIGHTED
     edges = edges.astype(np.uint32)
     jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots, corner)
     residual = sqrt(_preconditioned(gradient, inverse, step_only) / len(flat))
@@ -118,6 +125,7 @@ def _minimise(
         if residual <= tolerance:
             return iteration, residual, True
         forcing = min(INEXACTNESS, FORCING * (residual / before) ** POWER) if before > 0.0 else INEXACTNESS
+        downhill = gradient.copy()
         step = _solved(flat, edges, jacobian, gradient, inverse, max(forcing, ENOUGH * tolerance / residual))
         before, last = residual, energy
         for _ in range(HALVINGS):
@@ -129,10 +137,25 @@ def _minimise(
             step *= 0.5
         else:
             jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots, corner)
+        further = _further(downhill, gradient, step) if corner < np.inf else 0.0
+        if further > 0.0:
+            flat += further * step
+            jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots, corner)
         residual = sqrt(_preconditioned(gradient, inverse, step_only) / len(flat))
-        if energy > (1.0 - decrease) * last:
+        if energy > (1.0 - least_decrease) * last:
             return iteration + 1, residual, True
     return most, residual, False
+
+
+@numba.njit(cache=True)
+def _further(before: Floats, after: Floats, step: Floats) -> float:
+    """By what share of a step (n, 2) to go on along it, from the negative gradients (n, 2) before and after it.
+
+    The squares that stand for a loss bound it from above, and their steps fall short: to where the slope along the
+    step vanishes by the secant, which is no more than as far again if the loss shall not grow.
+    """
+    first, last = (before * step).sum(), (after * step).sum()
+    return float(min(last / (first - last), 1.0)) if 0.0 < last < first else 0.0
 
 
 @numba.njit(cache=True)

@@ -17,7 +17,7 @@ from restore.errors import BadInput
 from restore.flattening.angle_synchronisation import flat_from_lengths
 from restore.flattening.conformal import flatten_conformal, unfolded
 from restore.flattening.fans import angle_fans, closing_signs, face_signs
-from restore.flattening.gauss_newton import least_absolute_strain, mean_strain, minimise_strain
+from restore.flattening.gauss_newton import ROUGHLY, least_absolute_strain, mean_strain
 from restore.flattening.least_distortion import is_disc, least_distorted_page
 from restore.flattening.repair import inverted_count, repaired, with_corners_mirrored
 from restore.flattening.solution import Follow, Solution
@@ -82,7 +82,7 @@ def _start(network: Network, signs: Floats) -> Floats:
 
 
 def _candidate(start: Floats, network: Network, signs: Floats) -> Candidate:
-    found = with_corners_mirrored(minimise_strain(start, network), network, signs)
+    found = with_corners_mirrored(start, network, signs, ROUGHLY)
     found = least_absolute_strain(found, network)
     strain = mean_strain(found.flat, network)
     return Candidate(start, signs, found, strain if np.isfinite(strain) else np.inf)

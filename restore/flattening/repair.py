@@ -10,7 +10,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from restore.flattening.gauss_newton import minimise_strain, rest_areas
+from restore.flattening.gauss_newton import LEAST_DECREASE, minimise_strain, rest_areas
 from restore.flattening.solution import Solution
 from restore.mesh.adjacency import Adjacency, adjacency, faces_around
 from restore.mesh.measures import signed_areas
@@ -33,21 +33,25 @@ def least_strain_page(flat: Floats, network: Network, signs: Floats | None = Non
     signs (m,) are −1 for the faces that are folded in space; all are 1 when None.
     """
     signs = np.ones(len(network.faces)) if signs is None else signs
-    found = with_corners_mirrored(minimise_strain(flat, network), network, signs)
+    found = with_corners_mirrored(flat, network, signs)
     return found._replace(flat=repaired(found.flat, network, signs))
 
 
-def with_corners_mirrored(found: Solution, network: Network, signs: Floats) -> Solution:
-    """A page of least strain, with corners of the border mirrored back as long as that inverts fewer faces.
+def with_corners_mirrored(
+    flat: Floats, network: Network, signs: Floats, least_decrease: float = LEAST_DECREASE
+) -> Solution:
+    """The page of least strain near flat (n, 2) mm, with corners of the border mirrored back as far as that inverts
+    fewer faces.
 
-    signs (m,) are −1 for the faces that are folded in space.
+    signs (m,) are −1 for the faces that are folded in space; least_decrease as in `minimise_strain`.
     """
+    found = minimise_strain(flat, network, least_decrease=least_decrease)
     inverted = inverted_count(found.flat, network.faces, signs)
     for _ in range(MIRRORINGS if inverted else 0):
         mirrored = found.flat.copy()
         if not mirror_border_corners(mirrored, network.faces, network.edges, signs):
             break
-        again = minimise_strain(mirrored, network)
+        again = minimise_strain(mirrored, network, least_decrease=least_decrease)
         again = again._replace(iterations=found.iterations + again.iterations)
         left = inverted_count(again.flat, network.faces, signs)
         if left >= inverted:

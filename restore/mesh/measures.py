@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from math import sqrt
+from math import acos, sqrt
 
 import numba
 import numpy as np
 
+from restore.mesh.adjacency import Sides
 from restore.numerics import TINY
 from restore.scan import Floats, Ints
 
@@ -102,6 +103,24 @@ def lengths_between(a: Ints, b: Ints, edges: Ints, lengths: Floats) -> Floats:
     keys = edges[:, 0] * count + edges[:, 1]
     found: Floats = lengths[np.searchsorted(keys, np.minimum(a, b) * count + np.maximum(a, b))]
     return found
+
+
+@numba.njit(cache=True)
+def corner_angles(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
+    """(3·m,) rad: the angles at the corners of faces (m, 3), row by row, by the lengths (e,) of their sides.
+
+    0 for all corners of a face that names a vertex twice.
+    """
+    angles = np.zeros(3 * len(faces))
+    for corner in range(len(angles)):
+        first = corner - corner % 3
+        out, far, back = sides.edge[corner], sides.edge[first + (corner + 1) % 3], sides.edge[first + (corner + 2) % 3]
+        if out < 0 or far < 0 or back < 0:
+            continue
+        a, b, c = lengths[out], lengths[back], lengths[far]
+        cosine = (a * a + b * b - c * c) / (2.0 * a * b + TINY)
+        angles[corner] = acos(min(max(cosine, -1.0), 1.0))
+    return angles
 
 
 @numba.njit(cache=True)

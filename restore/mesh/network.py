@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
-from math import sqrt
+from functools import cached_property, lru_cache
 
-import numba
 import numpy as np
 
 from restore.errors import BadInput
 from restore.mesh.adjacency import Sides, components, sides_of
+from restore.mesh.hinges import hinges_of
 from restore.mesh.measures import lengths_between, straight_lengths
 from restore.scan import Floats, Ints, Mask
 
@@ -28,19 +27,33 @@ class Network:
     sides          the sides of the faces.
     edges, lengths (e, 2), (e,) mm: sticks, each edge of the mesh once.
     hinges, spans  (b, 2), (b,) mm: the two corners that face each other over every inner edge, and how far apart they
-                   are when the hinge lies flat. Keeping them there is the bending resistance.
+                   are when the hinge lies flat. Keeping them there is the bending resistance; without it none.
     """
 
     faces: Ints
     sides: Sides
     lengths: Floats
-    hinges: Ints
-    spans: Floats
+    bending: bool = True
 
     @property
     def edges(self) -> Ints:
         """(e, 2) edges, the smaller vertex first."""
         return self.sides.edges
+
+    @cached_property
+    def _hinges(self) -> tuple[Ints, Floats]:
+        found, spans = hinges_of(self.faces, self.sides, self.lengths)
+        return (found, spans) if self.bending else (found[:0], spans[:0])
+
+    @property
+    def hinges(self) -> Ints:
+        """(b, 2) corners that face each other over an inner edge."""
+        return self._hinges[0]
+
+    @property
+    def spans(self) -> Floats:
+        """(b,) mm between them when the hinge lies flat."""
+        return self._hinges[1]
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,37 +87,7 @@ def make_network(vertices: Floats, faces: Ints, lengths: Floats | None = None, s
     if lengths.shape != (count,) or not lengths.min(initial=0.0) >= 0.0 or not 0.0 < (total := lengths.sum()) < np.inf:
         raise BadInput(f"{count} edges need {count} finite lengths", "give them in the order of `edges_of`")
     lengths = np.maximum(lengths, SHORTEST * total / count)
-    return Network(faces, sides, lengths, *_hinges(faces, sides, lengths))
-
-
-@numba.njit(cache=True)
-def _hinges(faces: Ints, sides: Sides, lengths: Floats) -> tuple[Ints, Floats]:
-    """The two corners that face each other over every inner edge (b, 2), and their spans (b,) from five lengths.
-
-    A span is their distance when both triangles are unfolded into one plane.
-    """
-    hinges, spans, found = np.empty((len(lengths), 2), np.int64), np.empty(len(lengths)), 0
-    for e in range(len(lengths)):
-        pair = sides.first[e]
-        if sides.first[e + 1] - pair != 2:  # an edge of three faces is a flaw of the mesh and no hinge
-            continue
-        hinges[found, 0], x0, y0 = _corner(sides.at[pair], faces, sides, lengths)
-        hinges[found, 1], x1, y1 = _corner(sides.at[pair + 1], faces, sides, lengths)
-        spans[found] = sqrt((x0 - x1) ** 2 + (y0 + y1) ** 2)
-        found += 1
-    return hinges[:found].copy(), spans[:found].copy()
-
-
-@numba.njit(cache=True)
-def _corner(side: int, faces: Ints, sides: Sides, lengths: Floats) -> tuple[int, float, float]:
-    """The corner that faces a side, and where it lies: along the edge, from its smaller vertex, and how high above."""
-    face, k = side // 3, side % 3
-    following, last = lengths[sides.edge[3 * face + (k + 1) % 3]], lengths[sides.edge[3 * face + (k + 2) % 3]]
-    near, far = (last, following) if faces[face, k] < faces[face, (k + 1) % 3] else (following, last)
-    base = lengths[sides.edge[side]]
-    # Never farther along than the side is long, or a sliver would throw its corner off the page.
-    along = min(max((near**2 - far**2 + base**2) / (2.0 * base), -near), near)
-    return faces[face, (k + 2) % 3], along, sqrt(max(near**2 - along**2, 0.0))
+    return Network(faces, sides, lengths)
 
 
 def interleave(pairs: Ints, lengths: Floats) -> tuple[Ints, Floats]:
