@@ -11,7 +11,7 @@ demo: setup
 	$(BIN)/planish scan --config configs/simulated.toml -o out/demo --force
 
 test: lint setup browsers
-	$(BIN)/python -m pytest -n auto --maxprocesses 4
+	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal
 
 lint: $(READY)
 	$(BIN)/ruff check .
