@@ -48,7 +48,8 @@ Field = NDArray[np.float32]
 class Stage:
     """A sheet as the camera sees it, ray by ray (h, w), and the same sheet as it was scanned and unrolled.
 
-    face (h, w), −1 where a ray meets nothing; points (h, w, 3) mm.
+    face (h, w), −1 where a ray meets nothing; points (h, w, 3) mm. finer: pixels of the camera to one of the scanner's,
+    across and down, 1 to SUBSAMPLES.
     """
 
     scene: Scene
@@ -59,10 +60,11 @@ class Stage:
     points: Floats
     surface: Surface | SurfaceMesh
     unrolled: Unrolled
+    finer: int = 1
 
     @classmethod
-    def of(cls, sheet: Sheet) -> Stage:
-        """Scan white paper bent to a sheet."""
+    def of(cls, sheet: Sheet, *, finer: int = 1) -> Stage:
+        """Scan white paper bent to a sheet, before a camera of (480, 640) · finer pixels."""
         surface, unrolled = measured_and_unrolled(sheet, White())
         scene = place_sheet(sheet, White().print_on(PAGE_MM), depth_mm=DISTANCE_MM + LENS.pupil_mm)
         caster, maps, body = RayCaster(scene.vertices, scene.faces), FaceMaps.of(scene), nominal(LENS)
@@ -71,25 +73,28 @@ class Stage:
         rays = np.concatenate([sight, np.full((*sight.shape[:2], 1), -1.0)], axis=-1)
         face, depth = caster.first_hit(LENS_CENTRE, rays)
         points = rays * np.where(face >= 0, depth, 0)[..., None]
-        return cls(scene, body, caster, maps, face, points, surface, unrolled)
+        return cls(scene, body, caster, maps, face, points, surface, unrolled, finer)
 
     def page(self, texture: Bytes, dpi: float) -> tuple[Bytes, Mask]:
         """The page (h, w, 3) painted from a picture of the camera, and where it is."""
-        painting = paint_page(replace(self.unrolled.fine, texture=texture), dpi)
+        fine = self.unrolled.fine
+        assert fine.texcoords is not None
+        texcoords = (fine.texcoords + 0.5) * self.finer - 0.5
+        painting = paint_page(replace(fine, texture=texture, texcoords=texcoords), dpi)
         return painting.image, painting.mask
 
     def print(self, image: Bytes) -> Field:
-        """(480, 640, 3) codes, 0 to 255, of a printed page (h, w, 3) as the camera's pixels average it."""
+        """(480, 640, 3) · finer: codes, 0 to 255, of a printed page (h, w, 3) as the camera's pixels average it."""
         scene = replace(self.scene, printed=Print(image, PAGE_MM, dpi=DPI))
         seen = self.face >= 0
         footprint = DISTANCE_MM / self.body.focal_px / SUBSAMPLES
         codes = np.zeros((*self.face.shape, 3), np.float32)
         face, points = self.face[seen], self.points[seen]
         codes[seen] = colour_codes(scene, footprint)(face, self.maps.page(face, points))
-        return _averaged(codes)
+        return _averaged(codes, self.finer)
 
     def light(self, light: Light, albedo: Floats, spot: Spot | None) -> Field:
-        """(480, 640, 3) light on the page: of lamps and room with their shadows, and once from the page to itself.
+        """(480, 640, 3) · finer: light of lamps and room with their shadows, and once from the page to itself.
 
         albedo (3,): mean share of the light that the print gives back.
         """
@@ -110,7 +115,7 @@ class Stage:
         total[seen] = np.sum(parts, axis=0)
         if light.shadows:
             total[seen] += (albedo * self._reflected(total))[seen]
-        return _averaged(total)
+        return _averaged(total, self.finer)
 
     def _at(self, step: int) -> tuple[Floats, Floats]:
         face, points = self.face[::step, ::step], self.points[::step, ::step]
@@ -139,13 +144,13 @@ class Stage:
         return self._coarse(gathered / SKY_RAYS, COARSE)
 
 
-def _averaged(field: Field) -> Field:
-    size = (TEXTURE_COLS, TEXTURE_ROWS)
+def _averaged(field: Field, finer: int) -> Field:
+    size = (TEXTURE_COLS * finer, TEXTURE_ROWS * finer)
     return np.asarray(cv2.GaussianBlur(cv2.resize(field, size, interpolation=cv2.INTER_AREA), (0, 0), BLUR_PX))
 
 
 def picture(codes: Field, light: Field | Floats, rng: np.random.Generator | None = None) -> Bytes:
-    """(480, 640, 3) what the camera records of a print in some light, with the sensor's noise when rng is given."""
+    """(h, w, 3) what the camera records of a print in some light, with the sensor's noise when rng is given."""
     out = srgb(linear(codes) * (EXPOSURE * light).astype(np.float32))
     if rng is not None:
         out = out + rng.normal(0, NOISE_CODES, out.shape)

@@ -13,16 +13,14 @@ from math import ceil
 from typing import Any
 
 import cv2
-import numba
 import numpy as np
-from numpy.typing import NDArray
 
-from restore.bands import in_bands
 from restore.numerics import SINGLE_TINY
 from restore.robust import MAD_TO_SIGMA
 from restore.scan import Bytes, Floats, Mask
 from restore.shading.channels import as_list, highest, lowest, scaled, total_of
 from restore.shading.crease_residual import FARTHEST, LEAST, crease_light, hollows
+from restore.shading.divide import divided
 from restore.shading.estimate import DIMMEST, LEAST_PAPER, Estimate, Judges, estimate_again, estimate_light
 from restore.shading.horizon_map import HorizonMap, fill_nearest, horizon_map
 from restore.shading.lamps import Places
@@ -30,19 +28,17 @@ from restore.shading.paper import paper_candidates
 from restore.shading.regions import regions_of
 from restore.shading.relief import Field, Relief
 from restore.shading.residual import CONTRAST, Residual, residual_light
-from restore.shading.srgb import LINEAR, srgb_codes
-from restore.texture.page import MM_PER_INCH
+from restore.shading.srgb import LINEAR
+from restore.shading.steps import find_steps, place_steps
 
 LIGHT_DPI = 60.0  # cells of 0.42 mm, the samples of the range grid: no shadow is known more exactly
 BRIGHT_PRINT = 0.04  # of the page: where more of it is brighter than the ground, the ground is no paper
 MAX_GAIN = 8.0  # three stops: a deeper shadow holds no picture to bring back, only noise
-BLUR_MM = 0.5  # of a camera with 50 pixels to the inch
 # Cells by which a crease or the edge of a shadow may be misplaced: half a sample of the range grid, and as much between
 # shape and picture.
 UNCERTAIN = 2
 BRIGHTEST = 1.3  # of the paper's light in one channel: printed on white, no ink gives back more
 SPARED = 7  # of the cells one in so many tells how uneven they are
-CODES = 4096  # steps of light for the way back to codes: half a code at the dark end, far less elsewhere
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,10 +72,10 @@ def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Shad
     # From here on light is measured in the level light.
     relative = 1 / np.maximum(found.light.level, SINGLE_TINY)
     expected = np.maximum(scaled(found.values.reshape(colour.shape), relative), np.float32(1 / DIMMEST))
-    # The camera has blurred the light of a crease with everything else.
-    expected = cv2.GaussianBlur(fill_nearest(expected, inside), (0, 0), BLUR_MM / MM_PER_INCH * relief.dpi)
-    seen = scaled(colour, relative)
-    residual = residual_light(seen / expected, relief.normals, inside, relief.dpi)
+    steps, seen = find_steps(fill_nearest(expected, inside), inside), scaled(colour, relative)
+    residual = residual_light(seen / steps.light, relief.normals, inside, relief.dpi)
+    steps = place_steps(steps, total_of(seen / (residual.surface * residual.colour)), residual.ground)
+    expected = np.maximum(steps.sharp, np.float32(1 / DIMMEST))
     openness = fill_nearest(places.openness.reshape(inside.shape), inside)
     stretch = 1 / np.clip(fill_nearest(relief.normals[..., 2], inside), np.float32(1 / FARTHEST), np.float32(1))
     surface = _corrected(seen, expected, residual, inside, openness, stretch)
@@ -87,8 +83,7 @@ def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Shad
     if not corrected:
         surface = expected
     gain = fill_nearest(np.clip(1 / np.maximum(surface, SINGLE_TINY), 1 / MAX_GAIN, MAX_GAIN), inside)
-    evened, scale, codes = np.empty_like(image), relief.dpi / dpi, srgb_codes(np.arange(CODES) / (CODES - 1))
-    in_bands(lambda band: _multiply(image, mask, gain, scale, LINEAR, codes, band.start, evened[band]), len(image))
+    evened = divided(image, mask, relief.dpi / dpi, gain, steps, MAX_GAIN)
     report = {"removed": True, "corrected": corrected, "regions_share": regions.share(inside)} | _told_by(found)
     return ShadingResult(evened, report | _evenness(colour, gain, residual.ground, inside))
 
@@ -187,41 +182,3 @@ def _unevenness(brightness: Floats) -> float:
         return 0.0
     centre = np.median(brightness)
     return float(MAD_TO_SIGMA * np.median(np.abs(brightness - centre)) / max(centre, SINGLE_TINY))
-
-
-@numba.njit(cache=True, nogil=True)
-def _multiply(
-    image: Bytes, mask: Mask, gain: Field, scale: float, linear: Field, codes: NDArray[np.uint8], first: int, out: Bytes
-) -> None:
-    """Multiply the light of every masked pixel by the gain of its cells, in between by straight lines.
-
-    The rows of the image from `first` on are written to out (some rows, w, 3).
-    """
-    _, width, _ = image.shape
-    rows, cols, _ = gain.shape
-    top = np.float32(len(codes) - 1)
-    across = np.empty((cols, 3), np.float32)
-    left, share = np.empty(width, np.uint32), np.empty(width, np.float32)
-    for col in range(width):
-        x = min(max((col + 0.5) * scale - 0.5, 0.0), cols - 1.0)
-        left[col] = min(int(x), max(cols - 2, 0))
-        share[col] = x - left[col]
-    step = np.uint32(1 if cols > 1 else 0)  # without a sign, no index needs a look for negative ones
-    for row in range(first, first + len(out)):
-        y = min(max((row + 0.5) * scale - 0.5, 0.0), rows - 1.0)
-        i = min(int(y), max(rows - 2, 0))
-        v = np.float32(y - i)
-        below = min(i + 1, rows - 1)
-        for c in range(cols):
-            for k in range(3):
-                across[c, k] = top * (gain[i, c, k] + v * (gain[below, c, k] - gain[i, c, k]))
-        before, after, on = image[row], out[row - first], mask[row]
-        for col in range(width):
-            if not on[col]:
-                after[col] = before[col]
-                continue
-            j, u = left[col], share[col]
-            for k in range(3):
-                here = across[j, k]
-                light = linear[before[col, k]] * (here + u * (across[j + step, k] - here))
-                after[col, k] = codes[np.uint32(min(light + np.float32(0.5), top))]

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from drivers.simulated.albedo import srgb
-from restore.shading import remove as module
+from restore.shading import divide as module
 from restore.shading.relief import Relief
 from restore.shading.remove import LIGHT_DPI, MAX_GAIN, remove_shading
 from restore.shading.srgb import LINEAR, srgb_codes
