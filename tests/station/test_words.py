@@ -35,6 +35,7 @@ from station.words import (
     check_language,
     find_tesseract,
     recognise,
+    sharpened,
     sized_for_reading,
     x_height_px,
 )
@@ -347,6 +348,30 @@ def test_small_print_of_a_fine_page_is_read_at_the_size_of_its_type():
     picture, text = small_print()
     read = recognise(picture, FINE_DPI, name="small").text
     assert count_matching_words(text, read).precision >= READ_SIZED
+
+
+@needs_tesseract
+def test_sharpening_lets_more_of_blurred_small_print_be_read(monkeypatch):
+    picture, text = small_print()
+    sharp = count_matching_words(text, recognise(picture, FINE_DPI, name="small").text)
+    monkeypatch.setattr(words_module, "sharpened", lambda image: image)
+    plain = count_matching_words(text, recognise(picture, FINE_DPI, name="small").text)
+    assert sharp.correct > plain.correct
+
+
+def test_sharpening_leaves_even_paper_and_raises_the_contrast_of_strokes():
+    page = np.full((60, 60, 3), 200, np.uint8)
+    np.testing.assert_array_equal(sharpened(page), page)
+    page[:, 28:31] = 120
+    assert sharpened(page)[30, 29, 0] < 100
+
+
+def test_greek_words_are_spelt_with_the_letter_and_not_with_the_micro_sign():
+    mu, micro = "\N{GREEK SMALL LETTER MU}", "\N{MICRO SIGN}"
+    read = f"γρά{micro}{micro}α {micro}ία 5 {micro}m {micro}Ω".encode()
+    assert words_module._spelt(read, "ell").decode() == f"γρά{mu}{mu}α {mu}ία 5 {micro}m {micro}Ω"
+    assert words_module._spelt(read, "eng+ell") == words_module._spelt(read, "ell")
+    assert words_module._spelt(read, "deu") == read
 
 
 @pytest.mark.parametrize("dpi", [300, 600])
