@@ -74,10 +74,6 @@ def photographed_page(
     warnings = list(page.warnings)
     if scale.page_mm is not None:
         page, warnings = _to_size(page, scale.page_mm), []
-    if page.report["scale"]["from"] == "none" and scale.card:
-        warnings.append(
-            "fewer than three photographs show the scale card: lay the one of `planish card` beside the page"
-        )
     record = SourceRecord(
         {"photographs": [str(path) for path in pictures], "photogrammetry": dict(page.report)},
         {"load": loaded - start, "reconstruct": clock() - loaded},

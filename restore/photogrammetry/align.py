@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import cv2
 import numpy as np
@@ -13,6 +14,10 @@ from restore.photo.camera import PhotoCamera, project_with_jacobian
 from restore.scan import Floats
 
 ITERATIONS = 5  # of a triangulation: each divides what is left by ten or more
+SAMPLE = 3  # views: two agree on any move along their epipolar lines
+MOST_SAMPLES = 200  # of 10 views there are 120
+LEAST_COMMON = 4  # markers
+MOST_OFFSET = 1e-3  # of a picture's longer side: some 0.3 mm on the table, twice what the first cameras are off by
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,14 +86,15 @@ def line_of_sight(camera: PhotoCamera, pixel: Floats) -> Floats:
 def triangulate_markers(
     cameras: Mapping[int, PhotoCamera], seen: Mapping[int, Mapping[int, Floats]], least_views: int
 ) -> dict[int, Floats]:
-    """Marker → its centre (3,) in the frame of the cameras, of those that so many views show.
+    """Marker → its centre (3,) in the frame of the cameras, of those that so many views show where the others do.
 
     seen: photograph → marker → pixel (2,).
     """
-    numbers = sorted({marker for number in cameras for marker in seen.get(number, {})})
+    agreeing = views_that_agree(cameras, seen)
+    numbers = sorted({marker for number in agreeing for marker in seen[number]})
     found = {}
     for marker in numbers:
-        views = [number for number in cameras if marker in seen.get(number, {})]
+        views = [number for number in agreeing if marker in seen[number]]
         if len(views) >= least_views:
             pixels = np.array([seen[number][marker] for number in views])
             found[marker] = triangulate([cameras[number] for number in views], pixels)
@@ -100,3 +106,58 @@ def upright(normal: Floats, up: Floats) -> Floats:
     along = up - normal * (up @ normal)
     along = along / max(float(np.linalg.norm(along)), TINY)
     return np.stack([np.cross(along, normal), along, normal])
+
+
+def views_that_agree(cameras: Mapping[int, PhotoCamera], seen: Mapping[int, Mapping[int, Floats]]) -> list[int]:
+    """The most views in which the markers lie where one card puts them: in the others page or card were moved.
+
+    A consensus of views over samples of three (Fischler & Bolles, Comm. ACM 24(6), 1981). Fewer than three views with
+    LEAST_COMMON markers cannot disagree: all are returned.
+    """
+    views = [number for number in cameras if len(seen.get(number, {})) >= LEAST_COMMON]
+    if len(views) < SAMPLE:
+        return views
+    sights = {view: _sights(cameras[view], seen[view]) for view in views}
+    best: tuple[int, float, list[int]] = (0, 0.0, [])
+    for sample in _samples(views):
+        points = _nearest_points([sights[view] for view in sample])
+        if len(points) < LEAST_COMMON:
+            continue
+        off = {view: _offset(cameras[view], seen[view], points) for view in views}
+        agreeing = [view for view in views if off[view] < MOST_OFFSET * max(cameras[view].size)]
+        if set(sample) <= set(agreeing):
+            best = max(best, (len(agreeing), -sum(off[view] for view in agreeing), agreeing))
+    return best[2]
+
+
+def _samples(views: Sequence[int]) -> list[tuple[int, ...]]:
+    """All samples of three views, or MOST_SAMPLES of them spread evenly."""
+    samples = list(combinations(views, SAMPLE))
+    return samples[:: -(-len(samples) // MOST_SAMPLES)]
+
+
+def _sights(camera: PhotoCamera, seen: Mapping[int, Floats]) -> dict[int, tuple[Floats, Floats]]:
+    """Marker → the normal equations, (3, 3) and (3,), of the distance of a point from its line of sight."""
+    equations = {}
+    for marker, pixel in seen.items():
+        way = line_of_sight(camera, pixel)
+        across = np.eye(3) - np.outer(way, way)
+        equations[marker] = across, across @ camera.position
+    return equations
+
+
+def _nearest_points(sights: Sequence[Mapping[int, tuple[Floats, Floats]]]) -> dict[int, Floats]:
+    """Marker → the point (3,) nearest to its lines of sight, for markers that all the views show."""
+    common = set.intersection(*(set(one) for one in sights))
+    sums = {marker: [sum(one[marker][k] for one in sights) for k in (0, 1)] for marker in common}
+    return {marker: np.asarray(np.linalg.pinv(gram) @ side, np.float64) for marker, (gram, side) in sums.items()}
+
+
+def _offset(camera: PhotoCamera, seen: Mapping[int, Floats], points: Mapping[int, Floats]) -> float:
+    """Median distance in pixels of the markers in a view from where points (3,) project to."""
+    common = [marker for marker in points if marker in seen]
+    if not common:
+        return float("inf")
+    pixels = camera.project(np.array([points[marker] for marker in common]))
+    distances = np.linalg.norm(pixels - np.array([seen[marker] for marker in common]), axis=1)
+    return float(np.median(np.nan_to_num(distances, nan=np.inf)))

@@ -83,11 +83,14 @@ class _State:
         )
 
 
-def adjust(cameras: Sequence[PhotoCamera], points: Floats, tracks: Tracks) -> Adjusted:
-    """Adjust cameras of one lens and points (n, 3) to their tracks. Points without observations stay as they are."""
+def adjust(cameras: Sequence[PhotoCamera], points: Floats, tracks: Tracks, *, breathing: float = BREATHING) -> Adjusted:
+    """Adjust cameras of one lens and points (n, 3) to their tracks. Points without observations stay as they are.
+
+    breathing: standard deviation of a view's focal length about the lens's, as a share.
+    """
     state = _start(cameras, points)
     width = cameras[0].size[0]
-    prior = np.concatenate([np.zeros(6), [BREATHING**-2, (SHIFTING * width) ** -2, (SHIFTING * width) ** -2]])
+    prior = np.concatenate([np.zeros(6), [breathing**-2, (SHIFTING * width) ** -2, (SHIFTING * width) ** -2]])
     damping, residuals = DAMPING, _residuals(state, tracks)
     sigma0 = _sigma0(residuals, tracks)
     cost = _cost(state, residuals, tracks, sigma0, prior)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from restore.errors import BadInput, LibraryMissing, NotEnoughSurface
 
 
@@ -11,6 +13,18 @@ class MixedLenses(BadInput):
 
 class TooFewViews(NotEnoughSurface):
     """Raised when fewer than three photographs join to one model; the message names those that do not, and why."""
+
+
+class Mirrored(BadInput):
+    """Raised when photographs are mirrored; the message names them."""
+
+
+class ViewsApart(NotEnoughSurface):
+    """Raised when some views do not show the page that the others show; `reasons`: index of the photograph → why."""
+
+    def __init__(self, reasons: Mapping[int, str]) -> None:
+        super().__init__("; ".join(f"photograph {view + 1}: {why}" for view, why in reasons.items()))
+        self.reasons = reasons
 
 
 class NoPage(NotEnoughSurface):

@@ -17,11 +17,20 @@ import numpy as np
 from restore.photo.camera import PhotoCamera
 from restore.photo.orientation import turned_like
 from restore.photo.photograph import Photograph
+from restore.photogrammetry.agreement import (
+    card_doubts,
+    check_focal_lengths,
+    check_found,
+    check_residuals,
+    find_markers,
+    within,
+    without,
+)
 from restore.photogrammetry.align import Similarity, fit_similarity, triangulate_markers, upright
 from restore.photogrammetry.bundle import Tracks, adjust
-from restore.photogrammetry.card import SCALE_CARD, ScaleCard, detect_markers
+from restore.photogrammetry.card import SCALE_CARD, ScaleCard
 from restore.photogrammetry.edges import find_edge
-from restore.photogrammetry.errors import NoPage, TooFewViews
+from restore.photogrammetry.errors import NoPage, TooFewViews, ViewsApart
 from restore.photogrammetry.mesh import mesh_within
 from restore.photogrammetry.page import (
     PageArea,
@@ -31,7 +40,7 @@ from restore.photogrammetry.page import (
     ground_sample,
     on_page,
 )
-from restore.photogrammetry.sparse import LEAST_VIEWS, Progress, check_one_lens, reconstruct
+from restore.photogrammetry.sparse import LEAST_VIEWS, Progress, SparseModel, check_one_lens, reconstruct
 from restore.photogrammetry.surface import HeightField, choose_stiffness, fit_surface
 from restore.photogrammetry.track import HALF, Patches, Picture, track
 from restore.scan import Floats, SurfaceMesh
@@ -116,7 +125,7 @@ def reconstruct_page(
     """The surface of a page on a table, out of photographs of one lens from all round.
 
     card: that lies beside the page, to take the scale from; it is needed in three of them. None for no scale.
-    Raises MixedLenses, TooFewViews, NoPage, or ExtraMissing without pycolmap.
+    Raises MixedLenses, Mirrored, TooFewViews, NoPage, or ExtraMissing without pycolmap.
     """
     if len(photographs) < LEAST_VIEWS:
         raise TooFewViews(
@@ -125,9 +134,30 @@ def reconstruct_page(
         )
     photographs = [turned_like(photograph, photographs[0]) for photograph in photographs]
     check_one_lens(photographs)
+    markers = find_markers(photographs, card)
     sparse = reconstruct(photographs, progress)
+    while True:
+        try:
+            return _page_of(photographs, sparse, markers, card, progress)
+        except ViewsApart as apart:
+            names = [photograph.name for photograph in photographs]
+            failed = without(sparse.failed, apart, len(sparse.cameras), names)
+            cameras = {view: camera for view, camera in sparse.cameras.items() if view not in failed}
+            sparse = replace(sparse, cameras=cameras, failed=failed)
+
+
+def _page_of(
+    photographs: Sequence[Photograph],
+    sparse: SparseModel,
+    markers: Mapping[int, Mapping[int, Floats]],
+    card: ScaleCard | None,
+    progress: Progress,
+) -> PhotographedPage:
+    """The page that the views of a sparse model show; markers: index of the photograph → those that it shows.
+
+    Raises ViewsApart, naming views that do not show what the others show, or NoPage.
+    """
     views = list(sparse.cameras)
-    markers = {} if card is None else {view: detect_markers(photographs[view].image, card) for view in views}
     model = _Model(views, list(sparse.cameras.values()), sparse.points, markers, card)
     _set_frame(model, model.points)
     masks = _masks(photographs, model)
@@ -141,7 +171,11 @@ def reconstruct_page(
         model.points = points
         _set_frame(model, points)
         points = model.points
-    return _dense(photographs, sparse.failed, model, masks, points, progress)
+    page = _dense(photographs, sparse.failed, model, masks, points, progress)
+    if card is None:
+        return page
+    seen = {row: markers[view] for row, view in enumerate(views)}
+    return replace(page, warnings=page.warnings + card_doubts(page.photographs, seen, page.report["scale"]))
 
 
 def _masks(photographs: Sequence[Photograph], model: _Model) -> PaperMasks:
@@ -272,6 +306,7 @@ def _round(
     patches = Patches(*surface.frames(places))
     tracked = track(greys, model.cameras, patches, sample)
     found = tracked.found(LEAST_SIMILAR, MOST_SIGMA_PX * pixel)
+    check_found(found, within(model.cameras, patches.points), model.views)
     used = np.flatnonzero(found.any(axis=0))
     if len(used) < LEAST_POINTS // 4:
         raise NoPage(
@@ -282,6 +317,9 @@ def _round(
     sigma = np.maximum(tracked.sigma_mm[view, used[at]] / pixel, 0.02)
     tracks = Tracks(view, at, tracked.pixels[view, used[at]], sigma)
     adjusted = adjust(model.cameras, patches.points[used], tracks)
+    if plan is ROUNDS[0]:
+        check_focal_lengths(adjusted, tracks, model.views)
+    check_residuals(adjusted.residuals, sigma, view, model.views)
     error = np.linalg.norm(adjusted.residuals, axis=1)
     squared = np.bincount(at, error**2, len(used)) / np.bincount(at, minlength=len(used))
     rms = float(np.sqrt(np.median(squared)))

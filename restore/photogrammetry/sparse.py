@@ -22,6 +22,7 @@ import numpy as np
 from restore.photo.camera import PhotoCamera
 from restore.photo.photograph import Photograph
 from restore.photogrammetry.errors import ExtraMissing, MixedLenses, TooFewViews
+from restore.photogrammetry.sharpness import sharpness
 from restore.scan import Bytes, Floats
 
 Progress = Callable[[str, float], None]
@@ -37,7 +38,9 @@ MOST_ERROR_PX = 1.5  # reprojection error of a point that is kept, in pixels of 
 LEAST_TRACK = 3  # views of such a point
 LEAST_TURN_DEG = 4.0  # between the outermost lines of sight of the points, at the median: less, and depth is a guess
 LEAST_MATCHES = 30  # between two photographs: fewer agree by chance
-SHARP = 0.15  # of the median sharpness of the set: a photograph below is called blurred when it does not join
+SHARP = 0.15  # of the median contrast of fine detail in the set: below, a photograph was shaken
+BLURRED_PX = 2.5  # standard deviation in the small copy: 10-point print is grey, and has no features
+BLANK_CODES = 30.0  # contrast of a picture's strongest edges: print and the edge of a page have more
 
 
 @dataclass(frozen=True, eq=False)
@@ -201,16 +204,23 @@ def _points(model: Any, ratio: float) -> tuple[Floats, Floats]:
 
 def _reasons(greys: Sequence[Bytes], matched: dict[int, int], joined: set[int]) -> dict[int, str]:
     """Why photographs did not join."""
-    sharpness = [float(cv2.Laplacian(grey, cv2.CV_32F).var()) for grey in greys]
-    usual = float(np.median(sharpness))
+    detail = [float(cv2.Laplacian(grey, cv2.CV_32F).var()) for grey in greys]
+    usual = float(np.median(detail))
     reasons = {}
-    for number in range(len(greys)):
+    for number, grey in enumerate(greys):
         if number in joined:
             continue
-        if sharpness[number] < SHARP * usual:
-            reasons[number] = "it is blurred or blank"
+        edges = sharpness(grey)
+        if edges.contrast < BLANK_CODES:
+            reasons[number] = "it is blank"
+        elif edges.blur > BLURRED_PX:
+            reasons[number] = f"it is blurred: its sharpest edges are {2 * edges.blur / max(grey.shape):.2%} of it wide"
+        elif detail[number] < SHARP * usual:
+            reasons[number] = "it is blurred, or was shaken"
         elif matched.get(number, 0) < LEAST_MATCHES:
             reasons[number] = "it shows nothing that another photograph shows, too"
+        elif not joined:
+            reasons[number] = "it is taken from the same place as the others, or its print does not agree with theirs"
         else:
             reasons[number] = "its print does not agree with that of the others"
     return reasons

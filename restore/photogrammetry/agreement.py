@@ -1,0 +1,146 @@
+"""Whether all views show one page that lies and is bent alike, and one card that lies beside it.
+
+The page is measured in patches. A view in which few of them are found shows another page, or the page where it no
+longer lies; one in which they are found, but not where the others put them, shows it bent otherwise.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from restore.photo.camera import PhotoCamera
+from restore.photo.photograph import Photograph
+from restore.photogrammetry.align import LEAST_COMMON, views_that_agree
+from restore.photogrammetry.bundle import Adjusted, Tracks, adjust
+from restore.photogrammetry.card import ScaleCard, detect_markers
+from restore.photogrammetry.errors import Mirrored, TooFewViews, ViewsApart
+from restore.photogrammetry.sparse import SAME_FOCAL
+from restore.scan import Bytes, Floats, Ints, Mask
+
+LEAST_SHARE = 0.3  # of the patches that most views show: half a page under a hand leaves more
+MOST_RATIO = 4.0  # of a view's residuals to most views', each over its own uncertainty
+FREE = 0.3  # standard deviation of a focal length that nothing is known of, as a share
+EXPLAINED = 0.7  # of a view's residuals that are left once its focal length is free, when a zoom was the cause
+LEAST_VIEWS = 3
+MOST_CARD_MM = 0.3  # rms of the markers about the flat card: ten times what they are off in five views
+OTHER_PAGE = "it shows another page, or this one where it did not lie before, or not sharply"
+OTHER_SHAPE = "it shows another print, or the page bent otherwise"
+
+
+def check_found(found: Mask, in_frame: Mask, views: Sequence[int]) -> None:
+    """Raise ViewsApart, naming views (v,), if some show much less of the page than most do.
+
+    found, in_frame: (v, n) True where a patch is found, and where it lies within the picture.
+    """
+    known = found.any(axis=0)
+    shares = (found & known).sum(axis=1) / np.maximum((in_frame & known).sum(axis=1), 1)
+    _raise_for(views, shares < LEAST_SHARE * np.median(shares), OTHER_PAGE)
+
+
+def check_residuals(residuals: Floats, sigma: Floats, view: Ints, views: Sequence[int]) -> None:
+    """Raise ViewsApart, naming views (v,), if residuals (m, 2) pixels of some are much larger than most views'.
+
+    sigma: (m,) their standard deviations; view: (m,) the row of `views` that each belongs to.
+    """
+    medians = _medians(residuals, sigma, view, len(views))
+    _raise_for(views, medians > MOST_RATIO * np.median(medians), OTHER_SHAPE)
+
+
+def check_focal_lengths(adjusted: Adjusted, tracks: Tracks, views: Sequence[int]) -> None:
+    """Raise ViewsApart, naming views (v,), if the tracks speak for focal lengths that differ as only zooms do."""
+    freed = adjust(adjusted.cameras, adjusted.points, tracks, breathing=FREE)
+    longer = np.log([camera.focal_px for camera in freed.cameras])
+    by = np.expm1(longer - np.median(longer))
+    before, after = (_medians(one.residuals, tracks.sigma, tracks.view, len(views)) for one in (adjusted, freed))
+    zoomed = np.flatnonzero((np.abs(by) > SAME_FOCAL) & (after < EXPLAINED * before)).tolist()
+    if zoomed:
+        raise ViewsApart({views[row]: f"it is zoomed: its focal length is {by[row]:+.0%}" for row in zoomed})
+
+
+def _medians(residuals: Floats, sigma: Floats, view: Ints, views: int) -> Floats:
+    """(v,) median of the residuals (m, 2) of each view, over their standard deviations (m,); 0 where it has none."""
+    errors = np.linalg.norm(residuals, axis=1) / sigma
+    return np.array([np.median(errors[view == row]) if (view == row).any() else 0.0 for row in range(views)])
+
+
+def within(cameras: Sequence[PhotoCamera], points: Floats) -> Mask:
+    """(v, n) True where points (n, 3) lie within the pictures of cameras."""
+    inside = [
+        ((pixels > 0) & (pixels < np.array(camera.size) - 1)).all(axis=1)
+        for camera, pixels in ((camera, camera.project(points)) for camera in cameras)
+    ]
+    return np.stack(inside)
+
+
+def without(failed: Mapping[int, str], apart: ViewsApart, left: int, names: Sequence[str]) -> dict[int, str]:
+    """The views that failed, and those apart. Raises TooFewViews when fewer than three would be left."""
+    both = {**failed, **apart.reasons}
+    if left - len(apart.reasons) < LEAST_VIEWS:
+        raise TooFewViews(
+            f"{left - len(apart.reasons)} photographs show one page that lies still, and {LEAST_VIEWS} are needed: "
+            + "; ".join(f"{names[view]}: {why}" for view, why in both.items()),
+            "photograph one page, and move neither it nor the card from the first photograph to the last",
+        ) from apart
+    return both
+
+
+def _raise_for(views: Sequence[int], apart: Mask, why: str) -> None:
+    if apart.any():
+        raise ViewsApart({views[row]: why for row in np.flatnonzero(apart).tolist()})
+
+
+def find_markers(photographs: Sequence[Photograph], card: ScaleCard | None) -> dict[int, Mapping[int, Floats]]:
+    """Index of the photograph → marker → pixel (2,) of its centre; nothing without a card.
+
+    Raises Mirrored, naming the photographs, when the card is only found in their mirror image.
+    """
+    if card is None:
+        return {}
+    seen = {number: detect_markers(photograph.image, card) for number, photograph in enumerate(photographs)}
+    mirrored = [
+        photographs[number].name
+        for number, markers in seen.items()
+        if len(markers) < LEAST_COMMON <= len(detect_markers(_flipped(photographs[number].image), card))
+    ]
+    if mirrored:
+        raise Mirrored(
+            f"mirrored: {', '.join(mirrored)}", "flip them left to right, or switch mirroring off in the camera"
+        )
+    return seen
+
+
+def _flipped(image: Bytes) -> Bytes:
+    return np.ascontiguousarray(image[:, ::-1])
+
+
+def card_doubts(
+    photographs: Sequence[Photograph], seen: Mapping[int, Mapping[int, Floats]], scale: Mapping[str, Any]
+) -> tuple[str, ...]:
+    """What is to be said of the card, as sentences: photographs with their cameras, the markers seen in each by its
+    index, and the scale found."""
+    cameras = {number: photograph.camera for number, photograph in enumerate(photographs) if photograph.camera}
+    showing = [number for number in cameras if len(seen.get(number, {})) >= LEAST_COMMON]
+    if len(showing) < LEAST_VIEWS:
+        return (
+            "fewer than three photographs show the scale card: lay the one of `planish card` beside the page, whole in "
+            "each of them",
+        )
+    agreeing = views_that_agree(cameras, seen)
+    if len(agreeing) < LEAST_VIEWS:
+        return ("the card lies elsewhere beside the page in each photograph: page or card was moved",)
+    sentences = []
+    apart = [photographs[number].name for number in showing if number not in agreeing]
+    if apart:
+        sentences.append(
+            f"page or card was moved: in {', '.join(apart)} the card lies elsewhere beside the page; the scale is "
+            "taken from the others"
+        )
+    if scale.get("residual_mm", 0.0) > MOST_CARD_MM:
+        sentences.append(
+            f"the markers of the card are {scale['residual_mm']:.2f} mm off their places: it was not flat or not "
+            "printed evenly, and the page's size is not to be trusted"
+        )
+    return tuple(sentences)
