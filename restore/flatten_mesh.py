@@ -10,7 +10,7 @@ import numpy as np
 from restore.flattening.layout import arrange_pieces
 from restore.flattening.methods import DEFAULT, METHODS, OnStep, flatten_points
 from restore.flattening.ordered_grid import flatten_grid
-from restore.flattening.repair import least_strain_page, uninverted
+from restore.flattening.repair import least_absolute_page, uninverted
 from restore.mesh.clean import select
 from restore.mesh.decimate import patch_and_smooth
 from restore.mesh.jets import rings_of
@@ -92,7 +92,7 @@ def _over_grid(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMe
     lengths = sheet.lengths(nodes, edges)
     if _clean(mesh, edges, lengths):  # then its vertices know better
         lengths = surface_lengths(mesh.vertices, mesh.faces, edges)
-        flat = least_strain_page(flat, make_network(mesh.vertices, mesh.faces, lengths)).flat
+        flat = least_absolute_page(flat, make_network(mesh.vertices, mesh.faces, lengths)).flat
     if flipped_faces(flat, mesh.faces):  # noise has put a vertex beyond its neighbours
         flat = uninverted(flat, make_network(mesh.vertices, mesh.faces, lengths), np.ones(len(mesh.faces)))
     return FlatMesh.of(mesh, flat, lengths, unrolled.coarse.steps)

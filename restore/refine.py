@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import distance_transform_edt, map_coordinates
 
-from restore.flattening.repair import least_strain_page
+from restore.flattening.repair import least_absolute_page
 from restore.mesh.adjacency import sides_of
 from restore.mesh.network import make_network
 from restore.mesh.raster import rasterise
@@ -32,7 +32,7 @@ def refine(sheet: Sheet, coarse: FlatMesh, nodes: Floats) -> tuple[FlatMesh, Flo
     sides, vertices = sides_of(faces), sheet.points(fine_nodes)
     network = make_network(vertices, faces, sheet.lengths(fine_nodes, sides.edges), sides)
     flat = interpolate_flat_positions(sheet.inside.shape, nodes, coarse.faces, coarse.flat, fine_nodes)
-    found = least_strain_page(flat, network)
+    found = least_absolute_page(flat, network)
     texcoords = sheet.texcoords(fine_nodes)
     fine = replace(
         coarse,

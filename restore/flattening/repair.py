@@ -10,7 +10,13 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from restore.flattening.gauss_newton import LEAST_DECREASE, minimise_strain, rest_areas
+from restore.flattening.gauss_newton import (
+    LEAST_DECREASE,
+    ROUGHLY,
+    least_absolute_strain,
+    minimise_strain,
+    rest_areas,
+)
 from restore.flattening.solution import Solution
 from restore.mesh.adjacency import Adjacency, adjacency, faces_around
 from restore.mesh.measures import signed_areas
@@ -34,6 +40,13 @@ def least_strain_page(flat: Floats, network: Network, signs: Floats | None = Non
     """
     signs = np.ones(len(network.faces)) if signs is None else signs
     found = with_corners_mirrored(flat, network, signs)
+    return found._replace(flat=repaired(found.flat, network, signs))
+
+
+def least_absolute_page(flat: Floats, network: Network, signs: Floats | None = None) -> Solution:
+    """As `least_strain_page`, of least absolute strain: a few lengths that noise has made wrong hardly move it."""
+    signs = np.ones(len(network.faces)) if signs is None else signs
+    found = least_absolute_strain(with_corners_mirrored(flat, network, signs, ROUGHLY), network)
     return found._replace(flat=repaired(found.flat, network, signs))
 
 

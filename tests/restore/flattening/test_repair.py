@@ -4,7 +4,7 @@ from importlib import import_module
 
 import numpy as np
 
-from restore.flattening.repair import least_strain_page, mirror_border_corners, uninverted
+from restore.flattening.repair import least_absolute_page, least_strain_page, mirror_border_corners, uninverted
 from restore.flattening.repair import repaired as repaired_page
 from restore.mesh.measures import edge_strain, flipped_faces, signed_areas
 from restore.mesh.network import edges_of, make_network
@@ -13,6 +13,7 @@ EXACT = 1e-12
 KNOT_MM = 25.0  # two spacings: the point comes to lie beyond its neighbours
 EASED = 0.01  # strain: its place among them is known, relaxation comes back to it
 PARITY = 1e-9
+FEW, WRONG = 0.05, 1.5  # of the lengths, and by what factor
 SLIVER_MM = 0.01  # ten times the sliver's height
 
 
@@ -140,6 +141,17 @@ def test_a_face_that_is_folded_in_space_stays_inverted(warped):
     found = least_strain_page(flat + 0.01, network, signs).flat
     np.testing.assert_array_equal(np.sign(signed_areas(found, faces)), signs)
     assert np.abs(edge_strain(found, network.edges, lengths)).max() < EXACT
+
+
+def test_a_few_wrong_lengths_hardly_move_a_page_of_least_absolute_strain(warped):
+    page = warped("gutter", count=300)
+    wrong = np.random.default_rng(2).random(len(page.lengths)) < FEW
+    network = make_network(page.mesh.vertices, page.mesh.faces, np.where(wrong, WRONG, 1.0) * page.lengths)
+    squares, absolute = (
+        float(np.median(np.linalg.norm(solve(page.flat, network).flat - page.flat, axis=1)))
+        for solve in (least_strain_page, least_absolute_page)
+    )
+    assert absolute < 0.5 * squares
 
 
 def test_compiled_and_plain_python_agree(warped, plain):
