@@ -1,6 +1,6 @@
 """Words read on 52 simulated pages: raw picture, restored page, restored page without its light, flat original.
 
-    python -m bench.words [--seed N] [--pages 14] [--workers 2]
+    python -m bench.words [--seed N] [--pages 14] [--only WARP]... [--workers 2]
 
 The paper's Table 1, over its mix of warps, with about its 12,000 words; the shape, the lamp, the pose and the sentences
 of every page are drawn afresh at every run. Every page is 230 × 160 mm of running text before the MIDDLE lens at 0.9 m,
@@ -242,6 +242,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description="words read on simulated pages")
     parser.add_argument("--seed", type=int, default=None, help="drawn, and printed, unless given")
     parser.add_argument("--pages", type=int, default=52, help="so many pages, spread over the warps")
+    parser.add_argument("--only", action="append", choices=WARPS, help="a warp: the same pages as in a run of all")
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args(arguments)
     try:
@@ -253,7 +254,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     seed = options.seed if options.seed is not None else int(np.random.SeedSequence().entropy) % (1 << 31)
     print(f"seed {seed}", flush=True)
     results = []
-    for task, result in measured(evenly_chosen(tasks(seed), options.pages), options.workers):
+    chosen = [page for page in evenly_chosen(tasks(seed), options.pages) if page.warp in (options.only or WARPS)]
+    for task, result in measured(chosen, options.workers):
         results.append(result)
         points = (f"{100 * reading.precision:.1f}" for reading in result.words)
         print(
