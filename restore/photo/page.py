@@ -10,14 +10,15 @@ import cv2
 import numpy as np
 
 from restore.errors import BadInput
-from restore.mesh.adjacency import border_of
+from restore.mesh.measures import signed_areas
 from restore.photo.coarse import COARSE_MM
+from restore.photo.covered import RIM_MM
 from restore.photo.paint import enlarged, paint
 from restore.photo.photograph import Photograph
-from restore.photo.reference import make_reference
+from restore.photo.reference import Reference, make_reference
 from restore.photo.register import Refused, Registration, register
 from restore.photo.sources import Plan, Source, plan
-from restore.scan import Bytes, FlatMesh, Mask
+from restore.scan import Bytes, FlatMesh, Floats, Mask
 from restore.texture.page import Painting, extend_edge_colours, paint_page
 from restore.texture.resolution import Resolution, print_or_outline_mtf50
 
@@ -45,21 +46,25 @@ def register_photographs(page: FlatMesh, photos: Sequence[Photograph | Bytes]) -
     One whose camera is known is taken at its word. Raises BadInput for an array that is no picture.
     """
     photographs = [_photograph(photo, number) for number, photo in enumerate(photos, 1)]
-    if all(photograph.camera is not None for photograph in photographs):
-        return [Registered(photograph, _known(photograph)) for photograph in photographs]
-    if page.texture is None or page.texcoords is None:
-        reason = "the scan has no colour image to compare it with"
-        return [Registered(photograph, None, reason) for photograph in photographs]
-    reference = make_reference(page)
-    outcome = []
-    for photograph in photographs:
-        try:
-            known = photograph.camera is not None
-            found = _known(photograph) if known else register(reference, photograph)
-            outcome.append(Registered(photograph, found, mtf50=_mtf50(page, photograph, found)))
-        except Refused as refusal:
-            outcome.append(Registered(photograph, None, str(refusal), refusal.hint))
-    return outcome
+    unknown = any(photograph.camera is None for photograph in photographs)
+    textured = page.texture is not None and page.texcoords is not None
+    reference = make_reference(page) if unknown and textured else None
+    return [_register(page, reference, photograph) for photograph in photographs]
+
+
+def _register(page: FlatMesh, reference: Reference | None, photograph: Photograph) -> Registered:
+    """A photograph registered to the reference of a page, None for a page without texture, and its edges measured."""
+    try:
+        found = _known(photograph) if photograph.camera is not None else register(_insist_on(reference), photograph)
+    except Refused as refusal:
+        return Registered(photograph, None, str(refusal), refusal.hint)
+    return Registered(photograph, found, mtf50=_mtf50(page, photograph, found))
+
+
+def _insist_on(reference: Reference | None) -> Reference:
+    if reference is None:
+        raise Refused("the scan has no colour image to compare it with", "")
+    return reference
 
 
 def _known(photograph: Photograph) -> Registration:
@@ -113,13 +118,24 @@ def sources_of(page: FlatMesh, registered: Sequence[Registered]) -> list[Source]
 
 def _mtf50(page: FlatMesh, photograph: Photograph, found: Registration) -> float | None:
     """The MTF50 of a photograph on the page, cycles per pixel."""
-    outline = found.camera.project(page.vertices[border_of(page.faces)])
-    outline = outline[np.isfinite(outline).all(axis=1)]
-    if not len(outline):  # all of it lies behind the camera
+    pixels = found.camera.project(page.vertices)
+    shown = _shown(pixels[page.faces], photograph.image.shape[:2])
+    areas = signed_areas(pixels, page.faces), signed_areas(page.flat, page.faces)
+    seen = np.isfinite(areas[0]) & (areas[1] != 0)
+    if not shown.any() or not seen.any():
         return None
-    hull = cv2.convexHull(outline.astype(np.float32)).astype(np.int32)
-    inside = cv2.fillPoly(np.zeros(photograph.image.shape[:2], np.uint8), [hull], 1)
-    return print_or_outline_mtf50(photograph.image, inside > 0)
+    pixels_per_mm = float(np.sqrt(np.median(np.abs(areas[0][seen] / areas[1][seen]))))
+    return print_or_outline_mtf50(photograph.image, shown, RIM_MM * pixels_per_mm)
+
+
+def _shown(triangles: Floats, shape: tuple[int, ...]) -> Mask:
+    """(h, w) True in the triangles (m, 3, 2) pixels, a corner of which at least lies in the picture of a shape."""
+    mask = np.zeros(shape, np.uint8)
+    within: Mask = ((triangles >= 0) & (triangles < [shape[1], shape[0]])).all(axis=2)
+    inside = within.any(axis=1)
+    for triangle in np.rint(triangles[inside & np.isfinite(triangles).all(axis=(1, 2))]).astype(np.int32):
+        cv2.fillConvexPoly(mask, triangle, 1)
+    return mask > 0
 
 
 def reasons(registered: Sequence[Registered], reports: Sequence[dict[str, Any]]) -> list[str]:

@@ -10,6 +10,7 @@ most those that the picture has.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil
 
 import cv2
 import numpy as np
@@ -75,13 +76,15 @@ def effective_share(mtf50: float | None) -> float:
     return 1.0 if mtf50 is None else min(1.0, 2.0 * mtf50)
 
 
-def print_or_outline_mtf50(picture: Bytes, page: Mask) -> float | None:
+def print_or_outline_mtf50(picture: Bytes, page: Mask, rim: float = 0.0) -> float | None:
     """The MTF50 in cycles per pixel of a picture (h, w, 3) that shows a page where page (h, w) is True.
+
+    rim: pixels to which the outline of the page is known.
 
     It is that of the print. Where this has too few edges it is that of the page's outline, which may lie higher or
     lower than the print and have a shadow; None where both have too few.
     """
-    window = np.ones((2 * HALF + 1,) * 2, np.uint8)
+    window = np.ones((2 * (HALF + ceil(rim)) + 1,) * 2, np.uint8)
     inner, outer = (morph(page.astype(np.uint8), window) > 0 for morph in (cv2.erode, cv2.dilate))
     found = edge_mtf50(picture, inner)
     return edge_mtf50(picture, outer) if found is None else found

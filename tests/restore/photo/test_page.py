@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -18,6 +20,8 @@ DPI = 100.0
 LIMIT_PX = 0.5  # rms; the limit of registration is 1.5
 FINER = 2.0  # times: 138 against 55 pixels per inch
 STEEPER = 1.1  # times: page pixels of 100 dpi take off most of it
+SAME_PPI = 0.02  # of two measurements by cameras that are one but for rounding
+HALF = 0.6  # of the pixels: a blur of 2 pixels upon one of 0.7 leaves a third
 TABLE, PAPER = 60, 100  # codes: the table is darker than that, the paper brighter, in every photograph here
 FULL = 250
 SEAM_CODES = 1.0  # a pixel: a step would be ten and more, the two pictures have another light
@@ -37,6 +41,17 @@ def test_a_camera_that_is_known_is_taken_at_its_word(text):
     known = Photograph(np.full((30, 40, 3), 128, np.uint8), "blank", camera=text.camera())
     (one,) = register_photographs(text.page, [known])
     assert one.registration.camera is known.camera
+
+
+def test_what_a_photograph_of_a_known_camera_resolves_is_measured(text, painted):
+    image = text.photograph()
+    known = Photograph(image, "known", camera=text.registered().camera)
+    _, (report,) = paint_registered(text.page, register_photographs(text.page, [known]), DPI)
+    assert "effective_ppi_unknown" not in report
+    assert report["effective_ppi"] == pytest.approx(painted[1][0]["effective_ppi"], rel=SAME_PPI)
+    blurred = replace(known, image=cv2.GaussianBlur(image, (0, 0), 2.0))
+    _, (worse,) = paint_registered(text.page, register_photographs(text.page, [blurred]), DPI)
+    assert worse["effective_ppi"] < HALF * report["effective_ppi"]
 
 
 def test_every_pixel_comes_from_where_its_map_says(text, painted, plain):
