@@ -39,7 +39,7 @@ ALTO = "http://www.loc.gov/standards/alto/ns-v4#"
 SCHEMA = "http://www.loc.gov/standards/alto/v4/alto-4-4.xsd"
 SCHEMA_PLACE = "{http://www.w3.org/2001/XMLSchema-instance}schemaLocation"
 WRITTEN_AS = "http://www.loc.gov/standards/alto/ns-v3#"  # by Tesseract; what it writes of version 3 is valid in 4
-GREEK = frozenset({"ell", "grc"})
+GREEK = frozenset({"ell", "grc", "Greek"})  # the last is the data of the script
 # Beside a small letter, not a capital: a microohm stays one.
 MICRO_IN_WORD = "(?<=[\u03ac-\u03ce\u1f00-\u1fff])\u00b5|\u00b5(?=[\u03ac-\u03ce\u1f00-\u1fff])"
 PLACES = ("HPOS", "VPOS", "WIDTH", "HEIGHT")
@@ -47,6 +47,7 @@ PLACES = ("HPOS", "VPOS", "WIDTH", "HEIGHT")
 FORMATS = {"txt": ".txt", "alto": ".xml", "hocr": ".hocr", "pdf": ".pdf"}
 # BCP 47 takes the shortest code of ISO 639; Tesseract's are those of three letters.
 TAGS = {
+    "Greek": "el",
     "ces": "cs",
     "dan": "da",
     "deu": "de",

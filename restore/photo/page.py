@@ -131,8 +131,7 @@ def _mtf50(page: FlatMesh, photograph: Photograph, found: Registration) -> float
 def _shown(triangles: Floats, shape: tuple[int, ...]) -> Mask:
     """(h, w) True in the triangles (m, 3, 2) pixels, a corner of which at least lies in the picture of a shape."""
     mask = np.zeros(shape, np.uint8)
-    within: Mask = ((triangles >= 0) & (triangles < [shape[1], shape[0]])).all(axis=2)
-    inside = within.any(axis=1)
+    inside = np.any(((triangles >= 0) & (triangles < [shape[1], shape[0]])).all(axis=2), axis=1)
     for triangle in np.rint(triangles[inside & np.isfinite(triangles).all(axis=(1, 2))]).astype(np.int32):
         cv2.fillConvexPoly(mask, triangle, 1)
     return mask > 0
