@@ -1,10 +1,10 @@
 """Words read of small print, of columns, of tables, and of four languages: `python -m bench.reading [SEED [PAGES]]`.
 
 Pages are drawn afresh from the seed, seen by a coarse camera, blurred, with noise, and painted finer, as a restored
-page is. They are read in the page's own pixels, at the size of their type as `planish ocr` does, and beside it the print
-itself, flat and sharp: what Tesseract misses there no picture of the page can mend. Languages are set in one layout;
-Greek is read with Tesseract's data of the language and with those of the script. Data that Tesseract does not have are
-named with their package and left out.
+page is. They are read in the page's own pixels, and at the size of their type as `planish ocr` does; beside them the
+print itself, flat and sharp: what Tesseract misses there no picture can mend. Languages are set in one layout; Greek is
+read with Tesseract's data of the language and with those of the script. Data that Tesseract does not have are named
+with their package and left out.
 """
 
 from __future__ import annotations
