@@ -45,7 +45,9 @@ LEVEL_LIMITS = (np.log(4.0), np.log(2.5))  # darker, brighter: no shadow on a pa
 LEAST_MM2 = 12.0  # of a contradiction: the tip of a pen; a fleck of ink is less
 CONFIRMING_MM2 = 60.0  # of a part of the page: a window's area, since less agrees by chance
 RIM_MM = 1.8  # the outline of the page is known to a sample, and the photograph shows the table there
-MARGIN_MM = 2.0  # round what covers the page: its blurred edge and its contact shadow
+# Round what covers the page: its blurred edge and its contact shadow, 2 mm, and the gap between two lines of print: a
+# window confirms the blank margin of another sheet that ends in it.
+MARGIN_MM = 4.5
 FITS = 8  # reweightings of what lamps give: what covers a third of the page is an outlier after half as many
 SAMPLED = 4000  # places that a fit takes
 TO_DEVIATION = 1.4826  # from the median of absolute errors to the standard deviation, of a normal distribution

@@ -1,5 +1,7 @@
 """What covers the page in a photograph is found by print, colour and level; another light covers nothing."""
 
+from math import ceil
+
 import cv2
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ NOISE = 0.01  # of white, of a coarse pixel
 BEYOND_MM = REACH_MM + 3 * WINDOW_MM + MARGIN_MM
 PRINT_BEYOND_MM = 3 * WINDOW_MM + WHOLE_MM + MARGIN_MM
 RIM_LEFT_MM = 1.0
+MARGIN = ceil(MARGIN_MM / COARSE_MM)  # pixels of print that are left out with the blank paper beside it
 FLAT = np.zeros((*SHAPE, 3)) + [0.0, 0.0, 1.0]
 
 
@@ -51,7 +54,7 @@ def assert_found(found, hidden):
     assert inside[hidden & ~found].max(initial=0.0) <= RIM_LEFT_MM
     assert outside[found].max(initial=0.0) <= BEYOND_MM
     amid_print = np.zeros(SHAPE, bool)
-    amid_print[20:95, 20:180] = True
+    amid_print[15 + MARGIN : 97 - MARGIN, 15 + MARGIN : 185 - MARGIN] = True
     assert outside[found & amid_print].max(initial=0.0) <= PRINT_BEYOND_MM
 
 
