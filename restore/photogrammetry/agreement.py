@@ -92,13 +92,11 @@ def _raise_for(views: Sequence[int], apart: Mask, why: str) -> None:
         raise ViewsApart({views[row]: why for row in np.flatnonzero(apart).tolist()})
 
 
-def find_markers(photographs: Sequence[Photograph], card: ScaleCard | None) -> dict[int, Mapping[int, Floats]]:
-    """Index of the photograph → marker → pixel (2,) of its centre; nothing without a card.
+def find_markers(photographs: Sequence[Photograph], card: ScaleCard) -> dict[int, Mapping[int, Floats]]:
+    """Index of the photograph → marker → pixel (2,) of its centre.
 
     Raises Mirrored, naming the photographs, when the card is only found in their mirror image.
     """
-    if card is None:
-        return {}
     seen = {number: detect_markers(photograph.image, card) for number, photograph in enumerate(photographs)}
     mirrored = [
         photographs[number].name

@@ -93,6 +93,18 @@ def detect_markers(image: Bytes, card: ScaleCard = SCALE_CARD) -> Mapping[int, F
     return found
 
 
+def outline_in(seen: Mapping[int, Floats], card: ScaleCard = SCALE_CARD) -> Floats | None:
+    """(4, 2) pixels of the corners of a card in a photograph that shows markers of it at pixels (2,), by their number.
+
+    None when it shows fewer than four, or these in one line.
+    """
+    numbers = list(seen)
+    if len(numbers) < 4:
+        return None
+    plane, _ = cv2.findHomography(card.centres[numbers], np.array([seen[number] for number in numbers]))
+    return None if plane is None else np.asarray(cv2.perspectiveTransform(card.outline[None], plane)[0])
+
+
 def _refined(grey: Bytes, corners: Floats) -> Floats:
     """Corners (4, 2) of a marker, found again in a picture (h, w) to a fraction of a pixel."""
     cell = np.linalg.norm(corners - np.roll(corners, 1, axis=0), axis=1).min() / CELLS

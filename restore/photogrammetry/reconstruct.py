@@ -28,7 +28,7 @@ from restore.photogrammetry.agreement import (
 )
 from restore.photogrammetry.align import Similarity, fit_similarity, triangulate_markers, upright
 from restore.photogrammetry.bundle import Tracks, adjust
-from restore.photogrammetry.card import SCALE_CARD, ScaleCard
+from restore.photogrammetry.card import SCALE_CARD, ScaleCard, outline_in
 from restore.photogrammetry.edges import find_edge
 from restore.photogrammetry.errors import NoPage, TooFewViews, ViewsApart
 from restore.photogrammetry.mesh import mesh_within
@@ -134,7 +134,7 @@ def reconstruct_page(
         )
     photographs = [turned_like(photograph, photographs[0]) for photograph in photographs]
     check_one_lens(photographs)
-    markers = find_markers(photographs, card)
+    markers = find_markers(photographs, card or SCALE_CARD)
     sparse = reconstruct(photographs, progress)
     while True:
         try:
@@ -158,9 +158,9 @@ def _page_of(
     Raises ViewsApart, naming views that do not show what the others show, or NoPage.
     """
     views = list(sparse.cameras)
-    model = _Model(views, list(sparse.cameras.values()), sparse.points, markers, card)
+    model = _Model(views, list(sparse.cameras.values()), sparse.points, {} if card is None else markers, card)
     _set_frame(model, model.points)
-    masks = _masks(photographs, model)
+    masks = _masks(photographs, model, markers)
     points = model.points[on_page(masks, model.cameras, model.points)]
     if len(points) < LEAST_POINTS:
         raise NoPage(
@@ -178,12 +178,9 @@ def _page_of(
     return replace(page, warnings=page.warnings + card_doubts(page.photographs, seen, page.report["scale"]))
 
 
-def _masks(photographs: Sequence[Photograph], model: _Model) -> PaperMasks:
-    """Where paper is in the photographs of a model, the card left out."""
-    outlines: list[Floats | None] = [None] * len(model.views)
-    if model.scale["from"] == "card" and model.card is not None:
-        corners = np.column_stack([model.card.outline @ np.array(model.scale["axes"]).T, np.zeros(4)])
-        outlines = [camera.project(corners + model.scale["middle"]) for camera in model.cameras]
+def _masks(photographs: Sequence[Photograph], model: _Model, markers: Mapping[int, Mapping[int, Floats]]) -> PaperMasks:
+    """Where paper is in the photographs of a model, the card left out where markers of it are seen."""
+    outlines = [outline_in(markers[view]) for view in model.views]
     return find_paper([photographs[view].image for view in model.views], outlines)
 
 

@@ -138,19 +138,32 @@ def _mapped(
     features = colmap.FeatureExtractionOptions()
     features.max_image_size, features.num_threads = max(width, height), THREADS
     features.sift.max_num_features, features.sift.first_octave = FEATURES, 0
-    shared = {"camera_mode": colmap.CameraMode.SINGLE, "device": colmap.Device.cpu}
+    single = colmap.CameraMode.SINGLE
+    # Entered first, in their order: threads would number them as they finish, and the cameras would follow from that.
+    colmap.Database.open(base).close()
+    colmap.import_images(base, pictures, camera_mode=single, options=lens)
+    shared = {"camera_mode": single, "device": colmap.Device.cpu}
     colmap.extract_features(base, pictures, reader_options=lens, extraction_options=features, **shared)
     progress("features", 1.0)
     progress("matching", 0.0)
     matching = colmap.FeatureMatchingOptions()
-    matching.num_threads = THREADS
+    matching.num_threads, matching.skip_geometric_verification = THREADS, True
     colmap.match_exhaustive(base, matching_options=matching, device=colmap.Device.cpu)
+    _verify(colmap, base)
     matched = _most_matches(colmap, base)
     progress("matching", 1.0)
     progress("cameras", 0.0)
     models = colmap.incremental_mapping(base, pictures, folder, options=_mapping(colmap))
     progress("cameras", 1.0)
     return max(models.values(), key=lambda model: model.num_reg_images(), default=None), matched
+
+
+def _verify(colmap: ModuleType, base: Path) -> None:
+    """Keep the matches that agree with two cameras. By one thread: each has random samples of its own, and the result
+    would follow from which of them verified which pair."""
+    verification = colmap.GeometricVerifierOptions()
+    verification.num_threads = 1
+    colmap.geometric_verification(base, verifier_options=verification)
 
 
 def _mapping(colmap: ModuleType) -> Any:

@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import json
+import os
+import signal
+import threading
 
+import cv2
 import numpy as np
 import pytest
 import tifffile
@@ -13,6 +17,7 @@ from drivers.simulated import Text, Wave
 from drivers.simulated.photographs import Shots, encode_jpeg, photograph_page
 from oracles.markers import rigid_residual
 from restore.photogrammetry import SCALE_CARD
+from station import photos
 from station.cli import main
 from station.errors import UsageError
 from station.photos import Scale
@@ -21,6 +26,7 @@ PAGE_MM = (160.0, 110.0)
 SHOTS = Shots(size=(1200, 900))
 CARD_DPI = 177.8  # seven pixels to a millimetre
 VIEWS = 5
+QUICK = ("--points", "300", "--dpi", "50")
 # Pixels are 0.25 mm on the page here, a third as fine as a phone's. A tenth of them over the print; margins are blank.
 LAYOUT_MM = 0.15
 SCALE_ERROR = 0.002
@@ -84,6 +90,90 @@ def noise(tmp_path):
 def test_two_photographs_are_refused(noise, tmp_path, capsys):
     assert main(["photos", *map(str, noise[:2]), "-o", str(tmp_path / "out")]) == 5
     assert "2 photographs are too few" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_photographs_of_nothing_are_refused(noise, tmp_path, capsys):
+    pytest.importorskip("pycolmap")
+    assert main(["photos", *map(str, noise), "-o", str(tmp_path / "out")]) == 5
+    told = capsys.readouterr().err
+    assert "0 of 3 photographs join" in told
+    assert all(
+        f"{name}.jpg: it shows nothing that another photograph shows" in told for name in ("one", "two", "three")
+    )
+    assert not (tmp_path / "out").exists()
+
+
+def test_photographs_from_one_place_are_refused(photographs, tmp_path, capsys):
+    pytest.importorskip("pycolmap")
+    rng = np.random.default_rng(2)
+    image = photographs[0].images[0]
+    paths = [tmp_path / f"{number}.jpg" for number in range(3)]
+    for path in paths:
+        noisy = np.clip(image + rng.normal(0, 2, image.shape), 0, 255).astype(np.uint8)
+        path.write_bytes(encode_jpeg(noisy))
+    assert main(["photos", *map(str, paths), "-o", str(tmp_path / "out")]) == 5
+    assert "degrees" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("stage", ["matching", "cameras", "surface"])
+def test_ctrl_c_ends_it_with_nothing_written(photographs, tmp_path, capsys, monkeypatch, stage):
+    pytest.importorskip("pycolmap")
+
+    def pressed(name: str, done: float) -> None:
+        if (name, done) == (stage, 0.0):
+            threading.Timer(0.05, os.kill, (os.getpid(), signal.SIGINT)).start()
+
+    original = photos.reconstruct_page
+    monkeypatch.setattr(
+        photos, "reconstruct_page", lambda given, **options: original(given, **{**options, "progress": pressed})
+    )
+    assert main(["photos", *map(str, photographs[1]), "-o", str(tmp_path / "out")]) == 130
+    assert "Ctrl-C" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def without_card(image, camera, scene):
+    """A photograph with a grey sheet over the card."""
+    lying = scene.lying
+    angle = np.radians(lying.turn_deg)
+    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    table = scene.vertices[scene.faces[~scene.on_page][0], 2].mean()
+    corners = (SCALE_CARD.outline * 1.02) @ turn.T + lying.middle_mm
+    pixels = camera.project(np.column_stack([corners, np.full(4, table)]))
+    return cv2.fillPoly(image.copy(), [np.rint(pixels).astype(np.int32)], (90, 80, 70))
+
+
+def test_a_card_in_two_photographs_gives_no_scale_and_says_so(photographs, tmp_path, capsys):
+    pytest.importorskip("pycolmap")
+    taken, paths = photographs
+    for number in (1, 2, 4):
+        hidden = without_card(taken.images[number], taken.cameras[number], taken.scene)
+        (tmp_path / paths[number].name).write_bytes(encode_jpeg(hidden))
+    given = [tmp_path / path.name if number in (1, 2, 4) else path for number, path in enumerate(paths)]
+    assert main(["photos", *map(str, given), "-o", str(tmp_path / "out"), "--json", *QUICK]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["photogrammetry"]["scale"] == {"from": "none"}
+    assert any("fewer than three photographs show the scale card" in warning for warning in report["warnings"])
+    assert any("guesses" in warning for warning in report["warnings"])
+
+
+def test_the_scale_comes_from_the_size_of_the_page(photographs, tmp_path, capsys):
+    pytest.importorskip("pycolmap")
+    _, paths = photographs
+    size = f"{PAGE_MM[1]:g}x{PAGE_MM[0]:g}"  # either way round
+    assert main(["photos", *map(str, paths), "-o", str(tmp_path / "out"), "--scale", size, "--json", *QUICK]) == 0
+    report = json.loads(capsys.readouterr().out)
+    assert report["photogrammetry"]["scale"]["from"] == "page"
+    assert sorted(report["page_mm"]) == pytest.approx(sorted(PAGE_MM), abs=SIZE_MM)
+    assert not any("scale" in warning for warning in report["warnings"])
+
+
+def test_a_page_of_another_shape_is_refused(photographs, tmp_path, capsys):
+    pytest.importorskip("pycolmap")
+    assert main(["photos", *map(str, photographs[1]), "-o", str(tmp_path / "out"), "--scale", "210x297"]) == 3
+    assert "to 1" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 

@@ -6,11 +6,12 @@ import cv2
 import numpy as np
 import pytest
 
-from restore.photogrammetry.card import SCALE_CARD, crossing_of_diagonals, detect_markers
+from restore.photogrammetry.card import SCALE_CARD, crossing_of_diagonals, detect_markers, outline_in
 
 DPI = 177.8  # seven pixels to a millimetre: every edge of the card falls between two
 ACCURACY_PX = 0.05  # of a centre in a sharp picture with noise of two codes
 NOISE_CODES = 2.0
+OUTLINE_PX = 0.5  # a corner lies half a marker beyond the markers' centres
 
 
 def photographed(homography, size=(1400, 1000), *, blur=0.8, seed=1):
@@ -64,3 +65,15 @@ def test_the_outline_encloses_the_markers():
     reach = np.abs(SCALE_CARD.centres).max(axis=0) + SCALE_CARD.marker_mm / 2 + SCALE_CARD.margin_mm
     np.testing.assert_allclose(SCALE_CARD.outline.max(axis=0), reach)
     np.testing.assert_allclose(SCALE_CARD.size_mm, 2 * reach)
+
+
+def test_the_outline_in_a_photograph_is_that_of_the_strip():
+    homography = np.array([[0.75, 0.17, 150.0], [-0.13, 0.6, 350.0], [1e-4, -1.3e-4, 1.0]])
+    image, _ = photographed(homography)
+    corners = (SCALE_CARD.outline * [1, -1] + np.array(SCALE_CARD.size_mm) / 2) * DPI / 25.4 - 0.5
+    expected = cv2.perspectiveTransform(corners[None], homography)[0]
+    np.testing.assert_allclose(outline_in(detect_markers(image)), expected, atol=OUTLINE_PX)
+
+
+def test_three_markers_give_no_outline():
+    assert outline_in({number: np.array([10.0 * number, 5.0]) for number in range(3)}) is None
