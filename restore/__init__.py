@@ -22,7 +22,7 @@ from restore.mesh.network import edges_of
 from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.raster import rasterise
 from restore.native import SYSTEM_LIBRARIES, SystemLibrary, missing_libraries
-from restore.photo import Photograph, read_photograph
+from restore.photo import Photograph, is_video, read_photograph, read_video
 from restore.photogrammetry import SCALE_CARD, PhotographedPage, ScaleCard, reconstruct_page, rescaled
 from restore.pipeline import restore
 from restore.range_image.segment import SegmentedScan
@@ -71,6 +71,7 @@ __all__ = [
     "fit_axis",
     "flatten",
     "is_rectangular",
+    "is_video",
     "load_scan",
     "merge_views",
     "missing_libraries",
@@ -81,6 +82,7 @@ __all__ = [
     "read_picture",
     "read_regular",
     "read_toml",
+    "read_video",
     "reconstruct_page",
     "rescaled",
     "restore",

@@ -12,9 +12,12 @@ from time import perf_counter
 from restore import (
     SCALE_CARD,
     BadInput,
+    Photograph,
     PhotographedPage,
     Settings,
+    is_video,
     read_photograph,
+    read_video,
     reconstruct_page,
     rescaled,
     restore,
@@ -23,7 +26,7 @@ from station.destination import Clock, Destination, Outcome, SourceRecord
 from station.errors import UsageError
 from station.export.atomic import claim_folder
 from station.export.claim import recover
-from station.one_page import restore_scan
+from station.one_page import Examine, nothing, restore_scan
 from station.overwrite_check import check_outputs
 from station.progress import Progress, silent
 
@@ -56,19 +59,22 @@ def photographed_page(
     *,
     settings: Settings,
     scale: Scale | None = None,
+    stem: str | None = None,
+    examine: Examine = nothing,
     progress: Progress = silent,
     clock: Clock = perf_counter,
 ) -> Outcome:
     """Restore the page that photographs show, painted from them.
 
+    pictures: the photographs, or one video. stem, examine: as `restore_file` has them.
     Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
     """
     scale = scale or Scale()
-    stem, destination = pictures[0].stem, destination.with_implied_outputs(settings)
+    stem, destination = stem or pictures[0].stem, destination.with_implied_outputs(settings)
     recover(destination.folder)
     check_outputs(destination.files(stem), list(pictures), force=destination.force)
     start = clock()
-    photographs = [read_photograph(path) for path in pictures]
+    photographs = read_pictures(pictures, progress)
     loaded = clock()
     page = reconstruct_page(photographs, card=SCALE_CARD if scale.card else None, progress=progress)
     warnings = list(page.warnings)
@@ -89,9 +95,20 @@ def photographed_page(
             settings=settings,
             photos=page.photographs,
             input_files=pictures,
+            examine=examine,
             progress=progress,
             clock=clock,
         )
+
+
+def read_pictures(pictures: Sequence[Path], progress: Progress) -> list[Photograph]:
+    """The photographs of files, or the frames of one video. Raises UsageError for a video among others, BadInput."""
+    videos = [path for path in pictures if is_video(path)]
+    if not videos:
+        return [read_photograph(path) for path in pictures]
+    if len(pictures) > 1:
+        raise UsageError(f"{videos[0]} is a video", "give a video by itself: its frames are the photographs")
+    return read_video(videos[0], progress)
 
 
 def _to_size(page: PhotographedPage, wanted: tuple[float, float]) -> PhotographedPage:

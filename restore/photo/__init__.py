@@ -3,12 +3,15 @@
 from restore.photo.page import Registered, paint_registered, reasons, register_photographs
 from restore.photo.photograph import Photograph, read_photograph
 from restore.photo.shading import remove_registered_shading
+from restore.photo.video import is_video, read_video
 
 __all__ = [
     "Photograph",
     "Registered",
+    "is_video",
     "paint_registered",
     "read_photograph",
+    "read_video",
     "reasons",
     "register_photographs",
     "remove_registered_shading",

@@ -177,6 +177,26 @@ def test_a_page_of_another_shape_is_refused(photographs, tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
+def test_a_page_is_restored_from_a_video(photographs, tmp_path, capsys):
+    pytest.importorskip("pycolmap")
+    video = cv2.VideoWriter(str(tmp_path / "page.avi"), cv2.VideoWriter_fourcc(*"MJPG"), 10, SHOTS.size)
+    for image in photographs[0].images:
+        frame = np.ascontiguousarray(image[..., ::-1])
+        for blur in (4.0, 0.0, 4.0):  # the camera comes to rest, and goes on
+            video.write(cv2.GaussianBlur(frame, (0, 0), blur) if blur else frame)
+    video.release()
+    assert main(["photos", str(tmp_path / "page.avi"), "-o", str(tmp_path / "out"), "--json", *QUICK]) == 0
+    report = json.loads(capsys.readouterr().out)
+    numbers = [int(name.split()[-1]) for name in report["photogrammetry"]["views"]]
+    assert numbers == [3 * k + 2 for k in range(VIEWS)]  # the sharp ones
+    np.testing.assert_allclose(report["page_mm"], PAGE_MM, atol=SIZE_MM)
+
+
+def test_a_video_is_given_by_itself(noise, tmp_path, capsys):
+    assert main(["photos", str(noise[0]), "film.mp4", "-o", str(tmp_path / "out")]) == 2
+    assert "by itself" in capsys.readouterr().err
+
+
 def test_another_size_is_refused_by_name(noise, tmp_path, capsys):
     with Image.open(noise[2]) as picture:
         cropped = picture.crop((0, 0, 100, 100))
