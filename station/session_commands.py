@@ -115,9 +115,15 @@ def open_(session: Named, index: Index = None, debug: Debug = False) -> None:
 @app.command("add")
 def add(
     session: Named,
-    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Scan files or scan folders.")],
+    files: Annotated[
+        list[Path], typer.Argument(metavar="FILE...", help="Scan files or scan folders; with --photos photographs.")
+    ],
     page: PageNumber = None,
     unit: Annotated[str, typer.Option(help="Unit of a mesh's coordinates, as for planish restore.")] = "auto",
+    photos: Annotated[
+        bool, typer.Option("--photos", help="The files, or a folder of them, are photographs of one page: one capture.")
+    ] = False,
+    scale: Annotated[str, typer.Option(help="Scale of photographs, as for planish photos.")] = "card",
     index: Index = None,
     debug: Debug = False,
 ) -> None:
@@ -125,7 +131,12 @@ def add(
     with report_faults(debug=debug), _writing(index, session) as writer:
         from station.errors import UsageError
         from station.session.adding import add_original
+        from station.session.photographs import add_photographs
 
+        if photos:
+            event = add_photographs(writer, files, page=page, scale=scale)
+            print_result(f"page {event.page}: {len(event.files)} photographs")
+            return
         if page is not None and len(files) > 1:
             raise UsageError("several files cannot be one page", "give one file with --page")
         for path in files:

@@ -9,12 +9,13 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
-from restore import read_regular
+from restore import BadInput, read_regular
 from station.archive.volume import Event, Page, Role, StoredFile, Volume
 from station.session import Event as SessionEvent
 from station.session import History, Session, scan_path
 from station.session import Page as SessionPage
 from station.session.overview import label_of, preset_of
+from station.session.photographs import is_set
 from station.session.presets import Preset
 
 # In the vocabulary of preservation events of the Library of Congress.
@@ -53,6 +54,8 @@ def scan_of(session: Session, page: Page) -> Path:
     """The path of a page's scan, for `load_scan`."""
     current = list(session.history.pages())[page.number - 1]
     assert current.capture is not None
+    if is_set(current.capture.facts):
+        raise BadInput(f"page {page.number} was photographed and has no scan", "export images: --to tiff, pdf or bagit")
     return scan_path(session, current.capture)
 
 

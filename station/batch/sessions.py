@@ -124,7 +124,7 @@ def plan_session(name: str, writer: Writer, options: Options) -> Iterator[Sessio
     for page in session.history.pages():
         if page.capture is None or RESTORE in page.runs:
             continue
-        parameters = preset.parameters(unit=str(page.capture.facts.get("unit", "auto")))
+        parameters = preset.parameters(page.capture.facts)
         source = scan_path(session, page.capture)
         size = sum(session.path(page.capture, file).stat().st_size for file in page.capture.files)
         yield SessionTask(name, page.number, source, parameters, writer.staging(f"batch-{page.number:04}"), size)

@@ -18,6 +18,7 @@ from station.export.coverage import COLOURS
 from station.export.model import decode_arrays
 from station.pictures.strain import SIGNED, round_up
 from station.session import Event, Session, scan_path
+from station.session.photographs import first_picture, is_set
 
 MAX_PIXELS = 120_000_000  # of a picture that is shown: 360 MB as it is drawn
 MAX_MODEL_BYTES = 2**28
@@ -66,13 +67,24 @@ def scan_of(session: Session, event: Event) -> RangeScan | Any:
     """The scan of a capture. Raises ConsoleFault when its files are links, BadInput when they are damaged."""
     if event.kind != "capture":
         raise ConsoleFault("not_found", f"event {event.number} is no scan")
+    if is_set(event.facts):
+        raise ConsoleFault("not_recorded", "photographs have no scan", "look at the restored page")
     for name in event.files:
         _refuse_links(session, session.path(event, name))
     return load_scan(scan_path(session, event), unit=str(event.facts.get("unit", "auto")))
 
 
+def _stored_set(session: Session, event: Event) -> Path:
+    """The folder of a set of photographs. Raises ConsoleFault when its files are links."""
+    for name in event.files:
+        _refuse_links(session, session.path(event, name))
+    return scan_path(session, event)
+
+
 def read_layer(session: Session, event: Event, layer: str) -> Bytes:
     """A layer as a picture (h, w, 3) or, with transparency, (h, w, 4) uint8. Raises ConsoleFault, BadInput, OSError."""
+    if layer == ON_CAPTURE and is_set(event.facts):
+        return first_picture(_stored_set(session, event)).image
     if layer == ON_CAPTURE:
         texture = scan_of(session, event).texture
         if texture is None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, field_validator
@@ -15,6 +17,7 @@ from station.errors import UsageError
 from station.options import FLAGS
 
 PRESETS = CONFIGS / "presets"
+NO_FACTS: Mapping[str, Any] = MappingProxyType({})
 Limits = tuple[float, float]
 LABELS = {
     "pages": re.compile(r"(?P<number>\d{1,6})"),
@@ -71,11 +74,16 @@ class Preset(BaseModel):
             raise ValueError(f"{unknown[0]!r} is no output; there are {', '.join(FLAGS)}")
         return outputs
 
-    def parameters(self, *, unit: str = "auto") -> dict[str, Any]:
-        """The parameters of a restoration, every setting by name: a later default changes none of them."""
+    def parameters(self, capture: Mapping[str, Any] = NO_FACTS) -> dict[str, Any]:
+        """The parameters of a restoration, every setting by name: a later default changes none of them.
+
+        capture: the facts of what is to be restored; it tells the unit of a mesh, or the scale of photographs.
+        """
         settings = Settings.model_validate(self.settings).model_dump(mode="json")
         outputs = sorted({*self.outputs, "coverage"})
-        return {"settings": settings, "outputs": outputs, "language": self.language, "unit": unit}
+        told = {"unit": str(capture.get("unit", "auto"))}
+        told |= {"scale": capture["scale"]} if "scale" in capture else {}
+        return {"settings": settings, "outputs": outputs, "language": self.language, **told}
 
     def label(self, position: int) -> str:
         """The label of the page at a position of the volume, from 1 on; empty where pages are not numbered."""

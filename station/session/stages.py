@@ -13,7 +13,9 @@ from restore import RestoreError, Settings
 from station.choices import Pieces, Turn
 from station.destination import Destination
 from station.one_page import restore_file
+from station.photos import Scale, photographed_page
 from station.progress import Progress, silent
+from station.session.photographs import pictures_in
 from station.session.presets import Thresholds
 from station.verdict.judge import as_result, judge
 from station.verdict.measures import measured
@@ -22,13 +24,14 @@ RESTORE, VERDICT = "restore", "verdict"
 STEM = "page"
 PAGE, REPORT = f"{STEM}.png", f"{STEM}.json"
 # Of a report: what differs between two runs, and what only the place of the files decides.
-VARYING = ("seconds", "peak_memory_mb", "scan", "files")
+VARYING = ("seconds", "peak_memory_mb", "scan", "photographs", "files")
 
 
 class RestoreParameters(BaseModel):
     """All that a restoration depends on beside its scan, as `planish restore` has it.
 
     Of several sheets in one scan the largest is the page: a page of a session is one picture.
+    scale: of photographs, as `planish photos` has it; None for a scan.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -36,6 +39,7 @@ class RestoreParameters(BaseModel):
     outputs: tuple[str, ...] = ("coverage",)
     language: str = "eng"
     unit: str = "auto"
+    scale: str | None = None
     turn: Turn = Turn.NONE
     anyway: bool = False
 
@@ -66,15 +70,26 @@ def run_restore(source: Path, parameters: Mapping[str, Any], folder: Path, *, pr
         anyway=wanted.anyway,
     )
     try:
-        outcome = restore_file(
-            source,
-            destination,
-            settings=wanted.settings,
-            unit=wanted.unit,
-            stem=STEM,
-            examine=measured,
-            progress=progress,
-        )
+        if wanted.scale is not None:
+            outcome = photographed_page(
+                pictures_in(source),
+                destination,
+                settings=wanted.settings,
+                scale=Scale.parse(wanted.scale),
+                stem=STEM,
+                examine=measured,
+                progress=progress,
+            )
+        else:
+            outcome = restore_file(
+                source,
+                destination,
+                settings=wanted.settings,
+                unit=wanted.unit,
+                stem=STEM,
+                examine=measured,
+                progress=progress,
+            )
     except RestoreError as error:  # of the scan, and so the same on the next run
         folder.mkdir(parents=True, exist_ok=True)
         return Run({"error": str(error), "hint": error.hint})

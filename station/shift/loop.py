@@ -180,7 +180,7 @@ class Shift:
 
     def _parameters(self, capture: Event) -> dict[str, Any]:
         """The parameters of a restoration: those of the preset, and the files that are wanted beside its own."""
-        parameters = self._preset.parameters(unit=str(capture.facts.get("unit", "auto")))
+        parameters = self._preset.parameters(capture.facts)
         return {**parameters, "outputs": sorted({*parameters["outputs"], *self.outputs})}
 
     def finish(self, done: Done) -> None:

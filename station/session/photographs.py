@@ -1,0 +1,76 @@
+"""Photographs of one page as one capture: stored as they are, restored as `planish photos` does."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from restore import BadInput, Photograph, is_video, read_photograph
+from station.photos import Scale
+from station.session.events import Event
+from station.session.steps import add_files
+from station.session.store import Writer
+
+FOLDER = "photographs"
+SCALE = "scale"
+"""Fact of a capture that is a set of photographs: where their scale comes from, as `planish photos --scale` has it."""
+
+
+def add_photographs(writer: Writer, paths: Sequence[Path], *, page: int | None = None, scale: str = "card") -> Event:
+    """Store photographs of one page, or a video of it, as one capture, unchanged; returns its event.
+
+    paths: of the files, or of one folder of them. They are restored in the order of their names.
+    Raises UsageError for a scale that is none, BadInput for what cannot be read or has the name of another, OSError.
+    """
+    Scale.parse(scale)
+    files = _by_name(paths)
+    facts = {
+        "by": "session add",
+        "from": [str(path.absolute()) for path in files.values()],
+        SCALE: scale,
+        "modified": {name: path.stat().st_mtime_ns for name, path in files.items()},
+    }
+
+    def provenance(copies: Path) -> dict[str, Any]:
+        sizes = {copy.name: _size(copy) for copy in pictures_in(copies)}
+        return {"provenance": {"device": "photographs", "unit": "mm", "pictures": sizes}}
+
+    copied = {f"{FOLDER}/{name}": path for name, path in files.items()}
+    return add_files(writer, copied, FOLDER, page=page, facts=facts, inspect=provenance)
+
+
+def pictures_in(folder: Path) -> list[Path]:
+    """The photographs of a stored set, in the order of their names."""
+    return sorted(path for path in folder.iterdir() if path.is_file())
+
+
+def first_picture(folder: Path) -> Photograph:
+    """The first photograph of a stored set. Raises BadInput when it is damaged, or the set is a video."""
+    first = pictures_in(folder)[0]
+    if is_video(first):
+        raise BadInput(f"{first.name} is a video, which is not shown", "look at the restored page")
+    return read_photograph(first)
+
+
+def is_set(facts: Mapping[str, Any]) -> bool:
+    """Whether a capture of such facts is a set of photographs."""
+    return SCALE in facts
+
+
+def _by_name(paths: Sequence[Path]) -> dict[str, Path]:
+    if len(paths) == 1 and paths[0].is_dir():
+        paths = pictures_in(paths[0])
+        if not paths:
+            raise BadInput("the folder holds no files", "give the folder of the photographs, or the photographs")
+    files: dict[str, Path] = {}
+    for path in paths:
+        if path.name in files:
+            raise BadInput(f"{files[path.name]} and {path} have one name", "rename one of them")
+        files[path.name] = path
+    return files
+
+
+def _size(path: Path) -> list[int] | None:
+    """Width and height of a photograph; None for a video. Raises BadInput when it cannot be read."""
+    return None if is_video(path) else [*read_photograph(path).image.shape[1::-1]]
