@@ -16,7 +16,7 @@ from restore.photo.photograph import Photograph
 from restore.photogrammetry.align import LEAST_COMMON, views_that_agree
 from restore.photogrammetry.bundle import Adjusted, Tracks, adjust
 from restore.photogrammetry.card import ScaleCard, detect_markers
-from restore.photogrammetry.errors import Mirrored, TooFewViews, ViewsApart
+from restore.photogrammetry.errors import CardApart, Mirrored, TooFewViews, ViewsApart
 from restore.photogrammetry.sparse import SAME_FOCAL
 from restore.scan import Bytes, Floats, Ints, Mask
 
@@ -26,6 +26,7 @@ FREE = 0.3  # standard deviation of a focal length that nothing is known of, as 
 EXPLAINED = 0.7  # of a view's residuals that are left once its focal length is free, when a zoom was the cause
 LEAST_VIEWS = 3
 MOST_CARD_MM = 0.3  # rms of the markers about the flat card: ten times what they are off in five views
+WRONG_CARD_MM = 1.0  # a strip of paper that is not flat bends by so much; beyond, the cameras are wrong
 OTHER_PAGE = "it shows another page, or this one where it did not lie before, or not sharply"
 OTHER_SHAPE = "it shows another print, or the page bent otherwise"
 
@@ -118,7 +119,7 @@ def card_doubts(
     photographs: Sequence[Photograph], seen: Mapping[int, Mapping[int, Floats]], scale: Mapping[str, Any]
 ) -> tuple[str, ...]:
     """What is to be said of the card, as sentences: photographs with their cameras, the markers seen in each by its
-    index, and the scale found."""
+    index, and the scale found. Raises CardApart when the markers are where no card has them."""
     cameras = {number: photograph.camera for number, photograph in enumerate(photographs) if photograph.camera}
     showing = [number for number in cameras if len(seen.get(number, {})) >= LEAST_COMMON]
     if len(showing) < LEAST_VIEWS:
@@ -129,6 +130,12 @@ def card_doubts(
     agreeing = views_that_agree(cameras, seen)
     if len(agreeing) < LEAST_VIEWS:
         return ("the card lies elsewhere beside the page in each photograph: page or card was moved",)
+    off = scale.get("residual_mm", 0.0)
+    if off > WRONG_CARD_MM:
+        raise CardApart(
+            f"the markers of the card are {off:.1f} mm off their places: the photographs do not agree about it",
+            "give photographs that are neither cropped nor zoomed, and lay the card flat",
+        )
     sentences = []
     apart = [photographs[number].name for number in showing if number not in agreeing]
     if apart:
@@ -136,9 +143,9 @@ def card_doubts(
             f"page or card was moved: in {', '.join(apart)} the card lies elsewhere beside the page; the scale is "
             "taken from the others"
         )
-    if scale.get("residual_mm", 0.0) > MOST_CARD_MM:
+    if off > MOST_CARD_MM:
         sentences.append(
-            f"the markers of the card are {scale['residual_mm']:.2f} mm off their places: it was not flat or not "
+            f"the markers of the card are {off:.2f} mm off their places: it was not flat or not "
             "printed evenly, and the page's size is not to be trusted"
         )
     return tuple(sentences)

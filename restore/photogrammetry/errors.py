@@ -27,6 +27,10 @@ class ViewsApart(NotEnoughSurface):
         self.reasons = reasons
 
 
+class CardApart(NotEnoughSurface):
+    """Raised when the markers of the card are found where no card can have them: the cameras are wrong."""
+
+
 class NoPage(NotEnoughSurface):
     """Raised when no sheet of paper is found in the photographs."""
 

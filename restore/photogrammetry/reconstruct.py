@@ -125,7 +125,7 @@ def reconstruct_page(
     """The surface of a page on a table, out of photographs of one lens from all round.
 
     card: that lies beside the page, to take the scale from; it is needed in three of them. None for no scale.
-    Raises MixedLenses, Mirrored, TooFewViews, NoPage, or ExtraMissing without pycolmap.
+    Raises MixedLenses, Mirrored, TooFewViews, NoPage, CardApart, or ExtraMissing without pycolmap.
     """
     if len(photographs) < LEAST_VIEWS:
         raise TooFewViews(

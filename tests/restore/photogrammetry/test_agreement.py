@@ -23,7 +23,7 @@ from restore.photogrammetry.agreement import (
     without,
 )
 from restore.photogrammetry.bundle import Tracks, adjust
-from restore.photogrammetry.errors import Mirrored, TooFewViews, ViewsApart
+from restore.photogrammetry.errors import CardApart, Mirrored, TooFewViews, ViewsApart
 
 VIEWS = (2, 3, 5, 7, 8)
 PATCHES = 400
@@ -152,6 +152,13 @@ def test_a_card_that_is_not_flat_is_said():
     photographs = placed(5)
     (sentence,) = card_doubts(photographs, seen_by(photographs), {**SCALE, "residual_mm": 0.8})
     assert "0.80 mm off" in sentence
+
+
+def test_a_card_that_cannot_be_is_refused():
+    photographs = placed(5)
+    with pytest.raises(CardApart, match=r"1\.7 mm off") as fault:
+        card_doubts(photographs, seen_by(photographs), {**SCALE, "residual_mm": 1.7})
+    assert fault.value.exit_code == 5
 
 
 def test_a_mirrored_photograph_is_named():
