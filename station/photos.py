@@ -29,6 +29,7 @@ from station.export.claim import recover
 from station.one_page import Examine, nothing, restore_scan
 from station.overwrite_check import check_outputs
 from station.progress import Progress, silent
+from station.whole_run import expected_of_photographs, with_whole
 
 SIZE = re.compile(r"(?P<width>\d+(\.\d+)?)\s*[x×]\s*(?P<height>\d+(\.\d+)?)")
 MEASURED = Settings(points=300, dpi=30)  # enough to tell the size of a page to a tenth of a millimetre
@@ -76,6 +77,7 @@ def photographed_page(
     start = clock()
     photographs = read_pictures(pictures, progress)
     loaded = clock()
+    progress = with_whole(progress, expected_of_photographs(len(photographs)))
     page = reconstruct_page(photographs, card=SCALE_CARD if scale.card else None, progress=progress)
     warnings = list(page.warnings)
     if scale.page_mm is not None:

@@ -4,12 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from time import monotonic
 from typing import TextIO
 
 COMPILING = "compiling, once"
+WHOLE = "whole run"
+"""The stage that stands for all stages of a run together; its bar says how long the run still takes."""
+EARLY, LATE = 0.1, 0.99  # shares of a run: before the first nothing is known of its speed, after the second it is over
+SECONDS, MINUTES = 10, 120  # the time left is rounded to as many seconds; beyond the second, to minutes
 
 Progress = Callable[[str, float], None]
 """Called with the name of the stage and the fraction done, 0 to 1."""
+
+
+def time_left(elapsed: float, share: float) -> str:
+    """How long a run still takes that took so many seconds for a share of its time; empty while it is not known."""
+    if not EARLY <= share <= LATE:
+        return ""
+    seconds = elapsed * (1 - share) / share
+    if seconds > MINUTES:
+        return f"about {round(seconds / 60)} min left"
+    return f"about {max(round(seconds / SECONDS), 1) * SECONDS} s left"
 
 
 def silent(_stage: str, _fraction: float) -> None:
@@ -32,6 +47,7 @@ def progress_on(stream: TextIO | None) -> Iterator[Progress]:
 
     from restore import notify_when_compiling
 
+    start = monotonic()
     columns = TextColumn("{task.description:<12}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn()
     with Progress(*columns, console=Console(file=stream), transient=True) as bars:
         tasks: dict[str, TaskID] = {}
@@ -40,9 +56,14 @@ def progress_on(stream: TextIO | None) -> Iterator[Progress]:
             if stage not in tasks:
                 tasks[stage] = bars.add_task(stage, total=1.0)
             bars.update(tasks[stage], completed=fraction)
+            if stage == WHOLE:
+                left = time_left(monotonic() - start, fraction)
+                bars.update(tasks[stage], description=f"{WHOLE}: {left}" if left else WHOLE)
 
         def show_compiling() -> None:
-            for stage in list(tasks)[-1:]:  # the one that goes on now, when one has begun
+            for stage in [stage for stage in tasks if stage != WHOLE][
+                -1:
+            ]:  # the one that goes on now, when one has begun
                 bars.update(tasks[stage], description=f"{stage}: {COMPILING}")
 
         with notify_when_compiling(show_compiling):
