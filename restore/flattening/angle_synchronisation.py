@@ -16,11 +16,10 @@ from scipy.sparse.linalg import SuperLU, splu
 
 from restore.flattening.fans import Fans
 from restore.mesh.adjacency import Adjacency, adjacency
+from restore.numerics import SMALL
 from restore.scan import Floats, Ints
 
-ROUNDS = 5  # of wrapping residuals again, at most: they are linear in the turns but where they wrap
 SHORTEST = 1e-3  # of the mean edge: shorter ones weigh no more, or they alone would decide the digits of the rest
-STILL = 1e-9  # rad: what is left is rounding
 GROUNDED = 1e-12  # of the mean stiffness: a component as a whole has none; it shifts, and bends by less than this
 
 
@@ -55,14 +54,14 @@ def _synchronised(frames: Ints, angles: Floats, weights: Floats, solver: SuperLU
     """(count,) rad by which each frame is turned."""
     turn = angles[:, 0] - angles[:, 1] - np.pi
     around = adjacency(frames.ravel(), np.repeat(np.arange(len(frames)), 2), count)
-    turns = _along_tree(frames, turn, around)
-    for _ in range(ROUNDS):
+    turns, squares = _along_tree(frames, turn, around), np.inf
+    while True:
         rest = turns[frames[:, 0]] + turn - turns[frames[:, 1]]
         rest -= 2.0 * np.pi * np.round(rest / (2.0 * np.pi))
-        change = solver.solve(_divergence(frames, (weights * rest)[:, None], count))[:, 0]
-        turns = turns + change
-        if np.abs(change - change.mean()).max() < STILL:
+        squares, before = float(weights @ rest**2), squares
+        if squares > before - GROUNDED * len(rest):  # linear in the turns but for the wraps, which no longer change
             break
+        turns = turns + solver.solve(_divergence(frames, (weights * rest)[:, None], count))[:, 0]
     return turns
 
 
@@ -93,7 +92,7 @@ def _vectors(directions: Floats, lengths: Floats) -> Floats:
     """(j, 2) mm: joints in the directions (j, 2) rad outward from both ends, the mean of the two."""
     found = np.stack([np.cos(directions), np.sin(directions)], axis=-1)
     mean = found[:, 0] - found[:, 1]
-    return np.asarray(mean * (lengths / np.maximum(np.linalg.norm(mean, axis=1), STILL))[:, None])
+    return np.asarray(mean * (lengths / np.maximum(np.linalg.norm(mean, axis=1), SMALL))[:, None])
 
 
 def _divergence(pairs: Ints, flows: Floats, count: int) -> Floats:

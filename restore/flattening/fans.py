@@ -19,7 +19,6 @@ from restore.numerics import SMALL
 from restore.scan import Floats, Ints
 
 LEAST_ANGLE = 1.0  # rad: a closed fan of less is made of slivers or folded faces, and scaling it would invent angles
-SIGN_SWEEPS = 20  # over all faces; a sign that is turned may free those of its neighbours
 EVIDENCE = 0.5  # of what a sign that is wrong alone would close
 
 
@@ -68,7 +67,8 @@ def closing_signs(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> 
             inner[sides.edges[e, 0]] = inner[sides.edges[e, 1]] = False
     for corner in range(len(angles)):
         gaps[faces[corner // 3, corner % 3]] += signs[corner // 3] * angles[corner]
-    for _ in range(SIGN_SWEEPS):
+    turned = 1
+    while turned:  # a sign that is turned may free those of its neighbours; each closes the fans further
         turned = 0
         for f in range(len(faces)):
             gain, most = 0.0, SMALL
@@ -81,8 +81,6 @@ def closing_signs(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> 
                 for c in range(3):
                     gaps[faces[f, c]] -= 2.0 * signs[f] * angles[3 * f + c]
                 signs[f], turned = -signs[f], turned + 1
-        if turned == 0:
-            break
     return signs
 
 

@@ -13,7 +13,7 @@ from math import sqrt
 import numba
 import numpy as np
 
-from restore.flattening.rigid_aggregates import Aggregates, aggregate, correct_rigidly
+from restore.flattening.rigid_aggregates import STIFFEN, Aggregates, aggregate, correct_rigidly
 from restore.flattening.solution import Solution
 from restore.mesh.adjacency import Sides
 from restore.mesh.measures import edge_strain
@@ -27,15 +27,10 @@ GRADIENT_TOLERANCE = 3e-5  # rms strain that a vertex could be relieved of alone
 # along the whole page alone a vertex feels one part in √n. What is left moves a vertex by a ten-thousandth of an edge
 LEAST_DECREASE = 1e-6  # of the squared strains: less in an iteration is rounding of an energy at its minimum
 ROUGHLY = 1e-2  # the same where weights change, and steps get slowly shorter, or where the page is only a start
-INEXACTNESS = 0.1  # of the gradient may be left by a linear solve, and less when the model was good before:
-FORCING, POWER = 0.9, (1.0 + sqrt(5.0)) / 2.0  # Eisenstat & Walker 1996, their second choice
-ENOUGH = 0.5  # of the tolerance is as exact as a linear solve need be
+INEXACTNESS = 0.1  # of the gradient may be left by a linear solve: the next step starts from there
 HALVINGS = 8  # of a step, before the iteration stops
 JACOBI_ITERATIONS = 12  # of conjugate gradients, before the coarse space is set up
-COARSE_ITERATIONS = 1000  # more, at most
-REGULARISATION = 1e-6  # of a vertex's stiffness: one whose edges lie in one line has none across it
 LEAST_AREA = 0.01  # of the mean
-LEAST_SIGMA = 1e-9  # of strains: what rounding leaves of exact lengths
 
 
 def minimise_strain(
@@ -73,7 +68,7 @@ def least_absolute_strain(found: Solution, network: Network, other: Floats | Non
     other lengths (e,) mm are given, both lengths of an edge count.
     """
     sigma = robust_sigma(edge_strain(found.flat, network.edges, network.lengths))
-    corner = max(sigma, LEAST_SIGMA)
+    corner = max(sigma, SMALL)
     again = minimise_strain(found.flat, network, corner=corner, other=other, least_decrease=ROUGHLY)
     return again._replace(iterations=found.iterations + again.iterations)
 
@@ -117,17 +112,15 @@ def _minimise(
 ) -> tuple[int, float, bool]:
     """As `minimise_strain`, flat (n, 2) mm in place. A step that would strain the page more is halved."""
     tolerance = GRADIENT_TOLERANCE / sqrt(len(flat))
-    before, step_only = 0.0, np.empty_like(flat)
+    step_only = np.empty_like(flat)
     edges = edges.astype(np.uint32)
     jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots, corner)
     residual = sqrt(_preconditioned(gradient, inverse, step_only) / len(flat))
     for iteration in range(most):
         if residual <= tolerance:
             return iteration, residual, True
-        forcing = min(INEXACTNESS, FORCING * (residual / before) ** POWER) if before > 0.0 else INEXACTNESS
-        downhill = gradient.copy()
-        step = _solved(flat, edges, jacobian, gradient, inverse, max(forcing, ENOUGH * tolerance / residual))
-        before, last = residual, energy
+        downhill, last = gradient.copy(), energy
+        step = _solved(flat, edges, jacobian, gradient, inverse)
         for _ in range(HALVINGS):
             flat += step
             jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots, corner)
@@ -159,13 +152,13 @@ def _further(before: Floats, after: Floats, step: Floats) -> float:
 
 
 @numba.njit(cache=True)
-def _solved(flat: Floats, edges: Ints, jacobian: Floats, gradient: Floats, inverse: Floats, forcing: float) -> Floats:
-    """The Gauss–Newton step (n, 2), up to a share `forcing` of the gradient (n, 2), which is written over."""
+def _solved(flat: Floats, edges: Ints, jacobian: Floats, gradient: Floats, inverse: Floats) -> Floats:
+    """The Gauss–Newton step (n, 2), up to INEXACTNESS; the gradient (n, 2) is written over by what is left of it."""
     step = np.zeros_like(gradient)
-    wanted = forcing * forcing * _preconditioned(gradient, inverse, np.empty_like(gradient))
+    wanted = INEXACTNESS * INEXACTNESS * _preconditioned(gradient, inverse, np.empty_like(gradient))
     if _conjugate_gradients(step, edges, jacobian, gradient, inverse, None, wanted, JACOBI_ITERATIONS) > wanted:
         coarse = aggregate(flat, edges, jacobian)
-        _conjugate_gradients(step, edges, jacobian, gradient, inverse, coarse, wanted, COARSE_ITERATIONS)
+        _conjugate_gradients(step, edges, jacobian, gradient, inverse, coarse, wanted, 2 * len(flat))
     return step
 
 
@@ -230,7 +223,7 @@ def _linearised(
             inverse[i, 1] += x * y
             inverse[i, 2] += y * y
     for i in range(len(flat)):
-        more = REGULARISATION * (inverse[i, 0] + inverse[i, 2]) + TINY
+        more = STIFFEN * (inverse[i, 0] + inverse[i, 2]) + TINY
         xx, xy, yy = inverse[i, 0] + more, inverse[i, 1], inverse[i, 2] + more
         share = 1.0 / max(xx * yy - xy * xy, TINY)
         inverse[i, 0], inverse[i, 1], inverse[i, 2] = share * yy, -share * xy, share * xx

@@ -19,7 +19,8 @@ from restore.scan import Floats, Ints
 PARTICLES = 40  # in one of them: with half as many, passes are a third fewer and cost twice as much
 MOST = 2000  # of them: to factorise their stiffness takes as long as the passes that it saves
 MODES = 3  # right, up, and a turn
-STIFFEN = 1e-6  # of the stiffness: the page as a whole has none, nor has a single particle against a turn
+STIFFEN = 1e-6  # of the stiffness: the page as a whole has none, nor has a single particle against a turn, or across
+# edges in one line
 
 
 class Aggregates(NamedTuple):

@@ -11,30 +11,24 @@ from math import asin, atan2, cos, radians, sin, sqrt
 import numba
 import numpy as np
 
-from restore.mesh.jets import Rings, fit_jets, rings_of
+from restore.mesh.jets import SIGMAS, Rings, fit_jets, rings_of
 from restore.mesh.measures import straight_lengths
 from restore.numerics import SQUARE_TINY
 from restore.robust import MAD_TO_SIGMA
 from restore.scan import Floats, Ints
 
-SURE = 9.0  # 3σ squared: turns of less are noise
+SURE = SIGMAS * SIGMAS  # turns of less are noise
 PROBES = 100  # vertices that tell the noise
 SHRUNK = 0.87  # of the noise is left when a patch passes between a vertex and its neighbours
 LEAST_NOISE = 1e-7  # of the page's size: no file holds more digits
-GRAINY = (
-    0.013  # of the mean edge, as `estimate_noise_sigma` gives it: more noise lengthens edges by more than creases do
-)
-MANY = 2500  # vertices: of fewer a patch is a tenth of the page, and bends within it look like noise
+GRAINY = 0.013  # noise in mean edges: more of it lengthens edges by more than creases do
 SMOOTHINGS = 2  # of grainy vertices: a third to two thirds of what noise adds is gone
-SMOOTH = 0.6  # of the vertices lie beside no crease; where fewer do, what looks like noise may be creases
 SHARP = cos(radians(10.0))  # cosine of a turn between neighbours that may be a crease
 CREASE = 0.1  # radians, 6°: a turn that the curvature of both patches does not explain is a crease
 LEVEL = cos(CREASE)
-CREASE_SHARE = 0.35  # of the whole turn: the rest of it may be curvature
 PARALLEL = 1e-3  # sine of the turn: two patches that meet at less than 0.06° have no line in common
 STEEPEST = 0.9  # slope of a patch against its tangent plane at the crease: beyond, its curvature is a guess
 BENDINGS = 3  # of the tangents towards the crease, by Newton's method; a fourth changes no digit that counts
-MOST_STRETCH = 5.0  # of the straight edge, over a crease of twice 78°
 
 
 def surface_lengths(vertices: Floats, faces: Ints, edges: Ints) -> Floats:
@@ -47,11 +41,9 @@ def surface_lengths(vertices: Floats, faces: Ints, edges: Ints) -> Floats:
     noise = estimate_noise_sigma(vertices, rings)
     jets = fit_jets(vertices, rings, np.arange(len(vertices)), noise, noise)
     points = vertices + jets.normals * jets.offsets[:, None]
-    grainy = len(vertices) > MANY and noise > GRAINY * float(straight_lengths(vertices, edges).mean())
+    grainy = noise > GRAINY * float(straight_lengths(vertices, edges).mean())
     for _ in range(SMOOTHINGS if grainy else 0):
         smooth = _beside_no_crease(jets.normals, edges)
-        if len(smooth) < SMOOTH * len(vertices):
-            break
         again = fit_jets(points, rings_of(points, faces, edges), smooth, noise, noise)
         jets.normals[smooth], jets.forms[smooth] = again.normals[smooth], again.forms[smooth]
         points += again.normals * again.offsets[:, None]
@@ -93,9 +85,7 @@ def _all_lengths(points: Floats, normals: Floats, forms: Floats, variances: Floa
         a, b = edges[k, 0], edges[k, 1]
         chord, broken = _set_way(points[a], points[b], way), 0.0
         if _dot(normals[a], normals[b]) < LEVEL:
-            broken = min(
-                _over_crease(way, chord, normals[a], normals[b], forms[a], forms[b], fold), MOST_STRETCH * chord
-            )
+            broken = _over_crease(way, chord, normals[a], normals[b], forms[a], forms[b], fold)
         slopes = variances[a, 0] + variances[b, 0]
         if broken > chord:
             height = variances[a, 1] + variances[b, 1] + chord**2 * slopes
@@ -165,7 +155,7 @@ def _over_crease(
     side = 1.0 if x >= 0.0 else -1.0
     first, second = side * _curvature(form, start, fold), side * _curvature(other, end, fold)
     unexplained = turn - 0.5 * max(-first - second, 0.0) * sqrt(x * x + y * y)
-    if unexplained < CREASE or unexplained < CREASE_SHARE * turn:
+    if unexplained < CREASE:
         return 0.0
     near, far = _meet(side * x, side * y, turn, first, second)
     return sqrt((near + far) ** 2 + along**2) if near > 0.0 and far > 0.0 else 0.0

@@ -22,7 +22,7 @@ SPINE_BEND_MM = 60.0  # radius of the pages beside it, which rise to it the stee
 OVER_SPINE = 0.2  # of the chords' error, median of the edges over it; 0.1 measured
 PARITY = 1e-9
 EVEN_BEND = 0.05  # of what the chord cuts short; the cubic is right to the fourth power of the angle, 0.042 at 69°
-GRAINY_MM, PLEAT_MM = 0.04, 7.0  # among vertices 0.8 mm apart: grains, and half of them beside the crease of a pleat
+GRAINY_MM = 0.04  # among vertices 0.8 mm apart
 SMOOTHED = 0.15  # of what the chords grow; 0.05 measured, 0.41 without
 NOISE_MM = 0.02
 NOISE_KNOWN = 0.2  # of it; of 100 probes a median absolute deviation is known to 12 %
@@ -154,12 +154,3 @@ def test_what_lies_beside_a_crease_is_not_smoothed(patch):
     smooth = module._beside_no_crease(normals, edges)
     np.testing.assert_array_equal(smooth, np.setdiff1d(np.arange(len(flat)), edges[over]))
     assert len(smooth) < len(flat)
-
-
-def test_of_a_page_that_is_creased_all_over_nothing_is_smoothed(dense, monkeypatch):
-    flat, faces, edges, _ = dense
-    noise = np.random.default_rng(1).normal(scale=GRAINY_MM, size=len(flat))
-    vertices = np.column_stack([flat, np.tan(SLOPE) * np.abs(flat[:, 0] % PLEAT_MM - PLEAT_MM / 2) + noise])
-    found = surface_lengths(vertices, faces, edges)
-    monkeypatch.setattr(module, "SMOOTHINGS", 0)
-    np.testing.assert_array_equal(found, surface_lengths(vertices, faces, edges))
