@@ -20,8 +20,6 @@ ENGINE = tuple(
     )
 )
 
-GIVEN = {"GOLDEN": "the golden section, whose multiples lie evenly over a list"}  # by mathematics: no comment needed
-
 
 class Constant(NamedTuple):
     """A constant: its name, its value as it is written, and the comment beside it or above it."""
@@ -45,7 +43,7 @@ def constants_of(path: Path) -> Iterator[Constant]:
         for name, value in zip(names, values, strict=True):
             written = ast.unparse(value)
             if isinstance(name, ast.Name) and name.id.isupper() and re.search(r"\d", written):
-                yield Constant(name.id, written, _comment(lines, node) or GIVEN.get(name.id, ""))
+                yield Constant(name.id, written, _comment(lines, node))
 
 
 def _comment(lines: list[str], node: ast.Assign) -> str:

@@ -17,7 +17,7 @@ from restore.flattening.rigid_aggregates import STIFFEN, Aggregates, aggregate, 
 from restore.flattening.solution import Solution
 from restore.mesh.adjacency import Sides
 from restore.mesh.measures import edge_strain
-from restore.mesh.network import Network, interleaved_order
+from restore.mesh.network import Network
 from restore.numerics import SMALL, TINY
 from restore.robust import robust_sigma
 from restore.scan import Floats, Ints
@@ -52,11 +52,8 @@ def minimise_strain(
     flat = np.array(flat, order="C")
     edges, lengths = network.edges, network.lengths
     roots = np.sqrt(edge_areas(network.faces, network.sides, lengths))
-    order = interleaved_order(len(roots))
-    edges, roots = edges.take(order, axis=0), roots.take(order)
-    lengths = lengths.take(order)
     if other is not None:
-        edges, roots, lengths = np.r_[edges, edges], np.r_[roots, roots], np.r_[lengths, other.take(order)]
+        edges, roots, lengths = np.r_[edges, edges], np.r_[roots, roots], np.r_[lengths, other]
     iterations, residual, converged = _minimise(flat, edges, lengths, roots, corner, most, least_decrease)
     return Solution(flat, iterations, residual, converged)
 

@@ -11,6 +11,7 @@ import numba
 import numpy as np
 
 from restore.flattening.gauss_newton import (
+    HALVINGS,
     LEAST_DECREASE,
     ROUGHLY,
     least_absolute_strain,
@@ -25,12 +26,10 @@ from restore.numerics import SMALL, TINY
 from restore.scan import Floats, Ints, Mask
 
 MIRRORINGS = 5  # each frees the corners that the last one still held
-OPENINGS = 100  # of all inverted faces; opening one may close its neighbours
 OPEN = 0.02  # of its area on the surface is a face opened to, or rounding could turn it over
 ENOUGH = 0.5  # of that is left when its neighbours are opened
 CONTRADICTED = 0.5  # of its area on the surface: a face that lengths invert by so much is folded, whatever its normal
-SWEEPS = 50  # of Gauss–Seidel over an inversion and its neighbours, a few vertices wide
-HALVINGS = 6  # of the step of a vertex, before it stays where it is
+SWEEPS = 50  # over inverted faces, as opening one may close its neighbours, and over the few vertices round them
 
 
 def least_strain_page(flat: Floats, network: Network, signs: Floats | None = None) -> Solution:
@@ -44,7 +43,10 @@ def least_strain_page(flat: Floats, network: Network, signs: Floats | None = Non
 
 
 def least_absolute_page(flat: Floats, network: Network, signs: Floats | None = None) -> Solution:
-    """As `least_strain_page`, of least absolute strain: a few lengths that noise has made wrong hardly move it."""
+    """The flat positions (n, 2) mm of least absolute strain near a start: a few wrong lengths hardly move them.
+
+    signs (m,) as for `least_strain_page`.
+    """
     signs = np.ones(len(network.faces)) if signs is None else signs
     found = least_absolute_strain(with_corners_mirrored(flat, network, signs, ROUGHLY), network)
     return found._replace(flat=repaired(found.flat, network, signs))
@@ -142,7 +144,7 @@ def open_inverted(flat: Floats, faces: Ints, signs: Floats, least: Floats) -> Ma
     flat (n, 2) mm. A face is opened along the gradient of its area: the least displacement that does it.
     """
     moved, way = np.zeros(len(flat), np.bool_), np.empty((3, 2))
-    for _ in range(OPENINGS):
+    for _ in range(SWEEPS):
         inverted = 0
         for f in range(len(faces)):
             area = _signed_area(f, flat, faces, signs)

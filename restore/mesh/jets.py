@@ -23,7 +23,7 @@ ON_PATCH = 0.03  # slope: neighbours that stand off the patch by more have a qua
 SIGMAS = 3.0  # of the noise: nothing that lies so near to a plane or a patch is told from it
 ROUNDS = 3  # of reweighting
 AGREED = 0.98  # of the points lie on the patch: another round would not change it
-GRADIENT_PRIOR, CURVATURE_PRIOR = 1e-3, 1e-2  # hold what few neighbours leave open near zero
+PRIOR = 1e-2  # of one neighbour's weight: holds slopes and curvatures that too few neighbours leave open near zero
 TERMS = 6  # height, two slopes, three second derivatives
 PRODUCTS = TERMS * (TERMS + 1) // 2 + TERMS  # of the terms with each other and with the height
 LANES = 4  # points added up at a time; beyond the last are so many of no weight
@@ -235,7 +235,7 @@ def _fit(
     for _ in range(ROUNDS):
         sums[:] = 0.0
         for p in range(TERMS):
-            sums[row_of(p) + p] = own if p == 0 else GRADIENT_PRIOR if p < 3 else CURVATURE_PRIOR
+            sums[row_of(p) + p] = own if p == 0 else PRIOR
         for k in range(0, far, LANES):
             a, b, c, d = weights[k], weights[k + 1], weights[k + 2], weights[k + 3]
             for m in range(len(sums)):  # compilers do not vectorise what a constant has them unroll

@@ -26,7 +26,6 @@ SMOOTHINGS = 2  # of grainy vertices: a third to two thirds of what noise adds i
 SHARP = cos(radians(10.0))  # cosine of a turn between neighbours that may be a crease
 CREASE = 0.1  # radians, 6°: a turn that the curvature of both patches does not explain is a crease
 LEVEL = cos(CREASE)
-PARALLEL = 1e-3  # sine of the turn: two patches that meet at less than 0.06° have no line in common
 STEEPEST = 0.9  # slope of a patch against its tangent plane at the crease: beyond, its curvature is a guess
 BENDINGS = 3  # of the tangents towards the crease, by Newton's method; a fourth changes no digit that counts
 
@@ -105,7 +104,7 @@ def _share_kept(gain: float, cosine: float, slopes: float, height: float) -> flo
     cosine is that of the turn; slopes and height are the variances of the normals and, in mm², of one patch's height
     above the other: the gain goes with the height over the sine of the turn.
     """
-    turned, sine = 2.0 - 2.0 * cosine, max(1.0 - cosine**2, PARALLEL**2)
+    turned, sine = 2.0 - 2.0 * cosine, max(1.0 - cosine**2, CREASE**2)
     by_turn = max(0.0, 1.0 - SURE * slopes / turned)
     return by_turn * max(0.0, 1.0 - height / sine * (1.0 - cosine) ** 2 / gain**2)
 
@@ -143,7 +142,7 @@ def _over_crease(
         m, n = (p + 1) % 3, (p + 2) % 3
         fold[p] = start[m] * end[n] - start[n] * end[m]
     sine = sqrt(_dot(fold, fold))
-    if sine < PARALLEL:
+    if sine < CREASE:
         return 0.0
     turn = atan2(sine, _dot(start, end))
     fold /= sine

@@ -7,7 +7,7 @@ import pytest
 
 from restore.flattening.gauss_newton import _linearised
 from restore.flattening.rigid_aggregates import MODES, PARTICLES, STIFFEN, aggregate, correct_rigidly
-from restore.mesh.network import edges_of, interleave
+from restore.mesh.network import edges_of
 
 EXACT = 1e-4  # of the largest way: the stiffening of 1e-6 is felt where the page as a whole may move
 PARITY = 1e-9
@@ -89,7 +89,7 @@ def test_a_page_of_any_size_is_balanced_in_as_many_passes(warped, count):
     page = warped("curl", count=count)
     solver = import_module("restore.flattening.gauss_newton")
     bent = page.flat + 2.0 * np.sin(page.flat / 60.0)  # along the whole page
-    edges, lengths = interleave(edges_of(page.mesh.faces), page.lengths)
+    edges, lengths = edges_of(page.mesh.faces), page.lengths
     gradients, force, inverse, _ = _linearised(bent, edges, lengths, np.ones(len(edges)), np.inf)
     start = solver._preconditioned(force, inverse, np.empty_like(force))
     step, together = np.zeros_like(force), aggregate(bent, edges, gradients)
