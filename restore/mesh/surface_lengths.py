@@ -22,6 +22,7 @@ PROBES = 100  # vertices that tell the noise
 SHRUNK = 0.87  # of the noise is left when a patch passes between a vertex and its neighbours
 LEAST_NOISE = 1e-7  # of the page's size: no file holds more digits
 GRAINY = 0.013  # noise in mean edges: more of it lengthens edges by more than creases do
+MANY = 2500  # vertices: of fewer a patch is a tenth of the page, and bends within it look like noise
 SMOOTHINGS = 2  # of grainy vertices: a third to two thirds of what noise adds is gone
 SHARP = cos(radians(10.0))  # cosine of a turn between neighbours that may be a crease
 CREASE = 0.1  # radians, 6°: a turn that the curvature of both patches does not explain is a crease
@@ -40,7 +41,7 @@ def surface_lengths(vertices: Floats, faces: Ints, edges: Ints) -> Floats:
     noise = estimate_noise_sigma(vertices, rings)
     jets = fit_jets(vertices, rings, np.arange(len(vertices)), noise, noise)
     points = vertices + jets.normals * jets.offsets[:, None]
-    grainy = noise > GRAINY * float(straight_lengths(vertices, edges).mean())
+    grainy = len(vertices) > MANY and noise > GRAINY * float(straight_lengths(vertices, edges).mean())
     for _ in range(SMOOTHINGS if grainy else 0):
         smooth = _beside_no_crease(jets.normals, edges)
         again = fit_jets(points, rings_of(points, faces, edges), smooth, noise, noise)
@@ -60,7 +61,8 @@ def _beside_no_crease(normals: Floats, edges: Ints) -> Ints:
 def estimate_noise_sigma(vertices: Floats, rings: Rings) -> float:
     """Standard deviation of the vertices (n, 3) off the surface, mm, from patches that are not tied to their vertex."""
     size = max(float(axis.max() - axis.min()) for axis in vertices.T)
-    chosen = np.arange(0, len(vertices), max(len(vertices) // PROBES, 1))
+    from_centre = ((vertices - vertices.mean(axis=0)) ** 2).sum(axis=1)  # whatever numbers the vertices have
+    chosen = np.argsort(from_centre)[:: max(len(vertices) // PROBES, 1)]
     offsets = np.sort(np.abs(fit_jets(vertices, rings, chosen, size).offsets[chosen]))
     return max(MAD_TO_SIGMA * float(offsets[len(offsets) // 2]) / SHRUNK, LEAST_NOISE * size)
 

@@ -17,6 +17,8 @@ from restore.scan import SurfaceMesh
 
 TRUE_MM = 0.01  # a fifteenth of what the paper's solver leaves; the sticks are relaxed to a tenth of it
 SAME_MM = 1e-6  # two runs with the same sums in another frame
+SAME_PAGE = 1e-6  # of its size: what rounding leads to where iterations stop
+NOISE_MM = 0.1
 REORDERED_MM = 0.01  # sticks relaxed in another order stop elsewhere within the tolerance
 
 turns = st.tuples(*[st.floats(-1.0, 1.0)] * 4).filter(lambda q: np.linalg.norm(q) > 0.1)
@@ -82,6 +84,23 @@ def test_moving_the_sheet_changes_only_where_the_page_lies(warped, turn, shift):
     rotation = Rotation.from_quat(turn).as_matrix()
     here, there = (flatten(mesh, lengths=page.lengths).flat for mesh in (page.mesh, moved(page.mesh, rotation, shift)))
     np.testing.assert_allclose(aligned(there, here), here, atol=SAME_MM)
+
+
+@few
+@given(turns, shifts, st.floats(0.01, 100.0), st.booleans(), st.integers(0, 2**32 - 1))
+def test_a_noisy_mesh_turned_scaled_mirrored_and_renumbered_gives_the_same_page(
+    warped, turn, shift, scale, mirror, seed
+):
+    page = warped("oblique wave", count=300)
+    noisy = page.mesh.vertices + np.random.default_rng(5).normal(0.0, NOISE_MM, page.mesh.vertices.shape)
+    here = flatten(SurfaceMesh(noisy, page.mesh.faces)).flat
+    random, side = np.random.default_rng(seed), -1.0 if mirror else 1.0
+    order = random.permutation(len(noisy))
+    faces = random.permutation(np.argsort(order)[page.mesh.faces])
+    vertices = scale * (noisy * [side, 1.0, 1.0]) @ Rotation.from_quat(turn).as_matrix().T + shift
+    there = np.empty_like(here)
+    there[order] = flatten(SurfaceMesh(vertices[order], faces[:, ::-1] if mirror else faces)).flat / scale
+    np.testing.assert_allclose(aligned(there * [side, 1.0], here), here, atol=SAME_PAGE * np.ptp(here))
 
 
 @few

@@ -25,7 +25,7 @@ EVEN_BEND = 0.05  # of what the chord cuts short; the cubic is right to the four
 GRAINY_MM = 0.04  # among vertices 0.8 mm apart
 SMOOTHED = 0.15  # of what the chords grow; 0.05 measured, 0.41 without
 NOISE_MM = 0.02
-NOISE_KNOWN = 0.2  # of it; of 100 probes a median absolute deviation is known to 12 %
+NOISE_KNOWN = 0.36  # of it; of 100 probes a median absolute deviation is known to 12 %, this is 3σ
 INFLATED = 0.75  # of what the chords grow; the patches take off-plane noise out but between near neighbours
 
 
