@@ -13,7 +13,7 @@ from restore.formats.glb import read_glb
 from restore.formats.mesh import PaintedMesh
 from restore.formats.obj import read_obj, write_obj
 from restore.formats.picture import SUFFIXES as PICTURE_SUFFIXES
-from restore.formats.picture import read_picture
+from restore.formats.picture import encode_png, read_picture
 from restore.formats.ply import read_ply, write_ply
 from restore.formats.source import is_file, is_folder, read_bytes, scan_stem
 from restore.formats.stl import read_stl
@@ -31,6 +31,7 @@ __all__ = [
     "READERS",
     "SCAN_SUFFIXES",
     "check_unit",
+    "encode_png",
     "load_scan",
     "read_bytes",
     "read_picture",
