@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import cv2
 import numpy as np
 
 from restore.photo.camera import PhotoCamera
@@ -16,8 +17,9 @@ from restore.photo.photograph import Photograph
 from restore.photogrammetry.align import LEAST_COMMON, views_that_agree
 from restore.photogrammetry.bundle import Adjusted, Tracks, adjust
 from restore.photogrammetry.card import ScaleCard, detect_markers
-from restore.photogrammetry.errors import CardApart, Mirrored, TooFewViews, ViewsApart
-from restore.photogrammetry.sparse import SAME_FOCAL
+from restore.photogrammetry.errors import CardApart, Mirrored, NoPage, TooFewViews, ViewsApart
+from restore.photogrammetry.sharpness import Sharpness, sharpness
+from restore.photogrammetry.sparse import BLURRED_PX, SAME_FOCAL, SIDE
 from restore.scan import Bytes, Floats, Ints, Mask
 
 LEAST_SHARE = 0.3  # of the patches that most views show: half a page under a hand leaves more
@@ -91,6 +93,23 @@ def without(failed: Mapping[int, str], apart: ViewsApart, left: int, names: Sequ
 def _raise_for(views: Sequence[int], apart: Mask, why: str) -> None:
     if apart.any():
         raise ViewsApart({views[row]: why for row in np.flatnonzero(apart).tolist()})
+
+
+def with_blur(fault: NoPage, photographs: Sequence[Photograph]) -> NoPage:
+    """The fault, with the names of the photographs that are blurred when there are any."""
+    names = [one.name for one in photographs if _sharpness_of(one).blur > BLURRED_PX]
+    if not names:
+        return fault
+    return NoPage(
+        f"{fault}; blurred: {', '.join(names)}", "focus on the page, hold the camera still, and photograph it again"
+    )
+
+
+def _sharpness_of(photograph: Photograph) -> Sharpness:
+    """The sharpness of the small copy in which features are sought."""
+    grey = cv2.cvtColor(photograph.image, cv2.COLOR_RGB2GRAY)
+    ratio = min(1.0, SIDE / max(grey.shape))
+    return sharpness(cv2.resize(grey, None, fx=ratio, fy=ratio, interpolation=cv2.INTER_AREA))
 
 
 def find_markers(photographs: Sequence[Photograph], card: ScaleCard) -> dict[int, Mapping[int, Floats]]:

@@ -23,6 +23,7 @@ from restore.photogrammetry.agreement import (
     check_found,
     check_residuals,
     find_markers,
+    with_blur,
     within,
     without,
 )
@@ -139,6 +140,8 @@ def reconstruct_page(
     while True:
         try:
             return _page_of(photographs, sparse, markers, card, progress)
+        except NoPage as fault:
+            raise with_blur(fault, photographs) from None
         except ViewsApart as apart:
             names = [photograph.name for photograph in photographs]
             failed = without(sparse.failed, apart, len(sparse.cameras), names)

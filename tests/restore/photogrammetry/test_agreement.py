@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
@@ -19,11 +20,12 @@ from restore.photogrammetry.agreement import (
     check_found,
     check_residuals,
     find_markers,
+    with_blur,
     within,
     without,
 )
 from restore.photogrammetry.bundle import Tracks, adjust
-from restore.photogrammetry.errors import CardApart, Mirrored, TooFewViews, ViewsApart
+from restore.photogrammetry.errors import CardApart, Mirrored, NoPage, TooFewViews, ViewsApart
 
 VIEWS = (2, 3, 5, 7, 8)
 PATCHES = 400
@@ -159,6 +161,20 @@ def test_a_card_that_cannot_be_is_refused():
     with pytest.raises(CardApart, match=r"1\.7 mm off") as fault:
         card_doubts(photographs, seen_by(photographs), {**SCALE, "residual_mm": 1.7})
     assert fault.value.exit_code == 5
+
+
+def test_where_no_page_is_found_blurred_photographs_are_named():
+    rng = np.random.default_rng(6)
+    blocks = cv2.resize(
+        rng.integers(60, 200, (15, 20, 3), np.uint8), None, fx=30, fy=30, interpolation=cv2.INTER_NEAREST
+    )
+    sharp = Photograph(blocks, "sharp.jpg")
+    blurred = Photograph(cv2.GaussianBlur(blocks, (0, 0), 4.0), "blurred.jpg")
+    fault = NoPage("only 7 points lie on a page", "lay it on a table")
+    named = with_blur(fault, [sharp, blurred])
+    assert str(named) == "only 7 points lie on a page; blurred: blurred.jpg"
+    assert "still" in named.hint
+    assert with_blur(fault, [sharp]) is fault
 
 
 def test_a_mirrored_photograph_is_named():
