@@ -15,7 +15,7 @@ from scipy import ndimage
 
 from restore.numerics import TINY
 from restore.photo.camera import PhotoCamera, project_with_jacobian
-from restore.photogrammetry.surface import HeightField
+from restore.photogrammetry.surface import Surface
 from restore.photogrammetry.track import Picture
 from restore.scan import Floats, Mask
 
@@ -26,7 +26,7 @@ SAMPLES = 41  # across the edge
 ALONG = (-1.0, -0.5, 0.0, 0.5, 1.0)  # mm along the edge, over which the picture is averaged
 FACING = 0.2  # cosine of 78° between the normal and the line of sight
 LEAST_STEP = 0.12  # of the light of the paper, that the table gives less
-LEAST_VIEWS = 3
+LEAST_VIEWS = 2  # as many equations as unknowns: a side that stands upright may have no more
 MISFIT = 0.25  # of the reach: a view whose step is further from the others' shows something else
 MOST_SIGMA = 0.5  # of the reach, out of the page: views from one side do not tell
 LONELY_MM = 1.0  # from the median of its neighbours: a step that is none of the page's edge
@@ -35,25 +35,26 @@ NEIGHBOURS = 15  # points: 30 mm of the edge
 
 @dataclass(frozen=True, eq=False)
 class Edge:
-    """Points (n, 3) mm round the page, counter-clockwise, and which of them (n,) are measured."""
+    """Points (n, 3) mm round the page, counter-clockwise, their places (n, 2) mm on it, and which (n,) are measured."""
 
     points: Floats
+    places: Floats
     measured: Mask
 
 
-def find_edge(greys: Picture, cameras: Sequence[PhotoCamera], surface: HeightField, outline: Floats) -> Edge:
+def find_edge(greys: Picture, cameras: Sequence[PhotoCamera], surface: Surface, outline: Floats) -> Edge:
     """The edge of a page in photographs greys (v, h, w), near an outline (n, 2) mm on its surface."""
     places = _smoothed(_resampled(outline, SPACING_MM), SMOOTH_MM / SPACING_MM)
-    edge = Edge(surface.points(places), np.zeros(len(places), bool))
+    edge = Edge(surface.points(places), places, np.zeros(len(places), bool))
     for reach in REACHES_MM:
         edge = _refined(greys, cameras, surface, edge, reach)
     return edge
 
 
-def _refined(greys: Picture, cameras: Sequence[PhotoCamera], surface: HeightField, edge: Edge, reach: float) -> Edge:
+def _refined(greys: Picture, cameras: Sequence[PhotoCamera], surface: Surface, edge: Edge, reach: float) -> Edge:
     """The edge measured again, searched for within a reach, mm."""
     points = edge.points
-    along, outwards, normals = _directions(points, surface)
+    along, outwards, normals = _directions(edge, surface)
     steps, weights, rows = [], [], []
     for grey, camera in zip(greys, cameras, strict=True):
         place, certain = _step_places(grey, camera, points, along, outwards, reach)
@@ -67,12 +68,12 @@ def _refined(greys: Picture, cameras: Sequence[PhotoCamera], surface: HeightFiel
     good &= _among_neighbours(moves, good)
     moves = _filled(moves, good)
     moved = points + moves[:, :1] * normals + moves[:, 1:] * outwards
-    return replace(edge, points=moved, measured=good)
+    return replace(edge, points=moved, places=surface.feet(moved, edge.places), measured=good)
 
 
-def _directions(points: Floats, surface: HeightField) -> tuple[Floats, Floats, Floats]:
+def _directions(edge: Edge, surface: Surface) -> tuple[Floats, Floats, Floats]:
     """Unit vectors (n, 3) along the edge, outwards on the surface, and out of the page."""
-    _, _, normals, _ = surface.frames(points[:, :2])
+    points, normals = edge.points, surface.normals(edge.places)
     along = np.roll(points, -2, axis=0) - np.roll(points, 2, axis=0)
     along -= normals * (along * normals).sum(axis=1, keepdims=True)
     along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), TINY)

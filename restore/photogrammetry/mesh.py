@@ -8,13 +8,13 @@ import numpy as np
 from restore.mesh.ordered_grid import grid_faces
 from restore.numerics import TINY
 from restore.photogrammetry.page import inside_polygon
-from restore.photogrammetry.surface import HeightField
+from restore.photogrammetry.surface import Surface
 from restore.scan import Floats, Ints
 
 VERTICES = 80_000  # a vertex to 0.9 mm of A4, a tenth of what a wave needs
 
 
-def mesh_within(surface: HeightField, outline: Floats) -> tuple[Floats, Ints]:
+def mesh_within(surface: Surface, outline: Floats) -> tuple[Floats, Ints]:
     """Vertices (n, 3) mm and faces (m, 3) on a lattice within an outline (k, 2) mm, counter-clockwise.
 
     The last lattice line within an outline is half a step inside it on average: the outline is widened by as much.

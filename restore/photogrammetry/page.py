@@ -17,7 +17,7 @@ from scipy import ndimage
 from restore.mesh.raster import rasterise
 from restore.numerics import TINY
 from restore.photo.camera import PhotoCamera
-from restore.photogrammetry.surface import HeightField
+from restore.photogrammetry.surface import Surface
 from restore.scan import Bytes, Floats, Ints, Mask
 
 MASK_SIDE = 640  # pixels of the longer side: 0.7 mm on a page that fills most of the picture
@@ -29,6 +29,8 @@ CARD_MARGIN = 1.03  # by which the card is drawn larger than it is
 SURE = 0.8  # of the views that show a point call it paper
 MAJORITY = 0.6
 LEAST_VIEWS = 3
+LEAST_FACING = 2  # of the cameras see the front of a side that stands upright
+GRAZING = 0.1  # cosine of the angle of a line of sight to the normal: flatter, a pixel of a mask is a centimetre
 CELL_MM = 1.0  # of the map in which the page's area is connected
 OPENING = 2  # cells: bridges to what else is bright are as narrow
 CLOSING = 8  # cells: notches where the card lies before the table behind the page's edge
@@ -41,13 +43,21 @@ class PaperMasks:
     masks: Floats
     size: tuple[int, int]
 
-    def votes(self, cameras: Sequence[PhotoCamera], points: Floats) -> tuple[Floats, Floats]:
-        """The share (n,) of the views that show points (n, 3) mm on paper, and how many views show them (n,)."""
+    def votes(
+        self, cameras: Sequence[PhotoCamera], points: Floats, normals: Floats | None = None
+    ) -> tuple[Floats, Floats]:
+        """The share (n,) of the views that show points (n, 3) mm on paper, and how many views show them (n,).
+
+        With normals (n, 3), views from behind the surface do not count.
+        """
         total, count = np.zeros(len(points)), np.zeros(len(points))
         height, width = self.masks.shape[1:]
         for mask, camera in zip(self.masks, cameras, strict=True):
             pixels = camera.scaled((width, height)).project(points)
             inside = ((pixels > 0) & (pixels < [width - 1, height - 1])).all(axis=1)
+            if normals is not None:
+                ways = camera.position - points
+                inside &= (ways * normals).sum(axis=1) > GRAZING * np.linalg.norm(ways, axis=1)
             cols, rows = np.rint(pixels[inside]).astype(int).T
             total[inside] += mask[rows, cols] > 0.5
             count += inside
@@ -111,11 +121,14 @@ class PageArea:
     low: Floats
 
     def contains(self, places: Floats, margin_mm: float = 0.0) -> Mask:
-        """(n,) True for places (n, 2) mm on the page, at least a margin from its edge."""
-        inner = self.cells
+        """(n,) True for places (n, 2) mm on the page, a margin from its edge at least, or beyond it if negative."""
+        room = 1 + int(np.ceil(max(-margin_mm, 0.0) / CELL_MM))
+        inner = np.pad(self.cells, room)
         if margin_mm > 0:
-            inner = ndimage.distance_transform_edt(np.pad(inner, 1))[1:-1, 1:-1] * CELL_MM > margin_mm
-        index = np.floor((places - self.low) / CELL_MM).astype(int)
+            inner = ndimage.distance_transform_edt(inner) * CELL_MM > margin_mm
+        elif margin_mm < 0:
+            inner = ndimage.distance_transform_edt(~inner) * CELL_MM < -margin_mm
+        index = np.floor((places - self.low) / CELL_MM).astype(int) + room
         valid = ((index >= 0) & (index < np.array(inner.shape)[::-1])).all(axis=1)
         found = np.zeros(len(places), bool)
         found[valid] = inner[index[valid, 1], index[valid, 0]]
@@ -140,13 +153,13 @@ class PageArea:
 
 
 def area_of_votes(
-    masks: PaperMasks, cameras: Sequence[PhotoCamera], surface: HeightField, low: Floats, high: Floats
+    masks: PaperMasks, cameras: Sequence[PhotoCamera], surface: Surface, low: Floats, high: Floats
 ) -> PageArea:
     """Where the page is on a surface between corners low and high (2,) mm, as most photographs say."""
     x, y = (np.arange(start + CELL_MM / 2, end, CELL_MM) for start, end in zip(low, high, strict=True))
     places = np.stack(np.meshgrid(x, y), axis=-1).reshape(-1, 2)
-    share, count = masks.votes(cameras, surface.points(places))
-    paper = ((share > MAJORITY) & (count >= LEAST_VIEWS)).reshape(len(y), len(x))
+    share, count = masks.votes(cameras, surface.points(places), surface.normals(places))
+    paper = ((share > MAJORITY) & (count >= LEAST_FACING)).reshape(len(y), len(x))
     paper = ndimage.binary_opening(paper, iterations=OPENING)
     # Padded: closing would otherwise take from the border.
     paper = ndimage.binary_closing(np.pad(paper, CLOSING), iterations=CLOSING)[CLOSING:-CLOSING, CLOSING:-CLOSING]

@@ -8,13 +8,12 @@ rounds of finer and finer patches: a smooth surface through the points (`surface
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cv2
 import numpy as np
 
-from restore.photo.camera import PhotoCamera
 from restore.photo.orientation import turned_like
 from restore.photo.photograph import Photograph
 from restore.photogrammetry.agreement import (
@@ -27,13 +26,15 @@ from restore.photogrammetry.agreement import (
     within,
     without,
 )
-from restore.photogrammetry.align import Similarity, fit_similarity, triangulate_markers, upright
+from restore.photogrammetry.align import Similarity
 from restore.photogrammetry.bundle import Tracks, adjust
 from restore.photogrammetry.card import SCALE_CARD, ScaleCard, outline_in
 from restore.photogrammetry.edges import find_edge
 from restore.photogrammetry.errors import NoPage, TooFewViews, ViewsApart
 from restore.photogrammetry.mesh import mesh_within
+from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import (
+    MAJORITY,
     PageArea,
     PaperMasks,
     area_of_votes,
@@ -42,22 +43,21 @@ from restore.photogrammetry.page import (
     on_page,
 )
 from restore.photogrammetry.sparse import LEAST_VIEWS, Progress, SparseModel, check_one_lens, reconstruct
-from restore.photogrammetry.surface import HeightField, choose_stiffness, fit_surface
+from restore.photogrammetry.surface import Surface, choose_stiffness, fit_surface, grid_places
 from restore.photogrammetry.track import HALF, Patches, Picture, track
+from restore.photogrammetry.unrolled import unrolled
 from restore.scan import Floats, SurfaceMesh
 
-LEAST_MARKERS = 4  # of the card: a plane and a scale, and one to spare
-ARM_MM = 400.0  # from the camera to the page, where nothing tells the scale
 LEAST_POINTS = 200  # on the page: as few features has a page with a line of print
 MARGIN_MM = 30.0  # round the points, in which the page may go on without print
-FIRST_STIFFNESS = 100.0  # mm²: of the surface through features, which are a quarter of a millimetre off
-ROUND_STIFFNESS = 1.0  # mm²: between the rounds, where the surface only has to lie within the reach of the next
+FIRST_STIFFNESS = 1e5  # mm⁴: of the surface through features, which are a quarter of a millimetre off
+ROUND_STIFFNESS = 1e3  # mm⁴: between the rounds, where the surface only has to lie within the reach of the next
 SMOOTHING_PX = 0.6  # standard deviation: a camera's pixels alias more than that
 EDGE_CLEAR_MM = 1.0  # of the middle of a patch from the edge of the page, beyond half its side
 LEAST_SIMILAR = 0.75  # correlation of a patch: text on the page to a shadow's edge has less
 MOST_SIGMA_PX = 0.5  # standard deviation of a shift on the surface, in pixels of the ground
 MOST_UNCOVERED = 0.01  # of the paper in the photographs, beyond the rim of the page
-LEAST_EDGE = 0.9  # of the page's edge, that is measured: the rest is prolonged from the print
+LEAST_EDGE = 0.8  # of the page's edge, that is measured: a fifth is prolonged from the print to half a millimetre
 OUTLIER_SIGMAS = 3.0  # reprojection error of a point, over that of most, beyond which it is left out
 
 
@@ -73,7 +73,11 @@ class Round:
     spacing: float
 
 
-ROUNDS = (Round(2.5, 40.0), Round(1.3, 24.0), Round(1.0, 14.0))
+COARSE = Round(2.5, 40.0)
+ROUNDS = (COARSE, Round(1.3, 24.0), Round(1.0, 14.0))
+MOST_GROWTHS = 6  # coarse rounds: from a part of a roll to all of it
+GROWN = 0.01  # of the page's area, that one more coarse round adds at least
+GROWTH_MM = 12.0  # beyond the area that is known: so far the surface is prolonged well enough to be found again
 
 
 @dataclass(frozen=True, eq=False)
@@ -101,23 +105,6 @@ def rescaled(page: PhotographedPage, factor: float, source: Mapping[str, Any]) -
     )
     mesh = replace(page.mesh, vertices=larger.points(page.mesh.vertices))
     return PhotographedPage(mesh, photographs, {**page.report, "scale": dict(source)})
-
-
-@dataclass
-class _Model:
-    """The state of a reconstruction: views by index of the photograph, their cameras, and points (n, 3) mm."""
-
-    views: list[int]
-    cameras: list[PhotoCamera]
-    points: Floats
-    markers: Mapping[int, Mapping[int, Floats]]
-    card: ScaleCard | None
-    scale: dict[str, Any] = field(default_factory=dict)
-
-    def move(self, similarity: Similarity) -> None:
-        """Change the frame."""
-        self.cameras = [similarity.camera(camera) for camera in self.cameras]
-        self.points = similarity.points(self.points)
 
 
 def reconstruct_page(
@@ -161,8 +148,8 @@ def _page_of(
     Raises ViewsApart, naming views that do not show what the others show, or NoPage.
     """
     views = list(sparse.cameras)
-    model = _Model(views, list(sparse.cameras.values()), sparse.points, {} if card is None else markers, card)
-    _set_frame(model, model.points)
+    model = Model(views, list(sparse.cameras.values()), sparse.points, {} if card is None else markers, card)
+    model.set_frame(model.points)
     masks = _masks(photographs, model, markers)
     points = model.points[on_page(masks, model.cameras, model.points)]
     if len(points) < LEAST_POINTS:
@@ -172,7 +159,7 @@ def _page_of(
         )
     if model.scale["from"] == "none":
         model.points = points
-        _set_frame(model, points)
+        model.set_frame(points)
         points = model.points
     page = _dense(photographs, sparse.failed, model, masks, points, progress)
     if card is None:
@@ -181,70 +168,45 @@ def _page_of(
     return replace(page, warnings=page.warnings + card_doubts(page.photographs, seen, page.report["scale"]))
 
 
-def _masks(photographs: Sequence[Photograph], model: _Model, markers: Mapping[int, Mapping[int, Floats]]) -> PaperMasks:
+def _masks(photographs: Sequence[Photograph], model: Model, markers: Mapping[int, Mapping[int, Floats]]) -> PaperMasks:
     """Where paper is in the photographs of a model, the card left out where markers of it are seen."""
     outlines = [outline_in(markers[view]) for view in model.views]
     return find_paper([photographs[view].image for view in model.views], outlines)
 
 
-def _set_frame(model: _Model, points: Floats) -> None:
-    """Bring a model into millimetres over the table, its middle at the origin and up as in the first view."""
-    up = -model.cameras[0].rotation[1]
-    found = triangulate_markers(dict(zip(model.views, model.cameras, strict=True)), model.markers, LEAST_VIEWS)
-    if model.card is not None and len(found) >= LEAST_MARKERS:
-        numbers = list(found)
-        known = np.column_stack([model.card.centres[numbers], np.zeros(len(numbers))])
-        to_card = fit_similarity(np.array([found[number] for number in numbers]), known)
-        off = to_card.points(np.array([found[number] for number in numbers])) - known
-        level = upright(np.array([0.0, 0.0, 1.0]), to_card.rotation @ up)
-        model.move(Similarity(to_card.scale, level @ to_card.rotation, level @ to_card.shift))
-        model.scale = {
-            "from": "card",
-            "markers": len(found),
-            "residual_mm": float(np.sqrt((off**2).sum(axis=1).mean())),
-            "axes": level[:2, :2].tolist(),
-            "middle": [0.0, 0.0, 0.0],
-        }
-        return
-    middle = np.median(points, axis=0)
-    positions = np.array([camera.position for camera in model.cameras])
-    _, _, principal = np.linalg.svd(points - middle, full_matrices=False)
-    normal = principal[2] * (np.sign(principal[2] @ (positions.mean(axis=0) - middle)) or 1.0)
-    axes = upright(normal, up)
-    scale = ARM_MM / float(np.median(np.linalg.norm(positions - middle, axis=1)))
-    model.move(Similarity(scale, axes, -scale * axes @ middle))
-    model.scale = {"from": "none"}
-
-
 def _dense(
     photographs: Sequence[Photograph],
     failed: Mapping[int, str],
-    model: _Model,
+    model: Model,
     masks: PaperMasks,
     points: Floats,
     progress: Progress,
 ) -> PhotographedPage:
     greys = _greys([photographs[view] for view in model.views])
-    low, high = _bounds(points)
-    surface = fit_surface(points, low, high, stiffness=FIRST_STIFFNESS)
-    area = area_of_votes(masks, model.cameras, surface, low, high)
-    history = []
-    for number, plan in enumerate(ROUNDS):
-        progress("surface", number / len(ROUNDS))
-        points, facts = _round(greys, model, surface, area, plan)
+    surface, area = _first_surface(model, masks, points)
+    history: list[dict[str, float]] = []
+    plans, before = [COARSE] * MOST_GROWTHS + list(ROUNDS[1:]), 0
+    while plans:
+        plan = plans.pop(0)
+        progress("surface", len(history) / (len(history) + len(plans) + 1))
+        surface, points, feet, facts = _round(greys, model, surface, area, plan, masks)
         history.append(facts)
-        low, high = _bounds(np.concatenate([points[:, :2], area.outline]))
-        stiffness = choose_stiffness(points, low, high) if plan is ROUNDS[-1] else ROUND_STIFFNESS
-        surface = fit_surface(points, low, high, stiffness=stiffness)
-        area = area_of_votes(masks, model.cameras, surface, low, high)
+        surface = surface.within(*_bounds(np.concatenate([feet, area.outline])))
+        stiffness = ROUND_STIFFNESS if plans else choose_stiffness(points, feet, surface)
+        surface, feet = fit_surface(points, feet, surface, stiffness=stiffness)
+        area = area_of_votes(masks, model.cameras, surface, *surface.bounds)
+        cells = int(area.cells.sum())
+        if cells < (1.0 + GROWN) * before:
+            plans = [one for one in plans if one is not COARSE]
+        before = cells
     progress("surface", 1.0)
     progress("edge", 0.0)
     edge = find_edge(greys, model.cameras, surface, area.outline)
     share = float(edge.measured.mean())
     both = np.concatenate([points, edge.points[edge.measured]])
-    surface = fit_surface(both, *_bounds(np.concatenate([both[:, :2], area.outline])), stiffness=stiffness)
+    surface, _ = fit_surface(both, np.concatenate([feet, edge.places[edge.measured]]), surface, stiffness=stiffness)
     progress("edge", 1.0)
-    mesh = _mesh(surface, edge.points[:, :2], photographs, model)
+    mesh = _mesh(surface, surface.feet(edge.points, edge.places), photographs, model)
     kept = tuple(
         replace(photographs[view], camera=camera) for view, camera in zip(model.views, model.cameras, strict=True)
     )
@@ -253,17 +215,27 @@ def _dense(
     report = {
         "views": [photographs[view].name for view in model.views],
         "left_out": names,
-        "scale": {key: value for key, value in model.scale.items() if key not in ("axes", "middle")},
+        "scale": dict(model.scale),
         "points": len(points),
         "edge_measured": share,
         "uncovered_paper": uncovered,
-        "stiffness_mm2": stiffness,
+        "stiffness_mm4": stiffness,
         "rounds": history,
     }
     return PhotographedPage(mesh, kept, report, _warnings(names, model, uncovered, share))
 
 
-def _warnings(left_out: Mapping[str, str], model: _Model, uncovered: float, edge: float) -> tuple[str, ...]:
+def _first_surface(model: Model, masks: PaperMasks, points: Floats) -> tuple[Surface, PageArea]:
+    """The surface through points (n, 3) mm that features gave, over the flat page, and the page's area there."""
+    low, high = _bounds(points[:, :2])
+    level = Surface.level(low, high, float(np.median(points[:, 2])))
+    raised, _ = fit_surface(points, points[:, :2], level, stiffness=FIRST_STIFFNESS, inextensible=False)
+    surface = unrolled(raised, area_of_votes(masks, model.cameras, raised, low, high), MARGIN_MM)
+    surface, _ = fit_surface(points, surface.nearest(points), surface, stiffness=FIRST_STIFFNESS)
+    return surface, area_of_votes(masks, model.cameras, surface, *surface.bounds)
+
+
+def _warnings(left_out: Mapping[str, str], model: Model, uncovered: float, edge: float) -> tuple[str, ...]:
     sentences = [f"{name} is left out: {why}" for name, why in left_out.items()]
     if model.scale["from"] == "none":
         sentences.append("the scale is not known: all sizes, and the dpi of the page with them, are guesses")
@@ -286,23 +258,27 @@ def _greys(photographs: Sequence[Photograph]) -> Picture:
     return np.stack([cv2.GaussianBlur(grey, (0, 0), SMOOTHING_PX) for grey in greys])
 
 
-def _bounds(points: Floats) -> tuple[Floats, Floats]:
-    """The rectangle, (2,) and (2,) mm, round points (n, 2 or 3) with a margin."""
-    places = points[:, :2]
+def _bounds(places: Floats) -> tuple[Floats, Floats]:
+    """The rectangle, (2,) and (2,) mm, round places (n, 2) with a margin."""
     return np.quantile(places, 0.002, axis=0) - MARGIN_MM, np.quantile(places, 0.998, axis=0) + MARGIN_MM
 
 
 def _round(
-    greys: Picture, model: _Model, surface: HeightField, area: PageArea, plan: Round
-) -> tuple[Floats, dict[str, float]]:
-    """Track patches of a surface, and adjust the model to them. Returns the points (n, 3) mm that agree."""
+    greys: Picture, model: Model, surface: Surface, area: PageArea, plan: Round, masks: PaperMasks
+) -> tuple[Surface, Floats, Floats, dict[str, float]]:
+    """Track patches of a surface, and adjust the model to them.
+
+    Returns the surface in the frame of the adjusted model, the points (n, 3) mm that agree, and their feet (n, 2).
+    """
     low, high = area.bounds
-    middle = np.array([[*(low + high) / 2, 0.0]])
-    pixel = ground_sample(model.cameras, surface.points(middle[:, :2]))
+    pixel = ground_sample(model.cameras, surface.points((low + high)[None] / 2))
     sample, spacing = plan.sample * pixel, plan.spacing * pixel
-    grid = [np.arange(start, end, spacing) for start, end in zip(low, high, strict=True)]
-    places = np.stack(np.meshgrid(*grid), axis=-1).reshape(-1, 2)
-    places = places[area.contains(places, HALF * sample + EDGE_CLEAR_MM)]
+    if plan is COARSE:
+        places = grid_places(low - GROWTH_MM, high + GROWTH_MM, spacing)
+        places = places[area.contains(places, -GROWTH_MM)]
+    else:
+        places = grid_places(low, high, spacing)
+        places = places[area.contains(places, HALF * sample + EDGE_CLEAR_MM)]
     patches = Patches(*surface.frames(places))
     tracked = track(greys, model.cameras, patches, sample)
     found = tracked.found(LEAST_SIMILAR, MOST_SIGMA_PX * pixel)
@@ -316,20 +292,25 @@ def _round(
     view, at = np.nonzero(found[:, used])
     sigma = np.maximum(tracked.sigma_mm[view, used[at]] / pixel, 0.02)
     tracks = Tracks(view, at, tracked.pixels[view, used[at]], sigma)
-    adjusted = adjust(model.cameras, patches.points[used], tracks)
-    if plan is ROUNDS[0]:
-        check_focal_lengths(adjusted, tracks, model.views)
-    check_residuals(adjusted.residuals, sigma, view, model.views)
-    error = np.linalg.norm(adjusted.residuals, axis=1)
+    with_card = model.with_markers(patches.points[used], tracks)
+    adjusted = adjust(model.cameras, *with_card)
+    if plan is COARSE:
+        check_focal_lengths(adjusted, with_card[1], model.views)
+    check_residuals(adjusted.residuals[: len(at)], sigma, view, model.views)
+    error = np.linalg.norm(adjusted.residuals[: len(at)], axis=1)
     squared = np.bincount(at, error**2, len(used)) / np.bincount(at, minlength=len(used))
     rms = float(np.sqrt(np.median(squared)))
-    model.cameras, model.points = adjusted.cameras, adjusted.points[np.sqrt(squared) < OUTLIER_SIGMAS * rms]
-    _set_frame(model, model.points)
+    agree = np.sqrt(squared) < OUTLIER_SIGMAS * rms
+    if plan is COARSE:
+        agree &= masks.votes(adjusted.cameras, adjusted.points[: len(used)], patches.normals[used])[0] > MAJORITY
+    model.cameras, model.points = adjusted.cameras, adjusted.points[: len(used)][agree]
+    surface = surface.moved(model.set_frame(model.points))
+    feet = surface.feet(model.points, places[used[agree]])
     facts = {"patches": len(places), "points": len(model.points), "reprojection_px": rms}
-    return model.points, facts
+    return surface, model.points, feet, facts
 
 
-def _mesh(surface: HeightField, outline: Floats, photographs: Sequence[Photograph], model: _Model) -> SurfaceMesh:
+def _mesh(surface: Surface, outline: Floats, photographs: Sequence[Photograph], model: Model) -> SurfaceMesh:
     """The mesh of a surface within an outline (n, 2) mm, seen in the photograph that faces it most."""
     vertices, faces = mesh_within(surface, outline)
     middle = vertices.mean(axis=0)

@@ -1,53 +1,79 @@
-"""A smooth surface over the table through points of a page: a bicubic spline of heights.
+"""A sheet of paper through points: a bicubic spline from the flat page to space.
 
-The coefficients minimise the squared distances of the points and the bending of the surface (the thin plate's energy,
-Duchon 1977), both as weighted least squares. Points far off have the weight that Cauchy's distribution gives them.
+Position is a function of u and v, millimetres on the flat page, so that a side that stands upright is no steeper than
+any other. The coefficients minimise the squared distances of the points along the normal, the change of curvature, and
+the strain: paper does not stretch, so where no point is near, the sheet prolongs the rulings that end there. It is
+solved by Gauss–Newton; the points' feet on the sheet follow from step to step. Points far off have Huber's weights:
+with weights that vanish, a corner that the sheet does not reach at once would be given up.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse.linalg import splu
+from scipy.spatial import cKDTree
 
+from restore.numerics import TINY
+from restore.photogrammetry.align import Similarity
+from restore.photogrammetry.spline import BORDER, add_bending, add_points, add_strain, evaluate, numbering, solve
 from restore.robust import robust_sigma
-from restore.scan import Floats, Ints
+from restore.scan import Floats
 
-STEP_MM = 4.0  # of the knots: a wave of 60 mm and 30° lies within 2 µm of such a spline
-BORDER = 2  # knots beyond the points on every side
-REWEIGHTINGS = 5
-CAUCHY = 2.5  # standard deviations at which a point has half its weight
-STIFFNESSES = tuple(10.0**exponent for exponent in (4, 3, 2, 1, 0, -1))  # mm²: tried, the stiffest first
+STEP_MM = 8.0  # of the knots: a wave of 90 mm and 38° lies within 5 µm of such a spline
+MOST_STEPS = 10  # of Gauss–Newton
+REACH_MM = 4.0  # by which a surface may be off at first
+REFINING_MM = 0.1  # between two stiffnesses
+SETTLED_MM = 1e-3  # largest move at a point
+FEET_STEPS = 3
+HUBER = 2.5  # standard deviations beyond which a point pulls no harder
+STRAIN_STIFFNESS = 8e3  # mm² for a cell of STEP_MM: strain of 2e-4 costs as much as a point that is 0.02 mm off
+MOST_STRAIN = 0.01  # at which a cell resists half as much: a crease that is rounded would strain the paper beside it
+SLIDING = 1e-3  # weight of a point along the sheet, against that along the normal: feet are free to slide
+STIFFNESSES = tuple(10.0**exponent for exponent in (5, 4, 3, 2, 1))  # mm⁴: tried, the stiffest first
 HELD_OUT = 0.1  # of the points tell which stiffness is best
 GAIN = 0.99  # of the error that a softer surface must leave at most, to be preferred
 LEAST_SIGMA_MM = 0.002  # of points: exact ones would all be outliers but a few
+SAMPLE_MM = 4.0  # of the places at which a sheet is resampled
 SEED = 5  # of what is held out
 
 
 @dataclass(frozen=True, eq=False)
-class HeightField:
-    """Heights over x and y, as coefficients (rows, cols) of uniform cubic B-splines; low (2,) is the first knot."""
+class Surface:
+    """Points in space over u and v: coefficients (rows, cols, 3) of cubic B-splines, from a knot low (2,) on."""
 
     low: Floats
     step: float
     coefficients: Floats
 
-    def height(self, places: Floats) -> Floats:
-        """(n,) mm at places (n, 2) mm."""
-        return _design(places, self.low, self.step, self.coefficients.shape) @ self.coefficients.ravel()
+    @classmethod
+    def level(cls, low: Floats, high: Floats, height: float) -> Surface:
+        """The plane at a height, mm, over a rectangle from low (2,) to high (2,), where u and v are x and y."""
+        cols, rows = (np.ceil((np.asarray(high) - low) / STEP_MM).astype(int) + 1 + 2 * BORDER).tolist()
+        first = np.asarray(low, float) - BORDER * STEP_MM
+        x, y = np.meshgrid(first[0] + STEP_MM * np.arange(cols), first[1] + STEP_MM * np.arange(rows))
+        return cls(first, STEP_MM, np.stack([x, y, np.full_like(x, height)], axis=-1))
+
+    @property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """The rectangle from low (2,) to high (2,) in u and v, mm, within which the spline has all its knots."""
+        size = np.array(self.coefficients.shape[1::-1]) - 1 - 2 * BORDER
+        low = self.low + BORDER * self.step
+        return low, low + size * self.step
 
     def points(self, places: Floats) -> Floats:
         """(n, 3) mm on the surface at places (n, 2) mm."""
-        return np.column_stack([places, self.height(places)])
+        return evaluate(np.ascontiguousarray(places, np.float64), self.low, self.step, self.coefficients, 0)[:, 0]
 
     def derivatives(self, places: Floats) -> Floats:
-        """(n, 5) derivatives of the height at places (n, 2) mm: by x, by y, by xx, xy and yy."""
-        orders = ((1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
-        flat = self.coefficients.ravel()
-        shape = self.coefficients.shape
-        return np.stack([_design(places, self.low, self.step, shape, order) @ flat for order in orders], axis=1)
+        """(n, 6, 3) positions at places (n, 2) mm and their derivatives: by u, by v, by uu, uv and vv."""
+        return evaluate(np.ascontiguousarray(places, np.float64), self.low, self.step, self.coefficients, 2)
+
+    def normals(self, places: Floats) -> Floats:
+        """(n, 3) unit normals at places (n, 2) mm."""
+        by = self.derivatives(places)
+        normals = np.cross(by[:, 1], by[:, 2])
+        return np.asarray(normals / np.linalg.norm(normals, axis=1, keepdims=True))
 
     def frames(self, places: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         """Points (n, 3) mm, tangents (n, 2, 3), normals (n, 3) and curvatures (n, 3) 1/mm along the tangents.
@@ -55,98 +81,147 @@ class HeightField:
         The curvatures are those along the first, mixed and along the second: about a point the surface is
         p + a t1 + b t2 + (k11 a² + 2 k12 a b + k22 b²)/2 n.
         """
-        zx, zy, zxx, zxy, zyy = self.derivatives(places).T
-        one, zero = np.ones_like(zx), np.zeros_like(zx)
-        normals = np.stack([-zx, -zy, one], axis=1)
-        steep = np.linalg.norm(normals, axis=1)
-        normals /= steep[:, None]
-        first = np.stack([one, zero, zx], axis=1)
-        first /= np.linalg.norm(first, axis=1)[:, None]
+        point, su, sv, suu, suv, svv = np.moveaxis(self.derivatives(places), 1, 0)
+        normals = np.cross(su, sv)
+        normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+        first = su / np.linalg.norm(su, axis=1, keepdims=True)
         second = np.cross(normals, first)
+        # By u and v, the tangents are the columns of the inverse of the map from du, dv to the lengths along them.
+        to_frame = np.stack([[(su * first).sum(1), (sv * first).sum(1)], [(su * second).sum(1), (sv * second).sum(1)]])
+        turn = np.linalg.inv(np.moveaxis(to_frame, -1, 0))
+        bend = np.stack([[(suu * normals).sum(1), (suv * normals).sum(1)]] * 2)
+        bend[1] = (suv * normals).sum(1), (svv * normals).sum(1)
+        form = np.einsum("nki,kln,nlj->nij", turn, bend, turn)
+        curvatures = np.stack([form[:, 0, 0], form[:, 0, 1], form[:, 1, 1]], axis=1)
+        return point, np.stack([first, second], axis=1), normals, curvatures
 
-        def bend(a: Floats, b: Floats) -> Floats:
-            crossed = a[:, 0] * b[:, 1] + a[:, 1] * b[:, 0]
-            return np.asarray((zxx * a[:, 0] * b[:, 0] + zxy * crossed + zyy * a[:, 1] * b[:, 1]) / steep)
+    def feet(self, points: Floats, start: Floats) -> Floats:
+        """(n, 2) mm: places next to points (n, 3) mm, sought from places (n, 2) by Gauss–Newton."""
+        places = np.array(start, float)
+        for _ in range(FEET_STEPS):
+            by = self.derivatives(places)
+            off, su, sv = points - by[:, 0], by[:, 1], by[:, 2]
+            a, b, c = (su * su).sum(1), (su * sv).sum(1), (sv * sv).sum(1)
+            p, q = (off * su).sum(1), (off * sv).sum(1)
+            move = np.stack([c * p - b * q, a * q - b * p], axis=1) / (a * c - b * b)[:, None]
+            places += np.clip(move, -2 * STEP_MM, 2 * STEP_MM)
+        return places
 
-        curvatures = np.stack([bend(first, first), bend(first, second), bend(second, second)], axis=1)
-        return self.points(places), np.stack([first, second], axis=1), normals, curvatures
+    def nearest(self, points: Floats) -> Floats:
+        """(n, 2) mm: places next to points (n, 3) mm, wherever they are."""
+        lattice = grid_places(*self.bounds, SAMPLE_MM)
+        _, index = cKDTree(self.points(lattice)).query(points)
+        return self.feet(points, lattice[index])
+
+    def within(self, low: Floats, high: Floats) -> Surface:
+        """The surface over another rectangle from low (2,) to high (2,), prolonged without bending."""
+        here = self.bounds
+        places = grid_places(np.maximum(low, here[0]), np.minimum(high, here[1]), SAMPLE_MM)
+        return through_places(places, self.points(places), low, high)
+
+    def moved(self, similarity: Similarity) -> Surface:
+        """The surface in another frame; u and v stay as they are."""
+        flat = similarity.points(self.coefficients.reshape(-1, 3))
+        return replace(self, coefficients=flat.reshape(self.coefficients.shape))
 
 
-def fit_surface(points: Floats, low: Floats, high: Floats, *, stiffness: float) -> HeightField:
-    """The surface through points (n, 3) mm over the rectangle from low (2,) to high (2,), of a stiffness in mm²."""
-    shape, origin = _grid(low, high)
-    bending = _bending(shape)
-    design = _design(points[:, :2], origin, STEP_MM, shape)
-    weights, flat = np.ones(len(points)), np.zeros(shape[0] * shape[1])
-    for _ in range(REWEIGHTINGS):
-        gram = design.T @ sparse.diags(weights) @ design + stiffness / STEP_MM**2 * bending
-        flat = splu(gram.tocsc()).solve(design.T @ (weights * points[:, 2]))
-        surface = HeightField(origin, STEP_MM, flat.reshape(shape))
-        slopes = surface.derivatives(points[:, :2])[:, :2]
-        facing = 1.0 / (1.0 + (slopes**2).sum(axis=1))  # squared cosine: distances are along the normal
-        distance = (design @ flat - points[:, 2]) * np.sqrt(facing)
-        sigma = max(robust_sigma(distance), LEAST_SIGMA_MM)
-        weights = facing / (1.0 + (distance / (CAUCHY * sigma)) ** 2)
-    return HeightField(origin, STEP_MM, flat.reshape(shape))
+def grid_places(low: Floats, high: Floats, step: float) -> Floats:
+    """(n, 2) places on a square lattice from low (2,) to high (2,)."""
+    axes = [np.arange(start, end + step / 2, step) for start, end in zip(low, high, strict=True)]
+    return np.stack(np.meshgrid(*axes), axis=-1).reshape(-1, 2)
 
 
-def choose_stiffness(points: Floats, low: Floats, high: Floats) -> float:
-    """The stiffness, mm², with which a surface through most of the points (n, 3) mm comes nearest to the others."""
+def through_places(places: Floats, points: Floats, low: Floats, high: Floats) -> Surface:
+    """The surface that has points (n, 3) mm at places (n, 2) mm of the flat page, over a rectangle low to high (2,)."""
+    surface = Surface.level(low, high, 0.0)
+    equations = _Equations(surface)
+    equations.add_points(points, places, np.zeros_like(points), np.ones(len(points)), 1.0)
+    equations.add_bending(1e-3)
+    return equations.solved()
+
+
+def fit_surface(
+    points: Floats,
+    feet: Floats,
+    start: Surface,
+    *,
+    stiffness: float,
+    inextensible: bool = True,
+    reach: float = REACH_MM,
+) -> tuple[Surface, Floats]:
+    """The surface through points (n, 3) mm, of a stiffness in mm⁴, and their feet (n, 2); both begin near the truth.
+
+    inextensible: whether it resists strain. Before u and v are known, it has to stretch.
+    reach: by how much the start may be off, mm. Points that the surface does not follow yet are no outliers: none is
+    less likely than one as far off as the surface moved in the last step.
+    """
+    surface, moving = start, reach
+    distance = _distances(surface, points, feet)
+    for _ in range(MOST_STEPS):
+        sigma = max(robust_sigma(distance), moving, LEAST_SIGMA_MM)
+        weights = np.minimum(1.0, HUBER * sigma / np.maximum(np.abs(distance), TINY))
+        equations = _Equations(surface)
+        equations.add_points(points, feet, surface.normals(feet), weights, SLIDING)
+        equations.add_bending(stiffness / surface.step**4)
+        if inextensible:
+            equations.add_strain()
+        surface = equations.solved()
+        feet = surface.feet(points, feet)
+        before, distance = distance, _distances(surface, points, feet)
+        moving = min(moving, float(np.abs(distance - before).max()))
+        if moving < SETTLED_MM:
+            break
+    return surface, feet
+
+
+def _distances(surface: Surface, points: Floats, feet: Floats) -> Floats:
+    """(n,) mm of points (n, 3) along the normals at their feet (n, 2)."""
+    return np.asarray(((points - surface.points(feet)) * surface.normals(feet)).sum(axis=1))
+
+
+def choose_stiffness(points: Floats, feet: Floats, start: Surface) -> float:
+    """The stiffness, mm⁴, with which a surface through most of the points (n, 3) mm comes nearest to the others."""
     held = np.random.default_rng(SEED).random(len(points)) < HELD_OUT
     if not held.any() or held.all():
         return STIFFNESSES[0]
-    best, least = STIFFNESSES[0], np.inf
+    best, least, surface = STIFFNESSES[0], np.inf, start
+    used, others = feet[~held], feet[held]
     for stiffness in STIFFNESSES:
-        surface = fit_surface(points[~held], low, high, stiffness=stiffness)
-        error = robust_sigma(surface.height(points[held, :2]) - points[held, 2])
+        surface, used = fit_surface(points[~held], used, surface, stiffness=stiffness, reach=REFINING_MM)
+        others = surface.feet(points[held], others)
+        error = float(np.abs(_distances(surface, points[held], others)).mean())
         if error < GAIN * least:
             best, least = stiffness, error
     return best
 
 
-def _grid(low: Floats, high: Floats) -> tuple[tuple[int, int], Floats]:
-    """Rows and columns of the coefficients over a rectangle, and the first knot."""
-    cols, rows = (np.ceil((np.asarray(high) - low) / STEP_MM).astype(int) + 1 + 2 * BORDER).tolist()
-    return (rows, cols), np.asarray(low) - BORDER * STEP_MM
+class _Equations:
+    """The normal equations of a step of a surface's coefficients."""
 
+    def __init__(self, surface: Surface) -> None:
+        rows, cols, _ = surface.coefficients.shape
+        by_row, by_col, width = numbering(rows, cols)
+        self._surface, self._strides = surface, (by_row, by_col)
+        self._band, self._side = np.zeros((3 * rows * cols, width)), np.zeros(3 * rows * cols)
 
-def _basis(share: Floats, order: int) -> Floats:
-    """(n, 4) the cubic B-splines that are not zero at a share (n,) of a knot's interval, or a derivative of them."""
-    t = share
-    if order == 0:
-        terms = [(1 - t) ** 3 / 6, (3 * t**3 - 6 * t**2 + 4) / 6, (-3 * t**3 + 3 * t**2 + 3 * t + 1) / 6, t**3 / 6]
-    elif order == 1:
-        terms = [-((1 - t) ** 2) / 2, (3 * t**2 - 4 * t) / 2, (-3 * t**2 + 2 * t + 1) / 2, t**2 / 2]
-    else:
-        terms = [1 - t, 3 * t - 2, 1 - 3 * t, t]
-    return np.stack(terms, axis=1)
+    def add_points(self, points: Floats, places: Floats, normals: Floats, weights: Floats, sliding: float) -> None:
+        """Points (n, 3) mm at places (n, 2), with weights (n,) along normals (n, 3)."""
+        spline = self._surface.low, self._surface.step, self._surface.coefficients
+        add_points(self._band, self._side, places, points, normals, weights, sliding, *spline, *self._strides)
 
+    def add_bending(self, weight: float) -> None:
+        """Resistance to bending."""
+        add_bending(self._band, self._side, self._surface.coefficients, weight, *self._strides)
 
-def _design(
-    places: Floats, low: Floats, step: float, shape: tuple[int, ...], order: tuple[int, int] = (0, 0)
-) -> sparse.csr_matrix:
-    """(n, rows · cols) what each coefficient gives to the height at places (n, 2), or to a derivative by x and y."""
-    scaled = (np.asarray(places) - low) / step
-    cell = np.clip(np.floor(scaled).astype(np.int64), 1, np.array(shape[::-1]) - 3)
-    share = scaled - cell
-    across, down = _basis(share[:, 0], order[0]), _basis(share[:, 1], order[1])
-    values = (down[:, :, None] * across[:, None, :]) / step ** sum(order)
-    offsets = np.arange(-1, 3)
-    columns: Ints = (cell[:, 1, None, None] + offsets[:, None]) * shape[1] + cell[:, 0, None, None] + offsets
-    rows = np.repeat(np.arange(len(scaled)), 16)
-    return sparse.csr_matrix((values.ravel(), (rows, columns.ravel())), (len(scaled), shape[0] * shape[1]))
+    def add_strain(self) -> None:
+        """Resistance to strain."""
+        surface = self._surface
+        sheet = surface.coefficients, surface.step, STRAIN_STIFFNESS, MOST_STRAIN
+        add_strain(self._band, self._side, *sheet, *self._strides)
 
-
-def _bending(shape: tuple[int, int]) -> sparse.csr_matrix:
-    """The quadratic form of the thin plate's energy over the knots' cells, in heights, times a step squared."""
-    rows, cols = shape
-
-    def differences(count: int, order: int) -> sparse.csr_matrix:
-        kernel = {1: [-1.0, 1.0], 2: [1.0, -2.0, 1.0]}[order]
-        return sparse.diags(kernel, range(order + 1), (count - order, count))
-
-    along = sparse.kron(sparse.eye(rows), differences(cols, 2))
-    down = sparse.kron(differences(rows, 2), sparse.eye(cols))
-    mixed = np.sqrt(2.0) * sparse.kron(differences(rows, 1), differences(cols, 1))
-    form = sparse.vstack([along, down, mixed]).tocsr()
-    return (form.T @ form).tocsr()
+    def solved(self) -> Surface:
+        """The surface after the step."""
+        solve(self._band, self._side)
+        (by_row, by_col), (rows, cols, _) = self._strides, self._surface.coefficients.shape
+        at = np.arange(rows)[:, None] * by_row + np.arange(cols) * by_col
+        return replace(self._surface, coefficients=self._surface.coefficients + self._side.reshape(-1, 3)[at])

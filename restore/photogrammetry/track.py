@@ -24,8 +24,8 @@ BAND = 100  # patches at a time: a hundredth of a page's
 STEPS = 8  # of a search: more have lost their way
 FARTHEST = 12.0  # samples that a patch may be shifted by
 SETTLED = 0.01  # samples
-FACING = 0.35  # cosine of 70°: flatter, a patch is too short to measure
-LEAST_VIEWS = 3
+FACING = 0.25  # cosine of 75°: flatter, a patch is too short to measure
+LEAST_VIEWS = 2  # a side that stands upright is seen by half of the cameras, or fewer
 
 Picture = NDArray[np.float32]
 

@@ -8,7 +8,7 @@ import pytest
 
 from oracles.table_cameras import cameras, on_plane, picture
 from restore.photogrammetry.edges import find_edge
-from restore.photogrammetry.surface import fit_surface
+from restore.photogrammetry.surface import Surface
 
 HALF_MM = np.array([80.0, 55.0])
 HEIGHT_MM = 6.0  # of the page over the table
@@ -27,10 +27,7 @@ def greys():
 
 
 def level(height):
-    low, high = -HALF_MM - 30, HALF_MM + 30
-    grid = np.stack(np.meshgrid(*[np.arange(a, b, 5.0) for a, b in zip(low, high, strict=True)]), axis=-1)
-    places = grid.reshape(-1, 2)
-    return fit_surface(np.column_stack([places, np.full(len(places), height)]), low, high, stiffness=1.0)
+    return Surface.level(-HALF_MM - 30, HALF_MM + 30, height)
 
 
 def rectangle(half):
@@ -45,6 +42,7 @@ def test_the_edge_is_found_in_space(greys, off_mm, wider_mm):
     edge = find_edge(greys, cameras(), level(HEIGHT_MM + off_mm), rectangle(HALF_MM + wider_mm))
     assert edge.measured.mean() > 0.8
     points = edge.points[edge.measured]
+    np.testing.assert_allclose(edge.places, edge.points[:, :2], atol=1e-6)
     from_side = (HALF_MM - np.abs(points[:, :2])).min(axis=1)
     away_from_corners = (HALF_MM - np.abs(points[:, :2])).max(axis=1) > 8
     assert np.sqrt((from_side[away_from_corners] ** 2).mean()) < ACCURACY_MM

@@ -8,10 +8,9 @@ import pytest
 
 from restore.mesh.measures import surface_area
 from restore.photogrammetry.mesh import VERTICES, mesh_within
-from restore.photogrammetry.surface import fit_surface
+from restore.photogrammetry.surface import Surface
 
-GRID = np.stack(np.meshgrid(np.arange(-120, 121, 8.0), np.arange(-90, 91, 8.0)), axis=-1).reshape(-1, 2)
-PLANE = fit_surface(np.column_stack([GRID, np.full(len(GRID), 3.0)]), GRID.min(axis=0), GRID.max(axis=0), stiffness=1.0)
+PLANE = Surface.level(np.array([-120.0, -90.0]), np.array([120.0, 90.0]), 3.0)
 
 
 def outline(angle: float, width: float = 200.0) -> np.ndarray:

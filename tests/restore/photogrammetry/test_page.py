@@ -15,7 +15,7 @@ from restore.photogrammetry.page import (
     inside_polygon,
     on_page,
 )
-from restore.photogrammetry.surface import fit_surface
+from restore.photogrammetry.surface import Surface
 
 HALF_MM = np.array([80.0, 55.0])  # of the page, which lies on the table
 CARD_MM = np.array([[-50.0, -95.0], [50.0, -95.0], [50.0, -70.0], [-50.0, -70.0]])
@@ -61,13 +61,20 @@ def test_paper_that_the_mesh_leaves_out_is_found(masks, share):
 
 def test_the_area_is_the_page(masks):
     low, high = -HALF_MM - 25, HALF_MM + 25
-    grid = np.stack(np.meshgrid(*[np.arange(a, b, 5.0) for a, b in zip(low, high, strict=True)]), axis=-1)
-    flat = fit_surface(np.column_stack([grid.reshape(-1, 2), np.zeros(grid.size // 2)]), low, high, stiffness=1.0)
-    area = area_of_votes(masks, cameras(), flat, low, high)
+    area = area_of_votes(masks, cameras(), Surface.level(low, high, 0.0), low, high)
     np.testing.assert_allclose(area.bounds, [-HALF_MM, HALF_MM], atol=CELL_MM)
     assert area.contains(np.array([[0.0, 0.0], [-79.0 + CELL_MM, 0.0]])).all()
     assert not area.contains(np.array([[0.0, -75.0], [500.0, 0.0]])).any()
     assert not area.contains(np.array([[HALF_MM[0] - 5, 0.0]]), 10.0).any()
+    beyond = np.array([[HALF_MM[0] + 7, 0.0], [HALF_MM[0] + 13, 0.0], [HALF_MM[0] + 200, 0.0]])
+    assert area.contains(beyond, -10.0).tolist() == [True, False, False]
+
+
+def test_views_from_behind_have_no_vote(masks):
+    point, facing = np.zeros((1, 3)), np.array([[0.0, 0.0, 1.0]])
+    assert masks.votes(cameras(), point, facing)[1] == 5
+    assert masks.votes(cameras(), point, -facing)[1] == 0
+    assert masks.votes(cameras(), point, np.array([[1.0, 0.0, 0.0]]))[1] == 1  # one camera stands to the right
 
 
 def test_places_within_a_polygon():

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from restore.photogrammetry.reconstruct import _Model, _warnings
+from restore.photogrammetry.model import Model
+from restore.photogrammetry.reconstruct import _warnings
 
 GOOD = 0.97  # of the edge
 
 
-def model(scale: str) -> _Model:
-    return _Model([], [], None, {}, None, {"from": scale})
+def model(scale: str) -> Model:
+    return Model([], [], None, {}, None, {"from": scale})
 
 
 @pytest.mark.parametrize(

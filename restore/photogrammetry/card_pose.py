@@ -1,0 +1,64 @@
+"""Where the scale card lies in a model of photographs, from all its markers in all views at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import cv2
+import numpy as np
+
+from restore.photo.camera import PhotoCamera, project_with_jacobian
+from restore.photogrammetry.align import Similarity, fit_similarity, triangulate_markers, views_that_agree
+from restore.photogrammetry.card import ScaleCard
+from restore.robust import robust_sigma
+from restore.scan import Floats
+
+LEAST_MARKERS = 4  # in three views or more: a plane and a scale, and one to spare
+LEAST_VIEWS = 3
+STEPS = 10
+CAUCHY = 2.5  # standard deviations at which a marker in a view has half its weight: the page may hide part of it
+LEAST_SIGMA_PX = 0.03  # of the centre of a marker
+
+
+def find_card(
+    cameras: Mapping[int, PhotoCamera], markers: Mapping[int, Mapping[int, Floats]], card: ScaleCard
+) -> tuple[Similarity, float, int] | None:
+    """The similarity from the card's frame to that of the cameras, its rms error in mm on the card, and its markers.
+
+    The last is their number. markers: photograph → marker → pixel (2,). None when too few of them are seen in three
+    views. The reprojection errors of all are least, with the weights that Cauchy's distribution gives them.
+    """
+    found = triangulate_markers(cameras, markers, LEAST_VIEWS)
+    if len(found) < LEAST_MARKERS:
+        return None
+    centres = np.column_stack([card.centres, np.zeros(len(card.centres))])
+    pose = fit_similarity(centres[list(found)], np.array(list(found.values())))
+    seen = [(view, marker) for view in views_that_agree(cameras, markers) for marker in markers[view]]
+    for _ in range(STEPS):
+        pixels, rows = _equations(pose, centres, cameras, seen)
+        errors = np.array([markers[view][marker] for view, marker in seen]) - pixels
+        length = np.linalg.norm(errors, axis=1)
+        sigma = max(robust_sigma(errors.ravel()), LEAST_SIGMA_PX)
+        weights = 1.0 / (1.0 + (length / (CAUCHY * sigma)) ** 2)
+        root = np.sqrt(weights)[:, None]
+        step = np.linalg.lstsq((rows * root[..., None]).reshape(-1, 7), (errors * root).ravel(), rcond=None)[0]
+        pose = Similarity(
+            pose.scale * float(np.exp(step[0])), cv2.Rodrigues(step[1:4])[0] @ pose.rotation, pose.shift + step[4:]
+        )
+    per_mm = np.linalg.norm(rows[:, :, 4:], axis=(1, 2)) / np.sqrt(2.0) * pose.scale
+    error = float(np.sqrt(((length / per_mm) ** 2).mean()))  # of all: a card that is not flat must show
+    return pose, error, len({marker for _, marker in seen})
+
+
+def _equations(
+    pose: Similarity, centres: Floats, cameras: Mapping[int, PhotoCamera], seen: list[tuple[int, int]]
+) -> tuple[Floats, Floats]:
+    """Pixels (m, 2) of markers in views, and their derivatives (m, 2, 7) by log scale, rotation and shift."""
+    pixels, rows = np.empty((len(seen), 2)), np.empty((len(seen), 2, 7))
+    for number, (view, marker) in enumerate(seen):
+        arm = pose.scale * pose.rotation @ centres[marker]
+        pixel, jacobian = project_with_jacobian(cameras[view].vector, (arm + pose.shift)[None])
+        by_point = jacobian[0, :, 3:6] @ cameras[view].rotation
+        pixels[number] = pixel[0]
+        rows[number] = np.column_stack([by_point @ arm, np.cross(arm, by_point), by_point])
+    return pixels, rows

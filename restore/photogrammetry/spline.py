@@ -1,0 +1,221 @@
+"""Bicubic splines with values in space: their values, and what points, bending and strain give to normal equations.
+
+Coefficients (rows, cols, 3) are numbered along the shorter side, so that the band of the normal equations is narrow.
+Of the band, (count, width), the entry (i, j) of the matrix with i ≥ j stands at (j, i − j). Right sides are those of a
+step of the coefficients.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from restore.scan import Floats, Ints
+
+BORDER = 2  # knots beyond the rectangle on every side
+TINY_WEIGHT = 1e-6  # of what nothing else determines
+
+
+def numbering(rows: int, cols: int) -> tuple[int, int, int]:
+    """How far apart the numbers of coefficients of neighbouring rows and of neighbouring columns are; the band's width.
+
+    Each coefficient has three numbers from three times its own on.
+    """
+    shorter = min(rows, cols)
+    by_row, by_col = (cols, 1) if cols <= rows else (1, rows)
+    return by_row, by_col, 9 * shorter + 12
+
+
+@numba.njit(cache=True)
+def _basis(t: float, step: float, order: int, out: Floats) -> None:
+    """Write the four cubic B-splines at a share t of an interval, or their derivatives of an order."""
+    if order == 0:
+        out[0], out[1] = (1 - t) ** 3 / 6, (3 * t**3 - 6 * t**2 + 4) / 6
+        out[2], out[3] = (-3 * t**3 + 3 * t**2 + 3 * t + 1) / 6, t**3 / 6
+    elif order == 1:
+        out[0], out[1] = -((1 - t) ** 2) / 2 / step, (3 * t**2 - 4 * t) / 2 / step
+        out[2], out[3] = (-3 * t**2 + 2 * t + 1) / 2 / step, t**2 / 2 / step
+    else:
+        out[0], out[1], out[2], out[3] = (1 - t) / step**2, (3 * t - 2) / step**2, (1 - 3 * t) / step**2, t / step**2
+
+
+@numba.njit(cache=True)
+def _cell(place: float, low: float, step: float, count: int) -> tuple[int, float]:
+    """The first of four coefficients that tell of a place, and its share of the interval."""
+    scaled = (place - low) / step
+    cell = min(max(int(np.floor(scaled)), 1), count - 3)
+    return cell - 1, scaled - cell
+
+
+@numba.njit(cache=True, nogil=True)
+def evaluate(places: Floats, low: Floats, step: float, coefficients: Floats, order: int) -> Floats:
+    """(n, k, 3) values at places (n, 2); up to first order their derivatives by u and v, up to second uu, uv and vv."""
+    orders = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
+    count = 1 if order == 0 else (3 if order == 1 else 6)
+    rows, cols, _ = coefficients.shape
+    out = np.zeros((len(places), count, 3))
+    across, down = np.empty((3, 4)), np.empty((3, 4))
+    for n in range(len(places)):
+        col, s = _cell(places[n, 0], low[0], step, cols)
+        row, t = _cell(places[n, 1], low[1], step, rows)
+        for o in range(order + 1):
+            _basis(s, step, o, across[o])
+            _basis(t, step, o, down[o])
+        for k in range(count):
+            a, b = orders[k]
+            for i in range(4):
+                for j in range(4):
+                    weight = down[b, i] * across[a, j]
+                    for d in range(3):
+                        out[n, k, d] += weight * coefficients[row + i, col + j, d]
+    return out
+
+
+@numba.njit(cache=True, nogil=True)
+def add_points(
+    band: Floats, side: Floats, places: Floats, points: Floats, normals: Floats, weights: Floats, sliding: float,
+    low: Floats, step: float, coefficients: Floats, by_row: int, by_col: int,
+) -> None:  # fmt: skip
+    """Add points (n, 3) at places (n, 2): weights (n,) along normals (n, 3), `sliding` times as much across them."""
+    rows, cols, _ = coefficients.shape
+    across, down, form, off, pull = np.empty(4), np.empty(4), np.empty((3, 3)), np.empty(3), np.empty(3)
+    factor, number = np.empty(16), np.empty(16, np.int64)
+    for n in range(len(places)):
+        col, s = _cell(places[n, 0], low[0], step, cols)
+        row, t = _cell(places[n, 1], low[1], step, rows)
+        _basis(s, step, 0, across)
+        _basis(t, step, 0, down)
+        off[:] = points[n]
+        for i in range(4):
+            for j in range(4):
+                factor[4 * i + j] = down[i] * across[j]
+                number[4 * i + j] = 3 * ((row + i) * by_row + (col + j) * by_col)
+                for d in range(3):
+                    off[d] -= factor[4 * i + j] * coefficients[row + i, col + j, d]
+        for d in range(3):
+            for e in range(3):
+                form[d, e] = weights[n] * (1.0 - sliding) * normals[n, d] * normals[n, e]
+            form[d, d] += weights[n] * sliding
+        for d in range(3):
+            pull[d] = form[d, 0] * off[0] + form[d, 1] * off[1] + form[d, 2] * off[2]
+        for a in range(16):
+            for d in range(3):
+                side[number[a] + d] += factor[a] * pull[d]
+            for b in range(a + 1):
+                product = factor[a] * factor[b]
+                high, first = max(number[a], number[b]), min(number[a], number[b])
+                for d in range(3):
+                    for e in range(3 if b < a else d + 1):
+                        band[first + e, high + d - first - e] += product * form[d, e]
+
+
+@numba.njit(cache=True, nogil=True)
+def add_strain(
+    band: Floats, side: Floats, coefficients: Floats, step: float, stiffness: float, most: float, by_row: int,
+    by_col: int,
+) -> None:  # fmt: skip
+    """Add the strain in the middle of each cell: (|Su|² − 1)/2, (|Sv|² − 1)/2 and Su·Sv, which is twice the shear.
+
+    A cell resists half as much at a strain of `most`, and less beyond.
+    """
+    rows, cols, _ = coefficients.shape
+    value, slope = np.empty(4), np.empty(4)
+    _basis(0.5, step, 0, value)
+    _basis(0.5, step, 1, slope)
+    su, sv, misfit = np.empty(3), np.empty(3), np.empty(3)
+    by, number = np.empty((3, 48)), np.empty(48, np.int64)
+    for row in range(rows - 3):
+        for col in range(cols - 3):
+            su[:], sv[:] = 0.0, 0.0
+            for i in range(4):
+                for j in range(4):
+                    for d in range(3):
+                        su[d] += value[i] * slope[j] * coefficients[row + i, col + j, d]
+                        sv[d] += slope[i] * value[j] * coefficients[row + i, col + j, d]
+            misfit[0] = 0.5 * (1.0 - (su * su).sum())
+            misfit[1] = 0.5 * (1.0 - (sv * sv).sum())
+            misfit[2] = -(su * sv).sum() / np.sqrt(2.0)
+            weight = stiffness / (1.0 + (misfit * misfit).sum() / most**2)
+            for i in range(4):
+                for j in range(4):
+                    u, v = value[i] * slope[j], slope[i] * value[j]
+                    for d in range(3):
+                        k = 3 * (4 * i + j) + d
+                        number[k] = 3 * ((row + i) * by_row + (col + j) * by_col) + d
+                        by[0, k], by[1, k] = u * su[d], v * sv[d]
+                        by[2, k] = (u * sv[d] + v * su[d]) / np.sqrt(2.0)
+            for a in range(48):
+                for m in range(3):
+                    side[number[a]] += weight * by[m, a] * misfit[m]
+                for b in range(a + 1):
+                    high, first = max(number[a], number[b]), min(number[a], number[b])
+                    product = by[0, a] * by[0, b] + by[1, a] * by[1, b] + by[2, a] * by[2, b]
+                    band[first, high - first] += weight * product
+
+
+@numba.njit(cache=True)
+def _add_difference(band: Floats, side: Floats, values: Floats, at: Ints, kernel: Floats, weight: float) -> None:
+    """Add a weighted linear combination of coefficients numbered `at`, with values (k, 3), that is to be zero."""
+    for d in range(3):
+        total = (kernel * values[:, d]).sum()
+        for a in range(len(at)):
+            side[3 * at[a] + d] -= weight * kernel[a] * total
+            for b in range(a + 1):
+                high, first = max(at[a], at[b]), min(at[a], at[b])
+                band[3 * first + d, 3 * (high - first)] += weight * kernel[a] * kernel[b]
+
+
+@numba.njit(cache=True, nogil=True)
+def add_bending(band: Floats, side: Floats, coefficients: Floats, weight: float, by_row: int, by_col: int) -> None:
+    """Add the squared third differences of the coefficients: the change of curvature, times a step to the fourth.
+
+    It is that of Duchon's splines of third order (1977). What is prolonged keeps its curvature.
+    """
+    rows, cols, _ = coefficients.shape
+    third, mixed = np.array([1.0, -3.0, 3.0, -1.0]), np.array([1.0, -2.0, 1.0, -1.0, 2.0, -1.0])
+    shapes = ((1, 4), (4, 1), (2, 3), (3, 2))
+    for row in range(rows):
+        for col in range(cols):
+            here = row * by_row + col * by_col
+            for height, width in shapes:
+                if row + height > rows or col + width > cols:
+                    continue
+                values, at = np.empty((height * width, 3)), np.empty(height * width, np.int64)
+                for i in range(height):
+                    for j in range(width):
+                        # the longer side of a shape runs first in its kernel
+                        k = i * width + j if width > height else j * height + i
+                        values[k], at[k] = coefficients[row + i, col + j], here + i * by_row + j * by_col
+                if height * width == 4:
+                    _add_difference(band, side, values, at, third, weight)
+                else:
+                    _add_difference(band, side, values, at, mixed, 3.0 * weight)
+            for d in range(3):
+                band[3 * here + d, 0] += TINY_WEIGHT
+
+
+@numba.njit(cache=True, nogil=True, fastmath=True)
+def solve(band: Floats, side: Floats) -> None:
+    """Replace the right side (count,) by the solution, and the band (count, width) by its Cholesky factor.
+
+    Compiled here: LAPACK's threads wait for each other longer than a band of this width takes one of them.
+    """
+    count, width = band.shape
+    for j in range(count):
+        pivot = 1.0 / np.sqrt(band[j, 0])
+        reach = min(width, count - j)
+        for k in range(reach):
+            band[j, k] *= pivot
+        for k in range(1, reach):
+            factor = band[j, k]
+            if factor != 0.0:
+                for m in range(reach - k):
+                    band[j + k, m] -= factor * band[j, k + m]
+        side[j] *= pivot
+        for k in range(1, reach):
+            side[j + k] -= band[j, k] * side[j]
+    for j in range(count - 1, -1, -1):
+        total = side[j]
+        for k in range(1, min(width, count - j)):
+            total -= band[j, k] * side[j + k]
+        side[j] = total / band[j, 0]

@@ -1,0 +1,54 @@
+"""The card's place in a model, although the page hides parts of its markers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from oracles.table_cameras import cameras
+from restore.photogrammetry.align import Similarity
+from restore.photogrammetry.card import SCALE_CARD
+from restore.photogrammetry.card_pose import find_card
+
+SCALE = 0.8  # of the model's millimetres
+CENTRES = np.column_stack([SCALE_CARD.centres, np.zeros(len(SCALE_CARD.centres))])
+NOISE_PX = 0.03
+# Twelve markers over 140 mm in five views: sixty centres, of which a pixel is 0.7 mm.
+SCALE_ERROR = 3e-4
+
+
+def seen(noise=NOISE_PX, *, left_out=()):
+    views = dict(enumerate(cameras()))
+    model = {number: Similarity(SCALE, np.eye(3), np.zeros(3)).camera(camera) for number, camera in views.items()}
+    rng = np.random.default_rng(4)
+    pixels = {number: camera.project(CENTRES) for number, camera in views.items()}
+    markers = {
+        number: {
+            m: pixels[number][m] + noise * rng.standard_normal(2) for m in range(12) if (number, m) not in left_out
+        }
+        for number in views
+    }
+    return model, markers
+
+
+def test_the_scale_is_that_of_the_model():
+    model, markers = seen()
+    pose, error, count = find_card(model, markers, SCALE_CARD)
+    assert pose.scale == pytest.approx(SCALE, rel=SCALE_ERROR)
+    assert error < 2 * NOISE_PX
+    assert count == 12
+
+
+def test_markers_that_are_half_hidden_do_not_turn_it():
+    model, markers = seen()
+    for marker in (2, 7, 9):
+        markers[3][marker] = markers[3][marker] + [0.6, -0.8]
+    pose, _, _ = find_card(model, markers, SCALE_CARD)
+    assert pose.scale == pytest.approx(SCALE, rel=SCALE_ERROR)
+
+
+def test_too_few_markers_are_no_card():
+    model, markers = seen()
+    few = {number: {m: markers[number][m] for m in (0, 1, 2)} for number in markers}
+    assert find_card(model, few, SCALE_CARD) is None
+    assert find_card(model, {0: markers[0], 1: markers[1]}, SCALE_CARD) is None
