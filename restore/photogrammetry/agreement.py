@@ -148,7 +148,11 @@ def card_doubts(
         )
     agreeing = views_that_agree(cameras, seen)
     if len(agreeing) < LEAST_VIEWS:
-        return ("the card lies elsewhere beside the page in each photograph: page or card was moved",)
+        raise CardApart(
+            "no three photographs agree where the card lies beside the page: page or card was moved, or photographs "
+            "were cropped or zoomed",
+            "leave page and card where they are, and give the photographs as the camera wrote them",
+        )
     off = scale.get("residual_mm", 0.0)
     if off > WRONG_CARD_MM:
         raise CardApart(
