@@ -137,8 +137,8 @@ def _flipped(image: Bytes) -> Bytes:
 def card_doubts(
     photographs: Sequence[Photograph], seen: Mapping[int, Mapping[int, Floats]], scale: Mapping[str, Any]
 ) -> tuple[str, ...]:
-    """What is to be said of the card, as sentences: photographs with their cameras, the markers seen in each by its
-    index, and the scale found. Raises CardApart when the markers are where no card has them."""
+    """What is to be said of the card, as sentences: photographs with their cameras, the centres (2,) of the markers
+    seen in each by its index, and the scale found. Raises CardApart when the markers are where no card has them."""
     cameras = {number: photograph.camera for number, photograph in enumerate(photographs) if photograph.camera}
     showing = [number for number in cameras if len(seen.get(number, {})) >= LEAST_COMMON]
     if len(showing) < LEAST_VIEWS:

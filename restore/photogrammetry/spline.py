@@ -116,7 +116,7 @@ def add_strain(
 ) -> None:  # fmt: skip
     """Add the strain in the middle of each cell: (|Su|² − 1)/2, (|Sv|² − 1)/2 and Su·Sv, which is twice the shear.
 
-    A cell resists half as much at a strain of `most`, and less beyond.
+    coefficients (rows, cols, 3). A cell resists half as much at a strain of `most`, and less beyond.
     """
     rows, cols, _ = coefficients.shape
     value, slope = np.empty(4), np.empty(4)
@@ -167,7 +167,7 @@ def _add_difference(band: Floats, side: Floats, values: Floats, at: Ints, kernel
 
 @numba.njit(cache=True, nogil=True)
 def add_bending(band: Floats, side: Floats, coefficients: Floats, weight: float, by_row: int, by_col: int) -> None:
-    """Add the squared third differences of the coefficients: the change of curvature, times a step to the fourth.
+    """Add the squared third differences of the coefficients (rows, cols, 3): the change of curvature, times a step to the fourth.
 
     It is that of Duchon's splines of third order (1977). What is prolonged keeps its curvature.
     """
