@@ -111,8 +111,8 @@ def upright(normal: Floats, up: Floats) -> Floats:
 def views_that_agree(cameras: Mapping[int, PhotoCamera], seen: Mapping[int, Mapping[int, Floats]]) -> list[int]:
     """The most views in which the markers lie where one card puts them: in the others page or card were moved.
 
-    seen: by view and marker, the pixel (2,) of its centre. A consensus of views over samples of three (Fischler & Bolles, Comm. ACM 24(6), 1981). Fewer than three views with
-    LEAST_COMMON markers cannot disagree: all are returned.
+    seen: by view and marker, the pixel (2,) of its centre. A consensus of views over samples of three (Fischler &
+    Bolles, Comm. ACM 24(6), 1981). Fewer than three views with LEAST_COMMON markers cannot disagree: all are returned.
     """
     views = [number for number in cameras if len(seen.get(number, {})) >= LEAST_COMMON]
     if len(views) < SAMPLE:
