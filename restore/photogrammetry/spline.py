@@ -169,7 +169,8 @@ def _add_difference(band: Floats, side: Floats, values: Floats, at: Ints, kernel
 def add_bending(band: Floats, side: Floats, coefficients: Floats, weight: float, by_row: int, by_col: int) -> None:
     """Add the squared third differences of the coefficients (rows, cols, 3).
 
-    They are the change of curvature, times a step to the fourth. It is that of Duchon's splines of third order (1977). What is prolonged keeps its curvature.
+    They are the change of curvature, times a step to the fourth, that of Duchon's splines of third order
+    (1977). What is prolonged keeps its curvature.
     """
     rows, cols, _ = coefficients.shape
     third, mixed = np.array([1.0, -3.0, 3.0, -1.0]), np.array([1.0, -2.0, 1.0, -1.0, 2.0, -1.0])
