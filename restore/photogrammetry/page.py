@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import cv2
 import numba
 import numpy as np
+from numpy.typing import NDArray
 from scipy import ndimage
 
 from restore.mesh.raster import rasterise
@@ -98,9 +99,25 @@ def _paper(image: Bytes, card: Floats | None) -> Mask:
     _, paper = cv2.threshold(light, 0, 1, cv2.THRESH_BINARY + cv2.THRESH_OTSU)
     paper = cv2.erode(paper, kernel)
     if card is not None:
-        larger = card.mean(axis=0) + (card - card.mean(axis=0)) * CARD_MARGIN
-        cv2.fillPoly(paper, [np.rint(larger).astype(np.int32)], 0)
+        cv2.fillPoly(paper, [_larger(card)], 0)
     return _largest(cv2.morphologyEx(paper, cv2.MORPH_CLOSE, np.ones((GAPS, GAPS), np.uint8)) > 0)
+
+
+def _larger(card: Floats) -> NDArray[np.int32]:
+    """(k, 2) whole pixels: the outline of a card with its rim."""
+    return np.rint(card.mean(axis=0) + (card - card.mean(axis=0)) * CARD_MARGIN).astype(np.int32)
+
+
+def without_card(grey: NDArray[np.float32], paper: Floats, card: Floats | None) -> NDArray[np.float32]:
+    """(h, w) brightness of a photograph (h, w), with that of the table where the card lies.
+
+    paper: its mask in a smaller copy. Markers beside the page would be steeper steps than its edge.
+    """
+    if card is None:
+        return grey
+    small = cv2.resize(grey, paper.shape[::-1], interpolation=cv2.INTER_AREA)
+    table = float(np.median(small[paper < 0.5]))
+    return np.asarray(cv2.fillPoly(grey.copy(), [_larger(card)], table))
 
 
 def _largest(mask: Mask) -> Mask:

@@ -41,6 +41,7 @@ from restore.photogrammetry.page import (
     find_paper,
     ground_sample,
     on_page,
+    without_card,
 )
 from restore.photogrammetry.sparse import LEAST_VIEWS, Progress, SparseModel, check_one_lens, reconstruct
 from restore.photogrammetry.surface import Surface, choose_stiffness, fit_surface, grid_places
@@ -150,7 +151,8 @@ def _page_of(
     views = list(sparse.cameras)
     model = Model(views, list(sparse.cameras.values()), sparse.points, {} if card is None else markers, card)
     model.set_frame(model.points)
-    masks = _masks(photographs, model, markers)
+    cards = [outline_in(markers[view]) for view in views]  # cut out where markers of it are seen
+    masks = find_paper([photographs[view].image for view in views], cards)
     points = model.points[on_page(masks, model.cameras, model.points)]
     if len(points) < LEAST_POINTS:
         raise NoPage(
@@ -161,17 +163,11 @@ def _page_of(
         model.points = points
         model.set_frame(points)
         points = model.points
-    page = _dense(photographs, sparse.failed, model, masks, points, progress)
+    page = _dense(photographs, sparse.failed, model, masks, cards, points, progress)
     if card is None:
         return page
     seen = {row: markers[view] for row, view in enumerate(views)}
     return replace(page, warnings=page.warnings + card_doubts(page.photographs, seen, page.report["scale"]))
-
-
-def _masks(photographs: Sequence[Photograph], model: Model, markers: Mapping[int, Mapping[int, Floats]]) -> PaperMasks:
-    """Where paper is in the photographs of a model, the card left out where markers of it are seen."""
-    outlines = [outline_in(markers[view]) for view in model.views]
-    return find_paper([photographs[view].image for view in model.views], outlines)
 
 
 def _dense(
@@ -179,6 +175,7 @@ def _dense(
     failed: Mapping[int, str],
     model: Model,
     masks: PaperMasks,
+    cards: Sequence[Floats | None],
     points: Floats,
     progress: Progress,
 ) -> PhotographedPage:
@@ -201,7 +198,8 @@ def _dense(
         before = cells
     progress("surface", 1.0)
     progress("edge", 0.0)
-    edge = find_edge(greys, model.cameras, surface, area.outline)
+    cardless = np.stack([without_card(*seen) for seen in zip(greys, masks.masks, cards, strict=True)])
+    edge = find_edge(cardless, model.cameras, surface, area.outline)
     share = float(edge.measured.mean())
     both = np.concatenate([points, edge.points[edge.measured]])
     surface, _ = fit_surface(both, np.concatenate([feet, edge.places[edge.measured]]), surface, stiffness=stiffness)

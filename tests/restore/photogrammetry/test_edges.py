@@ -8,12 +8,16 @@ import pytest
 
 from oracles.table_cameras import cameras, on_plane, picture
 from restore.photogrammetry.edges import find_edge
+from restore.photogrammetry.page import without_card
 from restore.photogrammetry.surface import Surface
 
 HALF_MM = np.array([80.0, 55.0])
 HEIGHT_MM = 6.0  # of the page over the table
 PAPER, TABLE = 210.0, 120.0
 ACCURACY_MM = 0.2  # a third of a pixel
+INK = 20.0
+CARD_MM = np.array([[-40.0, -86.0], [40.0, -86.0], [40.0, -58.0], [-40.0, -58.0]])  # 3 mm beside the page
+SQUARES_MM = 4.0  # of the markers, from the rim of the card
 
 
 @pytest.fixture(scope="module")
@@ -53,3 +57,26 @@ def test_no_step_no_edge(greys):
     blank = np.full_like(greys, 150.0)
     edge = find_edge(blank, cameras(), level(HEIGHT_MM), rectangle(HALF_MM))
     assert not edge.measured.any()
+
+
+def test_the_markers_of_a_card_beside_the_page_are_not_its_edge():
+    low, high = CARD_MM.min(axis=0), CARD_MM.max(axis=0)
+
+    def kind(origins, ways):
+        page = (np.abs(on_plane(origins, ways, HEIGHT_MM)) < HALF_MM).all(axis=1)
+        places = on_plane(origins, ways, 0.0)
+        card, ink = (((places > low + rim) & (places < high - rim)).all(axis=1) for rim in (0.0, SQUARES_MM))
+        return np.select([page, ink, card], [3, 2, 1], 0)
+
+    kinds = [picture(camera, kind).astype(int) for camera in cameras()]
+    shown = [cv2.GaussianBlur(np.array([TABLE, PAPER, INK, PAPER], np.float32)[one], (0, 0), 0.8) for one in kinds]
+    corners = [camera.project(np.column_stack([CARD_MM, np.zeros(4)])) for camera in cameras()]
+    cardless = [without_card(*seen) for seen in zip(shown, [(one == 3) * 1.0 for one in kinds], corners, strict=True)]
+    far = {}
+    for name, pictures in (("with", shown), ("without", cardless)):
+        edge = find_edge(np.stack(pictures), cameras(), level(HEIGHT_MM), rectangle(HALF_MM + 1.0))
+        beside = edge.measured & (edge.places[:, 1] < -HALF_MM[1] + 8) & (np.abs(edge.places[:, 0]) < 40)
+        assert beside.sum() > 20
+        far[name] = np.abs(edge.points[beside, 1] + HALF_MM[1]).max()
+    assert far["without"] < 3 * ACCURACY_MM
+    assert far["with"] > 5 * ACCURACY_MM  # else the card would not matter here
