@@ -32,9 +32,8 @@ SIGMA = 0.1  # reference pixels: how well a shift is measured
 KNOWN_FOCAL = 0.1  # how well EXIF tells the focal length: whole millimetres, and it breathes with the focus
 MAX_REPROJECTION_ERROR = 1.0  # reference pixels: more is a wrong match, as where a window spans a crease
 MIN_PLACES = 14  # as many unknowns has a camera
-MIN_ALIKE = 0.6  # of the places with print: the rest is glare, shadow, fingers; another page has one in ten
+MIN_ALIKE = 0.6  # of the places with print: the rest is glare, shadow, fingers; of another page, up to half are
 HOPELESS = 0.2  # of them, after two refinements: twice what another page has
-BLURRED_ALIKE = 0.3  # of them: the photograph shows the page, whatever is wrong with it
 MAX_BLUR = 0.9  # reference pixels, by which it spreads print more: the scanner itself spreads it by half as much
 MAX_RESIDUAL = 0.5  # reference pixels, rms: a page that was moved or bent between scan and photograph has more
 MAX_UNCERTAIN = 0.5  # reference pixels, rms over the page
@@ -219,7 +218,7 @@ def _uncertainty(camera: PhotoCamera, points: Floats, sigma: float, page: Floats
 
 def _insist_on_sharpness(reference: Reference, grey: Bytes, camera: PhotoCamera, shifts: Shifts) -> None:
     """Raise Refused when a photograph shows the page less sharply than the scanner's own image does."""
-    if shifts.scale <= 1.0 or shifts.alike.mean() < BLURRED_ALIKE:
+    if shifts.scale <= 1.0 or shifts.alike.mean() < MIN_ALIKE:  # of another page, its sharpness says nothing
         return
     blur = relative_blur(reference, grey, camera)
     if blur > MAX_BLUR:
