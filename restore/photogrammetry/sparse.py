@@ -168,7 +168,8 @@ def _verify(colmap: ModuleType, base: Path) -> None:
 
 def _mapping(colmap: ModuleType) -> Any:
     options = colmap.IncrementalPipelineOptions()
-    options.num_threads, options.multiple_models, options.extract_colors = THREADS, False, False
+    # By one thread: several add up the equations of an adjustment in any order.
+    options.num_threads, options.multiple_models, options.extract_colors = 1, False, False
     options.min_model_size, options.ba_refine_principal_point = LEAST_VIEWS, False
     # The cameras are adjusted again over thousands of better tracks: here they need not settle to the last digit.
     options.ba_global_function_tolerance, options.ba_global_max_num_iterations = 1e-6, 30
