@@ -61,10 +61,9 @@ def progress_on(stream: TextIO | None) -> Iterator[Progress]:
                 bars.update(tasks[stage], description=f"{WHOLE}: {left}" if left else WHOLE)
 
         def show_compiling() -> None:
-            for stage in [stage for stage in tasks if stage != WHOLE][
-                -1:
-            ]:  # the one that goes on now, when one has begun
-                bars.update(tasks[stage], description=f"{stage}: {COMPILING}")
+            begun = [stage for stage in tasks if stage != WHOLE]
+            if begun:  # the last of them goes on now
+                bars.update(tasks[begun[-1]], description=f"{begun[-1]}: {COMPILING}")
 
         with notify_when_compiling(show_compiling):
             yield show

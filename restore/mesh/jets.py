@@ -234,10 +234,10 @@ def _fit(
     products[far : far + LANES] = 0.0
     for _ in range(ROUNDS):
         sums[:] = 0.0
-        for p in range(TERMS):
-            sums[row_of(p) + p] = (
-                own if p == 0 else 2.0 * PRIOR if p == 4 else PRIOR
-            )  # the mixed derivative counts twice in a form
+        for p in range(1, TERMS):
+            sums[row_of(p) + p] = PRIOR
+        sums[row_of(4) + 4] *= 2.0  # the mixed derivative counts twice in a form
+        sums[row_of(0)] = own
         for k in range(0, far, LANES):
             a, b, c, d = weights[k], weights[k + 1], weights[k + 2], weights[k + 3]
             for m in range(len(sums)):  # compilers do not vectorise what a constant has them unroll

@@ -19,14 +19,13 @@ from restore.photogrammetry.bundle import Adjusted, Tracks, adjust
 from restore.photogrammetry.card import ScaleCard, detect_markers
 from restore.photogrammetry.errors import CardApart, Mirrored, NoPage, TooFewViews, ViewsApart
 from restore.photogrammetry.sharpness import Sharpness, sharpness
-from restore.photogrammetry.sparse import BLURRED_PX, SAME_FOCAL, SIDE
+from restore.photogrammetry.sparse import BLURRED_PX, LEAST_VIEWS, SAME_FOCAL, SIDE
 from restore.scan import Bytes, Floats, Ints, Mask
 
 LEAST_SHARE = 0.3  # of the patches that most views show: half a page under a hand leaves more
 MOST_RATIO = 4.0  # of a view's residuals to most views', each over its own uncertainty
 FREE = 0.3  # standard deviation of a focal length that nothing is known of, as a share
 EXPLAINED = 0.7  # of a view's residuals that are left once its focal length is free, when a zoom was the cause
-LEAST_VIEWS = 3
 MOST_CARD_MM = 0.3  # rms of the markers about the flat card: ten times what they are off in five views
 WRONG_CARD_MM = 1.0  # a strip of paper that is not flat bends by so much; beyond, the cameras are wrong
 OTHER_PAGE = "it shows another page, or this one where it did not lie before, or not sharply"

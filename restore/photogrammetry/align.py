@@ -86,15 +86,14 @@ def line_of_sight(camera: PhotoCamera, pixel: Floats) -> Floats:
 def triangulate_markers(
     cameras: Mapping[int, PhotoCamera], seen: Mapping[int, Mapping[int, Floats]], least_views: int
 ) -> dict[int, Floats]:
-    """Marker → its centre (3,) in the frame of the cameras, of those that so many views show where the others do.
+    """Marker → its centre (3,) in the frame of the cameras, of those that so many views show.
 
-    seen: photograph → marker → pixel (2,).
+    seen: photograph → marker → pixel (2,), of views that agree.
     """
-    agreeing = views_that_agree(cameras, seen)
-    numbers = sorted({marker for number in agreeing for marker in seen[number]})
+    numbers = sorted({marker for markers in seen.values() for marker in markers})
     found = {}
     for marker in numbers:
-        views = [number for number in agreeing if marker in seen[number]]
+        views = [number for number, markers in seen.items() if marker in markers]
         if len(views) >= least_views:
             pixels = np.array([seen[number][marker] for number in views])
             found[marker] = triangulate([cameras[number] for number in views], pixels)
@@ -128,6 +127,13 @@ def views_that_agree(cameras: Mapping[int, PhotoCamera], seen: Mapping[int, Mapp
         if set(sample) <= set(agreeing):
             best = max(best, (len(agreeing), -sum(off[view] for view in agreeing), agreeing))
     return best[2]
+
+
+def agreeing_markers(
+    cameras: Mapping[int, PhotoCamera], seen: Mapping[int, Mapping[int, Floats]]
+) -> dict[int, Mapping[int, Floats]]:
+    """What is seen, view → marker → pixel (2,), in the views that agree."""
+    return {view: seen[view] for view in views_that_agree(cameras, seen)}
 
 
 def _samples(views: Sequence[int]) -> list[tuple[int, ...]]:

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from restore.photo.camera import PhotoCamera, project_with_jacobian
-from restore.photogrammetry.align import Similarity, fit_similarity, triangulate_markers, views_that_agree
+from restore.photogrammetry.align import Similarity, agreeing_markers, fit_similarity, triangulate_markers
 from restore.photogrammetry.card import ScaleCard
 from restore.robust import robust_sigma
 from restore.scan import Floats
@@ -28,12 +28,13 @@ def find_card(
     The last is their number. markers: photograph → marker → pixel (2,). None when too few of them are seen in three
     views. The reprojection errors of all are least, with the weights that Cauchy's distribution gives them.
     """
-    found = triangulate_markers(cameras, markers, LEAST_VIEWS)
+    agreeing = agreeing_markers(cameras, markers)
+    found = triangulate_markers(cameras, agreeing, LEAST_VIEWS)
     if len(found) < LEAST_MARKERS:
         return None
     centres = np.column_stack([card.centres, np.zeros(len(card.centres))])
     pose = fit_similarity(centres[list(found)], np.array(list(found.values())))
-    seen = [(view, marker) for view in views_that_agree(cameras, markers) for marker in markers[view]]
+    seen = [(view, marker) for view, shown in agreeing.items() for marker in shown]
     for _ in range(STEPS):
         pixels, rows = _equations(pose, centres, cameras, seen)
         errors = np.array([markers[view][marker] for view, marker in seen]) - pixels

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from restore.photo.camera import PhotoCamera
-from restore.photogrammetry.align import Similarity, triangulate_markers, upright, views_that_agree
+from restore.photogrammetry.align import Similarity, agreeing_markers, triangulate_markers, upright
 from restore.photogrammetry.bundle import Tracks
 from restore.photogrammetry.card import ScaleCard
 from restore.photogrammetry.card_pose import LEAST_VIEWS, find_card
@@ -67,13 +67,13 @@ class Model:
 
     def with_markers(self, points: Floats, tracks: Tracks) -> tuple[Floats, Tracks]:
         """Points (n, 3) mm and their tracks, with those of the markers: they hold the cameras beside the page."""
-        found = triangulate_markers(self.by_photograph, self.markers, LEAST_VIEWS)
-        agreeing = set(views_that_agree(self.by_photograph, self.markers))
+        agreeing = agreeing_markers(self.by_photograph, self.markers)
+        found = triangulate_markers(self.by_photograph, agreeing, LEAST_VIEWS)
         seen = [
-            (number, len(points) + index, self.markers[view][marker])
+            (number, len(points) + index, agreeing[view][marker])
             for index, marker in enumerate(found)
             for number, view in enumerate(self.views)
-            if view in agreeing and marker in self.markers[view]
+            if marker in agreeing.get(view, {})
         ]
         if not seen:
             return points, tracks

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -70,26 +71,12 @@ def run_restore(source: Path, parameters: Mapping[str, Any], folder: Path, *, pr
         anyway=wanted.anyway,
     )
     try:
-        if wanted.scale is not None:
-            outcome = photographed_page(
-                pictures_in(source),
-                destination,
-                settings=wanted.settings,
-                scale=Scale.parse(wanted.scale),
-                stem=STEM,
-                examine=measured,
-                progress=progress,
-            )
-        else:
-            outcome = restore_file(
-                source,
-                destination,
-                settings=wanted.settings,
-                unit=wanted.unit,
-                stem=STEM,
-                examine=measured,
-                progress=progress,
-            )
+        restored = (
+            partial(restore_file, source, unit=wanted.unit)
+            if wanted.scale is None
+            else partial(photographed_page, pictures_in(source), scale=Scale.parse(wanted.scale))
+        )
+        outcome = restored(destination, settings=wanted.settings, stem=STEM, examine=measured, progress=progress)
     except RestoreError as error:  # of the scan, and so the same on the next run
         folder.mkdir(parents=True, exist_ok=True)
         return Run({"error": str(error), "hint": error.hint})
