@@ -19,6 +19,7 @@ import numpy as np
 from restore import Bytes
 from station.errors import StationError, UsageError
 from station.export.png import encode_png
+from station.greek import reading_language, respelt
 from station.text_layer import XHTML, Paragraph, paragraphs_of
 
 THREADS = "1"  # more wait for each other in busy loops: twice the processor time, and no faster
@@ -39,9 +40,6 @@ ALTO = "http://www.loc.gov/standards/alto/ns-v4#"
 SCHEMA = "http://www.loc.gov/standards/alto/v4/alto-4-4.xsd"
 SCHEMA_PLACE = "{http://www.w3.org/2001/XMLSchema-instance}schemaLocation"
 WRITTEN_AS = "http://www.loc.gov/standards/alto/ns-v3#"  # by Tesseract; what it writes of version 3 is valid in 4
-GREEK = frozenset({"ell", "grc", "Greek"})  # the last is the data of the script
-# Beside a small letter, not a capital: a microohm stays one.
-MICRO_IN_WORD = "(?<=[\u03ac-\u03ce\u1f00-\u1fff])\u00b5|\u00b5(?=[\u03ac-\u03ce\u1f00-\u1fff])"
 PLACES = ("HPOS", "VPOS", "WIDTH", "HEIGHT")
 
 FORMATS = {"txt": ".txt", "alto": ".xml", "hocr": ".hocr", "pdf": ".pdf"}
@@ -111,15 +109,17 @@ def recognise(image: Bytes, dpi: float, *, name: str, language: str = "eng", whi
     Raises ProgramMissing, UsageError for a language that is not installed, StationError when Tesseract fails.
     """
     tesseract = find_tesseract(which)
-    check_language(tesseract, language)
+    known = check_language(tesseract, language)
     sized, scale = sized_for_reading(image, dpi)
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder, "page.png"), Path(folder, "page")
         source.write_bytes(encode_png(sharpened(sized)))
         resolution = ("--dpi", str(round(dpi * scale)))
-        run_tesseract(tesseract, source, target, "-l", language, *resolution, "-c", "textonly_pdf=1", *FORMATS)
+        data = reading_language(language, known)
+        run_tesseract(tesseract, source, target, "-l", data, *resolution, "-c", "textonly_pdf=1", *FORMATS)
         *written, layer = (target.with_suffix(ending).read_bytes() for ending in FORMATS.values())
-    text, alto, hocr = (_spelt(data, language) for data in written)
+    plain = written[0].decode("utf-8")
+    text, alto, hocr = (respelt(data, plain, language) for data in written)
     return Words(
         text.decode("utf-8").strip("\f\n") + "\n",
         _alto(alto, scale, name),
@@ -130,8 +130,8 @@ def recognise(image: Bytes, dpi: float, *, name: str, language: str = "eng", whi
     )
 
 
-def check_language(tesseract: Path, language: str) -> None:
-    """Raise UsageError when Tesseract has no data for a language."""
+def check_language(tesseract: Path, language: str) -> list[str]:
+    """The languages that Tesseract has data for. Raises UsageError when one of those asked for is not among them."""
     known = run_tesseract(tesseract, "--list-langs").splitlines()[1:]
     for one in language.split("+"):
         if one not in known:
@@ -139,6 +139,7 @@ def check_language(tesseract: Path, language: str) -> None:
                 f"Tesseract has no data for the language {one!r}",
                 f"install the system package {PACKAGE}-{one}, or use one of: {', '.join(known)}",
             )
+    return known
 
 
 def sized_for_reading(image: Bytes, dpi: float) -> tuple[Bytes, float]:
@@ -188,14 +189,6 @@ def run_tesseract(tesseract: Path, *arguments: Any) -> str:
         complaint = (error.stderr.strip().splitlines() or ["no reason given"])[-1]
         raise StationError(f"Tesseract failed: {complaint}", f"try the package {PACKAGE} on another picture") from error
     return done.stdout
-
-
-def _spelt(data: bytes, language: str) -> bytes:
-    """Text in UTF-8 whose Greek words have the letter mu: Tesseract writes the sign of a micrometre, which no search
-    for the word finds."""
-    if GREEK.isdisjoint(language.split("+")):
-        return data
-    return re.sub(MICRO_IN_WORD, "\N{GREEK SMALL LETTER MU}", data.decode("utf-8")).encode("utf-8")
 
 
 def _alto(data: bytes, scale: float, name: str) -> bytes:

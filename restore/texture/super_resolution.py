@@ -4,7 +4,8 @@ A pixel is the mean over its own area of the picture blurred by the lens. Images
 it at different positions, and together resolve more than one does. The finer picture is the one from which the forward
 model (blur, shift, pixel area) predicts the images; it is found by back-projection of the residuals (M. Irani,
 S. Peleg, "Improving resolution by image registration", CVGIP: Graphical Models and Image Processing 53(3), 1991), a
-gradient descent on their squares.
+gradient descent on their squares and, with a small weight, on that of the picture's own Laplacian: what the camera
+hardly lets through, it would otherwise raise with the noise.
 """
 
 from __future__ import annotations
@@ -23,6 +24,9 @@ FACTOR = 2  # finer pixels to a pixel's side; the mean over a pixel's area remov
 MIN_SHOTS = FACTOR**2  # one image for each finer pixel of a pixel
 LENS_BLUR_PX = 0.35  # standard deviation of the lens's blur, in pixels of the images
 ITERATIONS = 12  # further iterations amplify noise more than print
+# Weight of the squared Laplacian beside the squared residuals: print of 8 and 9 points is read better than without, and
+# the picture is still nearer to the truth than one enlarged image by a third.
+SMOOTHING = 0.01
 # Larger shifts have parallax between the page's hills and hollows: 3 % of the shift at the scanner's 0.9 m, which up
 # to here is less than a tenth of a pixel.
 MAX_SHIFT_PX = 3.0
@@ -76,7 +80,7 @@ def super_resolve(images: Sequence[Bytes]) -> SuperResolution:
             _back_project(image - _forward(picture, affine), affine)
             for image, affine in zip(observed, maps, strict=True)
         ]
-        picture = np.minimum(picture + np.mean(residuals, axis=0), upper_bound)
+        picture = np.minimum(picture + np.mean(residuals, axis=0) - SMOOTHING * _roughness(picture), upper_bound)
     return SuperResolution(np.clip(np.rint(picture), 0, 255).astype(np.uint8), maps)
 
 
@@ -137,6 +141,11 @@ def _back_project(image: Picture, affine: Floats) -> Picture:
         ),
         np.float32,
     )
+
+
+def _roughness(picture: Picture) -> Picture:
+    """The Laplacian of the Laplacian of a picture (h, w, 3): half the gradient of the sum of its square."""
+    return np.asarray(cv2.Laplacian(cv2.Laplacian(picture, cv2.CV_32F), cv2.CV_32F))
 
 
 def _to_fine_pixels(middle: float) -> Floats:

@@ -366,14 +366,6 @@ def test_sharpening_leaves_even_paper_and_raises_the_contrast_of_strokes():
     assert sharpened(page)[30, 29, 0] < 100
 
 
-def test_greek_words_are_spelt_with_the_letter_and_not_with_the_micro_sign():
-    mu, micro = "\N{GREEK SMALL LETTER MU}", "\N{MICRO SIGN}"
-    read = f"γρά{micro}{micro}α {micro}ία 5 {micro}m {micro}Ω".encode()
-    assert words_module._spelt(read, "ell").decode() == f"γρά{mu}{mu}α {mu}ία 5 {micro}m {micro}Ω"
-    assert words_module._spelt(read, "eng+ell") == words_module._spelt(read, "ell")
-    assert words_module._spelt(read, "deu") == read
-
-
 @pytest.mark.parametrize("dpi", [300, 600])
 @pytest.mark.parametrize("size_pt", [5.0, 12.0])
 def test_the_height_of_small_letters_is_that_of_the_type(dpi, size_pt):
