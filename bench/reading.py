@@ -3,8 +3,8 @@
 Pages are drawn afresh from the seed, seen by a coarse camera, blurred, with noise, and painted finer, as a restored
 page is. They are read in the page's own pixels, and at the size of their type as `planish ocr` does; beside them the
 print itself, flat and sharp: what Tesseract misses there no picture can mend. Languages are set in one layout; Greek is
-read with Tesseract's data of the language and with those of the script. Data that Tesseract does not have are named
-with their package and left out.
+read with Tesseract's data of the language and script together, and with those of the script alone. Data that Tesseract
+does not have are named with their package and left out.
 """
 
 from __future__ import annotations
