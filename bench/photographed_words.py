@@ -1,0 +1,123 @@
+"""`python -m bench.photographed_words [--seed S] [--width 2800] [--views 5] [--sheets wave …]`: words, no scanner.
+
+A page of 10-point text is photographed by hand in the simulated world and restored from the photographs alone. Its
+words are read beside those of the same print laid flat under the same camera, straight above it, which is as good as it
+can get, of the photograph as it is, and of that photograph flattened by `page-dewarp` (M. Zucker 2016, kept up by
+L. Maddox), which bends a cubic sheet until the lines of print are straight: the single photograph's method that can be
+installed (`pipx install page-dewarp`). It is left out where it is not installed. Per cent of words read right.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+
+import cv2
+import numpy as np
+
+from bench.photographs import CARD_DPI, MARGIN_MM, SHEETS
+from drivers.simulated import Flat, Text
+from drivers.simulated.photographs import PhotographSet, Shots, photograph_page
+from drivers.simulated.sheets import Sheet
+from restore import SCALE_CARD, Photograph, RestoreError, Settings, reconstruct_page, restore
+from restore.scan import Bytes
+from restore.texture.page import MM_PER_INCH, sample
+from station.export.png import encode_png
+from station.ocr_precision import count_matching_words
+from station.words import READING_DPI, recognise
+
+PAGE_MM = (280.0, 200.0)
+TYPE_PT = 10.0
+PEER = "page-dewarp"
+PEER_TIMEOUT_S = 300.0
+ROW = "{:<8} {:>12} {:>12} {:>12} {:>14}"
+
+
+def main(seed: int | None, width: int, views: int, sheets: list[str]) -> None:
+    """Print a line for each kind of sheet."""
+    seed = seed or int(datetime.date.today().strftime("%Y%m%d"))
+    shots = Shots(size=(width, width * 3 // 4))
+    print(
+        f"{TYPE_PT:g}-point words read right, per cent; {views} views of {shots.size[0]} × {shots.size[1]}, seed {seed}"
+    )
+    print(ROW.format("sheet", "photograph", PEER, "restored", "flat original"), flush=True)
+    for number, (name, draw) in enumerate(SHEETS.items()):
+        if sheets and name not in sheets:
+            continue
+        rng = np.random.default_rng([seed, number])
+        sheet, print_seed = draw(rng), int(rng.integers(2**31))
+        print(ROW.format(name, *_cells(sheet, print_seed, views, shots)), flush=True)
+
+
+def _cells(sheet: Sheet, seed: int, views: int, shots: Shots) -> list[str]:
+    taken, flat = _taken(sheet, seed, views, shots), _taken(Flat(), seed, 1, shots)
+    words = " ".join(word.text for word in taken.scene.printed.words)
+    pages = {
+        "photograph": taken.images[0],
+        PEER: dewarped(taken.images[0]),
+        "restored": restored(taken),
+        "flat": flat_by_truth(flat),
+    }
+    return ["–" if page is None else f"{_precision(words, page, name):.1f}" for name, page in pages.items()]
+
+
+def _taken(sheet: Sheet, seed: int, views: int, shots: Shots) -> PhotographSet:
+    artwork = Text(sizes_pt=(TYPE_PT,), title_pt=18.0, margin_mm=MARGIN_MM, seed=seed)
+    card = SCALE_CARD.picture(CARD_DPI)
+    return photograph_page(
+        sheet, artwork, views=views, seed=seed, card=card, card_dpi=CARD_DPI, shots=shots, page_mm=PAGE_MM
+    )
+
+
+def _precision(words: str, page: Bytes, name: str) -> float:
+    return 100.0 * count_matching_words(words, recognise(page, READING_DPI, name=name).text).precision
+
+
+def flat_by_truth(taken: PhotographSet) -> Bytes:
+    """The page (h, w, 3) as the first photograph shows it, by the exact place of every pixel, at READING_DPI."""
+    step = MM_PER_INCH / READING_DPI
+    x, y = (np.arange(round(side / step)) + 0.5 for side in PAGE_MM)
+    places = np.stack(np.meshgrid(x * step, PAGE_MM[1] - y * step), axis=-1)
+    pixels = taken.cameras[0].project(taken.scene.surface(places))
+    return sample(taken.images[0], pixels.astype(np.float32))
+
+
+def restored(taken: PhotographSet) -> Bytes | None:
+    """The page restored from the photographs alone, without its light; None when they are refused."""
+    focal = Shots(size=taken.cameras[0].size).focal_px
+    photographs = [Photograph(image, str(number), focal) for number, image in enumerate(taken.images)]
+    try:
+        page = reconstruct_page(photographs)
+        return restore(page.mesh, Settings(dpi=READING_DPI, shading="remove"), photos=page.photographs).image
+    except RestoreError as error:
+        print(f"refused: {error}")
+        return None
+
+
+def dewarped(photograph: Bytes) -> Bytes | None:
+    """What page-dewarp makes of one photograph, grey; None where it is not installed or gives nothing."""
+    program = shutil.which(PEER)
+    if program is None:
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        source = Path(folder, "page.png")
+        source.write_bytes(encode_png(photograph))
+        command = [program, "--no-binary", "1", "--output-dir", folder, str(source)]
+        subprocess.run(command, cwd=folder, capture_output=True, timeout=PEER_TIMEOUT_S, check=False)
+        made = sorted(set(Path(folder).glob("*.png")) - {source})
+        picture = cv2.imread(str(made[0])) if made else None
+    return None if picture is None else np.ascontiguousarray(picture[..., ::-1])
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seed", type=int)
+    parser.add_argument("--width", type=int, default=2800)
+    parser.add_argument("--views", type=int, default=5)
+    parser.add_argument("--sheets", nargs="+", choices=tuple(SHEETS), default=[])
+    options = parser.parse_args()
+    main(options.seed, options.width, options.views, options.sheets)
