@@ -15,7 +15,6 @@ from math import ceil
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal.windows import tukey
 from scipy.special import ndtr
 
 from restore.scan import Bytes, Floats, Ints, Mask
@@ -126,7 +125,7 @@ def mtf50_of(distance: Floats, share: Floats, reach: float, level: int = 0) -> f
     total = np.bincount(number[kept], share[kept], 2 * half + 1)
     filled = np.flatnonzero(count)
     profile = np.interp(np.arange(2 * half + 1), filled, total[filled] / count[filled])
-    spread = np.diff(profile) * tukey(2 * half, 1 - PLATEAU / reach)
+    spread = np.diff(profile) * _tapered(2 * half, 1 - PLATEAU / reach)
     frequency = np.fft.rfftfreq(16 * len(spread), 1.0 / BINS)
     mtf = np.abs(np.fft.rfft(spread, 16 * len(spread)))
     mtf = mtf / mtf[0] / np.sinc(frequency / BINS) ** 2  # of the differences and of the bins
@@ -136,6 +135,15 @@ def mtf50_of(distance: Floats, share: Floats, reach: float, level: int = 0) -> f
     if below == len(mtf):
         return float(frequency[-1])
     return float(np.interp(0.5, [mtf[below], mtf[below - 1]], [frequency[below], frequency[below - 1]]))
+
+
+def _tapered(count: int, share: float) -> Floats:
+    """(count,) weights: 1 in the middle, and over half a share at either end a cosine down to 0 (Tukey's window).
+
+    That of scipy.signal, whose import takes a third of the time that this package takes to start.
+    """
+    from_end = np.arange(count) / (share * (count - 1) / 2)
+    return 0.5 - 0.5 * np.cos(np.pi * np.clip(np.minimum(from_end, from_end[::-1]), 0.0, 1.0))
 
 
 def _linear(grey: Bytes) -> Light:
