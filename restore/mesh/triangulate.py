@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from restore.mesh.adjacency import components, sides_of
 from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 
 MAX_SNAP_DISTANCE = 0.5  # of the stride: nodes nearer to the outline move onto it, which avoids thin triangles
@@ -54,7 +55,19 @@ def _triangles(nodes: Floats, usable: Mask, stride: int) -> tuple[Floats, Ints]:
     faces = np.concatenate([first.reshape(-1, 3), second.reshape(-1, 3)])
     faces = faces[usable.ravel()[faces].all(axis=1)]
     flat = nodes.reshape(-1, 2)
-    return compact(flat, faces[_heights(flat, faces) > MIN_HEIGHT * stride])
+    faces = faces[_heights(flat, faces) > MIN_HEIGHT * stride]
+    return compact(flat, faces[~_hanging(faces)])
+
+
+def _hanging(faces: Ints) -> Mask:
+    """(m,) True for the faces (m, 3) that only a corner joins to a larger part: nothing tells how they are turned."""
+    sides = sides_of(faces)
+    shared = sides.first[:-1][np.diff(sides.first) == 2]
+    part = components(np.stack([sides.at[shared], sides.at[shared + 1]], axis=1) // 3, len(faces))
+    size = np.bincount(part, minlength=1)[part]
+    largest = np.zeros(faces.max(initial=0) + 1, np.int64)
+    np.maximum.at(largest, faces, size[:, None])
+    return np.asarray(largest[faces].max(axis=1) > size)
 
 
 def _heights(nodes: Floats, faces: Ints) -> Floats:

@@ -4,14 +4,17 @@ import numpy as np
 import pytest
 from scipy.ndimage import binary_erosion, distance_transform_edt
 
+from restore.mesh.adjacency import components, sides_of
 from restore.mesh.raster import rasterise
 from restore.mesh.triangulate import MIN_HEIGHT, compact, lattice, triangulate
+from restore.report import connected_pieces
 
 FINE = 4  # pixels a sample, to see between them
 # Samples at the outline: it passes half a sample beyond the outermost of them, and cuts between the lattice's nodes.
 MAX_UNCOVERED = 1.0
 MAX_OUTSIDE = 1.0
 AREA = 0.01  # of the mask's: a border that stands out here and back there
+ROUGH_MASKS = 50  # more than half of them have a triangle that hangs by a corner, if none is left out
 MAX_OVERLAP = 0.002  # of the area: pixels on the border of the fine picture
 
 
@@ -80,6 +83,20 @@ def test_interior_nodes_are_one_stride_apart_with_alternating_diagonals(mask):
     steps = (nodes[faces[:, [1, 2, 0]]] - nodes[faces]).reshape(-1, 2)
     falling, rising = ((np.abs(steps - diagonal) < 1e-9).all(axis=1).sum() for diagonal in ([4.0, 4.0], [4.0, -4.0]))
     assert abs(int(falling) - int(rising)) < 0.1 * (falling + rising)
+
+
+def test_no_triangle_of_a_lattice_hangs_by_a_corner():
+    rng, row, col = np.random.default_rng(3), *np.indices((60, 60))
+    for _ in range(ROUGH_MASKS):
+        turn, lean = rng.uniform(0, np.pi), rng.uniform(-0.4, 0.4)
+        side = (row - 30) * np.sin(turn) + (col - 30) * np.cos(turn)
+        along = (col - 30) * np.sin(turn) - (row - 30) * np.cos(turn)
+        mask = np.abs(side + lean * np.abs(along)) + 1.5 * np.sin(along / rng.uniform(1, 4)) < rng.uniform(10, 22)
+        _, faces = lattice(mask, 4)
+        sides = sides_of(faces)
+        shared = sides.first[:-1][np.diff(sides.first) == 2]
+        by_edges = components(np.stack([sides.at[shared], sides.at[shared + 1]], axis=1) // 3, len(faces))
+        assert by_edges.max() + 1 == connected_pieces(faces)
 
 
 def test_a_mask_to_the_edges_of_the_grid_is_covered_to_its_last_sample():
