@@ -77,7 +77,7 @@ def measured(taken: PhotographSet) -> tuple[str, ...]:
     except RestoreError as error:
         return ("–",) * 5 + (str(error)[:60],)
     seconds = time.process_time() - start
-    places, true = _compared(restored, [int(one.name) for one in page.photographs], taken)
+    places, true = compared(restored, [int(one.name) for one in page.photographs], taken)
     error, _ = rigid_residual(places, true)
     size = np.array(taken.scene.printed.page_mm)
     printed = ((true > MARGIN_MM) & (true < size - MARGIN_MM)).all(axis=1)
@@ -95,7 +95,7 @@ def measured(taken: PhotographSet) -> tuple[str, ...]:
     )
 
 
-def _compared(page: RestoredPage, numbers: list[int], taken: PhotographSet) -> tuple[Floats, Floats]:
+def compared(page: RestoredPage, numbers: list[int], taken: PhotographSet) -> tuple[Floats, Floats]:
     """Places (n, 2) mm of pixels of the restored page, and the true ones (n, 2) of what they show."""
     assert page.page_source is not None
     rows, cols = np.nonzero((page.page_source != NONE) & (page.page_source > 0))

@@ -6,6 +6,7 @@ All pictures of a page have one resolution there, and can be compared.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import ceil
 
 import cv2
 import numpy as np
@@ -16,11 +17,23 @@ from restore.texture.page import MM_PER_INCH
 
 COARSE_DPI = 30.0  # 0.85 mm: seams are wider than that
 COARSE_MM = MM_PER_INCH / COARSE_DPI
+NARROW_SIGMA = 6.0  # pixels: the average over a pixel adds a 400th to the variance of such a blur
 OVERSAMPLING = 1.2  # of the smaller copies that are read for it
 
 _CODE = np.arange(256) / 255
 LINEAR = np.where(_CODE <= 0.04045, _CODE / 12.92, ((_CODE + 0.055) / 1.055) ** 2.4).astype(np.float32)
 """(256,) linear light of an sRGB code (IEC 61966-2-1)."""
+
+
+def blurred_widely(values: Floats, sigma: float) -> Floats:
+    """Values (h, w) or (h, w, k) blurred by a Gaussian of sigma pixels, in a smaller copy where that is wide."""
+    shrink = max(sigma / NARROW_SIGMA, 1.0)
+    height, width = values.shape[:2]
+    size = ceil(width / shrink), ceil(height / shrink)
+    small = cv2.resize(values, size, interpolation=cv2.INTER_AREA)
+    sigmas = sigma * size[0] / width, sigma * size[1] / height
+    blurred = cv2.GaussianBlur(small, (0, 0), sigmas[0], sigmaY=sigmas[1], borderType=cv2.BORDER_REFLECT)
+    return np.asarray(cv2.resize(blurred, (width, height), interpolation=cv2.INTER_LINEAR), np.float64)
 
 
 @dataclass(frozen=True, eq=False)

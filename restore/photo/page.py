@@ -6,11 +6,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import cv2
 import numpy as np
 
 from restore.errors import BadInput
 from restore.mesh.measures import signed_areas
+from restore.mesh.raster import rasterise
 from restore.photo.coarse import COARSE_MM
 from restore.photo.covered import RIM_MM
 from restore.photo.paint import enlarged, paint
@@ -18,7 +18,7 @@ from restore.photo.photograph import Photograph
 from restore.photo.reference import Reference, make_reference
 from restore.photo.register import Refused, Registration, register
 from restore.photo.sources import Plan, Source, plan
-from restore.scan import Bytes, FlatMesh, Floats, Mask
+from restore.scan import Bytes, FlatMesh, Floats, Ints, Mask
 from restore.texture.page import Painting, extend_edge_colours, paint_page
 from restore.texture.resolution import Resolution, print_or_outline_mtf50
 
@@ -119,7 +119,7 @@ def sources_of(page: FlatMesh, registered: Sequence[Registered]) -> list[Source]
 def _mtf50(page: FlatMesh, photograph: Photograph, found: Registration) -> float | None:
     """The MTF50 of a photograph on the page, cycles per pixel."""
     pixels = found.camera.project(page.vertices)
-    shown = _shown(pixels[page.faces], photograph.image.shape[:2])
+    shown = _shown(pixels, page.faces, photograph.image.shape[:2])
     areas = signed_areas(pixels, page.faces), signed_areas(page.flat, page.faces)
     seen = np.isfinite(areas[0]) & (areas[1] != 0)
     if not shown.any() or not seen.any():
@@ -128,13 +128,10 @@ def _mtf50(page: FlatMesh, photograph: Photograph, found: Registration) -> float
     return print_or_outline_mtf50(photograph.image, shown, RIM_MM * pixels_per_mm)
 
 
-def _shown(triangles: Floats, shape: tuple[int, ...]) -> Mask:
-    """(h, w) True in the triangles (m, 3, 2) pixels, a corner of which at least lies in the picture of a shape."""
-    mask = np.zeros(shape, np.uint8)
-    inside = np.any(((triangles >= 0) & (triangles < [shape[1], shape[0]])).all(axis=2), axis=1)
-    for triangle in np.rint(triangles[inside & np.isfinite(triangles).all(axis=(1, 2))]).astype(np.int32):
-        cv2.fillConvexPoly(mask, triangle, 1)
-    return mask > 0
+def _shown(pixels: Floats, faces: Ints, shape: tuple[int, ...]) -> Mask:
+    """(h, w) True in the triangles faces (m, 3) of corners (n, 2) pixels, in a picture of a shape."""
+    seen = faces[np.isfinite(pixels[faces]).all(axis=(1, 2))]
+    return np.isfinite(rasterise(pixels, seen, np.zeros((len(pixels), 1)), shape[0], shape[1])[..., 0])
 
 
 def reasons(registered: Sequence[Registered], reports: Sequence[dict[str, Any]]) -> list[str]:

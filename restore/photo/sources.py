@@ -17,7 +17,7 @@ from scipy.ndimage import distance_transform_edt
 from restore.mesh.measures import vertex_normals
 from restore.numerics import SINGLE_TINY
 from restore.photo.camera import PhotoCamera
-from restore.photo.coarse import COARSE_DPI, LINEAR, CoarseView, Placed
+from restore.photo.coarse import COARSE_DPI, LINEAR, CoarseView, Placed, blurred_widely
 from restore.photo.covered import MARGIN_MM, compare, covered_mask
 from restore.photo.visible import clipped_share, glare_mask, visible_points
 from restore.scan import Bytes, FlatMesh, Floats, Mask
@@ -180,7 +180,7 @@ def _gain(light: Floats, wanted: Floats, both: Mask) -> Floats:
     mask = both[..., None].astype(float)
     for width, share in ((MATCH_MM, 1.0), (FAR_MM, 1e-3)):
         sigma = width / MM_PER_INCH * COARSE_DPI
-        total += share * cv2.GaussianBlur(wanted * mask, (0, 0), sigma)
-        given += share * cv2.GaussianBlur(light * mask, (0, 0), sigma)
+        total += share * blurred_widely(wanted * mask, sigma)
+        given += share * blurred_widely(light * mask, sigma)
     mean = (wanted * mask).sum(axis=(0, 1)) / np.maximum((light * mask).sum(axis=(0, 1)), SINGLE_TINY)
     return np.asarray(np.clip((total + SINGLE_TINY * mean) / (given + SINGLE_TINY), 1 / MAX_GAIN, MAX_GAIN))

@@ -10,6 +10,7 @@ import numpy as np
 from restore.mesh.raster import rasterise
 from restore.numerics import SINGLE_TINY
 from restore.photo.camera import PhotoCamera
+from restore.photo.coarse import blurred_widely
 from restore.scan import Bytes, Floats, Ints, Mask
 
 BUFFER_SIDE = 1200  # pixels of the depth buffer's longer side: a quarter of a millimetre on a page that fills it
@@ -53,12 +54,12 @@ def glare_mask(clipped: Floats, light: Floats, expected: Floats, seen: Mask, rea
     """
     gain = np.where(seen, light / np.maximum(expected, SINGLE_TINY), 0.0)
     unclipped = (seen & (clipped < GLARE_SHARE)).astype(float)
-    total = cv2.GaussianBlur(unclipped, (0, 0), reach)
+    total = blurred_widely(unclipped, reach)
     # Twice: the haze round a glare is no part of what is usual.
     for _ in range(2):
-        usual = cv2.GaussianBlur(gain * unclipped, (0, 0), reach) / np.maximum(total, SINGLE_TINY)
+        usual = blurred_widely(gain * unclipped, reach) / np.maximum(total, SINGLE_TINY)
         unclipped = unclipped * (gain < HAZE_GAIN * usual)
-        total = cv2.GaussianBlur(unclipped, (0, 0), reach)
+        total = blurred_widely(unclipped, reach)
     haze = seen & (gain > HAZE_GAIN * usual)
     core = seen & (clipped >= GLARE_SHARE) & (gain > GLARE_GAIN * usual)
     core |= seen & (gain > INK_GAIN * usual) & (light - usual * expected > INK_LIGHT)

@@ -164,15 +164,11 @@ def _step(
     seen = points[:, 0, 0] > 0
     points[~seen] = np.eye(3)
     inverse = np.linalg.inv(points)
-    # (n, c, 3) · (n, 3, 3): what a move of the cameras does to each point
-    eliminated = crossed @ inverse
-    count = crossed.shape[1]
-    reduced = cameras - np.tensordot(eliminated, crossed, axes=([0, 2], [0, 2])).reshape(count, count)
-    side = camera_side - np.einsum("nck,nk->c", eliminated, point_side)
+    _eliminate_points(cameras, camera_side, crossed, inverse, point_side)
     # Rotations and millimetres differ by orders of magnitude: scaled, the system is well conditioned.
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(reduced), 1e-12))
-    step = scale * np.linalg.lstsq(reduced * scale * scale[:, None], side * scale, rcond=1e-13)[0]
-    move = np.einsum("nij,nj->ni", inverse, point_side - np.einsum("nck,c->nk", crossed, step))
+    scale = 1.0 / np.sqrt(np.maximum(np.diag(cameras), 1e-12))
+    step = scale * np.linalg.lstsq(cameras * scale * scale[:, None], camera_side * scale, rcond=1e-13)[0]
+    move = np.einsum("nij,nj->ni", inverse, point_side - np.einsum("nkc,c->nk", crossed, step))
     return step, np.where(seen[:, None], move, 0.0)
 
 
@@ -207,11 +203,11 @@ def _normal_equations(
     residuals: Floats,
     weights: Floats,
 ) -> tuple[Floats, Floats, Floats, Floats, Floats]:
-    """The blocks of the normal equations: cameras (c, c), cameras with points (n, c, 3), points (n, 3, 3), and the
+    """The blocks of the normal equations: cameras (c, c), points with cameras (n, 3, c), points (n, 3, 3), and the
     right sides (c,) and (n, 3)."""
     views = len(shifts)
     count = OWN * views + SHARED
-    cameras, crossed = np.zeros((count, count)), np.zeros((len(points), count, 3))
+    cameras, crossed = np.zeros((count, count)), np.zeros((len(points), 3, count))
     blocks = np.zeros((len(points), 3, 3))
     camera_side, point_side = np.zeros(count), np.zeros((len(points), 3))
     columns = np.empty(OWN + SHARED, np.int64)
@@ -231,13 +227,40 @@ def _normal_equations(
                 for k in range(OWN + SHARED):
                     cameras[columns[j], columns[k]] += a * by_camera[row, k]
                 for k in range(3):
-                    crossed[i, columns[j], k] += a * by_point[row, k]
+                    crossed[i, k, columns[j]] += a * by_point[row, k]
             for j in range(3):
                 a = w * by_point[row, j]
                 point_side[i, j] += a * e
                 for k in range(3):
                     blocks[i, j, k] += a * by_point[row, k]
     return cameras, crossed, blocks, camera_side, point_side
+
+
+@numba.njit(cache=True, nogil=True)
+def _eliminate_points(cameras: Floats, side: Floats, crossed: Floats, inverse: Floats, point_side: Floats) -> None:
+    """Reduce the equations of the cameras (c, c) and their right side (c,), in place, by those of the points.
+
+    crossed (n, 3, c), the inverse of the points' blocks (n, 3, 3) and their right sides (n, 3). Compiled here: the
+    threads of a matrix product wait for each other longer than one of them takes.
+    """
+    count = len(side)
+    moves = np.empty((count, 3))  # of a point for a unit of each unknown
+    for i in range(len(crossed)):
+        x, y, z = crossed[i, 0], crossed[i, 1], crossed[i, 2]
+        for a in range(count):
+            for k in range(3):
+                moves[a, k] = inverse[i, k, 0] * x[a] + inverse[i, k, 1] * y[a] + inverse[i, k, 2] * z[a]
+        for a in range(count):
+            p, q, r = moves[a]
+            if p == 0.0 and q == 0.0 and r == 0.0:
+                continue
+            side[a] -= p * point_side[i, 0] + q * point_side[i, 1] + r * point_side[i, 2]
+            row = cameras[a]
+            for b in range(a, count):
+                row[b] -= p * x[b] + q * y[b] + r * z[b]
+    for a in range(count):
+        for b in range(a):
+            cameras[a, b] = cameras[b, a]
 
 
 @numba.njit(cache=True)

@@ -43,7 +43,10 @@ class Edge:
 
 
 def find_edge(greys: Picture, cameras: Sequence[PhotoCamera], surface: Surface, outline: Floats) -> Edge:
-    """The edge of a page in photographs greys (v, h, w), near an outline (n, 2) mm on its surface."""
+    """The edge of a page in photographs, near an outline (n, 2) mm on its surface.
+
+    greys (v, h, w) may be smaller copies of what the cameras took.
+    """
     places = _smoothed(_resampled(outline, SPACING_MM), SMOOTH_MM / SPACING_MM)
     edge = Edge(surface.points(places), places, np.zeros(len(places), bool))
     for reach in REACHES_MM:
@@ -57,7 +60,7 @@ def _refined(greys: Picture, cameras: Sequence[PhotoCamera], surface: Surface, e
     along, outwards, normals = _directions(edge, surface)
     steps, weights, rows = [], [], []
     for grey, camera in zip(greys, cameras, strict=True):
-        place, certain = _step_places(grey, camera, points, along, outwards, reach)
+        place, certain = _step_places(grey, camera.scaled(grey.shape[::-1]), points, along, outwards, reach)
         out_of_page, away = _sensitivities(camera, points, along, outwards, normals)
         ways = camera.position - points
         facing = (ways * normals).sum(axis=1) / np.linalg.norm(ways, axis=1)

@@ -11,7 +11,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-import cv2
 import numpy as np
 
 from restore.photo.orientation import turned_like
@@ -29,6 +28,7 @@ from restore.photogrammetry.agreement import (
 from restore.photogrammetry.align import Similarity
 from restore.photogrammetry.bundle import Tracks, adjust
 from restore.photogrammetry.card import SCALE_CARD, ScaleCard, outline_in
+from restore.photogrammetry.copies import Copies, smoothed_copies
 from restore.photogrammetry.edges import find_edge
 from restore.photogrammetry.errors import NoPage, TooFewViews, ViewsApart
 from restore.photogrammetry.mesh import mesh_within
@@ -44,19 +44,23 @@ from restore.photogrammetry.page import (
     without_card,
 )
 from restore.photogrammetry.sparse import LEAST_VIEWS, Progress, SparseModel, check_one_lens, reconstruct
-from restore.photogrammetry.surface import Surface, choose_stiffness, fit_surface, grid_places
-from restore.photogrammetry.track import HALF, Patches, Picture, track
+from restore.photogrammetry.surface import SETTLED_MM, Surface, choose_stiffness, fit_surface, grid_places
+from restore.photogrammetry.track import HALF, Patches, track
 from restore.photogrammetry.unrolled import unrolled
 from restore.scan import Floats, SurfaceMesh
 
 LEAST_POINTS = 200  # on the page: as few features has a page with a line of print
 MARGIN_MM = 30.0  # round the points, in which the page may go on without print
-FIRST_STIFFNESS = 1e5  # mm⁴: of the surface through features, which are a quarter of a millimetre off
+EDGE_MARGIN_MM = 16.0  # round the page, once all of it is found: its edge is searched for 10 mm beyond
+FIRST_STIFFNESS = 1e4  # mm⁴: of the surface through features: a wave of 97 mm and 36° is followed to half a millimetre
+ROUND_SETTLED_MM = 0.02  # of the same surfaces: a tenth of a pixel
 ROUND_STIFFNESS = 1e3  # mm⁴: between the rounds, where the surface only has to lie within the reach of the next
-SMOOTHING_PX = 0.6  # standard deviation: a camera's pixels alias more than that
+COARSE_SIDE = 1600  # pixels of a copy in which patches are as wide as the first surfaces are off, and more
+FINE_SIDE = 2400  # pixels of a copy: finer ones of phones gain nothing, and cost memory
 EDGE_CLEAR_MM = 1.0  # of the middle of a patch from the edge of the page, beyond half its side
 LEAST_SIMILAR = 0.75  # correlation of a patch: text on the page to a shadow's edge has less
-MOST_SIGMA_PX = 0.5  # standard deviation of a shift on the surface, in pixels of the ground
+MOST_SIGMA_PX = 0.5  # standard deviation of a shift on the surface, in pixels of the copy
+LEAST_SIGMA_PX = 0.02  # of the same: less is not to be had of interpolated pixels
 MOST_UNCOVERED = 0.01  # of the paper in the photographs, beyond the rim of the page
 LEAST_EDGE = 0.8  # of the page's edge, that is measured: a fifth is prolonged from the print to half a millimetre
 OUTLIER_SIGMAS = 3.0  # reprojection error of a point, over that of most, beyond which it is left out
@@ -68,14 +72,20 @@ def _silent(_stage: str, _done: float) -> None:
 
 @dataclass(frozen=True)
 class Round:
-    """A round of patches: their samples and spacing in pixels of the ground."""
+    """A round of patches.
 
+    side     pixels of the longer side of the copies in which they are sought.
+    sample   pixels of these copies to a sample.
+    spacing  of the patches, in pixels of copies of COARSE_SIDE: finer photographs need no more patches.
+    """
+
+    side: int
     sample: float
     spacing: float
 
 
-COARSE = Round(2.5, 40.0)
-ROUNDS = (COARSE, Round(1.3, 24.0), Round(1.0, 14.0))
+COARSE = Round(COARSE_SIDE, 2.5, 40.0)
+ROUNDS = (COARSE, Round(COARSE_SIDE, 1.3, 24.0), Round(FINE_SIDE, 1.0, 14.0))
 MOST_GROWTHS = 6  # coarse rounds: from a part of a roll to all of it
 GROWN = 0.01  # of the page's area, that one more coarse round adds at least
 GROWTH_MM = 12.0  # beyond the area that is known: so far the surface is prolonged well enough to be found again
@@ -179,18 +189,23 @@ def _dense(
     points: Floats,
     progress: Progress,
 ) -> PhotographedPage:
-    greys = _greys([photographs[view] for view in model.views])
+    joined = [photographs[view] for view in model.views]
+    greys = smoothed_copies(joined, COARSE_SIDE)
     surface, area = _first_surface(model, masks, points)
     history: list[dict[str, float]] = []
     plans, before = [COARSE] * MOST_GROWTHS + list(ROUNDS[1:]), 0
     while plans:
         plan = plans.pop(0)
         progress("surface", len(history) / (len(history) + len(plans) + 1))
+        if plan.side != COARSE_SIDE:
+            greys = smoothed_copies(joined, plan.side)
         surface, points, feet, facts = _round(greys, model, surface, area, plan, masks)
         history.append(facts)
-        surface = surface.within(*_bounds(np.concatenate([feet, area.outline])))
+        margin = MARGIN_MM if COARSE in plans else EDGE_MARGIN_MM
+        surface = surface.within(*_bounds(np.concatenate([feet, area.outline]), margin))
         stiffness = ROUND_STIFFNESS if plans else choose_stiffness(points, feet, surface)
-        surface, feet = fit_surface(points, feet, surface, stiffness=stiffness)
+        settled = ROUND_SETTLED_MM if plans else SETTLED_MM
+        surface, feet = fit_surface(points, feet, surface, stiffness=stiffness, settled=settled)
         area = area_of_votes(masks, model.cameras, surface, *surface.bounds)
         cells = int(area.cells.sum())
         if cells < (1.0 + GROWN) * before:
@@ -198,8 +213,9 @@ def _dense(
         before = cells
     progress("surface", 1.0)
     progress("edge", 0.0)
+    ratio = greys.shape[2] / masks.size[0]
     for grey, paper, card in zip(greys, masks.masks, cards, strict=True):
-        grey[:] = without_card(grey, paper, card)  # in place: ten photographs of 12 megapixels are half a gigabyte
+        grey[:] = without_card(grey, paper, None if card is None else (card + 0.5) * ratio - 0.5)
     edge = find_edge(greys, model.cameras, surface, area.outline)
     share = float(edge.measured.mean())
     both = np.concatenate([points, edge.points[edge.measured]])
@@ -226,7 +242,7 @@ def _dense(
 
 def _first_surface(model: Model, masks: PaperMasks, points: Floats) -> tuple[Surface, PageArea]:
     """The surface through points (n, 3) mm that features gave, over the flat page, and the page's area there."""
-    low, high = _bounds(points[:, :2])
+    low, high = _bounds(points[:, :2], MARGIN_MM)
     level = Surface.level(low, high, float(np.median(points[:, 2])))
     raised, _ = fit_surface(points, points[:, :2], level, stiffness=FIRST_STIFFNESS, inextensible=False)
     surface = unrolled(raised, area_of_votes(masks, model.cameras, raised, low, high), MARGIN_MM)
@@ -251,27 +267,24 @@ def _warnings(left_out: Mapping[str, str], model: Model, uncovered: float, edge:
     return tuple(sentences)
 
 
-def _greys(photographs: Sequence[Photograph]) -> Picture:
-    """(v, h, w) float32 brightness, a little smoothed."""
-    greys = [cv2.cvtColor(photograph.image, cv2.COLOR_RGB2GRAY).astype(np.float32) for photograph in photographs]
-    return np.stack([cv2.GaussianBlur(grey, (0, 0), SMOOTHING_PX) for grey in greys])
-
-
-def _bounds(places: Floats) -> tuple[Floats, Floats]:
+def _bounds(places: Floats, margin: float) -> tuple[Floats, Floats]:
     """The rectangle, (2,) and (2,) mm, round places (n, 2) with a margin."""
-    return np.quantile(places, 0.002, axis=0) - MARGIN_MM, np.quantile(places, 0.998, axis=0) + MARGIN_MM
+    return np.quantile(places, 0.002, axis=0) - margin, np.quantile(places, 0.998, axis=0) + margin
 
 
 def _round(
-    greys: Picture, model: Model, surface: Surface, area: PageArea, plan: Round, masks: PaperMasks
+    greys: Copies, model: Model, surface: Surface, area: PageArea, plan: Round, masks: PaperMasks
 ) -> tuple[Surface, Floats, Floats, dict[str, float]]:
     """Track patches of a surface, and adjust the model to them.
 
     Returns the surface in the frame of the adjusted model, the points (n, 3) mm that agree, and their feet (n, 2).
     """
     low, high = area.bounds
-    pixel = ground_sample(model.cameras, surface.points((low + high)[None] / 2))
-    sample, spacing = plan.sample * pixel, plan.spacing * pixel
+    size = model.cameras[0].size
+    shrunk = size[0] / greys.shape[2]
+    full_pixel = ground_sample(model.cameras, surface.points((low + high)[None] / 2))
+    pixel = shrunk * full_pixel
+    sample, spacing = plan.sample * pixel, plan.spacing * full_pixel * max(1.0, max(size) / COARSE_SIDE)
     if plan is COARSE:
         places = grid_places(low - GROWTH_MM, high + GROWTH_MM, spacing)
         places = places[area.contains(places, -GROWTH_MM)]
@@ -289,7 +302,7 @@ def _round(
             "do not move the page between the photographs, and photograph it sharply; a blank page cannot be done",
         )
     view, at = np.nonzero(found[:, used])
-    sigma = np.maximum(tracked.sigma_mm[view, used[at]] / pixel, 0.02)
+    sigma = shrunk * np.maximum(tracked.sigma_mm[view, used[at]] / pixel, LEAST_SIGMA_PX)
     tracks = Tracks(view, at, tracked.pixels[view, used[at]], sigma)
     with_card = model.with_markers(patches.points[used], tracks)
     adjusted = adjust(model.cameras, *with_card)

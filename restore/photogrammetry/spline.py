@@ -199,24 +199,54 @@ def add_bending(band: Floats, side: Floats, coefficients: Floats, weight: float,
 def solve(band: Floats, side: Floats) -> None:
     """Replace the right side (count,) by the solution, and the band (count, width) by its Cholesky factor.
 
-    Compiled here: LAPACK's threads wait for each other longer than a band of this width takes one of them.
+    Four columns are eliminated at a time, so that the rest of the band is read and written a fourth as often. Compiled
+    here: LAPACK's threads wait for each other longer than a band of this width takes one of them.
     """
     count, width = band.shape
-    for j in range(count):
-        pivot = 1.0 / np.sqrt(band[j, 0])
-        reach = min(width, count - j)
-        for k in range(reach):
-            band[j, k] *= pivot
-        for k in range(1, reach):
-            factor = band[j, k]
-            if factor != 0.0:
-                for m in range(reach - k):
-                    band[j + k, m] -= factor * band[j, k + m]
-        side[j] *= pivot
-        for k in range(1, reach):
-            side[j + k] -= band[j, k] * side[j]
+    for first in range(0, count, 4):
+        last = min(first + 4, count)
+        for j in range(first, last):
+            _scale_column(band, side, j)
+            for row in range(j + 1, min(last, j + width)):
+                factor = band[j, row - j]
+                for m in range(min(width, count - j) - row + j):
+                    band[row, m] -= factor * band[j, row - j + m]
+        if last - first == 4:
+            _eliminate_four(band, first)
     for j in range(count - 1, -1, -1):
         total = side[j]
         for k in range(1, min(width, count - j)):
             total -= band[j, k] * side[j + k]
         side[j] = total / band[j, 0]
+
+
+@numba.njit(cache=True, nogil=True, fastmath=True)
+def _scale_column(band: Floats, side: Floats, j: int) -> None:
+    """Divide a column of the factor by the root of its pivot, and take it from the right side."""
+    count, width = band.shape
+    pivot = 1.0 / np.sqrt(band[j, 0])
+    side[j] *= pivot
+    for k in range(min(width, count - j)):
+        band[j, k] *= pivot
+    for k in range(1, min(width, count - j)):
+        side[j + k] -= band[j, k] * side[j]
+
+
+@numba.njit(cache=True, nogil=True, fastmath=True)
+def _eliminate_four(band: Floats, j: int) -> None:
+    """Take the products of four columns of the factor, from j on, from the columns after them."""
+    count, width = band.shape
+    a, b, c, d = band[j], band[j + 1], band[j + 2], band[j + 3]
+    for row in range(j + 4, min(j + width + 3, count)):
+        k = row - j
+        common = min(j + width, count) - row  # entries of the row that all four columns reach
+        if common > 0:
+            out = band[row, :common]
+            fa, fb, fc, fd = a[k], b[k - 1], c[k - 2], d[k - 3]
+            va, vb, vc, vd = a[k:], b[k - 1 :], c[k - 2 :], d[k - 3 :]
+            for m in range(common):
+                out[m] -= fa * va[m] + fb * vb[m] + fc * vc[m] + fd * vd[m]
+        for late in range(1, 4):
+            at = k - late
+            for m in range(max(common, 0), min(j + late + width, count) - row):
+                band[row, m] -= band[j + late, at] * band[j + late, at + m]

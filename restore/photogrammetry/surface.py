@@ -25,6 +25,7 @@ MOST_STEPS = 10  # of Gauss–Newton
 REACH_MM = 4.0  # by which a surface may be off at first
 REFINING_MM = 0.1  # between two stiffnesses
 SETTLED_MM = 1e-3  # largest move at a point
+COMPARED_MM = 0.01  # the same between two stiffnesses: errors of 0.02 mm at most points differ by less than GAIN
 FEET_STEPS = 3
 HUBER = 2.5  # standard deviations beyond which a point pulls no harder
 STRAIN_STIFFNESS = 8e3  # mm² for a cell of STEP_MM: strain of 2e-4 costs as much as a point that is 0.02 mm off
@@ -148,12 +149,15 @@ def fit_surface(
     stiffness: float,
     inextensible: bool = True,
     reach: float = REACH_MM,
+    settled: float = SETTLED_MM,
 ) -> tuple[Surface, Floats]:
     """The surface through points (n, 3) mm, of a stiffness in mm⁴, and their feet (n, 2); both begin near the truth.
 
-    inextensible: whether it resists strain. Before u and v are known, it has to stretch.
+    inextensible: whether it resists strain. Before u and v are known, it has to stretch, and the feet stay where they
+    are: on a sheet that stretches as it likes they would run away from step to step.
     reach: by how much the start may be off, mm. Points that the surface does not follow yet are no outliers: none is
     less likely than one as far off as the surface moved in the last step.
+    settled: the largest move at a point, mm, at which it ends.
     """
     surface, moving = start, reach
     distance = _distances(surface, points, feet)
@@ -161,15 +165,16 @@ def fit_surface(
         sigma = max(robust_sigma(distance), moving, LEAST_SIGMA_MM)
         weights = np.minimum(1.0, HUBER * sigma / np.maximum(np.abs(distance), TINY))
         equations = _Equations(surface)
-        equations.add_points(points, feet, surface.normals(feet), weights, SLIDING)
+        equations.add_points(points, feet, surface.normals(feet), weights, SLIDING if inextensible else 1.0)
         equations.add_bending(stiffness / surface.step**4)
         if inextensible:
             equations.add_strain()
         surface = equations.solved()
-        feet = surface.feet(points, feet)
+        if inextensible:
+            feet = surface.feet(points, feet)
         before, distance = distance, _distances(surface, points, feet)
         moving = min(moving, float(np.abs(distance - before).max()))
-        if moving < SETTLED_MM:
+        if moving < settled:
             break
     return surface, feet
 
@@ -187,7 +192,9 @@ def choose_stiffness(points: Floats, feet: Floats, start: Surface) -> float:
     best, least, surface = STIFFNESSES[0], np.inf, start
     used, others = feet[~held], feet[held]
     for stiffness in STIFFNESSES:
-        surface, used = fit_surface(points[~held], used, surface, stiffness=stiffness, reach=REFINING_MM)
+        surface, used = fit_surface(
+            points[~held], used, surface, stiffness=stiffness, reach=REFINING_MM, settled=COMPARED_MM
+        )
         others = surface.feet(points[held], others)
         error = float(np.abs(_distances(surface, points[held], others)).mean())
         if error < GAIN * least:

@@ -60,9 +60,13 @@ class Tracked:
 
 
 def track(greys: Picture, cameras: list[PhotoCamera], patches: Patches, spacing_mm: float) -> Tracked:
-    """Find patches in photographs greys (v, h, w) by their cameras, sampled at a spacing on the surface."""
+    """Find patches in photographs greys (v, h, w) by their cameras, sampled at a spacing on the surface.
+
+    The greys may be smaller copies of what the cameras took: all pixels are those of the cameras.
+    """
+    height, width = greys.shape[1:]
     rotations = np.stack([camera.rotation for camera in cameras])
-    vectors = np.stack([camera.vector for camera in cameras])
+    vectors = np.stack([camera.scaled((width, height)).vector for camera in cameras])
     positions = np.stack([camera.position for camera in cameras])
     count = len(patches.points)
     pixels = np.full((len(cameras), count, 2), np.nan)
@@ -74,7 +78,8 @@ def track(greys: Picture, cameras: list[PhotoCamera], patches: Patches, spacing_
         _track(greys, rotations, vectors, positions, *surface, spacing_mm, *found)
 
     in_bands(track_band, count, BAND)
-    return Tracked(pixels, similarity, sigma)
+    ratio = cameras[0].size[0] / width
+    return Tracked((pixels + 0.5) * ratio - 0.5, similarity, sigma)
 
 
 @numba.njit(cache=True)
@@ -97,6 +102,12 @@ def _on_surface(point: Floats, tangents: Floats, normal: Floats, bend: Floats, a
 
 
 @numba.njit(cache=True)
+def _between(s: float, before: float, middle: float, after: float) -> float:
+    """The quadratic at s from -1 to 1 that has three values at -1, 0 and 1."""
+    return middle + 0.5 * s * (after - before + s * (after - 2.0 * middle + before))
+
+
+@numba.njit(cache=True)
 def _sample(
     grey: Picture, turn: Floats, camera: Floats, point: Floats, tangents: Floats, normal: Floats, bend: Floats,
     shift: Floats, spacing: float, out: Floats,
@@ -114,17 +125,16 @@ def _sample(
             knots[i, j, 0], knots[i, j, 1] = _seen_at(turn, camera, p[0], p[1], p[2])
             if not (1 < knots[i, j, 0] < cols - 3 and 1 < knots[i, j, 1] < rows - 3):
                 return False
+    across = np.empty((3, 2))
     for i in range(-HALF, HALF + 1):
         s = i / HALF
+        for n in range(3):
+            for d in range(2):
+                across[n, d] = _between(s, knots[0, n, d], knots[1, n, d], knots[2, n, d])
         for j in range(-HALF, HALF + 1):
             t = j / HALF
-            x, y = 0.0, 0.0
-            for m in range(3):
-                down = 0.5 * s * (s - 1.0) if m == 0 else (1.0 - s * s if m == 1 else 0.5 * s * (s + 1.0))
-                for n in range(3):
-                    across = 0.5 * t * (t - 1.0) if n == 0 else (1.0 - t * t if n == 1 else 0.5 * t * (t + 1.0))
-                    x += down * across * knots[m, n, 0]
-                    y += down * across * knots[m, n, 1]
+            x = _between(t, across[0, 0], across[1, 0], across[2, 0])
+            y = _between(t, across[0, 1], across[1, 1], across[2, 1])
             col, row = int(x), int(y)
             if not (0 <= col < cols - 1 and 0 <= row < rows - 1):
                 return False

@@ -53,6 +53,12 @@ def test_the_edge_is_found_in_space(greys, off_mm, wider_mm):
     assert np.sqrt(((points[away_from_corners, 2] - HEIGHT_MM) ** 2).mean()) < 3 * ACCURACY_MM
 
 
+def test_the_edge_is_found_in_smaller_copies(greys):
+    twice = [camera.scaled((2 * camera.size[0], 2 * camera.size[1])) for camera in cameras()]
+    of_copies, of_full = (find_edge(greys, views, level(HEIGHT_MM), rectangle(HALF_MM)) for views in (twice, cameras()))
+    np.testing.assert_allclose(of_copies.points, of_full.points, atol=1e-6)
+
+
 def test_no_step_no_edge(greys):
     blank = np.full_like(greys, 150.0)
     edge = find_edge(blank, cameras(), level(HEIGHT_MM), rectangle(HALF_MM))

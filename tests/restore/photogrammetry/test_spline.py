@@ -123,12 +123,12 @@ def test_a_constant_curvature_is_not_resisted_and_its_change_is(sheet):
     assert np.abs(side).max() > 0.1
 
 
-def test_a_band_is_solved_as_its_matrix_is():
-    rng, count, width = np.random.default_rng(9), 60, 7
+@pytest.mark.parametrize(("count", "width"), [(60, 7), (61, 4), (63, 2), (5, 12), (62, 30)])
+def test_a_band_is_solved_as_its_matrix_is(count, width):
+    rng = np.random.default_rng(9)
     lower = np.tril(np.triu(rng.normal(size=(count, count)), -width + 1)) + 4 * np.eye(count)
     matrix, side = lower @ lower.T, rng.normal(size=count)
-    wide = 2 * width - 1  # the product's band holds the factor's
-    band = np.array([[matrix[j + k, j] if j + k < count else 0.0 for k in range(wide)] for j in range(count)])
+    band = np.array([[matrix[j + k, j] if j + k < count else 0.0 for k in range(width)] for j in range(count)])
     expected = np.linalg.solve(matrix, side)
     solve(band, side)
     np.testing.assert_allclose(side, expected, rtol=1e-9)

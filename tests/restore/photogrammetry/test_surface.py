@@ -99,6 +99,14 @@ def test_a_level_surface_rises_to_points_when_it_may_stretch():
     assert rms(np.linalg.norm(points - surface.points(feet), axis=1)) < 0.05
 
 
+def test_a_steep_wave_is_followed_when_it_may_stretch():
+    wave = Wave(slope_deg=38.0, wavelength_mm=90.0, angle_deg=25.0)
+    points = wave.warp(PLACES, PAGE_MM) + 0.25 * RNG.standard_normal((len(PLACES), 3))
+    level = Surface.level(LOW - 30, HIGH + 30, float(np.median(points[:, 2])))
+    surface, feet = fit_surface(points, points[:, :2], level, stiffness=1e4, inextensible=False)
+    assert rms(np.linalg.norm(points - surface.points(feet), axis=1)) < 0.6  # noise of √3 · 0.25 and the bends
+
+
 def test_derivatives_are_those_of_the_points():
     surface, step = fitted(ROLL, PLACES), 1e-3
     along, up = np.array([step, 0.0]), np.array([0.0, step])

@@ -58,6 +58,14 @@ def test_pixels_are_where_the_cameras_see_the_points(greys):
     assert 0.2 < np.sqrt((error**2).mean()) / np.sqrt((predicted**2).mean() * 2) < 5
 
 
+def test_smaller_copies_tell_pixels_of_the_full_size(greys):
+    twice = [camera.scaled((2 * camera.size[0], 2 * camera.size[1])) for camera in cameras()]
+    patches = level(HEIGHT_MM)
+    of_copies, of_full = (track(greys, views, patches, SAMPLE_MM) for views in (twice, cameras()))
+    np.testing.assert_allclose(of_copies.pixels, 2 * (of_full.pixels + 0.5) - 0.5, atol=1e-6)
+    np.testing.assert_allclose(of_copies.sigma_mm, of_full.sigma_mm, rtol=1e-6)
+
+
 def test_blank_patches_and_other_pages_are_not_found(greys):
     blank = greys.copy()
     blank[:] = 120.0 + np.random.default_rng(2).normal(0, NOISE_CODES, greys.shape)

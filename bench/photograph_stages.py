@@ -1,0 +1,98 @@
+"""`python -m bench.photograph_stages [--seed S] [--width 4000] [--views 10]`: time and memory of a set.
+
+Photographs of a printed page that is bent to a wave are taken in the simulated world and written as JPEG files. A
+process of its own reads them and restores the page at 150 dpi, after a set of small ones that has compiled what there
+is to compile. For each stage the seconds by the clock and by the processors are printed, and the peak of the process's
+memory up to its end; then how right the page is. The clock tells something only where nothing else runs.
+"""
+
+from __future__ import annotations
+
+import argparse
+import datetime
+import tempfile
+import time
+from dataclasses import dataclass, field
+from multiprocessing import get_context
+from pathlib import Path
+
+import numpy as np
+
+from bench.memory import status_mb
+from bench.photographs import compared, photographed
+from drivers.simulated import Curl, Wave
+from drivers.simulated.photographs import PhotographSet, Shots, views_from
+from oracles.markers import rigid_residual
+from restore import RestoredPage, Settings, read_photograph, reconstruct_page, restore
+
+WARM_WIDTH, WARM_VIEWS = 1000, 4
+ROW = "{:<12} {:>8} {:>8} {:>8}"
+
+
+@dataclass
+class Stages:
+    """Seconds by the clock and by the processors, and the peak of memory in MB, of each stage in its order."""
+
+    table: dict[str, list[float]] = field(default_factory=dict)
+    running: str = "read"
+    before: tuple[float, float] = field(default_factory=lambda: (time.perf_counter(), time.process_time()))
+
+    def progress(self, stage: str, done: float) -> None:
+        """What the steps report: the time since the last report belongs to the stage that was running then."""
+        now = time.perf_counter(), time.process_time()
+        row = self.table.setdefault(self.running, [0.0, 0.0, 0.0])
+        row[:] = row[0] + now[0] - self.before[0], row[1] + now[1] - self.before[1], status_mb("VmHWM")
+        self.before, self.running = now, "between" if done >= 1.0 else stage
+
+
+def main(seed: int | None, width: int, views: int) -> None:
+    """Print a line for each stage, the total, and the errors of the page."""
+    seed = seed or int(datetime.date.today().strftime("%Y%m%d"))
+    rng = np.random.default_rng(seed)
+    wave = Wave(slope_deg=rng.uniform(15, 38), wavelength_mm=rng.uniform(90, 200))
+    taken = photographed(wave, seed, views, Shots(size=(width, width * 3 // 4)))
+    warm = photographed(Curl(radius_mm=250.0), seed, WARM_VIEWS, Shots(size=(WARM_WIDTH, WARM_WIDTH * 3 // 4)))
+    with tempfile.TemporaryDirectory(prefix="planish-") as name:
+        paths = _saved(taken, Path(name) / "set")
+        with get_context("spawn").Pool(1) as pool:
+            table, (page, names) = pool.apply(_run, (_saved(warm, Path(name) / "warm"), paths))
+    shown = views_from(taken, [paths.index(path) for path in names])
+    print(f"{views} photographs of {width} × {width * 3 // 4}, seed {seed}, {len(names)} joined")
+    print(ROW.format("stage", "s", "cpu s", "peak MB"))
+    for stage, row in table.items():
+        print(ROW.format(stage, *(f"{value:.1f}" for value in row[:2]), f"{row[2]:.0f}"))
+    whole = np.array(list(table.values()))
+    print(ROW.format("whole", *(f"{value:.1f}" for value in whole[:, :2].sum(axis=0)), f"{whole[:, 2].max():.0f}"))
+    error, scale = rigid_residual(*compared(page, list(range(len(names))), shown))
+    print(f"rms {np.sqrt((error**2).sum(axis=1).mean()):.3f} mm, scale {scale - 1:+.3%}")
+
+
+def _saved(taken: PhotographSet, folder: Path) -> list[Path]:
+    folder.mkdir()
+    return taken.save(folder)
+
+
+def _run(warm: list[Path], paths: list[Path]) -> tuple[dict[str, list[float]], tuple[RestoredPage, list[Path]]]:
+    """The stages of a set, its page, and the photographs that joined."""
+    _restored(warm, Stages())
+    stages = Stages()
+    page = _restored(paths, stages)
+    return stages.table, page
+
+
+def _restored(paths: list[Path], stages: Stages) -> tuple[RestoredPage, list[Path]]:
+    photographs = [read_photograph(path) for path in paths]
+    page = reconstruct_page(photographs, progress=stages.progress)
+    restored = restore(page.mesh, Settings(), photos=page.photographs, progress=stages.progress)
+    stages.progress("end", 1.0)
+    names = {one.name for one in page.photographs}
+    return restored, [path for path in paths if path.name in names]
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--seed", type=int)
+    parser.add_argument("--width", type=int, default=4000)
+    parser.add_argument("--views", type=int, default=10)
+    options = parser.parse_args()
+    main(options.seed, options.width, options.views)
