@@ -1,10 +1,10 @@
 """`python -m bench.photographed_words [--seed S] [--width 2800] [--views 5] [--sheets wave …]`: words, no scanner.
 
 A page of 10-point text is photographed by hand in the simulated world and restored from the photographs alone. Its
-words are read beside those of the same print laid flat under the same camera, straight above it, which is as good as it
-can get, of one photograph cut to the page, and of that photograph flattened by `page-dewarp` (M. Zucker 2016, kept up
-by L. Maddox), which bends a cubic sheet until the lines of print are straight: the method for single photographs that
-can be installed (`pipx install page-dewarp`; left out where it is not). Per cent of words read right.
+words are read beside those of the print itself, of one photograph cut to the page, and of that photograph flattened by
+`page-dewarp` (M. Zucker 2016, kept up by L. Maddox), which bends a cubic sheet until the lines of print are straight:
+the method for single photographs that can be installed (`pipx install page-dewarp`; left out where it is not). Per cent
+of words read right.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ import cv2
 import numpy as np
 
 from bench.photographs import CARD_DPI, MARGIN_MM, SHEETS
-from drivers.simulated import Flat, Text
+from drivers.simulated import Text
 from drivers.simulated.photographs import PhotographSet, Shots, photograph_page
 from drivers.simulated.sheets import Sheet
 from restore import SCALE_CARD, Photograph, RestoreError, Settings, reconstruct_page, restore
 from restore.scan import Bytes
-from restore.texture.page import MM_PER_INCH, sample
+from restore.texture.page import MM_PER_INCH
 from station.export.png import encode_png
 from station.ocr_precision import count_matching_words
 from station.words import READING_DPI, recognise
@@ -46,7 +46,7 @@ def main(seed: int | None, width: int, views: int, sheets: list[str]) -> None:
     print(
         f"{TYPE_PT:g}-point words read right, per cent; {views} views of {shots.size[0]} × {shots.size[1]}, seed {seed}"
     )
-    print(ROW.format("sheet", "photograph", PEER, "restored", "flat original"), flush=True)
+    print(ROW.format("sheet", "photograph", PEER, "restored", "the print"), flush=True)
     for number, (name, draw) in enumerate(SHEETS.items()):
         if sheets and name not in sheets:
             continue
@@ -56,10 +56,11 @@ def main(seed: int | None, width: int, views: int, sheets: list[str]) -> None:
 
 
 def _cells(sheet: Sheet, seed: int, views: int, shots: Shots) -> list[str]:
-    taken, flat = _taken(sheet, seed, views, shots), _taken(Flat(), seed, 1, shots)
-    words = " ".join(word.text for word in taken.scene.printed.words)
+    taken = _taken(sheet, seed, views, shots)
+    printed = taken.scene.printed
+    words = " ".join(word.text for word in printed.words)
     photograph = cropped(taken)
-    pages = (photograph, dewarped(photograph), restored(taken), flat_by_truth(flat))
+    pages = (photograph, dewarped(photograph), restored(taken), printed.image)
     return ["–" if page is None else f"{_precision(words, page):.1f}" for page in pages]
 
 
@@ -86,15 +87,6 @@ def cropped(taken: PhotographSet) -> Bytes:
     left, top = np.clip(np.floor(seen.min(axis=0)).astype(int), 0, None)
     right, bottom = np.ceil(seen.max(axis=0)).astype(int) + 1
     return np.ascontiguousarray(image[top:bottom, left:right])
-
-
-def flat_by_truth(taken: PhotographSet) -> Bytes:
-    """The page (h, w, 3) as the first photograph shows it, by the exact place of every pixel, at READING_DPI."""
-    step = MM_PER_INCH / READING_DPI
-    x, y = (np.arange(round(side / step)) + 0.5 for side in PAGE_MM)
-    places = np.stack(np.meshgrid(x * step, PAGE_MM[1] - y * step), axis=-1)
-    pixels = taken.cameras[0].project(taken.scene.surface(places))
-    return sample(taken.images[0], pixels.astype(np.float32))
 
 
 def restored(taken: PhotographSet) -> Bytes | None:

@@ -26,7 +26,7 @@ MAX_NODES = 16_000
 AZIMUTHS = 24  # before a straight ridge the horizon is a cosine of the azimuth: 15° between two err by 1 % of it
 GROWTH = 1.1  # of the steps: a ridge that is far away may be met less exactly
 NOWHERE = -1e6  # mm: no surface, no occluder
-PENUMBRA = 0.05  # tangent: the half-shadow of a lamp of 5 cm at a metre
+PENUMBRA = 0.03  # tangent: the half-shadow of a lamp of 3 cm at a metre
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,4 +154,5 @@ def in_sight(slopes: Field, col: float, row: float, x: float, y: float, z: float
         for dj in range(2):
             weight = (v if di else 1 - v) * (u if dj else 1 - u)
             horizon += weight * ((1 - w) * slopes[i + di, j + dj, a] + w * slopes[i + di, j + dj, b])
-    return min(max((z - horizon * level) / (PENUMBRA * level + 1e-9) + 1.0, 0.0), 1.0)
+    # Of a lamp whose middle is at the horizon half is seen.
+    return min(max((z - horizon * level) / (PENUMBRA * level + 1e-9) + 0.5, 0.0), 1.0)

@@ -39,7 +39,7 @@ OUTLYING = 3.0  # robust deviations: places farther off count as ink, figure or 
 DOUBTED = 0.1  # weight of a place that may be ink, in the judgement of lamps
 FLOOR, LAST_FLOOR = 0.04, 0.01
 ROUNDS = 5
-TRIALS = 90  # of the search that refines one lamp: it ends within half a degree
+TRIALS = 120  # of the search that refines one lamp: it ends within half a degree
 
 
 @dataclass(frozen=True, eq=False)
