@@ -1,15 +1,11 @@
 """The default method: the page whose edges are nearest to their lengths on the surface.
 
 A start from the lengths alone (`angle_synchronisation.py`), exact where the lengths are those of a developable surface,
-or a conformal one where that inverts faces; Gauss–Newton on the squared and then the absolute edge strains; repair of
+and a conformal one where faces are inverted; Gauss–Newton on the squared and then the absolute edge strains; repair of
 faces that inverted without being folded in space.
 """
 
 from __future__ import annotations
-
-from collections.abc import Iterator
-from contextlib import suppress
-from typing import NamedTuple
 
 import numpy as np
 
@@ -17,7 +13,7 @@ from restore.errors import BadInput
 from restore.flattening.angle_synchronisation import flat_from_lengths
 from restore.flattening.conformal import flatten_conformal, unfolded
 from restore.flattening.fans import angle_fans, closing_signs, face_signs
-from restore.flattening.gauss_newton import ROUGHLY, least_absolute_strain, mean_strain
+from restore.flattening.gauss_newton import ROUGHLY, least_absolute_strain, mean_strain, minimise_strain
 from restore.flattening.least_distortion import is_disc, least_distorted_page
 from restore.flattening.repair import inverted_count, repaired, with_corners_mirrored
 from restore.flattening.solution import Follow, Solution
@@ -31,15 +27,6 @@ MOST_STRAIN = 0.03  # rms: no paper stretches so far; what does is not developab
 CAP = 0.1  # of the strain of an edge that counts there: a few edges of slivers do not make a surface undevelopable
 
 
-class Candidate(NamedTuple):
-    """A page from one start (n, 2) mm and signs (m,) of the faces, and its mean strain."""
-
-    start: Floats
-    signs: Floats
-    found: Solution
-    strain: float
-
-
 def flatten_isometric(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
     """Flat positions (n, 2) mm of a connected sheet with its convergence; the global start counts as an iteration.
 
@@ -47,12 +34,16 @@ def flatten_isometric(posed: PosedSheet, network: Network, follow: Follow | None
     """
     if len(network.faces) == 1:
         return Solution(triangle(network), 1)
-    best = min(_candidates(posed, network), key=lambda candidate: candidate.strain)
-    flat = repaired(best.found.flat, network, best.signs)
+    start, signs = _start(posed, network)
+    found = with_corners_mirrored(minimise_strain(start, network, least_decrease=ROUGHLY), network, signs, ROUGHLY)
+    if inverted_count(found.flat, network.faces, signs):
+        found = _from_conformal(posed, network, signs, found)
+    found = least_absolute_strain(found, network)
+    flat = repaired(found.flat, network, signs)
     if follow:
-        for step, positions in enumerate((best.start, flat), 1):
+        for step, positions in enumerate((start, flat), 1):
             follow(step, np.column_stack([positions, np.zeros(len(positions))]))
-    return best.found._replace(flat=flat, iterations=1 + best.found.iterations)
+    return found._replace(flat=flat, iterations=1 + found.iterations)
 
 
 def triangle(network: Network) -> Floats:
@@ -63,29 +54,35 @@ def triangle(network: Network) -> Floats:
     return flat
 
 
-def _candidates(posed: PosedSheet, network: Network) -> Iterator[Candidate]:
-    """The page from the fans; where faces are in doubt also from other signs, and from a map that inverts few faces."""
+def _start(posed: PosedSheet, network: Network) -> tuple[Floats, Floats]:
+    """The start (n, 2) mm from the lengths alone, and the signs (m,) of the faces that it goes with.
+
+    The signs are those of the normals, or those that close the fans if their start is strained less.
+    """
     signs = face_signs(posed.positions, network.faces)
-    first = _candidate(_start(network, signs), network, signs)
-    yield first
+    start = _start_with(network, signs)
     closing = closing_signs(network.faces, network.sides, network.lengths, signs)
-    if (closing != signs).any():
-        yield _candidate(_start(network, closing), network, closing)
-    if inverted_count(first.found.flat, network.faces, signs):
-        with suppress(BadInput):  # parts that hang together by single points, or faces without an area
-            yield _candidate(flatten_conformal(posed, network).flat, network, closing)
+    if (closing == signs).all():
+        return start, signs
+    other = _start_with(network, closing)
+    return (other, closing) if mean_strain(other, network) < mean_strain(start, network) else (start, signs)
 
 
-def _start(network: Network, signs: Floats) -> Floats:
+def _start_with(network: Network, signs: Floats) -> Floats:
     fans = angle_fans(network.faces, network.sides, network.lengths, signs)
     return flat_from_lengths(fans, network.lengths, int(network.faces.max()) + 1)
 
 
-def _candidate(start: Floats, network: Network, signs: Floats) -> Candidate:
-    found = with_corners_mirrored(start, network, signs, ROUGHLY)
-    found = least_absolute_strain(found, network)
-    strain = mean_strain(found.flat, network)
-    return Candidate(start, signs, found, strain if np.isfinite(strain) else np.inf)
+def _from_conformal(posed: PosedSheet, network: Network, signs: Floats, found: Solution) -> Solution:
+    """The page of least squared strain near the conformal map if it is strained less than the one that is found."""
+    try:
+        conformal = flatten_conformal(posed, network).flat
+    except BadInput:  # parts that hang together by single points, or faces without an area
+        return found
+    other = minimise_strain(conformal, network, least_decrease=ROUGHLY)
+    if mean_strain(other.flat, network) >= mean_strain(found.flat, network):
+        return found
+    return with_corners_mirrored(other, network, signs, ROUGHLY)
 
 
 def flatten_least_distorted(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:

@@ -25,7 +25,6 @@ from restore.mesh.network import Network
 from restore.numerics import SMALL, TINY
 from restore.scan import Floats, Ints, Mask
 
-MIRRORINGS = 5  # each frees the corners that the last one still held
 OPEN = 0.02  # of its area on the surface is a face opened to, or rounding could turn it over
 ENOUGH = 0.5  # of that is left when its neighbours are opened
 CONTRADICTED = 0.5  # of its area on the surface: a face that lengths invert by so much is folded, whatever its normal
@@ -38,7 +37,7 @@ def least_strain_page(flat: Floats, network: Network, signs: Floats | None = Non
     signs (m,) are −1 for the faces that are folded in space; all are 1 when None.
     """
     signs = np.ones(len(network.faces)) if signs is None else signs
-    found = with_corners_mirrored(flat, network, signs)
+    found = with_corners_mirrored(minimise_strain(flat, network), network, signs)
     return found._replace(flat=repaired(found.flat, network, signs))
 
 
@@ -48,30 +47,28 @@ def least_absolute_page(flat: Floats, network: Network, signs: Floats | None = N
     signs (m,) as for `least_strain_page`.
     """
     signs = np.ones(len(network.faces)) if signs is None else signs
-    found = least_absolute_strain(with_corners_mirrored(flat, network, signs, ROUGHLY), network)
+    found = minimise_strain(flat, network, least_decrease=ROUGHLY)
+    found = least_absolute_strain(with_corners_mirrored(found, network, signs, ROUGHLY), network)
     return found._replace(flat=repaired(found.flat, network, signs))
 
 
 def with_corners_mirrored(
-    flat: Floats, network: Network, signs: Floats, least_decrease: float = LEAST_DECREASE
+    found: Solution, network: Network, signs: Floats, least_decrease: float = LEAST_DECREASE
 ) -> Solution:
-    """The page of least strain near flat (n, 2) mm, with corners of the border mirrored back as far as that inverts
-    fewer faces.
+    """A page of least strain with corners of the border mirrored back as far as that inverts fewer faces.
 
-    signs (m,) are −1 for the faces that are folded in space; least_decrease as in `minimise_strain`.
+    They are mirrored again while that halves the number of inverted faces. signs (m,) are −1 for the faces that are
+    folded in space; least_decrease as in `minimise_strain`.
     """
-    found = minimise_strain(flat, network, least_decrease=least_decrease)
-    inverted = inverted_count(found.flat, network.faces, signs)
-    for _ in range(MIRRORINGS if inverted else 0):
-        mirrored = found.flat.copy()
+    inverted, before = inverted_count(found.flat, network.faces, signs), np.inf
+    while 0 < inverted <= before / 2:  # each frees corners that the last one still held
+        mirrored, before = found.flat.copy(), inverted
         if not mirror_border_corners(mirrored, network.faces, network.edges, signs):
             break
         again = minimise_strain(mirrored, network, least_decrease=least_decrease)
-        again = again._replace(iterations=found.iterations + again.iterations)
-        left = inverted_count(again.flat, network.faces, signs)
-        if left >= inverted:
-            break
-        found, inverted = again, left
+        inverted = inverted_count(again.flat, network.faces, signs)
+        if inverted < before:
+            found = again._replace(iterations=found.iterations + again.iterations)
     return found
 
 
