@@ -5,6 +5,7 @@ from __future__ import annotations
 import statistics
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,7 +47,10 @@ class Row:
 
 
 def run(points: int, count: int, seed: int, *, slim: bool = True) -> list[Row]:
-    """Print a line for each of `count` meshes of about `points` vertices, of seeds from `seed` on, and the verdicts."""
+    """Print a line for each of `count` meshes of about `points` vertices, of seeds from `seed` on, and the verdicts.
+
+    Interrupted, it gives the verdicts on the meshes until then.
+    """
     print(f"\n{count} random meshes of about {points} vertices, seeds from {seed}; rms mm scaled to a page of 280 mm")
     print(
         ROW.format(
@@ -54,10 +58,11 @@ def run(points: int, count: int, seed: int, *, slim: bool = True) -> list[Row]:
             *("ours ms", "×A", "×S"),
         )
     )
-    rows = []
-    for k in range(seed, seed + count):
-        rows.append(measured(k, points, slim=slim))
-        print(_line(rows[-1]), flush=True)
+    rows = list[Row]()
+    with suppress(KeyboardInterrupt):
+        for k in range(seed, seed + count):
+            rows.append(measured(k, points, slim=slim))
+            print(_line(rows[-1]), flush=True)
     verdicts(rows)
     return rows
 
