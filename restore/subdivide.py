@@ -22,18 +22,20 @@ def subdivide(sheet: Sheet, page: FlatMesh, nodes: Floats) -> tuple[FlatMesh, Fl
 
     An edge is split whose middle in the picture is more than NONLINEAR_MM from its middle on the page.
     """
-    flat, faces = page.flat, page.faces
+    flat, faces, added = page.flat, page.faces, np.ones(len(nodes), bool)
     for _ in range(ROUNDS):
         sides = sides_of(faces)
         start, end = sides.edges.T
-        middles, off = _middles(sheet, nodes, sides.edges)
-        split = off > NONLINEAR_MM
-        if not split.any():
+        among = np.flatnonzero(added[sides.edges].any(axis=1))  # the others were looked at before
+        middles, off = _middles(sheet, nodes, sides.edges[among])
+        middles, chosen = middles[off > NONLINEAR_MM], among[off > NONLINEAR_MM]
+        if len(chosen) == 0:
             break
+        split = np.isin(np.arange(len(sides.edges)), chosen)
         faces = _split_faces(faces, sides.edge.reshape(-1, 3), split, len(nodes))
-        added = np.arange(len(nodes) + len(middles[split])) >= len(nodes)
-        flat = np.concatenate([flat, 0.5 * (flat[start] + flat[end])[split]])
-        nodes = np.concatenate([nodes, middles[split]])
+        added = np.arange(len(nodes) + len(chosen)) >= len(nodes)
+        flat = np.concatenate([flat, 0.5 * (flat[start] + flat[end])[chosen]])
+        nodes = np.concatenate([nodes, middles])
         edges = sides_of(faces).edges
         edges = edges[added[edges].any(axis=1)]
         nodes = solve_grid_positions(sheet, nodes, added, grid_jacobians(flat, nodes, edges, added), flat, edges)
