@@ -100,7 +100,8 @@ def mirror_border_corners(flat: Floats, faces: Ints, edges: Ints, signs: Floats)
 
     flat (n, 2) mm; the loosest corner is the one that fewest faces share.
     """
-    inverted = np.flatnonzero(signed_areas(flat, faces) * signs < 0.0)
+    areas = signed_areas(flat, faces) * signs
+    inverted = np.argsort(areas)[: np.count_nonzero(areas < 0.0)]
     if len(inverted) == 0:
         return 0
     shared = np.bincount(faces.ravel(), minlength=len(flat))
@@ -130,7 +131,9 @@ def uninverted(flat: Floats, network: Network, signs: Floats) -> Floats:
     near[edges[near[edges].any(axis=1)]] = True
     edges_at = adjacency(edges.ravel(), np.repeat(np.arange(len(edges)), 2), len(flat))
     around = faces_around(faces, len(flat))
-    relax_uninverted(flat, faces, signs, edges, network.lengths, edges_at, around, np.flatnonzero(near), least)
+    moving = np.flatnonzero(near)
+    moving = moving[np.argsort(((flat[moving] - flat.mean(axis=0)) ** 2).sum(axis=1))]  # whatever numbers they have
+    relax_uninverted(flat, faces, signs, edges, network.lengths, edges_at, around, moving, least)
     return flat if inverted_count(flat, faces, signs) < inverted_count(before, faces, signs) else before
 
 
@@ -138,12 +141,14 @@ def uninverted(flat: Floats, network: Network, signs: Floats) -> Floats:
 def open_inverted(flat: Floats, faces: Ints, signs: Floats, least: Floats) -> Mask:
     """Move the corners of inverted faces, in place, until no area is below its least (m,); the vertices (n,) moved.
 
-    flat (n, 2) mm. A face is opened along the gradient of its area: the least displacement that does it.
+    flat (n, 2) mm. A face is opened along the gradient of its area: the least displacement that does it. In a sweep
+    the most inverted come first, whatever numbers they have.
     """
     moved, way = np.zeros(len(flat), np.bool_), np.empty((3, 2))
     for _ in range(SWEEPS):
-        inverted = 0
-        for f in range(len(faces)):
+        areas = signed_areas(flat, faces) * signs
+        below, inverted = np.flatnonzero(areas < least), 0
+        for f in below[np.argsort(areas[below])]:
             area = _signed_area(f, flat, faces, signs)
             a, b, c = faces[f]
             if area >= (ENOUGH * least[f] if moved[a] or moved[b] or moved[c] else 0.0):

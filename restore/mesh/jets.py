@@ -17,7 +17,8 @@ from restore.mesh.measures import face_normals, vertex_normals
 from restore.numerics import SQUARE_TINY
 from restore.scan import Floats, Ints
 
-MOST_NEIGHBOURS = 32  # two rings have 18 on average
+MOST_NEIGHBOURS = 32  # two rings have 18 on average; of more the nearest count, whatever numbers they have
+MOST_FOUND = MOST_NEIGHBOURS * MOST_NEIGHBOURS  # among which those are looked for
 ON_PLANE = 0.1  # slope, 6°: neighbours that stand off a face by more count half against it
 ON_PATCH = 0.03  # slope: neighbours that stand off the patch by more have a quarter of their weight
 SIGMAS = 3.0  # of the noise: nothing that lies so near to a plane or a patch is told from it
@@ -98,13 +99,15 @@ def _fit_all(
 ) -> tuple[Floats, Floats, Floats, Floats]:
     count = len(vertices)
     normals, offsets, forms = np.zeros((count, 3)), np.zeros(count), np.zeros((count, 3, 3))
-    met, found, weights = np.full(count, -1), np.empty(MOST_NEIGHBOURS, np.int64), np.empty(MOST_NEIGHBOURS + LANES)
+    met, found, weights = np.full(count, -1), np.empty(MOST_FOUND, np.int64), np.empty(MOST_NEIGHBOURS + LANES)
     points, nearness = np.empty((3, MOST_NEIGHBOURS)), np.empty(MOST_NEIGHBOURS)
     products, sums = np.empty((MOST_NEIGHBOURS + LANES, PRODUCTS)), np.empty(PRODUCTS)
     jet, frame = np.empty(TERMS), np.eye(3)
     variances = np.zeros((count, 3))
     for i in chosen:
         near, far = _two_rings(i, neighbours, met, found)
+        if far > MOST_NEIGHBOURS:
+            near, far = _nearest(i, vertices, found, near, far), MOST_NEIGHBOURS
         if far < 3:
             continue
         reach = _beside(i, vertices, found, near, far, points, nearness)
@@ -132,17 +135,32 @@ def _two_rings(i: int, neighbours: Adjacency, met: Ints, found: Ints) -> tuple[i
     met (n,) tells at which vertex each was found last.
     """
     count, met[i] = 0, i
-    for q in range(neighbours.start[i], min(neighbours.start[i + 1], neighbours.start[i] + MOST_NEIGHBOURS)):
+    for q in range(neighbours.start[i], min(neighbours.start[i + 1], neighbours.start[i] + MOST_FOUND)):
         found[count], met[neighbours.items[q]] = neighbours.items[q], i
         count += 1
     near = count
     for f in range(near):
         for q in range(neighbours.start[found[f]], neighbours.start[found[f] + 1]):
             k = neighbours.items[q]
-            if met[k] != i and count < MOST_NEIGHBOURS:
+            if met[k] != i and count < MOST_FOUND:
                 found[count], met[k] = k, i
                 count += 1
     return near, count
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _nearest(i: int, vertices: Floats, found: Ints, near: int, far: int) -> int:
+    """Put the MOST_NEIGHBOURS nearest of vertex i first, those of the first ring before others; how many of it.
+
+    found (·,): `near` neighbours, and theirs up to `far`.
+    """
+    first, last = (0, near) if near > MOST_NEIGHBOURS else (near, far)
+    away = np.zeros(last - first)
+    for k in range(first, last):
+        for axis in range(3):
+            away[k - first] += (vertices[found[k], axis] - vertices[i, axis]) ** 2
+    found[first:last] = found[first:last][np.argsort(away)]
+    return min(near, MOST_NEIGHBOURS)
 
 
 @numba.njit(cache=True, error_model="numpy", inline="always")

@@ -153,7 +153,7 @@ def _over_crease(
     x = chord * (_dot(way, end) - _dot(way, start) * cos(turn)) / sine
     y = chord * _dot(way, start)
     # Mirrored where the way goes to the left, so that the surface turns down and curvatures that go along are negative.
-    side = 1.0 if x >= 0.0 else -1.0
+    side = 1.0 if _dot(way, end) >= _dot(way, start) else -1.0  # the same from either end, whatever the turn
     first, second = side * _curvature(form, start, fold), side * _curvature(other, end, fold)
     unexplained = turn - 0.5 * max(-first - second, 0.0) * sqrt(x * x + y * y)
     if unexplained < CREASE:

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from scipy.spatial import Delaunay
 
 from oracles.exact import scatter_points
 from restore.mesh import surface_lengths as module
-from restore.mesh.jets import rings_of
+from restore.mesh.jets import MOST_NEIGHBOURS, rings_of
 from restore.mesh.network import edges_of
 from restore.mesh.surface_lengths import bent_lengths, estimate_noise_sigma, surface_lengths
 
@@ -27,6 +28,11 @@ SMOOTHED = 0.15  # of what the chords grow; 0.05 measured, 0.41 without
 NOISE_MM = 0.02
 NOISE_KNOWN = 0.36  # of it; of 100 probes a median absolute deviation is known to 12 %, this is 3σ
 INFLATED = 0.75  # of what the chords grow; the patches take off-plane noise out but between near neighbours
+
+SPOKES = 40  # more neighbours than a patch takes
+UNEVEN_MM = 0.02  # so that no two are equally near
+MOST = 0.5  # of the edges over a crease are longer than their chord
+REORDERED = 1e-9  # rounding of sums in another order
 
 
 @pytest.fixture(scope="module")
@@ -154,3 +160,32 @@ def test_what_lies_beside_a_crease_is_not_smoothed(patch):
     smooth = module._beside_no_crease(normals, edges)
     np.testing.assert_array_equal(smooth, np.setdiff1d(np.arange(len(flat)), edges[over]))
     assert len(smooth) < len(flat)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_lengths_at_a_vertex_with_many_neighbours_do_not_depend_on_their_numbers(seed):
+    random = np.random.default_rng(seed)
+    angles, radii = np.linspace(0.0, 2.0 * np.pi, SPOKES, endpoint=False), np.array([[4.0], [7.0], [10.0]])
+    rings = np.stack([radii * np.cos(angles), radii * np.sin(angles)], axis=-1).reshape(-1, 2)
+    flat = np.concatenate([[[0.0, 0.0]], rings + random.normal(0.0, UNEVEN_MM, rings.shape)])
+    faces = Delaunay(flat).simplices
+    height = 0.02 * flat[:, 0] ** 2 + random.normal(0.0, NOISE_MM, len(flat))
+    vertices, order = np.column_stack([flat, height]), random.permutation(len(flat))
+    edges, renumbered = edges_of(faces), edges_of(np.argsort(order)[faces])
+    assert np.bincount(edges.ravel()).max() > MOST_NEIGHBOURS
+    there = surface_lengths(vertices[order], np.argsort(order)[faces], renumbered)
+    found = dict(zip(map(tuple, np.sort(order[renumbered], axis=1).tolist()), there, strict=True))
+    here = surface_lengths(vertices, faces, edges)
+    np.testing.assert_allclose([found[tuple(edge)] for edge in edges.tolist()], here, rtol=REORDERED)
+
+
+@pytest.mark.parametrize("fold_deg", [60.0, 100.0, 130.0])
+def test_a_way_is_as_long_in_the_other_direction(patch, fold_deg):
+    flat, faces, edges, _ = patch
+    off = flat[:, 0] - CREASE_MM
+    slope = np.deg2rad(fold_deg / 2)
+    vertices = np.column_stack([np.cos(slope) * off, flat[:, 1], -np.sin(slope) * np.abs(off) + 0.01 * off**2])
+    across = off[edges[:, 0]] * off[edges[:, 1]] < 0.0
+    there = surface_lengths(vertices, faces, edges)
+    assert (there[across] > length(vertices, edges)[across]).mean() > MOST
+    np.testing.assert_allclose(surface_lengths(vertices, faces, edges[:, ::-1]), there, rtol=REORDERED)
