@@ -30,6 +30,7 @@ from restore.range_image.segment import SegmentedScan
 from restore.scan import Bytes, FlatMesh, Floats, Ints, Mask, RangeScan, RestoredPage, SurfaceMesh
 from restore.settings import Settings
 from restore.sheets import ScannedSheet, is_rectangular, separate_sheets
+from restore.structured_light import Projector, draw_patterns
 from restore.texture.coverage import Seen
 from restore.texture.super_resolution import finer_scan
 from restore.turn import turn_page
@@ -52,6 +53,7 @@ __all__ = [
     "NotEnoughSurface",
     "Photograph",
     "PhotographedPage",
+    "Projector",
     "RangeScan",
     "RestoreError",
     "RestoredPage",
@@ -66,6 +68,7 @@ __all__ = [
     "average_at_vertices",
     "board_corners",
     "check_unit",
+    "draw_patterns",
     "edges_of",
     "encode_png",
     "face_strain",

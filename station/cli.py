@@ -34,6 +34,7 @@ from station.options import (
     output_path,
 )
 from station.park import park
+from station.patterns import patterns
 from station.photos_card import card
 from station.progress import progress_on
 from station.session_commands import app as sessions
@@ -174,7 +175,8 @@ def _restore(
         Path,
         typer.Argument(
             metavar="SCAN",
-            help="A scan: .abs[.gz], .obj, .ply, .stl, .glb, .wrl, .vvd or a scan folder; a segment: .vcps or tifxyz.",
+            help="A scan: .abs[.gz], .obj, .ply, .stl, .glb, .wrl, .vvd, a scan folder or one of captured patterns; "
+            "a segment: .vcps or tifxyz.",
         ),
     ],
     output: Out,
@@ -281,7 +283,7 @@ def _colour(
 
 
 for command in (
-    *(devices, doctor, ask, park, trace, board, calibrate, card, warm_up, watch),
+    *(devices, doctor, ask, park, trace, board, calibrate, card, patterns, warm_up, watch),
     *(shoot, serve, verify, repair, replay, reindex),
     *(batch, export),
 ):

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from restore.errors import BadInput
 from restore.formats.abs import read_abs, write_abs
+from restore.formats.captures import is_captures, read_captures
 from restore.formats.copies import merge_copies
 from restore.formats.folder import read_folder, save_scan
 from restore.formats.glb import read_glb
@@ -60,7 +61,8 @@ SCAN_SUFFIXES = tuple(READERS)
 def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str = AUTO) -> RangeScan | SurfaceMesh:
     """Read a scan file or a scan folder; a mesh that is one shot of a scanner comes back on its range grid.
 
-    path     a file with one of the extensions of READERS, a folder that `save_scan` wrote, or a `tifxyz` folder.
+    path     a file with one of the extensions of READERS, a folder that `save_scan` wrote, a `tifxyz` folder,
+             or one of captured patterns of structured light.
     texture  a picture to use instead of the file's own. Without it a file that names none takes the picture of the
              same name in its folder.
     unit     of a mesh's coordinates: mm, cm, m, in, the edge of a voxel as 7.91um, or auto for the unit of the format,
@@ -86,7 +88,7 @@ def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str 
             return in_millimetres(path, read_tifxyz(path, given_picture), unit)
         if given_picture is not None:
             raise BadInput(f"{path}: a scan folder has its own picture", "leave --texture out")
-        return _in_its_unit(path, read_folder(path), unit)
+        return _in_its_unit(path, read_captures(path) if is_captures(path) else read_folder(path), unit)
     scan = _reader(path)(path, given_picture)
     if isinstance(scan, SurfaceMesh):
         mesh = in_millimetres(path, scan, unit)
