@@ -23,6 +23,7 @@ from restore.mesh.network import edges_of
 from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.raster import rasterise
 from restore.native import SYSTEM_LIBRARIES, SystemLibrary, missing_libraries
+from restore.phones import PhoneCapture, is_phone_capture, load_phone_capture
 from restore.photo import Photograph, is_video, read_photograph, read_video
 from restore.photogrammetry import SCALE_CARD, PhotographedPage, ScaleCard, reconstruct_page, rescaled
 from restore.pipeline import restore
@@ -51,6 +52,7 @@ __all__ = [
     "LibraryMissing",
     "Mask",
     "NotEnoughSurface",
+    "PhoneCapture",
     "Photograph",
     "PhotographedPage",
     "Projector",
@@ -75,8 +77,10 @@ __all__ = [
     "finer_scan",
     "fit_axis",
     "flatten",
+    "is_phone_capture",
     "is_rectangular",
     "is_video",
+    "load_phone_capture",
     "load_scan",
     "merge_views",
     "missing_libraries",

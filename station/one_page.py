@@ -14,6 +14,7 @@ from typing import Any
 import drivers
 from restore import (
     BadInput,
+    PhoneCapture,
     Photograph,
     RangeScan,
     RestoredPage,
@@ -21,6 +22,8 @@ from restore import (
     Settings,
     SurfaceMesh,
     finer_scan,
+    is_phone_capture,
+    load_phone_capture,
     load_scan,
     read_photograph,
     restore,
@@ -87,7 +90,14 @@ def restore_file(
     start = clock()
     try:
         photographs = [read_photograph(path) for path in photos]
-        scan = _combined_shots([load_scan(source, texture=texture, unit=unit), *(load_scan(shot) for shot in shots)])
+        scan: RangeScan | SurfaceMesh
+        if is_phone_capture(source):
+            capture = _phone_capture(source, texture, shots)
+            scan, photographs = capture.mesh, [*capture.photographs, *photographs]
+        else:
+            scan = _combined_shots(
+                [load_scan(source, texture=texture, unit=unit), *(load_scan(shot) for shot in shots)]
+            )
     except OSError as error:
         raise BadInput(f"cannot read {error.filename or source}: {error.strerror}", "check the path") from error
     report_fields: dict[str, Any] = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
@@ -185,6 +195,12 @@ def store_and_restore(
         error.add_note(f"the scan is safe in {stored[0]}; restore it with: {again}")
         raise
     return replace(outcome, files=(*stored, *outcome.files))
+
+
+def _phone_capture(source: Path, texture: Path | None, shots: Sequence[Path]) -> PhoneCapture:
+    if texture is not None or shots:
+        raise UsageError(f"{source} brings its own photographs", "leave --texture and --shot out; --photo adds another")
+    return load_phone_capture(source)
 
 
 def stem_of(source: Path) -> str:

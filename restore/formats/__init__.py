@@ -54,6 +54,11 @@ READERS: dict[str, Reader] = {
     ".vvd": read_vvd,
     ".wrl": read_vrml,
 }
+WAYS_ROUND = {
+    ".r3d": "the depth inside is in Apple's LZFSE compression: export a mesh (OBJ, GLB, PLY) from Record3D instead",
+    ".usdz": "export the scan as GLB, OBJ or PLY",
+    ".zip": "unpack it, and give the folder or the file inside",
+}
 SCAN_SUFFIXES = tuple(READERS)
 """How the names of scan files end, in lower case."""
 
@@ -111,7 +116,8 @@ def _reader(path: Path) -> Reader:
     if not is_file(path):
         raise BadInput(f"{path} does not exist", "check the name and the folder")
     kinds = ", ".join(sorted(READERS))
-    raise BadInput(f"{path}: scans of this kind are not known", f"use a scan folder or one of: {kinds}")
+    hint = WAYS_ROUND.get(path.suffix.lower(), f"use a scan folder or one of: {kinds}")
+    raise BadInput(f"{path}: scans of this kind are not known", hint)
 
 
 def _in_its_unit(path: Path, scan: RangeScan, unit: str) -> RangeScan:

@@ -15,15 +15,17 @@ LEAST_EDGES = 6  # twice the unknowns of a plane
 MOST_RESIDUAL = 0.25  # projector pixels: on one surface edges lie within a tenth, on two they are whole pixels apart
 # A pixel's code is its coordinate rounded, and its own edges are known to a quarter of a pixel wherever they count.
 ROUNDED = 0.5 + 0.25
+WIDER = 2.0  # window where stripes are wide, as on a slope that faces away from the projector
 SHIFTS = np.array([[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1], [-1, -1], [1, -1], [-1, 1], [1, 1]], np.float64)
 
 
 def locate(axis: Axis, lit: Mask, pixels: Floats, radius: float, reach: float) -> Floats:
     """The projector's coordinate (n,) at pixels (n, 2) of the camera, NaN where the pattern does not tell it.
 
-    It is the plane that fits best, by least squares, the edges of the pattern in a window of a radius, pixels. Beside a
-    step of the surface the window is shifted to where one plane fits (shiftable windows, after Kuwahara 1976). The
-    plane must be more certain there than a single edge, and agree with the nearest code, which is within reach, pixels.
+    It is the plane that fits best, by least squares, the edges of the pattern in a window of a radius, pixels. Where
+    stripes are wide the window is wider, and beside a step of the surface it is shifted to where one plane fits
+    (shiftable windows, after Kuwahara 1976). The plane must be more certain there than a single edge, and agree with
+    the nearest code, which is within reach, pixels.
     lit (h, w): the pixels to look at.
     """
     return _locate(axis.code, axis.across, axis.down, lit, np.ascontiguousarray(pixels, np.float64), radius, reach)
@@ -43,14 +45,17 @@ def _locate(
         if row < 0:
             continue
         best = MOST_RESIDUAL
-        for k in range(len(SHIFTS)):
-            middle = SHIFTS[k] * radius
-            plane, residual = _plane(code, across, down, x, y, middle[0], middle[1], radius)
-            own = plane[0] + plane[1] * (col - x) + plane[2] * (row - y)
-            if residual < best and abs(own - code[row, col]) <= ROUNDED:
-                best, found[n] = residual, plane[0]
-                if k == 0:
-                    break
+        for window in (radius, WIDER * radius):
+            for k in range(len(SHIFTS)):
+                middle = SHIFTS[k] * window
+                plane, residual = _plane(code, across, down, x, y, middle[0], middle[1], window)
+                own = plane[0] + plane[1] * (col - x) + plane[2] * (row - y)
+                if residual < best and abs(own - code[row, col]) <= ROUNDED:
+                    best, found[n] = residual, plane[0]
+                    if k == 0:
+                        break
+            if best < MOST_RESIDUAL:
+                break
     return found
 
 
