@@ -12,6 +12,7 @@ from restore.scan import Floats, Mask
 from restore.structured_light.decode import Axis, Codes, Crossings
 
 LEAST_EDGES = 6  # twice the unknowns of a plane
+MOST_VARIANCE = 1 / 3  # of that of an edge: samples have about equal noise, or the least certain look like outliers
 MOST_RESIDUAL = 0.25  # projector pixels: on one surface edges lie within a tenth, on two they are whole pixels apart
 # A pixel's code is its coordinate rounded, and its own edges are known to a quarter of a pixel wherever they count.
 ROUNDED = 0.5 + 0.25
@@ -24,8 +25,8 @@ def locate(axis: Axis, lit: Mask, pixels: Floats, radius: float, reach: float) -
 
     It is the plane that fits best, by least squares, the edges of the pattern in a window of a radius, pixels. Where
     stripes are wide the window is wider, and beside a step of the surface it is shifted to where one plane fits
-    (shiftable windows, after Kuwahara 1976). The plane must be more certain there than a single edge, and agree with
-    the nearest code, which is within reach, pixels.
+    (shiftable windows, after Kuwahara 1976). The plane must be certain there, and agree with the nearest code, which
+    is within reach, pixels.
     lit (h, w): the pixels to look at.
     """
     return _locate(axis.code, axis.across, axis.down, lit, np.ascontiguousarray(pixels, np.float64), radius, reach)
@@ -111,7 +112,7 @@ def _plane(
     minor = normal[1, 1] * normal[2, 2] - normal[1, 2] ** 2
     determinant = float(np.linalg.det(normal))
     # Their ratio is the variance of the plane at (x, y), in units of that of one edge.
-    if not determinant > 0.0 or minor > determinant:
+    if not determinant > 0.0 or minor > MOST_VARIANCE * determinant:
         return side, np.inf
     plane = np.linalg.solve(normal, side)
     residual = float(np.sqrt(max(squares - float(plane @ side), 0.0) / count))

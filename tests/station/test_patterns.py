@@ -15,7 +15,7 @@ from station.cli import main
 
 PLAN = RigPlan(size=(320, 240), projector=(240, 150), distance_mm=500.0, baseline_mm=180.0, view_mm=210.0)
 PAGE_MM = (130.0, 100.0)
-SIZE_MM = 3.6  # a sample of 1.8 mm at each side, the blurred rim of the page
+SIZE_MM = 4.4  # samples of 1.8 mm, of which one and a quarter is lost or gained at each side
 
 
 @pytest.fixture
