@@ -26,12 +26,12 @@ from restore.prepare import prepare
 from restore.range_image.segment import SegmentedScan
 from restore.range_image.sheet import Sheet
 from restore.report import describe
-from restore.scan import Bytes, RangeScan, RestoredPage, SurfaceMesh
+from restore.scan import Bytes, InterpolatedMesh, RangeScan, RestoredPage, SurfaceMesh
 from restore.settings import Settings
 from restore.shading.relief import relief_of
 from restore.shading.remove import LIGHT_DPI, ShadingResult
 from restore.shading.white import WhiteBalance, balance_on_paper
-from restore.texture.coverage import blank_hidden, compute_coverage, inpaint_hidden
+from restore.texture.coverage import blank_hidden, compute_coverage, inpaint_hidden, with_interpolated
 from restore.texture.page import Painting
 from restore.unroll import Unrolled, square_to_picture, unroll
 
@@ -75,6 +75,8 @@ def restore(
     with clock("texture"):
         painting, photo_report = paint_registered(unrolled.fine, registered, settings.dpi)
         coverage = compute_coverage(surface, unrolled.fine, painting, settings.dpi)
+        if isinstance(scan, InterpolatedMesh):
+            coverage = with_interpolated(coverage, scan, unrolled.fine, settings.dpi)
         painting = replace(painting, image=blank_hidden(painting.image, coverage), mask=coverage.mask)
     with clock("shade"):
         shading = _remove_shading(surface, unrolled, painting, registered, settings)

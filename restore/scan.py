@@ -62,6 +62,18 @@ class SurfaceMesh:
 
 
 @dataclass(frozen=True, eq=False)
+class InterpolatedMesh(SurfaceMesh):
+    """A surface mesh through measured points, interpolated between them.
+
+    measured  (k, 3) float64 mm: the points that were measured.
+    reach_mm  of a measured point: farther from all of them, the surface counts as interpolated.
+    """
+
+    measured: Floats = field(default_factory=lambda: np.empty((0, 3)))
+    reach_mm: float = np.inf
+
+
+@dataclass(frozen=True, eq=False)
 class FlatMesh(SurfaceMesh):
     """A surface mesh with its flat positions on the page.
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from restore.bands import in_threads
 from restore.errors import BadInput
 from restore.mesh.measures import signed_areas
 from restore.mesh.raster import rasterise
@@ -49,16 +50,22 @@ def register_photographs(page: FlatMesh, photos: Sequence[Photograph | Bytes]) -
     unknown = any(photograph.camera is None for photograph in photographs)
     textured = page.texture is not None and page.texcoords is not None
     reference = make_reference(page) if unknown and textured else None
-    return [_register(page, reference, photograph) for photograph in photographs]
+    registered = [_register(reference, photograph) for photograph in photographs]
+    return in_threads(lambda one: _with_edges(page, one), registered)
 
 
-def _register(page: FlatMesh, reference: Reference | None, photograph: Photograph) -> Registered:
-    """A photograph registered to the reference of a page, None for a page without texture, and its edges measured."""
+def _register(reference: Reference | None, photograph: Photograph) -> Registered:
+    """A photograph registered to the reference of a page, None for a page without texture."""
     try:
         found = _known(photograph) if photograph.camera is not None else register(_insist_on(reference), photograph)
     except Refused as refusal:
         return Registered(photograph, None, str(refusal), refusal.hint)
-    return Registered(photograph, found, mtf50=_mtf50(page, photograph, found))
+    return Registered(photograph, found)
+
+
+def _with_edges(page: FlatMesh, one: Registered) -> Registered:
+    """A registered photograph with its edges on the page measured; others as they are."""
+    return one if one.registration is None else replace(one, mtf50=_mtf50(page, one.photograph, one.registration))
 
 
 def _insist_on(reference: Reference | None) -> Reference:

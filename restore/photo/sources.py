@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from restore.bands import in_threads
 from restore.mesh.measures import vertex_normals
 from restore.numerics import SINGLE_TINY
 from restore.photo.camera import PhotoCamera
@@ -75,7 +76,7 @@ def plan(page: FlatMesh, sources: Sequence[Source]) -> Plan:
     inside = np.isfinite(coarse[..., 0])
     scanned = _coarse_view(Placed.at(sources[0].image, coarse[..., 6:], inside), inside)
     known = inside & ~_hidden_from_scanner(page, inside.shape)
-    views = [_photographed(source, page, coarse, inside, scanned, known) for source in sources[1:]]
+    views = in_threads(lambda source: _photographed(source, page, coarse, inside, scanned, known), sources[1:])
     views = [scanned, *_without_contradictions(views, coarse[..., 3:6], inside & ~known)]
     weights = _weights(views, [source.share for source in sources], inside)
     ppi = np.stack([view.ppi for view in views]).astype(np.float32)

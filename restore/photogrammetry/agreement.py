@@ -15,7 +15,7 @@ import numpy as np
 from restore.photo.camera import PhotoCamera
 from restore.photo.photograph import Photograph
 from restore.photogrammetry.align import LEAST_COMMON, views_that_agree
-from restore.photogrammetry.bundle import Adjusted, Tracks, adjust
+from restore.photogrammetry.bundle import ROUGHLY, Adjusted, Tracks, adjust
 from restore.photogrammetry.card import ScaleCard, detect_markers
 from restore.photogrammetry.errors import CardApart, Mirrored, NoPage, TooFewViews, ViewsApart
 from restore.photogrammetry.sharpness import Sharpness, sharpness
@@ -53,7 +53,7 @@ def check_residuals(residuals: Floats, sigma: Floats, view: Ints, views: Sequenc
 
 def check_focal_lengths(adjusted: Adjusted, tracks: Tracks, views: Sequence[int]) -> None:
     """Raise ViewsApart, naming views (v,), if the tracks speak for focal lengths that differ as only zooms do."""
-    freed = adjust(adjusted.cameras, adjusted.points, tracks, breathing=FREE)
+    freed = adjust(adjusted.cameras, adjusted.points, tracks, breathing=FREE, settled=ROUGHLY)
     longer = np.log([camera.focal_px for camera in freed.cameras])
     by = np.expm1(longer - np.median(longer))
     before, after = (_medians(one.residuals, tracks.sigma, tracks.view, len(views)) for one in (adjusted, freed))

@@ -26,6 +26,7 @@ SHIFTING = 5e-4  # of its principal point, in widths of the picture
 K3_PRIOR = 0.1  # a lens that is no fisheye has no more; without, k3 and k2 run away together
 ITERATIONS = 12
 SETTLED = 1e-5  # relative gain of a step
+ROUGHLY = 1e-3  # the same where the cameras are adjusted again: eight steps instead of twelve
 DAMPING = 1e-4  # of the diagonal at first; also what holds the frame and scale, which the pictures leave open
 CAUCHY = 2.5  # standard deviations at which an error has half the weight
 
@@ -83,10 +84,18 @@ class _State:
         )
 
 
-def adjust(cameras: Sequence[PhotoCamera], points: Floats, tracks: Tracks, *, breathing: float = BREATHING) -> Adjusted:
+def adjust(
+    cameras: Sequence[PhotoCamera],
+    points: Floats,
+    tracks: Tracks,
+    *,
+    breathing: float = BREATHING,
+    settled: float = SETTLED,
+) -> Adjusted:
     """Adjust cameras of one lens and points (n, 3) to their tracks. Points without observations stay as they are.
 
-    breathing: standard deviation of a view's focal length about the lens's, as a share.
+    breathing: standard deviation of a view's focal length about the lens's, as a share. settled: the relative gain of a
+    step at which it ends.
     """
     state = _start(cameras, points)
     width = cameras[0].size[0]
@@ -102,11 +111,11 @@ def adjust(cameras: Sequence[PhotoCamera], points: Floats, tracks: Tracks, *, br
         if not gain > 0:
             damping *= 10
             continue
-        settled = gain < SETTLED * cost
+        last = gain < settled * cost
         state, residuals, damping = moved, after, damping / 5
         sigma0 = _sigma0(residuals, tracks)
         cost = _cost(state, residuals, tracks, sigma0, prior)
-        if settled:
+        if last:
             break
     return Adjusted(_cameras(state, cameras[0].size), state.points, residuals, sigma0)
 

@@ -26,7 +26,7 @@ from restore.photogrammetry.agreement import (
     without,
 )
 from restore.photogrammetry.align import Similarity
-from restore.photogrammetry.bundle import Tracks, adjust
+from restore.photogrammetry.bundle import ROUGHLY, SETTLED, Tracks, adjust
 from restore.photogrammetry.card import SCALE_CARD, ScaleCard, outline_in
 from restore.photogrammetry.copies import Copies, smoothed_copies
 from restore.photogrammetry.edges import find_edge
@@ -44,10 +44,18 @@ from restore.photogrammetry.page import (
     without_card,
 )
 from restore.photogrammetry.sparse import LEAST_VIEWS, Progress, SparseModel, check_one_lens, reconstruct
-from restore.photogrammetry.surface import SETTLED_MM, Surface, choose_stiffness, fit_surface, grid_places
+from restore.photogrammetry.surface import (
+    SETTLED_MM,
+    STEP_MM,
+    Surface,
+    choose_stiffness,
+    fit_surface,
+    grid_places,
+)
 from restore.photogrammetry.track import HALF, Patches, track
 from restore.photogrammetry.unrolled import unrolled
-from restore.scan import Floats, SurfaceMesh
+from restore.scan import Floats, InterpolatedMesh
+from restore.texture.coverage import distance_to
 
 LEAST_POINTS = 200  # on the page: as few features has a page with a line of print
 MARGIN_MM = 30.0  # round the points, in which the page may go on without print
@@ -95,13 +103,14 @@ GROWTH_MM = 12.0  # beyond the area that is known: so far the surface is prolong
 class PhotographedPage:
     """A page reconstructed from photographs.
 
-    mesh         its surface over the table, z up, with the photograph that faces it most as its texture.
+    mesh         its surface over the table, z up, with the photograph that faces it most as its texture. It counts as
+                 interpolated a knot of its spline and more from all points: there its stiffness alone tells its shape.
     photographs  those that joined, with their cameras in the frame of the mesh.
     report       what was found, in plain values.
     warnings     sentences.
     """
 
-    mesh: SurfaceMesh
+    mesh: InterpolatedMesh
     photographs: tuple[Photograph, ...]
     report: Mapping[str, Any]
     warnings: tuple[str, ...] = ()
@@ -114,7 +123,12 @@ def rescaled(page: PhotographedPage, factor: float, source: Mapping[str, Any]) -
         replace(photograph, camera=photograph.camera and larger.camera(photograph.camera))
         for photograph in page.photographs
     )
-    mesh = replace(page.mesh, vertices=larger.points(page.mesh.vertices))
+    mesh = replace(
+        page.mesh,
+        vertices=larger.points(page.mesh.vertices),
+        measured=larger.points(page.mesh.measured),
+        reach_mm=factor * page.mesh.reach_mm,
+    )
     return PhotographedPage(mesh, photographs, {**page.report, "scale": dict(source)})
 
 
@@ -221,7 +235,7 @@ def _dense(
     both = np.concatenate([points, edge.points[edge.measured]])
     surface, _ = fit_surface(both, np.concatenate([feet, edge.places[edge.measured]]), surface, stiffness=stiffness)
     progress("edge", 1.0)
-    mesh = _mesh(surface, surface.feet(edge.points, edge.places), photographs, model)
+    mesh = _mesh(surface, surface.feet(edge.points, edge.places), photographs, model, both)
     kept = tuple(
         replace(photographs[view], camera=camera) for view, camera in zip(model.views, model.cameras, strict=True)
     )
@@ -234,6 +248,7 @@ def _dense(
         "points": len(points),
         "edge_measured": share,
         "uncovered_paper": uncovered,
+        "interpolated": float((distance_to(mesh.measured, mesh.vertices) > mesh.reach_mm).mean()),
         "stiffness_mm4": stiffness,
         "rounds": history,
     }
@@ -305,7 +320,7 @@ def _round(
     sigma = shrunk * np.maximum(tracked.sigma_mm[view, used[at]] / pixel, LEAST_SIGMA_PX)
     tracks = Tracks(view, at, tracked.pixels[view, used[at]], sigma)
     with_card = model.with_markers(patches.points[used], tracks)
-    adjusted = adjust(model.cameras, *with_card)
+    adjusted = adjust(model.cameras, *with_card, settled=SETTLED if plan is ROUNDS[-1] else ROUGHLY)
     if plan is COARSE:
         check_focal_lengths(adjusted, with_card[1], model.views)
     check_residuals(adjusted.residuals[: len(at)], sigma, view, model.views)
@@ -322,12 +337,18 @@ def _round(
     return surface, model.points, feet, facts
 
 
-def _mesh(surface: Surface, outline: Floats, photographs: Sequence[Photograph], model: Model) -> SurfaceMesh:
-    """The mesh of a surface within an outline (n, 2) mm, seen in the photograph that faces it most."""
+def _mesh(
+    surface: Surface, outline: Floats, photographs: Sequence[Photograph], model: Model, measured: Floats
+) -> InterpolatedMesh:
+    """The mesh of a surface within an outline (n, 2) mm, seen in the photograph that faces it most.
+
+    measured: the points (k, 3) mm that it was fitted to.
+    """
     vertices, faces = mesh_within(surface, outline)
     middle = vertices.mean(axis=0)
     ways = np.array([camera.position - middle for camera in model.cameras])
     best = int(np.argmax(ways[:, 2] / np.linalg.norm(ways, axis=1)))
     texture = photographs[model.views[best]].image
     provenance = {"device": "photographs", "unit": "mm", "unit_source": "given"}
-    return SurfaceMesh(vertices, faces, model.cameras[best].project(vertices), texture, provenance)
+    texcoords = model.cameras[best].project(vertices)
+    return InterpolatedMesh(vertices, faces, texcoords, texture, provenance, measured, STEP_MM)

@@ -1,9 +1,9 @@
 """Coverage of the page: which pixels the camera saw, and on which of them the shape was measured.
 
 The colour of a page pixel is true where nothing occludes it from the camera. The surface there may still be
-interpolated: dark ink absorbs the laser, and the shape is filled in from its neighbourhood. Where the page occludes
-itself (behind a fold, on a wall seen edge-on, on a side turned away) the texture has the colour of another place, and
-where the surface has a hole there is none.
+interpolated: dark ink absorbs the laser, and photographs of blank paper show nothing to measure. There the shape is
+filled in from its neighbourhood. Where the page occludes itself (behind a fold, on a wall seen edge-on, on a side
+turned away) the texture has the colour of another place, and where the surface has a hole there is none.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import label
+from scipy.spatial import cKDTree
 
 from restore.mesh.measures import face_normals
 from restore.mesh.raster import rasterise
@@ -22,7 +23,7 @@ from restore.numerics import TINY
 from restore.range_image.camera import Rays
 from restore.range_image.segment import MAX_SLOPE
 from restore.range_image.sheet import Sheet
-from restore.scan import Bytes, FlatMesh, Floats, Mask, SurfaceMesh
+from restore.scan import Bytes, FlatMesh, Floats, InterpolatedMesh, Mask, SurfaceMesh
 from restore.texture.page import MM_PER_INCH, Painting, page_map
 
 # A surface nearer on the same line of sight occludes by at least this much: more than noise and half a face's depth.
@@ -97,6 +98,23 @@ def compute_coverage(surface: Sheet | SurfaceMesh, fine: FlatMesh, painting: Pai
         # Pixels painted from a photograph need not be visible to the scanner's camera.
         seen[hidden if painting.page_source is None else hidden & (painting.page_source == 0)] = Seen.HIDDEN
     return Coverage(seen)
+
+
+def with_interpolated(coverage: Coverage, surface: InterpolatedMesh, fine: FlatMesh, dpi: float) -> Coverage:
+    """The coverage of a page at a resolution of dpi, FILLED where the surface was interpolated between measured points.
+
+    fine: the flat page of the surface.
+    """
+    seen = coverage.seen.copy()
+    distance = distance_to(surface.measured, fine.vertices)
+    near = _rasterise_on_page(fine, distance[:, None], seen.shape, dpi)[..., 0] <= surface.reach_mm
+    seen[~near & (seen == Seen.MEASURED)] = Seen.FILLED
+    return Coverage(seen)
+
+
+def distance_to(measured: Floats, points: Floats) -> Floats:
+    """(n,) mm from points (n, 3) to the nearest of measured points (k, 3); inf without any."""
+    return np.asarray(cKDTree(measured).query(points)[0]) if len(measured) else np.full(len(points), np.inf)
 
 
 def _enclosed_holes(covered: Mask) -> Mask:

@@ -7,8 +7,16 @@ import pytest
 from scipy.ndimage import binary_erosion
 
 from drivers.simulated.raycast import RayCaster
-from restore.scan import FlatMesh, SurfaceMesh
-from restore.texture.coverage import Coverage, Seen, blank_hidden, compute_coverage, inpaint_hidden, pinhole_centre
+from restore.scan import FlatMesh, InterpolatedMesh, SurfaceMesh
+from restore.texture.coverage import (
+    Coverage,
+    Seen,
+    blank_hidden,
+    compute_coverage,
+    inpaint_hidden,
+    pinhole_centre,
+    with_interpolated,
+)
 from restore.texture.page import MM_PER_INCH, page_map, paint_page
 
 DPI = 127.0  # five pixels to the millimetre
@@ -157,3 +165,28 @@ def test_nothing_is_inpainted_by_default():
     filled, told = inpaint_hidden(image, coverage, DPI, 0.0)
     np.testing.assert_array_equal(filled, image)
     np.testing.assert_array_equal(told.seen, coverage.seen)
+
+
+def test_what_lies_far_from_all_measured_points_is_filled_in():
+    reach, half = 8.0, 20.0  # mm: of a measured point, and of a square without any
+    side = np.linspace(0.0, 80.0, 161)
+    flat = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
+    bent = np.column_stack([60.0 * np.sin(flat[:, 0] / 60.0), flat[:, 1], 60.0 * np.cos(flat[:, 0] / 60.0)])
+    off = np.abs(flat - 40.0).max(axis=1)
+    place = np.arange(161 * 161).reshape(161, 161)
+    a, b, c, d = (part.ravel() for part in (place[:-1, :-1], place[:-1, 1:], place[1:, :-1], place[1:, 1:]))
+    faces = np.concatenate([np.stack([a, b, d], 1), np.stack([a, d, c], 1)])
+    surface = InterpolatedMesh(bent, faces, measured=bent[off >= half], reach_mm=reach)
+    page = FlatMesh(bent, faces, flat=flat)
+    measured = Coverage(np.full((400, 400), Seen.MEASURED, np.uint8))
+    measured.seen[:, :10] = Seen.HIDDEN
+    found = with_interpolated(measured, surface, page, DPI)
+    rows, cols = np.nonzero(found.seen == Seen.FILLED)
+    wide = 2 * (half - reach) * DPI / MM_PER_INCH  # chords are shorter than arcs by a twentieth of a millimetre
+    assert np.ptp(rows) + 1 == pytest.approx(wide, abs=2)
+    assert np.ptp(cols) + 1 == pytest.approx(wide, abs=2)
+    assert len(rows) == pytest.approx(wide**2, rel=0.03)
+    assert found.shares()["filled"] == pytest.approx(len(rows) / 400**2)
+    assert (found.seen[:, :10] == Seen.HIDDEN).all()
+    nowhere = with_interpolated(measured, replace(surface, measured=np.empty((0, 3))), page, DPI)
+    assert not (nowhere.seen == Seen.MEASURED).any()
