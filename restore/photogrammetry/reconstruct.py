@@ -71,6 +71,8 @@ MOST_SIGMA_PX = 0.5  # standard deviation of a shift on the surface, in pixels o
 LEAST_SIGMA_PX = 0.02  # of the same: less is not to be had of interpolated pixels
 MOST_UNCOVERED = 0.01  # of the paper in the photographs, beyond the rim of the page
 LEAST_EDGE = 0.8  # of the page's edge, that is measured: a fifth is prolonged from the print to half a millimetre
+MISSED_SHARE = 0.9  # of the measured points lie nearer to the surface than the distance that is reported
+MOST_OFF_MM = 0.25  # of that distance: five times that of a wave of 97 mm and 36°, the steepest that was tried
 OUTLIER_SIGMAS = 3.0  # reprojection error of a point, over that of most, beyond which it is left out
 
 
@@ -235,6 +237,8 @@ def _dense(
     both = np.concatenate([points, edge.points[edge.measured]])
     surface, _ = fit_surface(both, np.concatenate([feet, edge.places[edge.measured]]), surface, stiffness=stiffness)
     progress("edge", 1.0)
+    off = np.linalg.norm(points - surface.points(surface.feet(points, feet)), axis=1)
+    missed = float(np.quantile(off, MISSED_SHARE))
     mesh = _mesh(surface, surface.feet(edge.points, edge.places), photographs, model, both)
     kept = tuple(
         replace(photographs[view], camera=camera) for view, camera in zip(model.views, model.cameras, strict=True)
@@ -249,10 +253,11 @@ def _dense(
         "edge_measured": share,
         "uncovered_paper": uncovered,
         "interpolated": float((distance_to(mesh.measured, mesh.vertices) > mesh.reach_mm).mean()),
+        "surface_off_mm": missed,
         "stiffness_mm4": stiffness,
         "rounds": history,
     }
-    return PhotographedPage(mesh, kept, report, _warnings(names, model, uncovered, share))
+    return PhotographedPage(mesh, kept, report, _warnings(names, model, uncovered, share, missed))
 
 
 def _first_surface(model: Model, masks: PaperMasks, points: Floats) -> tuple[Surface, PageArea]:
@@ -265,7 +270,9 @@ def _first_surface(model: Model, masks: PaperMasks, points: Floats) -> tuple[Sur
     return surface, area_of_votes(masks, model.cameras, surface, *surface.bounds)
 
 
-def _warnings(left_out: Mapping[str, str], model: Model, uncovered: float, edge: float) -> tuple[str, ...]:
+def _warnings(
+    left_out: Mapping[str, str], model: Model, uncovered: float, edge: float, off_mm: float
+) -> tuple[str, ...]:
     sentences = [f"{name} is left out: {why}" for name, why in left_out.items()]
     if model.scale["from"] == "none":
         sentences.append("the scale is not known: all sizes, and the dpi of the page with them, are guesses")
@@ -273,6 +280,11 @@ def _warnings(left_out: Mapping[str, str], model: Model, uncovered: float, edge:
         sentences.append(
             f"only {edge:.0%} of the page's edge is found in the photographs: the rest is prolonged from the print, "
             "and the page's size is not to be trusted; photograph steep sides from beside them, too"
+        )
+    if off_mm > MOST_OFF_MM:
+        sentences.append(
+            f"the surface passes one in ten of the measured points {off_mm:.1f} mm and more away: the page is creased, "
+            "or its shape was not found, and the result is not to be trusted"
         )
     if uncovered > MOST_UNCOVERED:
         sentences.append(
