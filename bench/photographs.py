@@ -1,10 +1,11 @@
-"""`python -m bench.photographs [--seed S] [--width 2000] [--views 10 5] [--sheets wave …]`: pages without a scanner.
+"""`python -m bench.photographs [--seed S] [--width 2000] [--views 10 5 …] [--sheets wave …]`: pages without a scanner.
 
 Plain printed pages are photographed by hand in the simulated world, reconstructed and restored from the photographs
 alone. Every pixel of the page was painted from a pixel of a photograph, and what that pixel shows has an exact place on
 the flat page. The difference of the two, after the best rigid motion and without scale, is the error: over the whole
-page, and over the print, which leaves the blank margins out. Sheets, poses, light and print are drawn from the seed, by
-default of today. Fewer views are the first so many of the same set.
+page, over the print, which leaves the blank margins out, and over the left and the right half by themselves, the pages
+of a spread. Sheets, poses, light and print are drawn from the seed, by default of today. Fewer views are the first so
+many of the same set.
 """
 
 from __future__ import annotations
@@ -12,11 +13,12 @@ from __future__ import annotations
 import argparse
 import datetime
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
-from drivers.simulated import Cone, Curl, Text, Wave
+from drivers.simulated import Cone, Crumpled, Curl, Miura, MultiFold, Spread, Text, Wave
 from drivers.simulated.photographs import PhotographSet, Shots, photograph_page, views_from
 from drivers.simulated.sheets import Sheet
 from oracles.markers import rigid_residual
@@ -28,35 +30,59 @@ CARD_DPI = 355.6  # fourteen pixels to a millimetre
 MARGIN_MM = 15.0  # of the printed page
 MOST_PIXELS = 60_000  # of a page are compared
 NONE = 255  # source of what is not on the page
-ROW = "{:<8} {:>5} {:>8} {:>8} {:>8} {:>9} {:>9} {:>8} {:>7} {:>6}"
-HEADINGS = ("sheet", "views", "wanted", "rms", "99 %", "of print", "scale", "size", "joined", "cpu s")
-WANTED = {5: "0.12", 10: "0.10"}
+ROW = "{:<9} {:>5} {:>9} {:>8} {:>8} {:>9} {:>12} {:>9} {:>8} {:>7} {:>6}"
+HEADINGS = ("sheet", "views", "wanted", "rms", "99 %", "of print", "of halves", "scale", "size", "joined", "cpu s")
+SMOOTH = {10: "0.10", 5: "0.12"}
 
-SHEETS: dict[str, Callable[[np.random.Generator], Sheet]] = {
-    "wave": lambda rng: Wave(slope_deg=rng.uniform(15, 38), wavelength_mm=rng.uniform(90, 200)),
-    "curl": lambda rng: Curl(radius_mm=rng.uniform(180, 320), taper=rng.uniform(-0.3, 0.3)),
-    "cone": lambda rng: Cone(apex_mm=rng.uniform(280, 600), opening_deg=rng.uniform(25, 45)),
-    "roll": lambda rng: Curl(radius_mm=rng.uniform(110, 160), taper=rng.uniform(-0.3, 0.3)),
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of sheet: how one is drawn, and the error wanted, mm rms, by the number of views."""
+
+    draw: Callable[[np.random.Generator], Sheet]
+    wanted: Mapping[int, str]
+
+
+SHEETS = {
+    "wave": Kind(lambda rng: Wave(slope_deg=rng.uniform(15, 38), wavelength_mm=rng.uniform(90, 200)), SMOOTH),
+    "curl": Kind(lambda rng: Curl(radius_mm=rng.uniform(180, 320), taper=rng.uniform(-0.3, 0.3)), SMOOTH),
+    "cone": Kind(lambda rng: Cone(apex_mm=rng.uniform(280, 600), opening_deg=rng.uniform(25, 45)), SMOOTH),
+    "roll": Kind(lambda rng: Curl(radius_mm=rng.uniform(110, 160), taper=rng.uniform(-0.3, 0.3)), SMOOTH),
+    # of the whole spread, and of each page by itself
+    "gutter": Kind(lambda rng: Spread(slope_deg=rng.uniform(50, 66), reach_mm=rng.uniform(22, 35)), {10: "0.25/0.12"}),
+    "miura": Kind(lambda rng: _miura(rng), {12: "0.25"}),
+    "multifold": Kind(lambda rng: _multifold(rng), {12: "0.25"}),
+    "crumpled": Kind(lambda rng: Crumpled(seed=int(rng.integers(2**16))), {20: "0.6"}),
 }
 
 
-def main(
-    seed: int | None = None, width: int = 2000, views: tuple[int, ...] = (10, 5), sheets: tuple[str, ...] = ()
-) -> None:
+def _miura(rng: np.random.Generator) -> Miura:
+    side, width = rng.uniform(40, 60, 2)
+    return Miura(side_mm=side, width_mm=width, acute_deg=rng.uniform(62, 80), fold_deg=rng.uniform(20, 35))
+
+
+def _multifold(rng: np.random.Generator) -> MultiFold:
+    """Three creases a quarter of the page apart, mountain and valley in turn."""
+    turns = rng.uniform(25, 50, 3) * rng.choice([-1, 1]) * [1, -1, 1]
+    places = rng.uniform(-10, 10, 3) + [-70, 0, 70]
+    return MultiFold(creases=tuple(zip(places, rng.uniform(-8, 8, 3), turns, strict=True)))
+
+
+def main(seed: int | None = None, width: int = 2000, views: tuple[int, ...] = (), sheets: tuple[str, ...] = ()) -> None:
     """Print a line for each kind of sheet and number of views."""
     seed = seed or int(datetime.date.today().strftime("%Y%m%d"))
     shots = Shots(size=(width, width * 3 // 4))
     print(f"\npages from photographs of {shots.size[0]} × {shots.size[1]}, seed {seed}; mm, rigid fit, no scale fit")
     print(ROW.format(*HEADINGS), flush=True)
-    for number, (name, draw) in enumerate(SHEETS.items()):
+    for number, (name, kind) in enumerate(SHEETS.items()):
         if sheets and name not in sheets:
             continue
         rng = np.random.default_rng([seed, number])
-        taken = photographed(draw(rng), int(rng.integers(2**31)), max(views), shots)
-        for count in views:
-            print(
-                ROW.format(name, count, WANTED.get(count, ""), *measured(views_from(taken, range(count)))), flush=True
-            )
+        counts = views or tuple(kind.wanted)
+        taken = photographed(kind.draw(rng), int(rng.integers(2**31)), max(counts), shots)
+        for count in counts:
+            cells = measured(views_from(taken, range(count)))
+            print(ROW.format(name, count, kind.wanted.get(count, ""), *cells), flush=True)
 
 
 def photographed(sheet: Sheet, seed: int, views: int, shots: Shots) -> PhotographSet:
@@ -75,24 +101,31 @@ def measured(taken: PhotographSet) -> tuple[str, ...]:
         page = reconstruct_page(photographs)
         restored = restore(page.mesh, Settings(), photos=page.photographs)
     except RestoreError as error:
-        return ("–",) * 5 + (str(error)[:60],)
+        return ("–",) * 6 + (str(error)[:60], "")
     seconds = time.process_time() - start
     places, true = compared(restored, [int(one.name) for one in page.photographs], taken)
     error, _ = rigid_residual(places, true)
     size = np.array(taken.scene.printed.page_mm)
     printed = ((true > MARGIN_MM) & (true < size - MARGIN_MM)).all(axis=1)
     of_print, scale = rigid_residual(places[printed], true[printed])
+    left = true[:, 0] < size[0] / 2
+    halves = (f"{_rms(rigid_residual(places[half], true[half])[0]):.3f}" for half in (left, ~left))
     off = np.linalg.norm(error, axis=1)
     wrong = max(abs(found - side) for found, side in zip(restored.report["page_mm"], size, strict=True))
     return (
-        f"{np.sqrt((off**2).mean()):.3f}",
+        f"{_rms(error):.3f}",
         f"{np.quantile(off, 0.99):.3f}",
-        f"{np.sqrt((of_print**2).sum(axis=1).mean()):.3f}",
+        f"{_rms(of_print):.3f}",
+        " ".join(halves),
         f"{scale - 1:+.3%}",
         f"{wrong:.2f}",
         f"{len(page.photographs)}/{len(photographs)}",
         f"{seconds:.0f}",
     )
+
+
+def _rms(errors: Floats) -> float:
+    return float(np.sqrt((errors**2).sum(axis=1).mean()))
 
 
 def compared(page: RestoredPage, numbers: list[int], taken: PhotographSet) -> tuple[Floats, Floats]:
@@ -114,7 +147,7 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seed", type=int)
     parser.add_argument("--width", type=int, default=2000)
-    parser.add_argument("--views", type=int, nargs="+", default=[10, 5])
+    parser.add_argument("--views", type=int, nargs="+", default=[])
     parser.add_argument("--sheets", nargs="+", choices=tuple(SHEETS), default=[])
     options = parser.parse_args()
     main(options.seed, options.width, tuple(options.views), tuple(options.sheets))

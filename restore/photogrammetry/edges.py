@@ -15,7 +15,7 @@ from scipy import ndimage
 
 from restore.numerics import TINY
 from restore.photo.camera import PhotoCamera, project_with_jacobian
-from restore.photogrammetry.surface import Surface
+from restore.photogrammetry.folded import PageSurface
 from restore.photogrammetry.track import Picture
 from restore.scan import Floats, Mask
 
@@ -42,7 +42,7 @@ class Edge:
     measured: Mask
 
 
-def find_edge(greys: Picture, cameras: Sequence[PhotoCamera], surface: Surface, outline: Floats) -> Edge:
+def find_edge(greys: Picture, cameras: Sequence[PhotoCamera], surface: PageSurface, outline: Floats) -> Edge:
     """The edge of a page in photographs, near an outline (n, 2) mm on its surface.
 
     greys (v, h, w) may be smaller copies of what the cameras took.
@@ -54,7 +54,7 @@ def find_edge(greys: Picture, cameras: Sequence[PhotoCamera], surface: Surface, 
     return edge
 
 
-def _refined(greys: Picture, cameras: Sequence[PhotoCamera], surface: Surface, edge: Edge, reach: float) -> Edge:
+def _refined(greys: Picture, cameras: Sequence[PhotoCamera], surface: PageSurface, edge: Edge, reach: float) -> Edge:
     """The edge measured again, searched for within a reach, mm."""
     points = edge.points
     along, outwards, normals = _directions(edge, surface)
@@ -74,7 +74,7 @@ def _refined(greys: Picture, cameras: Sequence[PhotoCamera], surface: Surface, e
     return replace(edge, points=moved, places=surface.feet(moved, edge.places), measured=good)
 
 
-def _directions(edge: Edge, surface: Surface) -> tuple[Floats, Floats, Floats]:
+def _directions(edge: Edge, surface: PageSurface) -> tuple[Floats, Floats, Floats]:
     """Unit vectors (n, 3) along the edge, outwards on the surface, and out of the page."""
     points, normals = edge.points, surface.normals(edge.places)
     along = np.roll(points, -2, axis=0) - np.roll(points, 2, axis=0)

@@ -7,14 +7,14 @@ import numpy as np
 
 from restore.mesh.ordered_grid import grid_faces
 from restore.numerics import TINY
+from restore.photogrammetry.folded import PageSurface
 from restore.photogrammetry.page import inside_polygon
-from restore.photogrammetry.surface import Surface
 from restore.scan import Floats, Ints
 
 VERTICES = 80_000  # a vertex to 0.9 mm of A4, a tenth of what a wave needs
 
 
-def mesh_within(surface: Surface, outline: Floats) -> tuple[Floats, Ints]:
+def mesh_within(surface: PageSurface, outline: Floats) -> tuple[Floats, Ints]:
     """Vertices (n, 3) mm and faces (m, 3) on a lattice within an outline (k, 2) mm, counter-clockwise.
 
     The last lattice line within an outline is half a step inside it on average: the outline is widened by as much.
@@ -25,7 +25,8 @@ def mesh_within(surface: Surface, outline: Floats) -> tuple[Floats, Ints]:
     x, y = (np.arange(low, high, step) for low, high in bounds)
     places = np.stack(np.meshgrid(x, y[::-1]), axis=-1).reshape(-1, 2)
     inside = inside_polygon(places, outline).reshape(len(y), len(x))
-    return surface.points(places[inside.ravel()]), grid_faces(inside)
+    faces = grid_faces(inside)
+    return surface.creased(places[inside.ravel()], faces), faces
 
 
 def _widened(outline: Floats, by: float) -> Floats:

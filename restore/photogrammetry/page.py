@@ -18,7 +18,7 @@ from scipy import ndimage
 from restore.mesh.raster import rasterise
 from restore.numerics import TINY
 from restore.photo.camera import PhotoCamera
-from restore.photogrammetry.surface import Surface
+from restore.photogrammetry.folded import PageSurface
 from restore.scan import Bytes, Floats, Ints, Mask
 
 MASK_SIDE = 640  # pixels of the longer side: 0.7 mm on a page that fills most of the picture
@@ -170,7 +170,7 @@ class PageArea:
 
 
 def area_of_votes(
-    masks: PaperMasks, cameras: Sequence[PhotoCamera], surface: Surface, low: Floats, high: Floats
+    masks: PaperMasks, cameras: Sequence[PhotoCamera], surface: PageSurface, low: Floats, high: Floats
 ) -> PageArea:
     """Where the page is on a surface between corners low and high (2,) mm, as most photographs say."""
     x, y = (np.arange(start + CELL_MM / 2, end, CELL_MM) for start, end in zip(low, high, strict=True))

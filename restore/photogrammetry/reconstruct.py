@@ -31,6 +31,7 @@ from restore.photogrammetry.card import SCALE_CARD, ScaleCard, outline_in
 from restore.photogrammetry.copies import Copies, smoothed_copies
 from restore.photogrammetry.edges import find_edge
 from restore.photogrammetry.errors import NoPage, TooFewViews, ViewsApart
+from restore.photogrammetry.folded import FoldedSurface, PageSurface, fold, refold
 from restore.photogrammetry.mesh import mesh_within
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import (
@@ -207,9 +208,10 @@ def _dense(
 ) -> PhotographedPage:
     joined = [photographs[view] for view in model.views]
     greys = smoothed_copies(joined, COARSE_SIDE)
+    surface: PageSurface
     surface, area = _first_surface(model, masks, points)
     history: list[dict[str, float]] = []
-    plans, before = [COARSE] * MOST_GROWTHS + list(ROUNDS[1:]), 0
+    plans, before, last = [COARSE] * MOST_GROWTHS + list(ROUNDS[1:]), 0, COARSE
     while plans:
         plan = plans.pop(0)
         progress("surface", len(history) / (len(history) + len(plans) + 1))
@@ -218,10 +220,15 @@ def _dense(
         surface, points, feet, facts = _round(greys, model, surface, area, plan, masks)
         history.append(facts)
         margin = MARGIN_MM if COARSE in plans else EDGE_MARGIN_MM
-        surface = surface.within(*_bounds(np.concatenate([feet, area.outline]), margin))
-        stiffness = ROUND_STIFFNESS if plans else choose_stiffness(points, feet, surface)
+        smooth = surface.smooth.within(*_bounds(np.concatenate([feet, area.outline]), margin))
+        creased = isinstance(surface, FoldedSurface)
+        stiffness = ROUND_STIFFNESS if plans or creased else choose_stiffness(points, feet, smooth)
         settled = ROUND_SETTLED_MM if plans else SETTLED_MM
-        surface, feet = fit_surface(points, feet, surface, stiffness=stiffness, settled=settled)
+        surface, feet = fit_surface(points, feet, smooth, stiffness=stiffness, settled=settled)
+        if plan is not COARSE:
+            surface = fold(points, feet, surface)
+            plans = [plan] * (isinstance(surface, FoldedSurface) and plan is not last) + plans
+        last = plan
         area = area_of_votes(masks, model.cameras, surface, *surface.bounds)
         cells = int(area.cells.sum())
         if cells < (1.0 + GROWN) * before:
@@ -235,7 +242,11 @@ def _dense(
     edge = find_edge(greys, model.cameras, surface, area.outline)
     share = float(edge.measured.mean())
     both = np.concatenate([points, edge.points[edge.measured]])
-    surface, _ = fit_surface(both, np.concatenate([feet, edge.places[edge.measured]]), surface, stiffness=stiffness)
+    start = np.concatenate([surface.feet(points, feet), edge.places[edge.measured]])
+    if isinstance(surface, FoldedSurface):
+        surface = refold(both, start, surface)
+    else:
+        surface, _ = fit_surface(both, start, surface, stiffness=stiffness)
     progress("edge", 1.0)
     off = np.linalg.norm(points - surface.points(surface.feet(points, feet)), axis=1)
     missed = float(np.quantile(off, MISSED_SHARE))
@@ -255,6 +266,7 @@ def _dense(
         "interpolated": float((distance_to(mesh.measured, mesh.vertices) > mesh.reach_mm).mean()),
         "surface_off_mm": missed,
         "stiffness_mm4": stiffness,
+        "pieces": len(surface.pieces) if isinstance(surface, FoldedSurface) else 1,
         "rounds": history,
     }
     return PhotographedPage(mesh, kept, report, _warnings(names, model, uncovered, share, missed))
@@ -300,8 +312,8 @@ def _bounds(places: Floats, margin: float) -> tuple[Floats, Floats]:
 
 
 def _round(
-    greys: Copies, model: Model, surface: Surface, area: PageArea, plan: Round, masks: PaperMasks
-) -> tuple[Surface, Floats, Floats, dict[str, float]]:
+    greys: Copies, model: Model, surface: PageSurface, area: PageArea, plan: Round, masks: PaperMasks
+) -> tuple[PageSurface, Floats, Floats, dict[str, float]]:
     """Track patches of a surface, and adjust the model to them.
 
     Returns the surface in the frame of the adjusted model, the points (n, 3) mm that agree, and their feet (n, 2).
@@ -318,6 +330,7 @@ def _round(
     else:
         places = grid_places(low, high, spacing)
         places = places[area.contains(places, HALF * sample + EDGE_CLEAR_MM)]
+    places = places[surface.uncreased(places, HALF * sample)]
     patches = Patches(*surface.frames(places))
     tracked = track(greys, model.cameras, patches, sample)
     found = tracked.found(LEAST_SIMILAR, MOST_SIGMA_PX * pixel)
@@ -350,7 +363,7 @@ def _round(
 
 
 def _mesh(
-    surface: Surface, outline: Floats, photographs: Sequence[Photograph], model: Model, measured: Floats
+    surface: PageSurface, outline: Floats, photographs: Sequence[Photograph], model: Model, measured: Floats
 ) -> InterpolatedMesh:
     """The mesh of a surface within an outline (n, 2) mm, seen in the photograph that faces it most.
 

@@ -166,11 +166,14 @@ def _add_difference(band: Floats, side: Floats, values: Floats, at: Ints, kernel
 
 
 @numba.njit(cache=True, nogil=True)
-def add_bending(band: Floats, side: Floats, coefficients: Floats, weight: float, by_row: int, by_col: int) -> None:
+def add_bending(
+    band: Floats, side: Floats, coefficients: Floats, weight: float, along: float, by_row: int, by_col: int
+) -> None:
     """Add the squared third differences of the coefficients (rows, cols, 3).
 
     They are the change of curvature, times a step to the fourth, that of Duchon's splines of third order
-    (1977). What is prolonged keeps its curvature.
+    (1977). What is prolonged keeps its curvature. Differences that a sheet ruled along v does not have, all but those
+    by u alone, weigh `along` times as much.
     """
     rows, cols, _ = coefficients.shape
     third, mixed = np.array([1.0, -3.0, 3.0, -1.0]), np.array([1.0, -2.0, 1.0, -1.0, 2.0, -1.0])
@@ -187,10 +190,11 @@ def add_bending(band: Floats, side: Floats, coefficients: Floats, weight: float,
                         # the longer side of a shape runs first in its kernel
                         k = i * width + j if width > height else j * height + i
                         values[k], at[k] = coefficients[row + i, col + j], here + i * by_row + j * by_col
+                own = weight if height == 1 else along * weight
                 if height * width == 4:
-                    _add_difference(band, side, values, at, third, weight)
+                    _add_difference(band, side, values, at, third, own)
                 else:
-                    _add_difference(band, side, values, at, mixed, 3.0 * weight)
+                    _add_difference(band, side, values, at, mixed, 3.0 * own)
             for d in range(3):
                 band[3 * here + d, 0] += TINY_WEIGHT
 

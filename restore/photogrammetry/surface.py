@@ -9,6 +9,7 @@ with weights that vanish, a corner that the sheet does not reach at once would b
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,7 +19,7 @@ from restore.numerics import TINY
 from restore.photogrammetry.align import Similarity
 from restore.photogrammetry.spline import BORDER, add_bending, add_points, add_strain, evaluate, numbering, solve
 from restore.robust import robust_sigma
-from restore.scan import Floats
+from restore.scan import Floats, Ints, Mask
 
 STEP_MM = 8.0  # of the knots: a wave of 90 mm and 38° lies within 5 µm of such a spline
 MOST_STEPS = 10  # of Gauss–Newton
@@ -29,7 +30,7 @@ COMPARED_MM = 0.01  # the same between two stiffnesses: errors of 0.02 mm at mos
 FEET_STEPS = 3
 HUBER = 2.5  # standard deviations beyond which a point pulls no harder
 STRAIN_STIFFNESS = 8e3  # mm² for a cell of STEP_MM: strain of 2e-4 costs as much as a point that is 0.02 mm off
-MOST_STRAIN = 0.01  # at which a cell resists half as much: a crease that is rounded would strain the paper beside it
+MOST_STRAIN = 0.01  # of paper that may have creases
 SLIDING = 1e-3  # weight of a point along the sheet, against that along the normal: feet are free to slide
 STIFFNESSES = tuple(10.0**exponent for exponent in (5, 4, 3, 2, 1))  # mm⁴: tried, the stiffest first
 HELD_OUT = 0.1  # of the points tell which stiffness is best
@@ -61,6 +62,19 @@ class Surface:
         size = np.array(self.coefficients.shape[1::-1]) - 1 - 2 * BORDER
         low = self.low + BORDER * self.step
         return low, low + size * self.step
+
+    @property
+    def smooth(self) -> Surface:
+        """The surface itself: it has no creases."""
+        return self
+
+    def uncreased(self, places: Floats, half: float) -> Mask:  # noqa: ARG002 (as of a surface with creases)
+        """(n,) True: no square about places (n, 2) mm holds a crease."""
+        return np.ones(len(places), bool)
+
+    def creased(self, places: Floats, faces: Ints) -> Floats:  # noqa: ARG002 (as of a surface with creases)
+        """(n, 3) mm: vertices at places (n, 2) mm of a mesh of faces (m, 3)."""
+        return self.points(places)
 
     def points(self, places: Floats) -> Floats:
         """(n, 3) mm on the surface at places (n, 2) mm."""
@@ -141,6 +155,20 @@ def through_places(places: Floats, points: Floats, low: Floats, high: Floats) ->
     return equations.solved()
 
 
+@dataclass(frozen=True)
+class Paper:
+    """How a sheet resists.
+
+    stiffness    against changes of its curvature, mm⁴.
+    along        times as much against those that a sheet ruled along v does not have.
+    most_strain  at which a cell resists half as much: a crease that is rounded would strain the paper beside it.
+    """
+
+    stiffness: float
+    along: float = 1.0
+    most_strain: float = MOST_STRAIN
+
+
 def fit_surface(
     points: Floats,
     feet: Floats,
@@ -148,13 +176,29 @@ def fit_surface(
     *,
     stiffness: float,
     inextensible: bool = True,
-    reach: float = REACH_MM,
     settled: float = SETTLED_MM,
 ) -> tuple[Surface, Floats]:
     """The surface through points (n, 3) mm, of a stiffness in mm⁴, and their feet (n, 2); both begin near the truth.
 
     inextensible: whether it resists strain. Before u and v are known, it has to stretch, and the feet stay where they
     are: on a sheet that stretches as it likes they would run away from step to step.
+    settled: the largest move at a point, mm, at which it ends.
+    """
+    return fit_paper(points, feet, start, Paper(stiffness), inextensible=inextensible, settled=settled)
+
+
+def fit_paper(
+    points: Floats,
+    feet: Floats,
+    start: Surface,
+    paper: Paper,
+    *,
+    inextensible: bool = True,
+    reach: float = REACH_MM,
+    settled: float = SETTLED_MM,
+) -> tuple[Surface, Floats]:
+    """The surface of some paper through points (n, 3) mm, and their feet (n, 2) mm; both begin near the truth.
+
     reach: by how much the start may be off, mm. Points that the surface does not follow yet are no outliers: none is
     less likely than one as far off as the surface moved in the last step.
     settled: the largest move at a point, mm, at which it ends.
@@ -166,9 +210,9 @@ def fit_surface(
         weights = np.minimum(1.0, HUBER * sigma / np.maximum(np.abs(distance), TINY))
         equations = _Equations(surface)
         equations.add_points(points, feet, surface.normals(feet), weights, SLIDING if inextensible else 1.0)
-        equations.add_bending(stiffness / surface.step**4)
+        equations.add_bending(paper.stiffness / surface.step**4, paper.along)
         if inextensible:
-            equations.add_strain()
+            equations.add_strain(paper.most_strain)
         surface = equations.solved()
         if inextensible:
             feet = surface.feet(points, feet)
@@ -186,19 +230,31 @@ def _distances(surface: Surface, points: Floats, feet: Floats) -> Floats:
 
 def choose_stiffness(points: Floats, feet: Floats, start: Surface) -> float:
     """The stiffness, mm⁴, with which a surface through most of the points (n, 3) mm comes nearest to the others."""
-    held = np.random.default_rng(SEED).random(len(points)) < HELD_OUT
-    if not held.any() or held.all():
-        return STIFFNESSES[0]
-    best, least, surface = STIFFNESSES[0], np.inf, start
-    used, others = feet[~held], feet[held]
-    for stiffness in STIFFNESSES:
-        surface, used = fit_surface(
-            points[~held], used, surface, stiffness=stiffness, reach=REFINING_MM, settled=COMPARED_MM
-        )
-        others = surface.feet(points[held], others)
-        error = float(np.abs(_distances(surface, points[held], others)).mean())
+    return choose_paper([(points, feet, start)], [Paper(stiffness) for stiffness in STIFFNESSES]).stiffness
+
+
+def choose_paper(parts: Sequence[tuple[Floats, Floats, Surface]], papers: Sequence[Paper]) -> Paper:
+    """The first of some papers with which surfaces through most of the points come nearest to the others.
+
+    Each part has points (n, 3) mm, their feet (n, 2) mm and a surface to start from.
+    """
+    rng = np.random.default_rng(SEED)
+    split = [(part, rng.random(len(part[0])) < HELD_OUT) for part in parts]
+    split = [(part, held) for part, held in split if held.any() and not held.all()]
+    surfaces, used = [start for (_, _, start), _ in split], [feet[~held] for (_, feet, _), held in split]
+    others = [feet[held] for (_, feet, _), held in split]
+    best, least = papers[0], np.inf
+    for paper in papers if split else ():
+        errors = []
+        for k, ((points, _, _), held) in enumerate(split):
+            surfaces[k], used[k] = fit_paper(
+                points[~held], used[k], surfaces[k], paper, reach=REFINING_MM, settled=COMPARED_MM
+            )
+            others[k] = surfaces[k].feet(points[held], others[k])
+            errors.append(np.abs(_distances(surfaces[k], points[held], others[k])))
+        error = float(np.concatenate(errors).mean())
         if error < GAIN * least:
-            best, least = stiffness, error
+            best, least = paper, error
     return best
 
 
@@ -216,14 +272,14 @@ class _Equations:
         spline = self._surface.low, self._surface.step, self._surface.coefficients
         add_points(self._band, self._side, places, points, normals, weights, sliding, *spline, *self._strides)
 
-    def add_bending(self, weight: float) -> None:
-        """Resistance to bending."""
-        add_bending(self._band, self._side, self._surface.coefficients, weight, *self._strides)
+    def add_bending(self, weight: float, along: float = 1.0) -> None:
+        """Resistance to bending, `along` times as much to what a sheet ruled along v does not have."""
+        add_bending(self._band, self._side, self._surface.coefficients, weight, along, *self._strides)
 
-    def add_strain(self) -> None:
-        """Resistance to strain."""
+    def add_strain(self, most: float) -> None:
+        """Resistance to strain; a cell resists half as much at a strain of `most`."""
         surface = self._surface
-        sheet = surface.coefficients, surface.step, STRAIN_STIFFNESS, MOST_STRAIN
+        sheet = surface.coefficients, surface.step, STRAIN_STIFFNESS, most
         add_strain(self._band, self._side, *sheet, *self._strides)
 
     def solved(self) -> Surface:

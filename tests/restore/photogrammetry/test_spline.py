@@ -116,11 +116,24 @@ def test_a_constant_curvature_is_not_resisted_and_its_change_is(sheet):
     rows, cols, _ = sheet.shape
     row, col = np.mgrid[:rows, :cols]
     curled = np.stack((col, row, col**2 - 2.0 * col * row + 3.0 * row**2), axis=2).astype(float)
-    _, side = assembled(curled, lambda band, right, *by: add_bending(band, right, curled, 2.0, *by))
+    _, side = assembled(curled, lambda band, right, *by: add_bending(band, right, curled, 2.0, 1.0, *by))
     np.testing.assert_allclose(side, 0.0, atol=1e-9)
-    matrix, side = assembled(sheet, lambda band, right, *by: add_bending(band, right, sheet, 2.0, *by))
+    matrix, side = assembled(sheet, lambda band, right, *by: add_bending(band, right, sheet, 2.0, 1.0, *by))
     np.testing.assert_allclose(side, -(matrix - TINY_WEIGHT * np.eye(len(matrix))) @ sheet.ravel(), atol=1e-9)
     assert np.abs(side).max() > 0.1
+
+
+def test_a_change_of_curvature_across_the_rulings_is_resisted_no_more(sheet):
+    rows, cols, _ = sheet.shape
+    row, col = np.mgrid[:rows, :cols].astype(float)
+
+    def resisted(bent, along):
+        curled = np.stack((col, row, bent), axis=2)
+        return np.abs(assembled(curled, lambda band, right, *by: add_bending(band, right, curled, 2.0, along, *by))[1])
+
+    np.testing.assert_allclose(resisted(col**3, 1e3), resisted(col**3, 1.0), atol=1e-9)  # ruled along v
+    np.testing.assert_allclose(resisted(row**3, 1e3), 1e3 * resisted(row**3, 1.0), atol=1e-9)
+    np.testing.assert_allclose(resisted(row * col**2, 1e3), 1e3 * resisted(row * col**2, 1.0), atol=1e-9)
 
 
 @pytest.mark.parametrize(("count", "width"), [(60, 7), (61, 4), (63, 2), (5, 12), (62, 30)])

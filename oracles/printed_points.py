@@ -1,0 +1,37 @@
+"""Points as photographs give them of exact sheets: where there is print, and not beside a crease."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from drivers.simulated.sheets import Sheet
+from restore.photogrammetry.surface import grid_places
+from restore.scan import Floats
+
+PAGE_MM = (240.0, 160.0)
+HALF = np.array(PAGE_MM) / 2
+NOISE_MM = 0.03  # of points tracked in photographs, standard deviation
+CLEAR_MM = 2.4  # from a crease: patches that straddle it are not found
+CREASE = np.radians(10.0)  # a turn of as much within CLEAR_MM
+PRINTED = 0.8  # of the places have print
+MARGIN_MM = 12.0  # without print
+
+
+def normals(sheet: Sheet, places: Floats) -> Floats:
+    """(n, 3) of a sheet at places (n, 2), by differences."""
+    step = np.array([[0.05, 0.0], [0.0, 0.05]])
+    by = [sheet.warp(places + one, PAGE_MM) - sheet.warp(places - one, PAGE_MM) for one in step]
+    normal = np.cross(*by)
+    return np.asarray(normal / np.linalg.norm(normal, axis=1, keepdims=True))
+
+
+def sampled(sheet: Sheet, spacing: float = 3.0, noise: float = NOISE_MM, seed: int = 0) -> tuple[Floats, Floats]:
+    """Points (n, 3) with noise and their places (n, 2), none beside a crease or in the margin."""
+    rng = np.random.default_rng(seed)
+    places = grid_places(-HALF + MARGIN_MM, HALF - MARGIN_MM, spacing) + rng.uniform(-0.3, 0.3, 2)
+    places = places[rng.random(len(places)) < PRINTED]
+    around = CLEAR_MM * np.array([[np.cos(a), np.sin(a)] for a in np.arange(8) * np.pi / 4])
+    here = normals(sheet, places)
+    turns = [np.arccos(np.clip((normals(sheet, places + way) * here).sum(axis=1), -1, 1)) for way in around]
+    places = places[np.max(turns, axis=0) < CREASE]
+    return sheet.warp(places, PAGE_MM) + noise * rng.standard_normal((len(places), 3)), places

@@ -1,0 +1,258 @@
+"""A page of several smooth pieces that meet at creases.
+
+A smooth surface rounds a crease. Each piece is fitted by itself instead and prolonged as paper is; at every place the
+page is the piece that is nearest to the smooth surface there, and the nearest changes where two pieces meet.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from restore.photogrammetry.align import Similarity
+from restore.photogrammetry.pieces import CORE, find_pieces
+from restore.photogrammetry.surface import (
+    REFINING_MM,
+    STIFFNESSES,
+    Paper,
+    Surface,
+    choose_paper,
+    fit_paper,
+    fit_surface,
+    grid_places,
+    through_places,
+)
+from restore.scan import Floats, Ints, Mask
+
+PROLONGED_MM = 12.0  # beyond the points of a piece: a crease is as far where print ends before it
+CANDIDATES_MM = 8.0  # beyond the nearest point: pieces with points so near may reach a place
+FILLED_MM = 4.0  # lattice of the pieces through which the smooth surface is fitted again
+SMOOTH_STIFFNESS = 10.0  # mm⁴: of the smooth surface, which is to round the creases as little as its knots allow
+FILLINGS = 2  # the first leaves the smooth surface a few millimetres off beside a crease, the second half of one
+UNCREASED = 1.0  # strain: a piece resists all of it, as there is no crease on it
+RULED = 1e6  # beside a straight crease paper is ruled along it, or flat: that far the points of all rows tell of each
+PAPERS = tuple(Paper(stiffness, along, UNCREASED) for along in (RULED, 1.0) for stiffness in (*STIFFNESSES, 1.0))
+PAIRS = 6  # of points on either side that tell the direction of a crease
+MEETING_STEPS = 5  # of Newton's method to a crease
+LEAST_MEETING = 0.1  # of the largest singular value: pieces that meet at less than 11° do not tell the place along them
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A smooth surface over places that are turned: turn (2, 2) takes those of the page to its own."""
+
+    surface: Surface
+    turn: Floats
+
+    def points(self, places: Floats) -> Floats:
+        """(n, 3) mm at places (n, 2) mm of the page."""
+        return self.surface.points(places @ self.turn.T)
+
+    def normals(self, places: Floats) -> Floats:
+        """(n, 3) unit normals at places (n, 2) mm of the page."""
+        return self.surface.normals(places @ self.turn.T)
+
+    def frames(self, places: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Points (n, 3) mm, tangents (n, 2, 3), normals (n, 3) and curvatures (n, 3) 1/mm at places (n, 2) mm."""
+        return self.surface.frames(places @ self.turn.T)
+
+    def feet(self, points: Floats, start: Floats) -> Floats:
+        """(n, 2) mm: places of the page next to points (n, 3) mm, sought from places (n, 2)."""
+        return np.asarray(self.surface.feet(points, start @ self.turn.T) @ self.turn)
+
+    def moved(self, similarity: Similarity) -> Piece:
+        """The piece in another frame; its places stay as they are."""
+        return replace(self, surface=self.surface.moved(similarity))
+
+
+@dataclass(frozen=True, eq=False)
+class FoldedSurface:
+    """Smooth pieces over the places of one smooth surface, which rounds the creases between them.
+
+    smooth    that surface.
+    pieces    surfaces over places that are near those of the smooth one.
+    places    (n, 2) mm of points of the page.
+    labels    (n,) the pieces that they lie on.
+    paper     of the pieces.
+    """
+
+    smooth: Surface
+    pieces: tuple[Piece, ...]
+    places: Floats
+    labels: Ints
+    paper: Paper
+
+    @property
+    def bounds(self) -> tuple[Floats, Floats]:
+        """The rectangle from low (2,) to high (2,) mm of the smooth surface."""
+        return self.smooth.bounds
+
+    def located(self, places: Floats) -> tuple[Ints, Floats]:
+        """The nearest piece (n,) to the smooth surface at places (n, 2) mm, and the place (n, 2) mm on it."""
+        return self.nearest(self.smooth.points(places), places)
+
+    def nearest(self, points: Floats, places: Floats) -> tuple[Ints, Floats]:
+        """The nearest piece (n,) to points (n, 3) mm about places (n, 2) mm, and the place (n, 2) mm next to it."""
+        least, label, feet = np.full(len(places), np.inf), np.zeros(len(places), np.int64), np.array(places, float)
+        for k, near in enumerate(self._candidates(places).T):
+            at = np.flatnonzero(near)
+            found = self.pieces[k].feet(points[at], places[at])
+            distance = np.linalg.norm(self.pieces[k].points(found) - points[at], axis=1)
+            nearer = distance < least[at]
+            chosen = at[nearer]
+            least[chosen], label[chosen], feet[chosen] = distance[nearer], k, found[nearer]
+        return label, feet
+
+    def points(self, places: Floats) -> Floats:
+        """(n, 3) mm on the nearest pieces to places (n, 2) mm."""
+        label, feet = self.located(places)
+        return self._gathered(label, [piece.points(feet[label == k]) for k, piece in enumerate(self.pieces)])
+
+    def normals(self, places: Floats) -> Floats:
+        """(n, 3) unit normals at places (n, 2) mm, each of the piece there."""
+        label, feet = self.located(places)
+        return self._gathered(label, [piece.normals(feet[label == k]) for k, piece in enumerate(self.pieces)])
+
+    def frames(self, places: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Points (n, 3) mm, tangents (n, 2, 3), normals (n, 3) and curvatures (n, 3) 1/mm at places (n, 2) mm.
+
+        They are as `Surface.frames` has them.
+        """
+        label, feet = self.located(places)
+        frames = [piece.frames(feet[label == k]) for k, piece in enumerate(self.pieces)]
+        fields = zip(*frames, strict=True)
+        point, tangents, normals, curvatures = (self._gathered(label, list(field)) for field in fields)
+        return point, tangents, normals, curvatures
+
+    def feet(self, points: Floats, start: Floats) -> Floats:
+        """(n, 2) mm: places next to points (n, 3) mm, sought from places (n, 2)."""
+        return self.smooth.feet(points, start)
+
+    def moved(self, similarity: Similarity) -> FoldedSurface:
+        """The surface in another frame; its places stay as they are."""
+        pieces = tuple(piece.moved(similarity) for piece in self.pieces)
+        return replace(self, smooth=self.smooth.moved(similarity), pieces=pieces)
+
+    def uncreased(self, places: Floats, half: float) -> Mask:
+        """(n,) True where a square of half a side, mm, about places (n, 2) lies on one piece."""
+        own, _ = self.located(places)
+        whole = np.ones(len(places), bool)
+        for corner in half * np.array([[-1, -1], [0, -1], [1, -1], [1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0]]):
+            whole &= self.located(places + corner)[0] == own
+        return whole
+
+    def creased(self, places: Floats, faces: Ints) -> Floats:
+        """(n, 3) mm: vertices at places (n, 2) mm of a mesh of faces (m, 3), some of them on the creases.
+
+        Of two neighbours on different pieces, that on the first piece lies where the two meet.
+        """
+        label, feet = self.located(places)
+        vertices = self._gathered(label, [piece.points(feet[label == k]) for k, piece in enumerate(self.pieces)])
+        edges = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+        edges = np.concatenate([edges, edges[:, ::-1]])
+        edges = edges[label[edges[:, 0]] < label[edges[:, 1]]]
+        meets = np.zeros((len(places), len(self.pieces)), bool)
+        meets[edges[:, 0], label[edges[:, 1]]] = True
+        at = np.flatnonzero(meets.any(axis=1))
+        meets[at, label[at]] = True
+        vertices[at] = self._meeting(vertices[at], meets[at], places[at])
+        return vertices
+
+    def _meeting(self, points: Floats, meets: Mask, places: Floats) -> Floats:
+        """Points (n, 3) mm moved to where the pieces meet that `meets` (n, pieces) says."""
+        normals, heights = np.zeros((*meets.shape, 3)), np.zeros(meets.shape)
+        for _ in range(MEETING_STEPS):
+            for k, piece in enumerate(self.pieces):
+                own = meets[:, k]
+                feet = piece.feet(points[own], places[own])
+                normals[own, k] = piece.normals(feet)
+                heights[own, k] = ((piece.points(feet) - points[own]) * normals[own, k]).sum(axis=1)
+            points = points + np.einsum("nij,nj->ni", np.linalg.pinv(normals, rcond=LEAST_MEETING), heights)
+        return points
+
+    def _gathered(self, label: Ints, parts: list[Floats]) -> Floats:
+        """(n, …) the rows of parts, one for each piece, in the order of labels (n,)."""
+        out = np.empty((len(label), *parts[0].shape[1:]))
+        for k, part in enumerate(parts):
+            out[label == k] = part
+        return out
+
+    def _candidates(self, places: Floats) -> Mask:
+        """(n, pieces) True for the pieces that may reach places (n, 2) mm."""
+        trees = [cKDTree(self.places[self.labels == k]) for k in range(len(self.pieces))]
+        distance = np.stack([tree.query(places)[0] for tree in trees], axis=1)
+        return np.asarray(distance < distance.min(axis=1, keepdims=True) + CANDIDATES_MM)
+
+
+PageSurface = Surface | FoldedSurface
+
+
+def fold(points: Floats, feet: Floats, smooth: Surface, paper: Paper | None = None) -> PageSurface:
+    """The surface through points (n, 3) mm with feet (n, 2) mm on a smooth surface through them.
+
+    It is the smooth one where the points tell of no crease. paper: of the pieces; None for that of PAPERS with which
+    they come nearest to points held out.
+    """
+    labels = find_pieces(points, feet)
+    if labels.max(initial=0) < 1:
+        return smooth
+    return refold(points, feet, _folded(points, feet, labels, smooth, paper))
+
+
+def refold(points: Floats, feet: Floats, folded: FoldedSurface) -> FoldedSurface:
+    """A folded surface fitted again to points (n, 3) mm with feet (n, 2) mm on its smooth surface."""
+    for _ in range(FILLINGS):
+        places = grid_places(feet.min(axis=0) - FILLED_MM, feet.max(axis=0) + FILLED_MM, FILLED_MM)
+        both, start = np.concatenate([points, folded.points(places)]), np.concatenate([feet, places])
+        smooth, moved = fit_surface(both, start, folded.smooth, stiffness=SMOOTH_STIFFNESS)
+        feet = moved[: len(points)]
+        labels, _ = folded.nearest(points, feet)
+        folded = _folded(points, feet, labels, smooth, folded.paper)
+    return folded
+
+
+def _folded(points: Floats, feet: Floats, labels: Ints, smooth: Surface, paper: Paper | None) -> FoldedSurface:
+    """The pieces through points (n, 3) mm with feet (n, 2) mm and labels (n,), −1 for none."""
+    large = np.bincount(labels[labels >= 0]) >= CORE
+    labels = np.where((labels >= 0) & large[labels], np.cumsum(large)[labels] - 1, -1)
+    parts, turns = [], []
+    for k in range(int(large.sum())):
+        own = labels == k
+        turn = _along_crease(feet[own], feet[(labels >= 0) & ~own])
+        low, high = _prolonged(feet[own], feet, smooth)
+        corners = np.array([[a, b] for a in (low[0], high[0]) for b in (low[1], high[1])]) @ turn.T
+        start = through_places(feet[own] @ turn.T, points[own], corners.min(axis=0), corners.max(axis=0))
+        parts.append((points[own], start.feet(points[own], feet[own] @ turn.T), start))
+        turns.append(turn)
+    paper = paper or choose_paper(parts, PAPERS)
+    fitted = [fit_paper(*part, paper, reach=REFINING_MM)[0] for part in parts]
+    pieces = tuple(Piece(surface, turn) for surface, turn in zip(fitted, turns, strict=True))
+    return FoldedSurface(smooth, pieces, feet[labels >= 0], labels[labels >= 0], paper)
+
+
+def _along_crease(own: Floats, others: Floats) -> Floats:
+    """(2, 2) the turn of the page that brings the longest crease of a piece upright.
+
+    own (n, 2) and others (m, 2) are places of the points on either side: those next to each other tell of creases.
+    """
+    across, back = cKDTree(others).query(own)[1], cKDTree(own).query(others)[1]
+    mutual = np.flatnonzero(back[across] == np.arange(len(own)))
+    middles = (own[mutual] + others[across[mutual]]) / 2
+    if len(middles) < PAIRS:
+        return np.eye(2)
+    along = np.linalg.svd(middles - middles.mean(axis=0), full_matrices=False)[2][0]
+    along *= np.sign(along[1]) or 1.0
+    return np.array([[along[1], -along[0]], along])
+
+
+def _prolonged(own: Floats, feet: Floats, smooth: Surface) -> tuple[Floats, Floats]:
+    """The rectangle, low (2,) and high (2,), of a piece with own places (k, 2) of all (n, 2): prolonged to its creases.
+
+    Beside the margin of the page it ends where the smooth surface does.
+    """
+    low, high = own.min(axis=0) - PROLONGED_MM, own.max(axis=0) + PROLONGED_MM
+    first, last = smooth.bounds
+    low = np.where(low < feet.min(axis=0), first, low)
+    return low, np.where(high > feet.max(axis=0), last, high)

@@ -1,0 +1,123 @@
+"""The smooth pieces of a page that creases part, out of the points on it.
+
+Neighbouring points belong to one piece when the quadratic beside the one predicts the other.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import Delaunay, cKDTree
+
+from restore.photogrammetry.discs import Discs, fit_discs
+from restore.scan import Floats, Ints, Mask
+
+NEAREST = 8  # points tell how far points are apart
+RADIUS = 3.2  # of a disc, in distances between points: thirty points, five to an unknown
+CLEAN_SHARE = 0.2  # of the discs hold no crease, even on a crumpled sheet: they tell the noise
+LINKED = 2.5  # standard deviations, up to which a point is predicted
+NEAR = 2.2  # distances between points: farther, a quadratic predicts nothing for certain
+BEND = 0.006  # of their distance, by which points without a crease between them miss a quadratic: 6 µm to a millimetre
+LEAST_TURN = 0.1  # radians, 6°: a crease that turns by less is as well rounded
+CORE = 15  # points that make a piece
+WINDOW = 4.0  # radius of those in which two pieces are compared, in distances between points
+WINDOWS = 20  # along the border of two pieces
+LEAST_BESIDE = 8  # points of a window on either side of the border: more than unknowns
+WORSE = 1.15  # a median of twenty such ratios of noise alone is 1 to some hundredths
+CONTINUED = 3.0  # median of the predictions, where no window holds points of both pieces
+CUBIC = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3))  # powers of x and y
+KINK = 0.018  # standard deviation that a cubic leaves of a kink of a radian with a gap of a fifth, in radii
+
+
+def find_pieces(points: Floats, places: Floats) -> Ints:
+    """(n,) the number of the piece that each of the points (n, 3) mm at places (n, 2) mm of the page lies on.
+
+    All zero where no crease is found. −1 for points on none: outliers, and those on pieces that are too small.
+    """
+    spacing = _spacing(places)
+    near = cKDTree(places).query_ball_point(places, RADIUS * spacing)
+    starts = np.concatenate([[0], np.cumsum([len(one) for one in near])])
+    members = np.concatenate([np.asarray(one, np.int64) for one in near])
+    discs = Discs(*fit_discs(points, starts, members))
+    if not np.isfinite(discs.misfits).any():
+        return np.zeros(len(points), np.int64)
+    edges = _edges(places)
+    length = np.linalg.norm(places[edges[:, 0]] - places[edges[:, 1]], axis=1)
+    off = _discrepancies(discs, discs.best(starts, members), points, edges, BEND * length)
+    labels = _cores(edges[(off < LINKED) & (length < NEAR * spacing)], len(points))
+    return _merged(points, places, labels, edges, off, WINDOW * spacing)
+
+
+def _spacing(places: Floats) -> float:
+    """The distance, mm, between neighbouring places (n, 2), were they on a square lattice."""
+    distance = cKDTree(places).query(places, k=min(NEAREST + 1, len(places)))[0][:, -1]
+    return float(np.median(distance) * np.sqrt(np.pi / NEAREST))
+
+
+def _discrepancies(discs: Discs, best: Ints, points: Floats, edges: Ints, bends: Floats) -> Floats:
+    """(k,) how badly the ends of edges (k, 2) predict each other, each by its best disc (n,): the worse of the two."""
+    sigma = float(np.quantile(discs.misfits[np.isfinite(discs.misfits)], CLEAN_SHARE))
+    ways = ((edges[:, 0], edges[:, 1]), (edges[:, 1], edges[:, 0]))
+    return np.maximum(*(discs.discrepancies(best[one], points[other], bends, sigma) for one, other in ways))
+
+
+def _edges(places: Floats) -> Ints:
+    faces = Delaunay(places).simplices
+    edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
+    return np.unique(edges, axis=0)
+
+
+def _cores(links: Ints, count: int) -> Ints:
+    """(n,) labels of the points that links (k, 2) join, −1 for those of small groups."""
+    graph = coo_matrix((np.ones(len(links)), (links[:, 0], links[:, 1])), (count, count))
+    _, group = connected_components(graph, directed=False)
+    large = np.bincount(group) >= CORE
+    return np.where(large, np.cumsum(large) - 1, -1)[group]
+
+
+def _merged(points: Floats, places: Floats, labels: Ints, edges: Ints, off: Floats, radius: float) -> Ints:
+    """Labels (n,) with those pieces made one that one cubic follows across their border."""
+    tree, misfits = cKDTree(places), dict[tuple[int, int], float]()
+    while True:
+        pairs = np.sort(labels[edges], axis=1)
+        across = (pairs[:, 0] >= 0) & (pairs[:, 0] != pairs[:, 1])
+        for a, b in np.unique(pairs[across], axis=0).tolist():
+            if (a, b) not in misfits:
+                between = across & (pairs == [a, b]).all(axis=1)
+                border = places[edges[between]].mean(axis=1)
+                windows = tree.query_ball_point(border[:: len(border) // WINDOWS + 1], radius)
+                own = [np.array([i for i in window if labels[i] in (a, b)], int) for window in windows]
+                found = [_misfit(points[one], labels[one] == a, radius) for one in own if _both(labels[one] == a)]
+                # Across a blank area no window has points on both sides: their predictions have to do.
+                misfits[a, b] = float(np.median(found) if found else np.median(off[between]) / CONTINUED)
+        if not misfits or min(misfits.values()) > 1.0:
+            return _numbered(labels)
+        keep, gone = min(misfits, key=lambda pair: misfits[pair])
+        labels = np.where(labels == gone, keep, labels)
+        misfits = {pair: value for pair, value in misfits.items() if not {keep, gone} & set(pair)}
+
+
+def _numbered(labels: Ints) -> Ints:
+    """Labels (n,) from 0 on without gaps, −1 as it is."""
+    return np.where(labels >= 0, np.unique(labels, return_inverse=True)[1] - (labels < 0).any(), -1)
+
+
+def _both(first: Mask) -> bool:
+    """Whether a window holds enough points of both pieces to compare them."""
+    return bool(min(first.sum(), (~first).sum()) >= LEAST_BESIDE)
+
+
+def _misfit(points: Floats, first: Mask, radius: float) -> float:
+    """How badly one cubic follows points (n, 3) mm of two pieces, over what two quadratics and bends leave."""
+    off = points - points.mean(axis=0)
+    x, y, height = (off @ np.linalg.svd(off, full_matrices=False)[2].T / radius).T
+    terms = np.stack([x**p * y**q for p, q in CUBIC], axis=1)
+    two = np.concatenate([terms[:, :6] * first[:, None], terms[:, :6] * ~first[:, None]], axis=1)
+    return _rms(terms, height) / float(np.hypot(WORSE * _rms(two, height), KINK * LEAST_TURN))
+
+
+def _rms(terms: Floats, values: Floats) -> float:
+    """Standard deviation that a linear fit of terms (n, k) leaves of values (n,)."""
+    rest = values - terms @ np.linalg.lstsq(terms, values, rcond=None)[0]
+    return float(np.sqrt((rest**2).sum() / max(len(values) - terms.shape[1], 1)))
