@@ -12,7 +12,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from restore.photogrammetry.align import Similarity
-from restore.photogrammetry.pieces import CORE, find_pieces
+from restore.photogrammetry.pieces import CORE, find_pieces, neighbours
 from restore.photogrammetry.surface import (
     REFINING_MM,
     STIFFNESSES,
@@ -35,6 +35,7 @@ UNCREASED = 1.0  # strain: a piece resists all of it, as there is no crease on i
 RULED = 1e6  # beside a straight crease paper is ruled along it, or flat: that far the points of all rows tell of each
 PAPERS = tuple(Paper(stiffness, along, UNCREASED) for along in (RULED, 1.0) for stiffness in (*STIFFNESSES, 1.0))
 PAIRS = 6  # of points on either side that tell the direction of a crease
+LEAST_CREASE = 0.12  # radians, 7°: pieces that meet at less are one
 MEETING_STEPS = 5  # of Newton's method to a crease
 LEAST_MEETING = 0.1  # of the largest singular value: pieces that meet at less than 11° do not tell the place along them
 
@@ -75,6 +76,7 @@ class FoldedSurface:
     pieces    surfaces over places that are near those of the smooth one.
     places    (n, 2) mm of points of the page.
     labels    (n,) the pieces that they lie on.
+    members   (n,) which of all points these are.
     paper     of the pieces.
     """
 
@@ -82,6 +84,7 @@ class FoldedSurface:
     pieces: tuple[Piece, ...]
     places: Floats
     labels: Ints
+    members: Ints
     paper: Paper
 
     @property
@@ -134,6 +137,21 @@ class FoldedSurface:
         """The surface in another frame; its places stay as they are."""
         pieces = tuple(piece.moved(similarity) for piece in self.pieces)
         return replace(self, smooth=self.smooth.moved(similarity), pieces=pieces)
+
+    def flattest_crease(self) -> tuple[int, int] | None:
+        """The two pieces that meet at the least angle, the lower number first; None if all turn by a crease."""
+        edges = neighbours(self.places)
+        pairs = np.sort(self.labels[edges], axis=1)
+        across = pairs[:, 0] != pairs[:, 1]
+        middles, pairs = self.places[edges[across]].mean(axis=1), pairs[across]
+        least, found = LEAST_CREASE, None
+        for a, b in np.unique(pairs, axis=0).tolist():
+            between = middles[(pairs == [a, b]).all(axis=1)]
+            sides = [self.pieces[k].normals(between) for k in (a, b)]
+            angle = float(np.median(np.linalg.norm(sides[0] - sides[1], axis=1)))
+            if angle < least:
+                least, found = angle, (a, b)
+        return found
 
     def uncreased(self, places: Floats, half: float) -> Mask:
         """(n,) True where a square of half a side, mm, about places (n, 2) lies on one piece."""
@@ -196,9 +214,16 @@ def fold(points: Floats, feet: Floats, smooth: Surface, paper: Paper | None = No
     they come nearest to points held out.
     """
     labels = find_pieces(points, feet)
-    if labels.max(initial=0) < 1:
-        return smooth
-    return refold(points, feet, _folded(points, feet, labels, smooth, paper))
+    while labels.max(initial=0) > 0:
+        folded = _folded(points, feet, labels, smooth, paper)
+        flattest = folded.flattest_crease()
+        if flattest is None:
+            return refold(points, feet, folded)
+        kept, gone = flattest
+        labels = np.full(len(points), -1)
+        labels[folded.members] = np.where(folded.labels == gone, kept, folded.labels)
+        labels = np.where(labels > gone, labels - 1, labels)
+    return smooth
 
 
 def refold(points: Floats, feet: Floats, folded: FoldedSurface) -> FoldedSurface:
@@ -229,7 +254,8 @@ def _folded(points: Floats, feet: Floats, labels: Ints, smooth: Surface, paper: 
     paper = paper or choose_paper(parts, PAPERS)
     fitted = [fit_paper(*part, paper, reach=REFINING_MM)[0] for part in parts]
     pieces = tuple(Piece(surface, turn) for surface, turn in zip(fitted, turns, strict=True))
-    return FoldedSurface(smooth, pieces, feet[labels >= 0], labels[labels >= 0], paper)
+    members = np.flatnonzero(labels >= 0)
+    return FoldedSurface(smooth, pieces, feet[members], labels[members], members, paper)
 
 
 def _along_crease(own: Floats, others: Floats) -> Floats:

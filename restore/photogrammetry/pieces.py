@@ -19,6 +19,10 @@ CLEAN_SHARE = 0.2  # of the discs hold no crease, even on a crumpled sheet: they
 LINKED = 2.5  # standard deviations, up to which a point is predicted
 NEAR = 2.2  # distances between points: farther, a quadratic predicts nothing for certain
 BEND = 0.006  # of their distance, by which points without a crease between them miss a quadratic: 6 µm to a millimetre
+FAR = 4.0  # distances between points, over which a piece goes on: a line of print may be missing
+BESIDE = 2  # neighbours on a piece that a point needs to be added to it
+GROWN_FROM = 16  # points of the piece next to it
+GROWTH_BEND = 0.02  # of the distance: half of what a crease of LEAST_TURN leaves
 LEAST_TURN = 0.1  # radians, 6°: a crease that turns by less is as well rounded
 CORE = 15  # points that make a piece
 WINDOW = 4.0  # radius of those in which two pieces are compared, in distances between points
@@ -42,10 +46,11 @@ def find_pieces(points: Floats, places: Floats) -> Ints:
     discs = Discs(*fit_discs(points, starts, members))
     if not np.isfinite(discs.misfits).any():
         return np.zeros(len(points), np.int64)
-    edges = _edges(places)
+    edges = neighbours(places)
     length = np.linalg.norm(places[edges[:, 0]] - places[edges[:, 1]], axis=1)
     off = _discrepancies(discs, discs.best(starts, members), points, edges, BEND * length)
     labels = _cores(edges[(off < LINKED) & (length < NEAR * spacing)], len(points))
+    labels = _grown(points, places, labels, edges[length < FAR * spacing])
     return _merged(points, places, labels, edges, off, WINDOW * spacing)
 
 
@@ -62,7 +67,8 @@ def _discrepancies(discs: Discs, best: Ints, points: Floats, edges: Ints, bends:
     return np.maximum(*(discs.discrepancies(best[one], points[other], bends, sigma) for one, other in ways))
 
 
-def _edges(places: Floats) -> Ints:
+def neighbours(places: Floats) -> Ints:
+    """(k, 2) pairs of neighbouring places (n, 2), each once, the lower number first."""
     faces = Delaunay(places).simplices
     edges = np.sort(np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]]), axis=1)
     return np.unique(edges, axis=0)
@@ -74,6 +80,46 @@ def _cores(links: Ints, count: int) -> Ints:
     _, group = connected_components(graph, directed=False)
     large = np.bincount(group) >= CORE
     return np.where(large, np.cumsum(large) - 1, -1)[group]
+
+
+def _grown(points: Floats, places: Floats, labels: Ints, edges: Ints) -> Ints:
+    """Labels (n,) with those points added to a piece that the nearest points of the piece predict, from its rim on.
+
+    Where paper bends ever more, as towards a spine, a disc of the usual size holds more than a quadratic.
+    """
+    both, labels = np.concatenate([edges, edges[:, ::-1]]), labels.copy()
+    refused: set[tuple[int, int, int]] = set()
+    while True:
+        rim = both[(labels[both[:, 0]] < 0) & (labels[both[:, 1]] >= 0)]
+        pairs, counts = np.unique(np.stack([rim[:, 0], labels[rim[:, 1]]], axis=1), axis=0, return_counts=True)
+        added = labels.copy()
+        for (point, piece), count in zip(pairs.tolist(), counts.tolist(), strict=True):
+            if count < BESIDE or (point, piece, count) in refused:
+                continue
+            own = np.flatnonzero(labels == piece)
+            near = own[np.argsort(((places[own] - places[point]) ** 2).sum(axis=1))[:GROWN_FROM]]
+            if _predicted(points[near], points[point]):
+                added[point] = piece
+            else:
+                refused.add((point, piece, count))
+        if (added == labels).all():
+            return labels
+        labels = added
+
+
+def _predicted(points: Floats, point: Floats) -> bool:
+    """Whether a quadratic through points (n, 3) mm goes through another point (3,), as far as it tells."""
+    middle = points.mean(axis=0)
+    axes = np.linalg.svd(points - middle, full_matrices=False)[2]
+    x, y, height = ((np.vstack([points, point]) - middle) @ axes.T).T
+    terms = np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=1)
+    gram = terms[:-1].T @ terms[:-1]
+    solution = np.linalg.lstsq(terms[:-1], height[:-1], rcond=None)[0]
+    off = height - terms @ solution
+    variance = (off[:-1] ** 2).sum() / (len(points) - terms.shape[1])
+    leverage = float(terms[-1] @ np.linalg.pinv(gram) @ terms[-1])
+    distance = float(np.sqrt(((points - point) ** 2).sum(axis=1)).min())
+    return bool(abs(off[-1]) < 3.0 * np.sqrt(variance * (1.0 + leverage)) + GROWTH_BEND * distance)
 
 
 def _merged(points: Floats, places: Floats, labels: Ints, edges: Ints, off: Floats, radius: float) -> Ints:

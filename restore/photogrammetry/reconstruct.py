@@ -97,6 +97,7 @@ class Round:
 
 COARSE = Round(COARSE_SIDE, 2.5, 40.0)
 ROUNDS = (COARSE, Round(COARSE_SIDE, 1.3, 24.0), Round(FINE_SIDE, 1.0, 14.0))
+CREASED_SPACING = 0.7  # of that on smooth pages: a piece is as large as its points tell, up to its creases
 MOST_GROWTHS = 6  # coarse rounds: from a part of a roll to all of it
 GROWN = 0.01  # of the page's area, that one more coarse round adds at least
 GROWTH_MM = 12.0  # beyond the area that is known: so far the surface is prolonged well enough to be found again
@@ -221,13 +222,14 @@ def _dense(
         history.append(facts)
         margin = MARGIN_MM if COARSE in plans else EDGE_MARGIN_MM
         smooth = surface.smooth.within(*_bounds(np.concatenate([feet, area.outline]), margin))
-        creased = isinstance(surface, FoldedSurface)
-        stiffness = ROUND_STIFFNESS if plans or creased else choose_stiffness(points, feet, smooth)
-        settled = ROUND_SETTLED_MM if plans else SETTLED_MM
-        surface, feet = fit_surface(points, feet, smooth, stiffness=stiffness, settled=settled)
-        if plan is not COARSE:
-            surface = fold(points, feet, surface)
-            plans = [plan] * (isinstance(surface, FoldedSurface) and plan is not last) + plans
+        stiffness = ROUND_STIFFNESS
+        smooth, feet = fit_surface(points, feet, smooth, stiffness=stiffness, settled=ROUND_SETTLED_MM)
+        surface = smooth if plan is COARSE else fold(points, feet, smooth)
+        if isinstance(surface, FoldedSurface) and plan is not last:
+            plans.insert(0, plan)  # again, now up to the creases
+        elif surface is smooth and not plans:
+            stiffness = choose_stiffness(points, feet, smooth)
+            surface, feet = fit_surface(points, feet, smooth, stiffness=stiffness)
         last = plan
         area = area_of_votes(masks, model.cameras, surface, *surface.bounds)
         cells = int(area.cells.sum())
@@ -265,7 +267,7 @@ def _dense(
         "uncovered_paper": uncovered,
         "interpolated": float((distance_to(mesh.measured, mesh.vertices) > mesh.reach_mm).mean()),
         "surface_off_mm": missed,
-        "stiffness_mm4": stiffness,
+        "stiffness_mm4": surface.paper.stiffness if isinstance(surface, FoldedSurface) else stiffness,
         "pieces": len(surface.pieces) if isinstance(surface, FoldedSurface) else 1,
         "rounds": history,
     }
@@ -324,6 +326,7 @@ def _round(
     full_pixel = ground_sample(model.cameras, surface.points((low + high)[None] / 2))
     pixel = shrunk * full_pixel
     sample, spacing = plan.sample * pixel, plan.spacing * full_pixel * max(1.0, max(size) / COARSE_SIDE)
+    spacing *= CREASED_SPACING if isinstance(surface, FoldedSurface) else 1.0
     if plan is COARSE:
         places = grid_places(low - GROWTH_MM, high + GROWTH_MM, spacing)
         places = places[area.contains(places, -GROWTH_MM)]

@@ -39,6 +39,13 @@ def test_the_pages_of_a_spread_are_told_apart():
         assert len(set(np.sign(places[labels == piece, 0]))) == 1
 
 
+def test_a_page_that_bends_ever_more_is_one_piece_up_to_the_spine():
+    points, places = sampled(Spread(slope_deg=58.0, reach_mm=30.0), spacing=4.5, noise=0.01)
+    labels = find_pieces(points, places)
+    assert labels.max() == 1
+    assert (labels[np.abs(places[:, 0]) < 30] < 0).mean() < LOST
+
+
 @pytest.mark.parametrize("spacing", [2.5, 4.0])
 @pytest.mark.parametrize("sheet", SMOOTH, ids=lambda sheet: sheet.name)
 def test_no_crease_is_found_on_smooth_sheets(sheet, spacing):
