@@ -36,6 +36,8 @@ RULED = 1e6  # beside a straight crease paper is ruled along it, or flat: that f
 PAPERS = tuple(Paper(stiffness, along, UNCREASED) for along in (RULED, 1.0) for stiffness in (*STIFFNESSES, 1.0))
 PAIRS = 6  # of points on either side that tell the direction of a crease
 LEAST_CREASE = 0.12  # radians, 7°: pieces that meet at less are one
+LEAST_SHARE = 0.08  # of the points: a page folded in three both ways has facets of 0.11
+LEAST_COVERED = 0.8  # of the points, by pieces as large
 MEETING_STEPS = 5  # of Newton's method to a crease
 LEAST_MEETING = 0.1  # of the largest singular value: pieces that meet at less than 11° do not tell the place along them
 
@@ -210,10 +212,13 @@ PageSurface = Surface | FoldedSurface
 def fold(points: Floats, feet: Floats, smooth: Surface, paper: Paper | None = None) -> PageSurface:
     """The surface through points (n, 3) mm with feet (n, 2) mm on a smooth surface through them.
 
-    It is the smooth one where the points tell of no crease. paper: of the pieces; None for that of PAPERS with which
-    they come nearest to points held out.
+    It is the smooth one where the points tell of no crease, and where they tell of many: small pieces are prolonged
+    by more than their points tell of. paper: of the pieces; None for that of PAPERS with which they come nearest to
+    points held out.
     """
-    labels = find_pieces(points, feet)
+    labels = _large(find_pieces(points, feet))
+    if (labels >= 0).mean() < LEAST_COVERED:
+        return smooth
     while labels.max(initial=0) > 0:
         folded = _folded(points, feet, labels, smooth, paper)
         flattest = folded.flattest_crease()
@@ -224,6 +229,12 @@ def fold(points: Floats, feet: Floats, smooth: Surface, paper: Paper | None = No
         labels[folded.members] = np.where(folded.labels == gone, kept, folded.labels)
         labels = np.where(labels > gone, labels - 1, labels)
     return smooth
+
+
+def _large(labels: Ints) -> Ints:
+    """Labels (n,), −1 for points on none or on pieces of less than LEAST_SHARE of them."""
+    large = np.bincount(labels[labels >= 0], minlength=1) >= LEAST_SHARE * len(labels)
+    return np.where((labels >= 0) & large[labels], np.cumsum(large)[labels] - 1, -1)
 
 
 def refold(points: Floats, feet: Floats, folded: FoldedSurface) -> FoldedSurface:

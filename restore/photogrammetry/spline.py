@@ -16,14 +16,14 @@ BORDER = 2  # knots beyond the rectangle on every side
 TINY_WEIGHT = 1e-6  # of what nothing else determines
 
 
-def numbering(rows: int, cols: int) -> tuple[int, int, int]:
+def numbering(rows: int, cols: int, *, along_rows: bool = False) -> tuple[int, int, int]:
     """How far apart the numbers of coefficients of neighbouring rows and of neighbouring columns are; the band's width.
 
-    Each coefficient has three numbers from three times its own on.
+    Each coefficient has three numbers from three times its own on. along_rows: whether they are numbered so, whichever
+    side is shorter.
     """
-    shorter = min(rows, cols)
-    by_row, by_col = (cols, 1) if cols <= rows else (1, rows)
-    return by_row, by_col, 9 * shorter + 12
+    by_row, by_col = (cols, 1) if cols <= rows or along_rows else (1, rows)
+    return by_row, by_col, 9 * max(by_row, by_col) + 12
 
 
 @numba.njit(cache=True)
@@ -172,17 +172,19 @@ def add_bending(
     """Add the squared third differences of the coefficients (rows, cols, 3).
 
     They are the change of curvature, times a step to the fourth, that of Duchon's splines of third order
-    (1977). What is prolonged keeps its curvature. Differences that a sheet ruled along v does not have, all but those
-    by u alone, weigh `along` times as much.
+    (1977). What is prolonged keeps its curvature. With `along` above 1, for a sheet ruled along v and numbered along
+    rows, the differences that such a sheet does not have weigh so many times as much, and by u the fourth ones take
+    the place of the third: what is prolonged across the rulings goes on changing its curvature.
     """
     rows, cols, _ = coefficients.shape
     third, mixed = np.array([1.0, -3.0, 3.0, -1.0]), np.array([1.0, -2.0, 1.0, -1.0, 2.0, -1.0])
+    fourth, ruled = np.array([1.0, -4.0, 6.0, -4.0, 1.0]), along > 1.0
     shapes = ((1, 4), (4, 1), (2, 3), (3, 2))
     for row in range(rows):
         for col in range(cols):
             here = row * by_row + col * by_col
             for height, width in shapes:
-                if row + height > rows or col + width > cols:
+                if row + height > rows or col + width > cols or (ruled and height == 1):
                     continue
                 values, at = np.empty((height * width, 3)), np.empty(height * width, np.int64)
                 for i in range(height):
@@ -190,11 +192,13 @@ def add_bending(
                         # the longer side of a shape runs first in its kernel
                         k = i * width + j if width > height else j * height + i
                         values[k], at[k] = coefficients[row + i, col + j], here + i * by_row + j * by_col
-                own = weight if height == 1 else along * weight
                 if height * width == 4:
-                    _add_difference(band, side, values, at, third, own)
+                    _add_difference(band, side, values, at, third, along * weight)
                 else:
-                    _add_difference(band, side, values, at, mixed, 3.0 * own)
+                    _add_difference(band, side, values, at, mixed, 3.0 * along * weight)
+            if ruled and col + 5 <= cols:
+                at = here + by_col * np.arange(5)
+                _add_difference(band, side, coefficients[row, col : col + 5], at, fourth, weight)
             for d in range(3):
                 band[3 * here + d, 0] += TINY_WEIGHT
 

@@ -160,7 +160,8 @@ class Paper:
     """How a sheet resists.
 
     stiffness    against changes of its curvature, mm⁴.
-    along        times as much against those that a sheet ruled along v does not have.
+    along        times as much against those that a sheet ruled along v does not have; above 1, changes across the
+                 rulings go on evenly.
     most_strain  at which a cell resists half as much: a crease that is rounded would strain the paper beside it.
     """
 
@@ -208,7 +209,7 @@ def fit_paper(
     for _ in range(MOST_STEPS):
         sigma = max(robust_sigma(distance), moving, LEAST_SIGMA_MM)
         weights = np.minimum(1.0, HUBER * sigma / np.maximum(np.abs(distance), TINY))
-        equations = _Equations(surface)
+        equations = _Equations(surface, ruled=paper.along > 1.0)
         equations.add_points(points, feet, surface.normals(feet), weights, SLIDING if inextensible else 1.0)
         equations.add_bending(paper.stiffness / surface.step**4, paper.along)
         if inextensible:
@@ -261,9 +262,9 @@ def choose_paper(parts: Sequence[tuple[Floats, Floats, Surface]], papers: Sequen
 class _Equations:
     """The normal equations of a step of a surface's coefficients."""
 
-    def __init__(self, surface: Surface) -> None:
+    def __init__(self, surface: Surface, *, ruled: bool = False) -> None:
         rows, cols, _ = surface.coefficients.shape
-        by_row, by_col, width = numbering(rows, cols)
+        by_row, by_col, width = numbering(rows, cols, along_rows=ruled)
         self._surface, self._strides = surface, (by_row, by_col)
         self._band, self._side = np.zeros((3 * rows * cols, width)), np.zeros(3 * rows * cols)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drivers.simulated import MultiFold, Spread, Wave
+from drivers.simulated import Miura, MultiFold, Spread, Wave
 from oracles.printed_points import HALF, PAGE_MM, sampled
 from restore.mesh.ordered_grid import grid_faces
 from restore.photogrammetry.align import Similarity
@@ -94,10 +94,10 @@ def test_squares_over_a_crease_are_told(spread):
     assert spread.uncreased(places, 0.5).all()
 
 
-def test_a_smooth_page_is_left_as_it_is():
-    wave = Wave(slope_deg=30.0, wavelength_mm=120.0)
-    points, _ = sampled(wave)
-    smooth, feet = rounded(wave, points)
+@pytest.mark.parametrize("sheet", [Wave(slope_deg=30.0, wavelength_mm=120.0), Miura(side_mm=40.0, width_mm=40.0)])
+def test_a_page_without_creases_or_with_many_is_left_smooth(sheet):
+    points, _ = sampled(sheet)
+    smooth, feet = rounded(sheet, points)
     assert fold(points, feet, smooth) is smooth
 
 
