@@ -46,7 +46,6 @@ from restore.photogrammetry.page import (
 )
 from restore.photogrammetry.sparse import LEAST_VIEWS, Progress, SparseModel, check_one_lens, reconstruct
 from restore.photogrammetry.surface import (
-    SETTLED_MM,
     STEP_MM,
     Surface,
     choose_stiffness,
