@@ -53,30 +53,29 @@ def straighten(sheet: Sheet, page: FlatMesh, nodes: Floats) -> tuple[FlatMesh, F
     area = float(signed_areas(page.flat, page.faces).sum())
     if not fills_rectangle(outline, area):
         return page, nodes
-    jacobians = grid_jacobians(page.flat, nodes, edges_of(page.faces))
+    jacobians = _grid_jacobians(page, nodes)
     lines = [_fit_side(outline, jacobians[border], *side) for side in ((0, -1), (1, -1), (0, 1), (1, 1))]
     target = np.full_like(page.flat, np.nan)
     target[border] = _project_to_sides(outline, jacobians[border], lines)
     flat, faces = _move_border(page.flat, page.faces, target)
-    moved = (page.flat != flat).any(axis=1)
-    nodes = nodes + np.einsum("nij,nj->ni", jacobians, flat - page.flat)
-    nodes = solve_grid_positions(sheet, nodes, moved, jacobians, flat, edges_of(faces))
+    nodes = _update_grid_positions(sheet, nodes, jacobians, page.flat, flat, edges_of(faces))
     used = np.unique(faces)
-    return rebuild_page(sheet, page, flat[used], nodes[used], np.searchsorted(used, faces)), nodes[used]
+    return _rebuild_page(sheet, page, flat[used], nodes[used], np.searchsorted(used, faces)), nodes[used]
 
 
-def solve_grid_positions(
-    sheet: Sheet, nodes: Floats, moved: Mask, jacobians: Floats, flat: Floats, edges: Ints
+def _update_grid_positions(
+    sheet: Sheet, nodes: Floats, jacobians: Floats, before: Floats, after: Floats, edges: Ints
 ) -> Floats:
-    """Grid positions (n, 2) of vertices at flat positions (n, 2) mm, from nodes (n, 2) that are near them.
+    """Grid positions (n, 2) of vertices after their flat positions (n, 2) mm changed.
 
-    Those of moved vertices (n,) are corrected iteratively until the edges (e, 2) to the neighbours have on the surface
-    the lengths that they have on the page; jacobians (n, 2, 2) samples/mm as `grid_jacobians`.
+    They are corrected iteratively until the edges (e, 2) to the neighbours have on the surface the lengths that
+    they have on the page.
     """
-    nodes = nodes.copy()
+    moved = (before != after).any(axis=1)
+    nodes = nodes + np.einsum("nij,nj->ni", jacobians, after - before)
     edges = edges[moved[edges].any(axis=1)]
     start, end = edges.T
-    direction = flat[end] - flat[start]
+    direction = after[end] - after[start]
     length = np.linalg.norm(direction, axis=1)
     direction /= length[:, None]
     gram = np.zeros((len(nodes), 2, 2))
@@ -92,7 +91,7 @@ def solve_grid_positions(
     return nodes
 
 
-def rebuild_page(sheet: Sheet, page: FlatMesh, flat: Floats, nodes: Floats, faces: Ints) -> FlatMesh:
+def _rebuild_page(sheet: Sheet, page: FlatMesh, flat: Floats, nodes: Floats, faces: Ints) -> FlatMesh:
     """The page rebuilt with faces (m, 3) and flat positions (n, 2) mm at grid positions nodes (n, 2)."""
     return replace(
         page,
@@ -104,21 +103,15 @@ def rebuild_page(sheet: Sheet, page: FlatMesh, flat: Floats, nodes: Floats, face
     )
 
 
-def grid_jacobians(flat: Floats, nodes: Floats, edges: Ints, wanted: Mask | None = None) -> Floats:
-    """(n, 2, 2) samples/mm: the Jacobian of grid position by flat position at every vertex, fitted to its edges (e, 2).
-
-    flat (n, 2) mm, nodes (n, 2); zero at the vertices that are not wanted (n,), when given.
-    """
-    start, end = edges.T
-    on_page, on_grid = flat[end] - flat[start], nodes[end] - nodes[start]
+def _grid_jacobians(page: FlatMesh, nodes: Floats) -> Floats:
+    """(n, 2, 2) samples/mm: the Jacobian of grid position by flat position at every vertex, fitted to its edges."""
+    start, end = edges_of(page.faces).T
+    on_page, on_grid = page.flat[end] - page.flat[start], nodes[end] - nodes[start]
     across, gram = np.zeros((len(nodes), 2, 2)), np.zeros((len(nodes), 2, 2))
     for one in (start, end):  # both outer products are the same from either end
         np.add.at(across, one, on_grid[:, :, None] * on_page[:, None, :])
         np.add.at(gram, one, on_page[:, :, None] * on_page[:, None, :])
-    chosen = slice(None) if wanted is None else wanted
-    jacobians = np.zeros_like(gram)
-    jacobians[chosen] = across[chosen] @ np.linalg.pinv(gram[chosen])
-    return jacobians
+    return np.asarray(across @ np.linalg.pinv(gram))
 
 
 def _fit_side(outline: Floats, jacobians: Floats, axis: int, sign: int) -> Line | None:
