@@ -103,6 +103,11 @@ def _fields(path: Path) -> dict[str, Floats]:
 def _numbers(node: cv2.FileNode) -> Floats:
     """The numbers (n,) of a matrix, of a list, or of a list of lists."""
     if not node.isSeq():
+        sides = [node.getNode(name).real() for name in ("rows", "cols")]
+        listed = node.getNode("data").size()
+        # OpenCV ends the process where a damaged matrix is larger than memory, or than its list of numbers.
+        if node.getNode("dt").string() not in ("d", "f", "i") or not 0 < sides[0] * sides[1] == listed <= MAX_NUMBERS:
+            raise ValueError("no matrix")
         matrix = node.mat()
         return np.asarray(matrix, np.float64).ravel()[: MAX_NUMBERS + 1]
     items = [node.at(k) for k in range(min(node.size(), MAX_NUMBERS))]
