@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import threading
 from functools import partial
 
 import pytest
@@ -283,3 +284,26 @@ def test_settings_that_differ_are_shown_and_sent(show, canned):
     page.get_by_text("Recorded").wait_for()
     values = next(body["values"] for path, body in canned.pressed if path == "/api/settings")
     assert values == {"capture.mode": None, "capture.distance_mm": 850}
+
+
+def test_a_row_that_comes_while_all_are_loaded_is_not_undone_by_them(show, canned):
+    """The answer was made before page 4 was judged, and comes after that was told."""
+    page, release, asked = show(canned), threading.Event(), threading.Event()
+    busy = {"level": "", "busy": True}
+
+    def answer_late(route):
+        old = {"pages": [{**row, **(busy if row["page"] == 4 else {})} for row in canned.answer("/api/pages")["pages"]]}
+        asked.set()
+        while not release.is_set():
+            page.wait_for_timeout(10)
+        route.fulfill(json=old)
+
+    page.route("**/api/pages", answer_late)
+    canned.send("pages", {})
+    page.wait_for_timeout(200)
+    assert asked.is_set()
+    canned.send("page", {"page": {**canned.row(4), "level": "amber", "note": "told"}})
+    page.wait_for_selector("#strip-4[data-level=amber]")
+    release.set()
+    page.wait_for_timeout(300)
+    assert page.locator("#strip-4").get_attribute("data-level") == "amber"

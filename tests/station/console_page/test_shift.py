@@ -23,7 +23,15 @@ PAGES = 10
 
 def judged(page: Page, number: int) -> str:
     """The level of a page, when its verdict is on the screen."""
-    page.wait_for_selector(f"#strip-{number}[data-level]:not([data-level='']):not([data-busy])", timeout=WAIT_MS)
+    from playwright.sync_api import TimeoutError as TookTooLong
+
+    judged_card = f"#strip-{number}[data-level]:not([data-level='']):not([data-busy])"
+    try:
+        page.wait_for_selector(judged_card, timeout=WAIT_MS)
+    except TookTooLong as error:
+        told = page.evaluate("fetch('/api/pages').then((answer) => answer.json())")["pages"]
+        card = page.locator(f"#strip-{number}").evaluate("(card) => card.outerHTML")
+        raise AssertionError(f"the server says {told[number - 1]}, the screen {card}") from error
     page.wait_for_selector(".light", timeout=WAIT_MS)
     return str(page.locator(f"#strip-{number}").get_attribute("data-level"))
 

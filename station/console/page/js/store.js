@@ -16,6 +16,7 @@ export const store = {
 };
 const heardAt = { event: Date.now(), look: Date.now(), lost: null }; // lost: since when the station is not heard
 let asking = false;
+let late = null; // rows that came as events while all rows are being loaded: newer than that answer may be
 
 /** Call `act` at every event of that name: state, rows, row, online, message, preview, job, refused. */
 export function on(name, act) {
@@ -95,13 +96,17 @@ export function setState(state) {
 }
 
 async function loadRows() {
-  const told = store.state?.session ? await get("/api/pages").catch(() => null) : null;
-  store.rows = new Map((told?.pages ?? []).map((row) => [row.page, row]));
+  const newer = late = new Map();
+  const all = store.state?.session ? await get("/api/pages").catch(() => null) : null;
+  if (late !== newer) return; // they are being loaded once more
+  late = null;
+  store.rows = new Map([...(all?.pages ?? []).map((row) => [row.page, row]), ...newer]);
   sortRows();
 }
 
 function setRow(row) {
   const before = store.rows.get(row.page);
+  late?.set(row.page, row);
   store.rows.set(row.page, row);
   if (before && before.order === row.order && before.rank === row.rank) emit("row", row);
   else sortRows();
@@ -122,7 +127,7 @@ export async function follow() {
   const heard = (name, act) => source.addEventListener(name, (event) => { listened(); act(JSON.parse(event.data)); });
   let boot = null;
   heard("hello", (hello) => {
-    if (boot !== null && boot !== hello.boot) loadAll().catch(refuseEntry);
+    if (boot !== hello.boot) loadAll().catch(refuseEntry); // the first time too: what happened since came as no event
     boot = hello.boot;
     setOnline(true);
   });
