@@ -25,6 +25,7 @@ from restore.scan import Mask, SurfaceMesh
 MOST_FRAMES = 12  # that are read: as many as of a video
 FINE_MM = 2.5  # edges of the mesh where the page is cut out of it; a phone's own are 10 to 20 mm
 MOST_SUBDIVISIONS = 7  # from edges of 300 mm
+MOST_FACES = 2_000_000  # then: FINE_MM apart on five square metres, more than any page
 MOST_VIEWS = (
     0.75  # show paper at a place of the page; of those of the mesh that hangs from its edge to the table, half do
 )
@@ -155,6 +156,8 @@ def _subdivided(mesh: SurfaceMesh) -> SurfaceMesh:
         corners = vertices[faces]
         if np.quantile(np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2), 0.9) < FINE_MM:
             break
+        if 4 * len(faces) > MOST_FACES:
+            raise BadInput("the photographs show more paper than any page has, or the mesh is not in metres", HINT)
         vertices, faces = subdivide(vertices, faces)
     return SurfaceMesh(np.asarray(vertices, np.float64), np.asarray(faces, np.int64))
 

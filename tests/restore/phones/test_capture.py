@@ -14,7 +14,7 @@ from oracles.phones import to_arkit, write_polycam, write_scanner_app
 from restore import Settings, is_phone_capture, load_phone_capture, load_scan, restore
 from restore.errors import BadInput, NotEnoughSurface
 from restore.mesh.measures import surface_area
-from restore.phones import polycam, scanner_app
+from restore.phones import capture, polycam, scanner_app
 from restore.phones.arkit import world_to_mm
 from restore.texture.page import MM_PER_INCH
 from station.cli import main
@@ -118,6 +118,12 @@ def test_a_mesh_that_no_photograph_shows_is_refused(tmp_path, program, taken, me
     WRITERS[program](tmp_path, taken, (mesh[0] + [5000.0, 0.0, 0.0], mesh[1]))
     with pytest.raises(NotEnoughSurface, match="no paper on the mesh"):
         load_phone_capture(tmp_path)
+
+
+def test_a_mesh_larger_than_any_page_is_refused(folder, monkeypatch):
+    monkeypatch.setattr(capture, "MOST_FACES", 1000)
+    with pytest.raises(BadInput, match="more paper than any page"):
+        load_phone_capture(folder)
 
 
 def test_without_corrected_images_the_distortion_is_warned_of(tmp_path, taken, mesh):
