@@ -33,7 +33,7 @@ READING_X_HEIGHT_PX = 10.0  # that of type of 5 points at READING_DPI
 LETTER_INCHES = (0.012, 0.25)  # heights of the x in type of 2 points, and of capitals of 25
 # Strokes and gaps of small type are two to four pixels wide at READING_DPI; a camera's blur takes contrast from these
 # first, and Tesseract then joins letters.
-SHARPENED_PX, SHARPENING = 2.0, 0.5  # standard deviation of what is subtracted, at the size read, and its weight
+SHARPENED_PX, SHARPENING = 2.0, 1.0  # standard deviation of what is subtracted, at the size read, and its weight
 SLENDER = 3.0  # times higher than wide, or wider than high: less is a letter, more a rule
 LEAST_LETTERS = 30  # to tell the type by
 ALTO = "http://www.loc.gov/standards/alto/ns-v4#"
