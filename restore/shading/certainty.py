@@ -15,7 +15,7 @@ import numpy as np
 
 from restore.numerics import SINGLE_TINY
 from restore.scan import Floats, Ints
-from restore.shading.lamps import ROOM, Light, Places
+from restore.shading.light import ROOM, Light, Places
 
 STEPS = np.array([1e-3, 1e-3, 1e-6])  # of azimuth, polar angle and nearness for derivatives: single precision bears it
 # Standard deviations of the parameters before anything is seen: strengths as large as the light, lamps anywhere.

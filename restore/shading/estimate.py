@@ -16,9 +16,11 @@ from restore.scan import Floats, Ints, Mask
 from restore.shading.certainty import Certainty, certainty_of
 from restore.shading.channels import as_list
 from restore.shading.horizon_map import HorizonMap
-from restore.shading.lamps import SAMPLES, Light, Places, fit_light
+from restore.shading.lamps import SAMPLES, fit_light
+from restore.shading.light import Light, Places
 from restore.shading.regions import EDGE, Regions, regions_of, unexplained
 from restore.shading.relief import Field
+from restore.shading.shadow_edges import place_lamps
 
 LEAST_PAPER = 50  # cells: fewer tell nothing of the light
 LEAST_REGIONS = 0.02  # of the page: smaller regions of constant print judge no light
@@ -103,7 +105,7 @@ def estimate_light(
     """
     best: Estimate | None = None
     values = np.ones_like(colour)
-    for fitted_to, fitted in _candidates(colour, paper, places, horizon, regions.labels.ravel()):
+    for fitted_to, fitted in _candidates(colour, paper, places, horizon, regions.labels, inside):
         certainty = judges.certainty(fitted, places, inside)
         if not certainty.certain:
             continue
@@ -136,12 +138,14 @@ def estimate_again(
 
 
 def _candidates(
-    colour: Field, paper: Ints, places: Places, horizon: HorizonMap, labels: Ints
+    colour: Field, paper: Ints, places: Places, horizon: HorizonMap, labels: Ints, inside: Mask
 ) -> Iterator[tuple[str, Light]]:
     """What the light may be fitted to, and the light."""
     if len(paper) >= LEAST_PAPER:
         chosen = paper[:: max(1, len(paper) // SAMPLES)]
-        yield "paper", fit_light(colour[chosen], places[chosen], horizon)
+        fitted = fit_light(colour[chosen], places[chosen], horizon)
+        yield "paper", place_lamps(fitted, colour.reshape(*inside.shape, 3), chosen, places, inside)
+    labels = labels.ravel()
     known = np.flatnonzero(labels)
     chosen = known[:: max(2, len(known) // SAMPLES)]
     if (labels[chosen] == 1).sum() >= LEAST_PAPER:

@@ -1,9 +1,6 @@
 """Lamps, far or near, and ambient light, estimated from the picture of the page that they light.
 
-Bare paper gives back light in all directions alike (Lambert), so its brightness over the surface is the light's. What
-comes from a lamp goes with the cosine to it over the square of the distance, and only where the lamp is in sight; what
-comes from the room is nearly the same on all slopes (Basri & Jacobs, "Lambertian reflectance and linear subspaces",
-TPAMI 25(2), 2003, eq. 17: a constant and three terms linear in the normal hold most of it), less in hollows.
+Bare paper gives back light in all directions alike (Lambert), so its brightness over the surface is the light's.
 """
 
 from __future__ import annotations
@@ -15,14 +12,13 @@ import numba
 import numpy as np
 from scipy.optimize import minimize
 
-from restore.bands import in_bands
 from restore.numerics import SMALL
 from restore.robust import robust_sigma
 from restore.scan import Floats, Ints, Mask
-from restore.shading.horizon_map import HorizonMap, in_sight
+from restore.shading.horizon_map import HorizonMap
+from restore.shading.light import ROOM, Light, Places, room_terms, terms_of
 from restore.shading.relief import Field
 
-ROOM = 4  # terms: the room's light and its slopes along x, y, z
 MAX_LAMPS = 2  # a third is as good as room light, and would be fitted to figures
 SAMPLES = 1000  # of bare paper: thirteen unknowns, and lamps must be tried in hundreds of places within 0.1 s
 AZIMUTHS, POLARS = 12, (25.0, 45.0, 65.0)  # degrees from the page's normal: where a lamp is first looked for
@@ -40,73 +36,8 @@ DOUBTED = 0.1  # weight of a place that may be ink, in the judgement of lamps
 FLOOR, LAST_FLOOR = 0.04, 0.01
 ROUNDS = 5
 TRIALS = 120  # of the search that refines one lamp: it ends within half a degree
-
-
-@dataclass(frozen=True, eq=False)
-class Places:
-    """Spots of the page: points (n, 3) mm and normals (n, 3) in the frame of the relief, openness (n,) 0 to 1, and
-    nodes (n, 2) = (col, row) in the horizon map."""
-
-    points: Field
-    normals: Field
-    openness: Field
-    nodes: Field
-
-    def __getitem__(self, chosen: Ints | slice) -> Places:
-        return Places(self.points[chosen], self.normals[chosen], self.openness[chosen], self.nodes[chosen])
-
-
-@dataclass(frozen=True, eq=False)
-class Light:
-    """The light found.
-
-    lamps      (k, 3): azimuth and polar angle in the frame of the relief, seen from `middle` (3,) mm, and nearness,
-               the inverse of the distance per mm, 0 for a lamp that is far away.
-    strengths  (4 + k, 3): of the room, its slopes along x, y, z, and each lamp, per colour channel.
-    """
-
-    lamps: Floats
-    strengths: Floats
-    middle: Field
-    horizon: HorizonMap
-
-    def irradiance(self, places: Places) -> Field:
-        """(n, 3) light on places of the page."""
-        light, strengths = np.empty((len(places.points), 3), np.float32), self.strengths.astype(np.float32)
-
-        def shine(band: slice) -> None:
-            at = places[band]
-            slopes = self.horizon.slopes
-            _light(
-                at.points, at.normals, at.openness, at.nodes, slopes, self.middle, self.lamps, strengths, light[band]
-            )
-
-        in_bands(shine, len(light))
-        return light
-
-    def terms(self, places: Places) -> Floats:
-        """(n, 4 + k) the light of the room, its three slopes, and of each lamp, of strength 1 on places of the page."""
-        at = places
-        room = room_terms(places)
-        return _design_matrix(room, at.points, at.normals, at.nodes, self.horizon.slopes, self.middle, self.lamps)
-
-    @property
-    def of_one_colour(self) -> Light:
-        """The same light, room and all lamps of the colour that falls on the page lying flat."""
-        mean, level = self.strengths.mean(axis=1), self.level.astype(float)
-        return replace(self, strengths=np.outer(mean, level / level.mean()))
-
-    @property
-    def level(self) -> Field:
-        """(3,) the light on the page lying flat, in its middle, with nothing before it."""
-        upright = np.array([1.0, 0.0, 0.0, 1.0, *np.cos(self.lamps[:, 1])])
-        return np.asarray(upright @ self.strengths, dtype=np.float32)
-
-
-def room_terms(places: Places) -> Floats:
-    """(n, 4): the room's light and its three slopes."""
-    upright = np.column_stack([np.ones(len(places.points)), places.normals])
-    return np.asarray(places.openness[:, None] * upright, dtype=float)
+# Of the search for lamps whose place is nearly known: two degrees twice, and a seventh of the first guess.
+NEAR_SIMPLEX, NEAR_TRIALS = (0.03, 0.03, 1e-4), 60
 
 
 def fit_light(colour: Field, places: Places, horizon: HorizonMap, labels: Ints | None = None) -> Light:
@@ -132,10 +63,23 @@ def fit_light(colour: Field, places: Places, horizon: HorizonMap, labels: Ints |
             break
         lamps = found
         fit = fit.reweighted(lamps, FLOOR)
+    return _light_of(lamps, fit, colour)
+
+
+def refit_light(light: Light, colour: Field, places: Places) -> Light:
+    """A light fitted anew to the linear colour (n, 3) of places of bare paper, its lamps near to where they are."""
+    paper = np.ones(len(colour))
+    fit = _Fit(colour.mean(axis=1).astype(float), places, light.horizon, light.middle, paper, paper.astype(np.int64))
+    lamps = _refine_lamps(light.lamps, fit.reweighted(light.lamps, FLOOR), NEAR_SIMPLEX, NEAR_TRIALS)
+    return _light_of(lamps, fit, colour)
+
+
+def _light_of(lamps: Floats, fit: _Fit, colour: Field) -> Light:
+    """The light of lamps and room that explains the linear colour (n, 3) of most places of a fit."""
     fit = fit.reweighted(lamps, LAST_FLOOR)
     channels = (replace(fit, brightness=colour[:, k].astype(float)) for k in range(3))
     strengths = np.stack([channel.strengths(lamps) for channel in channels], axis=1)
-    return Light(lamps, strengths, fit.middle, horizon)
+    return Light(lamps, strengths, fit.middle, fit.horizon)
 
 
 def _first_guess(brightness: Floats, places: Places) -> Floats:
@@ -198,8 +142,7 @@ class _Fit:
         In a region of albedo a the brightness is b = a·t·s for terms t and strengths s. The best 1/a for given s is
         linear in s, so that t·s − b/a = t'·s with t' = t − b (Σ w b t) / (Σ w b²).
         """
-        at = self.places
-        terms = _design_matrix(self.room, at.points, at.normals, at.nodes, self.horizon.slopes, self.middle, lamps)
+        terms = terms_of(self.room, self.places, self.horizon, self.middle, lamps)
         for label in self.others:
             here = self.labels == label
             brightness, weighted = self.brightness[here], (self.weights * self.brightness)[here]
@@ -249,8 +192,10 @@ def _add_lamp(lamps: Floats, fit: _Fit) -> Floats:
     return min((np.vstack([lamps, lamp]) for lamp in sky), key=fit.deviation)
 
 
-def _refine_lamps(lamps: Floats, fit: _Fit) -> Floats:
-    """All lamps, each of them moved to where they leave least."""
+def _refine_lamps(
+    lamps: Floats, fit: _Fit, steps: tuple[float, float, float] = SIMPLEX, trials: int = TRIALS
+) -> Floats:
+    """All lamps, each of them moved to where they leave least, by first steps and so many trials for each."""
 
     def cost(flat: Floats) -> float:
         if not all(0 <= p <= np.pi / 2 for p in flat[1::3]) or not all(0 <= n <= 1 / CLOSEST_MM for n in flat[2::3]):
@@ -258,9 +203,9 @@ def _refine_lamps(lamps: Floats, fit: _Fit) -> Floats:
         return fit.deviation(flat.reshape(-1, 3))
 
     start = lamps.ravel()
-    simplex = np.vstack([start, start + np.diag(np.tile(SIMPLEX, len(lamps)))])
+    simplex = np.vstack([start, start + np.diag(np.tile(steps, len(lamps)))])
     simplex[:, 1::3] = np.clip(simplex[:, 1::3], 0, np.pi / 2)
-    options = {"initial_simplex": simplex, "maxfev": TRIALS * len(lamps), "xatol": 1e-4, "fatol": 1e-7}
+    options = {"initial_simplex": simplex, "maxfev": trials * len(lamps), "xatol": 1e-4, "fatol": 1e-7}
     return np.asarray(minimize(cost, start, method="Nelder-Mead", options=options).x.reshape(-1, 3))
 
 
@@ -298,61 +243,3 @@ def _truncated_rms(terms: Floats, brightness: Floats, weights: Floats, cap: floa
         rest = min(abs(rest), cap)
         square += (1.0 if weights[n] > 0 else doubted) * rest * rest
     return np.sqrt(square / count)
-
-
-@numba.njit(cache=True)
-def _design_matrix(
-    room: Floats, points: Field, normals: Field, nodes: Field, slopes: Field, middle: Field, lamps: Floats
-) -> Floats:
-    """(n, 4 + k) the room's terms (n, 4) and each lamp's light."""
-    terms = np.empty((len(room), ROOM + len(lamps)))
-    terms[:, :ROOM] = room
-    for k in range(len(lamps)):
-        terms[:, ROOM + k] = _lamp(points, normals, nodes, slopes, middle, lamps[k, 0], lamps[k, 1], lamps[k, 2])
-    return terms
-
-
-@numba.njit(cache=True)
-def _lamp(
-    points: Field, normals: Field, nodes: Field, slopes: Field, middle: Field, azimuth: float, polar: float, near: float
-) -> Field:
-    """(n,) light of one lamp: 1 on a place in the page's middle that faces it."""
-    x = np.sin(polar) * np.cos(azimuth)
-    y = np.sin(polar) * np.sin(azimuth)
-    z = np.cos(polar)
-    out = np.zeros(len(points), np.float32)
-    for n in range(len(points)):
-        u = x - near * (points[n, 0] - middle[0])
-        v = y - near * (points[n, 1] - middle[1])
-        w = z - near * (points[n, 2] - middle[2])
-        cosine = u * normals[n, 0] + v * normals[n, 1] + w * normals[n, 2]
-        if cosine > 0:
-            square = u * u + v * v + w * w
-            out[n] = cosine / (square * np.sqrt(square)) * in_sight(slopes, nodes[n, 0], nodes[n, 1], u, v, w)
-    return out
-
-
-@numba.njit(cache=True, nogil=True)
-def _light(
-    points: Field,
-    normals: Field,
-    openness: Field,
-    nodes: Field,
-    slopes: Field,
-    middle: Field,
-    lamps: Floats,
-    strengths: Field,
-    out: Field,
-) -> None:
-    """Write the light of the room and all lamps into out (n, 3)."""
-    for n in range(len(points)):
-        for c in range(3):
-            slope = strengths[0, c]
-            for k in range(3):
-                slope += normals[n, k] * strengths[k + 1, c]
-            out[n, c] = openness[n] * slope
-    for k in range(len(lamps)):
-        lamp = _lamp(points, normals, nodes, slopes, middle, lamps[k, 0], lamps[k, 1], lamps[k, 2])
-        for n in range(len(points)):
-            for c in range(3):
-                out[n, c] += lamp[n] * strengths[k + ROOM, c]

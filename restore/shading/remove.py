@@ -23,7 +23,7 @@ from restore.shading.crease_residual import FARTHEST, LEAST, crease_light, hollo
 from restore.shading.divide import divided
 from restore.shading.estimate import DIMMEST, LEAST_PAPER, Estimate, Judges, estimate_again, estimate_light
 from restore.shading.horizon_map import HorizonMap, fill_nearest, horizon_map
-from restore.shading.lamps import Places
+from restore.shading.light import Places
 from restore.shading.paper import paper_candidates
 from restore.shading.regions import regions_of
 from restore.shading.relief import Field, Relief

@@ -7,7 +7,7 @@ from restore.numerics import SINGLE_TINY
 from restore.shading.channels import as_list
 from restore.shading.estimate import Judges, estimate_again, estimate_light
 from restore.shading.horizon_map import horizon_map
-from restore.shading.lamps import Places
+from restore.shading.light import Places
 from restore.shading.regions import regions_of
 from restore.shading.relief import Relief
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from restore.shading.horizon_map import AZIMUTHS, horizon_map, in_sight
-from restore.shading.lamps import Light, Places, fit_light
+from restore.shading.lamps import fit_light
+from restore.shading.light import Light, Places
 from restore.shading.relief import Relief
 
 REACH = 100.0  # mm, half of the page
