@@ -67,11 +67,17 @@ def fit_light(colour: Field, places: Places, horizon: HorizonMap, labels: Ints |
 
 
 def refit_light(light: Light, colour: Field, places: Places) -> Light:
-    """A light fitted anew to the linear colour (n, 3) of places of bare paper, its lamps near to where they are."""
+    """A light fitted anew to the linear colour (n, 3) of places of bare paper, its lamps near to where they are.
+
+    It is returned as it is when a lamp would have to take light away from these places: they show print.
+    """
     paper = np.ones(len(colour))
     fit = _Fit(colour.mean(axis=1).astype(float), places, light.horizon, light.middle, paper, paper.astype(np.int64))
-    lamps = _refine_lamps(light.lamps, fit.reweighted(light.lamps, FLOOR), NEAR_SIMPLEX, NEAR_TRIALS)
-    return _light_of(lamps, fit, colour)
+    trusted = fit.reweighted(light.lamps, FLOOR)
+    if not np.isfinite(trusted.deviation(light.lamps)):
+        return light
+    placed = _light_of(_refine_lamps(light.lamps, trusted, NEAR_SIMPLEX, NEAR_TRIALS), fit, colour)
+    return placed if (placed.strengths[ROOM:] >= 0).all() else light
 
 
 def _light_of(lamps: Floats, fit: _Fit, colour: Field) -> Light:

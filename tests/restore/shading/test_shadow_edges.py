@@ -67,3 +67,9 @@ def test_a_page_without_shadows_leaves_the_light_as_it_is():
     light, places = lit_by([toward(10.0, 30.0, 8e-4)], [*ROOM, 0.9 * PAPER], relief, horizon_map(relief))
     colour = light.irradiance(places).reshape(CELLS, CELLS, 3)
     assert place_lamps(light, colour, np.arange(100), places, np.ones((CELLS, CELLS), bool)) is light
+
+
+def test_print_that_is_darker_where_a_lamp_shines_leaves_the_light_as_it_is():
+    true, places, colour, paper = shadowed()
+    inverse = colour.max() + colour.min() - colour
+    assert place_lamps(true, inverse, paper, places, np.ones((CELLS, CELLS), bool)) is true
