@@ -42,6 +42,7 @@ PAGE_MM = (230.0, 160.0)
 DPI = 150.0
 TILTS_DEG = (5.0, 12.0)  # books lie on a stand: it is from there that their lines look curved
 TYPE_PT, TITLE_PT, MARGIN_MM = 14.0, 24.0, 13.0
+OPTICS = {"lens": LENS, "distance_mm": DISTANCE_MM, "page_mm": PAGE_MM}
 
 Draw = Callable[[np.random.Generator], Sheet]
 
@@ -133,16 +134,19 @@ def evenly_chosen(pages: Sequence[Task], count: int) -> list[Task]:
     return [pages[i] for i in np.unique(np.linspace(0, len(pages) - 1, count).round().astype(int))]
 
 
+def print_of(task: Task) -> Text:
+    """What is printed on the page."""
+    return Text(title_pt=TITLE_PT, sizes_pt=(TYPE_PT,), margin_mm=MARGIN_MM, seed=task.seed)
+
+
 def pictures(task: Task) -> Pictures:
     """Shoot, restore, and shoot the flat original."""
-    print_ = Text(title_pt=TITLE_PT, sizes_pt=(TYPE_PT,), margin_mm=MARGIN_MM, seed=task.seed)
-    optics = {"lens": LENS, "distance_mm": DISTANCE_MM, "page_mm": PAGE_MM}
-    pose = Pose(tilt_deg=task.tilt_deg)
+    print_, pose = print_of(task), Pose(tilt_deg=task.tilt_deg)
     depth_mm = DISTANCE_MM + LENSES[LENS].pupil_mm
     scene = place_sheet(task.sheet, printed(print_, PAGE_MM), depth_mm=depth_mm, pose=pose)
     light = sparing_highlights(task.light, scene)
-    scan, truth = shoot(task.sheet, print_, seed=task.seed, pose=pose, light=light, **optics)
-    flat, flat_truth = shoot(Flat(), print_, seed=task.seed, **optics)
+    scan, truth = shoot(task.sheet, print_, seed=task.seed, pose=pose, light=light, **OPTICS)
+    flat, flat_truth = shoot(Flat(), print_, seed=task.seed, **OPTICS)
     page = restore(scan, Settings(dpi=DPI, shading="remove"))
     images = (cropped(scan, truth), page.master, page.image, laid_flat(flat, flat_truth))
     raw_dpi = LENSES[LENS].focal_px / (DISTANCE_MM + LENSES[LENS].pupil_mm) * MM_PER_INCH

@@ -55,3 +55,11 @@ def test_a_black_body_is_neutral_at_the_balance_of_the_camera_and_reddish_below(
     red, _, blue = planckian(2856.0)
     assert red > 1.5  # CIE illuminant A, 1.8 and 0.4 at these wavelengths
     assert blue < 0.5
+
+
+def test_words_that_differ_in_their_punctuation_alone_are_counted():
+    from bench.words_resolved import marks_missed
+
+    assert marks_missed("The sheet lies on the leaf. All is even.", "The shect lies on the leaf, All is even,") == 2
+    assert marks_missed("One leaf.", "One leaf.") == 0
+    assert marks_missed("The leaf. Two", "Thc leaf. Too") == 0  # letters are no marks
