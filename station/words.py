@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 
 from restore import Bytes
+from station.columns import Gutter, find_gutters, with_rules
 from station.errors import StationError, UsageError
 from station.export.png import encode_png
 from station.greek import reading_language, respelt
@@ -113,7 +114,7 @@ def recognise(image: Bytes, dpi: float, *, name: str, language: str = "eng", whi
     sized, scale = sized_for_reading(image, dpi)
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder, "page.png"), Path(folder, "page")
-        source.write_bytes(encode_png(sharpened(sized)))
+        source.write_bytes(encode_png(with_rules(sharpened(sized), _gutters(sized, dpi * scale), dpi * scale)))
         resolution = ("--dpi", str(round(dpi * scale)))
         data = reading_language(language, known)
         run_tesseract(tesseract, source, target, "-l", data, *resolution, "-c", "textonly_pdf=1", *FORMATS)
@@ -171,13 +172,23 @@ def x_height_px(image: Bytes, dpi: float) -> float | None:
     Most letters have the height of an x; the lower quartile of the heights of what may be letters is that of the type
     that most small words are set in.
     """
-    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
-    _, ink = cv2.threshold(grey, 0, 1, cv2.THRESH_BINARY_INV + cv2.THRESH_OTSU)
-    _, _, stats, _ = cv2.connectedComponentsWithStats(ink, connectivity=8)
+    _, _, stats, _ = cv2.connectedComponentsWithStats(_ink(image), connectivity=8)
     width, height = stats[1:, cv2.CC_STAT_WIDTH], stats[1:, cv2.CC_STAT_HEIGHT]
     least, most = (share * dpi for share in LETTER_INCHES)
     letters = (height >= least) & (height <= most) & (width >= height / SLENDER) & (width <= height * SLENDER)
     return float(np.quantile(height[letters], 0.25)) if letters.sum() >= LEAST_LETTERS else None
+
+
+def _ink(image: Bytes) -> Bytes:
+    """(h, w) 1 where a page (h, w, 3) uint8 is dark, 0 elsewhere (Otsu's threshold)."""
+    grey = cv2.cvtColor(image, cv2.COLOR_RGB2GRAY)
+    return np.asarray(cv2.threshold(grey, 0, 1, cv2.THRESH_BINARY_INV + cv2.THRESH_OTSU)[1])
+
+
+def _gutters(image: Bytes, dpi: float) -> list[Gutter]:
+    """The gutters between columns of a page (h, w, 3) uint8; none where the size of its type is not known."""
+    height = x_height_px(image, dpi)
+    return find_gutters(_ink(image), height) if height else []
 
 
 def run_tesseract(tesseract: Path, *arguments: Any) -> str:

@@ -1,5 +1,6 @@
 """What `python -m bench` runs is there: a bench that fails on its first line measures nothing."""
 
+import shutil
 from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
@@ -12,6 +13,8 @@ import bench
 PIXELS = 100_000
 FLAT_MM = 0.05  # a flat page in FAST mode is about half as far off
 MODULES = sorted(path.stem for path in Path(bench.__file__).parent.glob("*.py") if not path.stem.startswith("__"))
+READ_ACROSS = [396408, 0]  # seed of a page that Tesseract reads across by its noise: found among a dozen
+IN_ORDER = 0.95  # of the words; read across, a tenth is
 # They come with the extra `bench` alone.
 OPTIONAL = ("igl", "matplotlib", "skimage")
 
@@ -63,3 +66,16 @@ def test_words_that_differ_in_their_punctuation_alone_are_counted():
     assert marks_missed("The sheet lies on the leaf. All is even.", "The shect lies on the leaf, All is even,") == 2
     assert marks_missed("One leaf.", "One leaf.") == 0
     assert marks_missed("The leaf. Two", "Thc leaf. Too") == 0  # letters are no marks
+
+
+@pytest.mark.skipif(shutil.which("tesseract") is None, reason="needs the system package tesseract-ocr")
+def test_a_page_of_two_columns_is_read_column_by_column():
+    from bench.reading import CAMERA_DPI, PAGE_DPI, columns, painted
+    from station.ocr_precision import count_matching_words
+    from station.words import recognise
+
+    rng = np.random.default_rng(READ_ACROSS)
+    image, printed = columns(rng)
+    read = recognise(painted(image, CAMERA_DPI, rng), PAGE_DPI, name="page").text
+    assert count_matching_words(printed, read).precision > IN_ORDER
+    assert "|" not in read

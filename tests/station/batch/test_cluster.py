@@ -49,7 +49,7 @@ class Cluster:
         scheduler = self.start(
             "scheduler", "--host", "127.0.0.1", "--port", "0", "--no-dashboard", "--scheduler-file", str(self.file)
         )
-        while not self.file.exists():
+        while not (self.file.exists() and self.file.read_text().rstrip().endswith("}")):  # it is written in pieces
             assert scheduler.poll() is None
             time.sleep(0.05)
         return scheduler
