@@ -29,6 +29,16 @@ def mesh_within(surface: PageSurface, outline: Floats) -> tuple[Floats, Ints]:
     return surface.creased(places[inside.ravel()], faces), faces
 
 
+def stretch(vertices: Floats, faces: Ints) -> float:
+    """Area of a lattice of vertices (n, 3) and faces (m, 3) over that of as many faces as most of them are, less 1.
+
+    All faces of a lattice have one area on the page, and paper keeps it: a surface that is torn has more.
+    """
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    return float(areas.mean() / np.median(areas) - 1.0)
+
+
 def _widened(outline: Floats, by: float) -> Floats:
     """(k, 2) the outline moved outwards."""
     along = np.roll(outline, -1, axis=0) - np.roll(outline, 1, axis=0)

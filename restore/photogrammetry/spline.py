@@ -14,6 +14,9 @@ from restore.scan import Floats, Ints
 
 BORDER = 2  # knots beyond the rectangle on every side
 TINY_WEIGHT = 1e-6  # of what nothing else determines
+# Of the largest weight of a bending, on the diagonal: without, the rounding of what a very stiff sheet resists may
+# leave no positive pivot for what it does not. Steps are damped, the end is not moved.
+DAMPING = 1e-12
 
 
 def numbering(rows: int, cols: int, *, along_rows: bool = False) -> tuple[int, int, int]:
@@ -200,7 +203,7 @@ def add_bending(
                 at = here + by_col * np.arange(5)
                 _add_difference(band, side, coefficients[row, col : col + 5], at, fourth, weight)
             for d in range(3):
-                band[3 * here + d, 0] += TINY_WEIGHT
+                band[3 * here + d, 0] += TINY_WEIGHT + DAMPING * along * weight
 
 
 @numba.njit(cache=True, nogil=True, fastmath=True)
@@ -232,6 +235,8 @@ def solve(band: Floats, side: Floats) -> None:
 def _scale_column(band: Floats, side: Floats, j: int) -> None:
     """Divide a column of the factor by the root of its pivot, and take it from the right side."""
     count, width = band.shape
+    # No exact pivot is less than the TINY_WEIGHT that is on the diagonal: what is less is rounding.
+    band[j, 0] = max(band[j, 0], TINY_WEIGHT)
     pivot = 1.0 / np.sqrt(band[j, 0])
     side[j] *= pivot
     for k in range(min(width, count - j)):

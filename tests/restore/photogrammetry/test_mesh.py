@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from restore.mesh.measures import surface_area
-from restore.photogrammetry.mesh import VERTICES, mesh_within
+from restore.photogrammetry.mesh import VERTICES, mesh_within, stretch
 from restore.photogrammetry.surface import Surface
 
+EXACT = 1e-4  # chords of a curl of 50 mm, a vertex to 0.6 mm
 PLANE = Surface.level(np.array([-120.0, -90.0]), np.array([120.0, 90.0]), 3.0)
 
 
@@ -34,3 +35,12 @@ def test_faces_run_counter_clockwise_seen_from_above():
     vertices, faces = mesh_within(PLANE, outline(0.0))
     a, b, c = (vertices[faces[:, k]] for k in range(3))
     assert (np.cross(b - a, c - a)[:, 2] > 0).all()
+
+
+def test_a_lattice_that_is_torn_is_stretched_by_the_area_of_the_tear():
+    vertices, faces = mesh_within(PLANE, outline(0.0))
+    assert stretch(vertices, faces) == pytest.approx(0.0, abs=EXACT)
+    bent = np.column_stack([50 * np.sin(vertices[:, 0] / 50), vertices[:, 1], 50 * np.cos(vertices[:, 0] / 50)])
+    assert stretch(bent, faces) == pytest.approx(0.0, abs=EXACT)
+    torn = vertices + np.where(vertices[:, :1] > 7.0, [4.0, 0.0, 0.0], 0.0)
+    assert stretch(torn, faces) == pytest.approx(4.0 / 200.0, rel=0.02)

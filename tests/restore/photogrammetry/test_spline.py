@@ -149,3 +149,12 @@ def test_a_band_is_solved_as_its_matrix_is(count, width):
     expected = np.linalg.solve(matrix, side)
     solve(band, side)
     np.testing.assert_allclose(side, expected, rtol=1e-9)
+
+
+def test_a_pivot_that_rounding_took_divides_by_nothing():
+    """Beside resistances of 1e7 and more the TINY_WEIGHT of what nothing determines may be lost in their rounding."""
+    band, side = np.array([[1.0, 1.0], [1.0, 0.0], [1.0, 0.0]]), np.array([1.0, 1.0, 2.0])
+    solve(band, side)  # of [[1, 1, 0], [1, 1, 0], [0, 0, 1]]
+    assert np.isfinite(side).all()
+    assert side[:2].sum() == pytest.approx(1.0, abs=ROUNDING)
+    assert side[2] == pytest.approx(2.0)

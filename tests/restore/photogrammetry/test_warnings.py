@@ -4,30 +4,33 @@ from __future__ import annotations
 
 import pytest
 
-from restore.photogrammetry.model import Model
 from restore.photogrammetry.reconstruct import _warnings
 
-GOOD = 0.97  # of the edge
-NEAR = 0.05  # mm of the points from the surface
-
-
-def model(scale: str) -> Model:
-    return Model([], [], None, {}, None, {"from": scale})
+GOOD = {
+    "left_out": {},
+    "scale": {"from": "card"},
+    "edge_measured": 0.97,
+    "surface_off_mm": 0.05,
+    "stretch": 1e-4,
+    "uncovered_paper": 0.0,
+}
 
 
 @pytest.mark.parametrize(
-    ("left_out", "scale", "uncovered", "edge", "off_mm", "words"),
+    ("found", "words"),
     [
-        ({}, "card", 0.0, GOOD, NEAR, []),
-        ({"IMG_7.jpg": "no features"}, "card", 0.0, GOOD, NEAR, ["IMG_7.jpg is left out: no features"]),
-        ({}, "none", 0.0, GOOD, NEAR, ["the scale is not known"]),
-        ({}, "card", 0.03, GOOD, NEAR, ["3% of the paper"]),
-        ({}, "card", 0.0, 0.61, NEAR, ["only 61% of the page's edge"]),
-        ({}, "card", 0.03, 0.61, NEAR, ["only 61%", "3% of the paper"]),
-        ({}, "card", 0.0, GOOD, 0.8, ["the surface passes one in ten of the measured points 0.8 mm"]),
+        ({}, []),
+        ({"left_out": {"IMG_7.jpg": "no features"}}, ["IMG_7.jpg is left out: no features"]),
+        ({"scale": {"from": "none"}}, ["the scale is not known"]),
+        ({"uncovered_paper": 0.03}, ["3% of the paper"]),
+        ({"edge_measured": 0.61}, ["only 61% of the page's edge"]),
+        ({"edge_measured": 0.61, "uncovered_paper": 0.03}, ["only 61%", "3% of the paper"]),
+        ({"surface_off_mm": 0.8}, ["the surface passes one in ten of the measured points 0.8 mm"]),
+        ({"stretch": 0.011}, ["the surface has +1.1% of area that paper cannot have"]),
+        ({"stretch": -0.02}, ["the surface has -2.0% of area that paper cannot have"]),
     ],
 )
-def test_each_doubt_has_its_sentence(left_out, scale, uncovered, edge, off_mm, words):
-    found = _warnings(left_out, model(scale), uncovered, edge, off_mm)
-    assert len(found) == len(words)
-    assert all(sentence.startswith(word) for sentence, word in zip(found, words, strict=True))
+def test_each_doubt_has_its_sentence(found, words):
+    sentences = _warnings(GOOD | found)
+    assert len(sentences) == len(words)
+    assert all(sentence.startswith(word) for sentence, word in zip(sentences, words, strict=True))
