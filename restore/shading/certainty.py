@@ -9,13 +9,14 @@ error grows as the light is extrapolated.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from restore.numerics import SINGLE_TINY
 from restore.scan import Floats, Ints
-from restore.shading.light import ROOM, Light, Places
+from restore.shading.light import ROOM, Light, Terms
+from restore.shading.surroundings import Places
 
 STEPS = np.array([1e-3, 1e-3, 1e-6])  # of azimuth, polar angle and nearness for derivatives: single precision bears it
 # Standard deviations of the parameters before anything is seen: strengths as large as the light, lamps anywhere.
@@ -93,13 +94,15 @@ def _error_of_parameters(rest: Floats, slopes: Floats, blocks: Ints) -> tuple[Fl
 def _linearised(light: Light, places: Places) -> tuple[Floats, Floats]:
     """(n,) light, the mean of its channels, and the derivatives (n, p) of its logarithm by strengths and lamps."""
     strengths = light.strengths.mean(axis=1)
-    terms = light.terms(places)
+    of_places = Terms(places, light.surroundings, light.middle)
+    terms = of_places.of(light.lamps, light.reflectance)
     total = terms @ strengths
     columns = [terms]
     for k in range(len(light.lamps)):
         for j, step in enumerate(STEPS):
             lamps = light.lamps.copy()
             lamps[k, j] += step
-            columns.append(((replace(light, lamps=lamps).terms(places) @ strengths - total) / step)[:, None])
+            moved = of_places.of(lamps, light.reflectance) @ strengths
+            columns.append(((moved - total) / step)[:, None])
     total = np.maximum(total, SINGLE_TINY)
     return total, np.hstack(columns) / total[:, None]

@@ -15,12 +15,12 @@ import numpy as np
 from restore.scan import Floats, Ints, Mask
 from restore.shading.certainty import Certainty, certainty_of
 from restore.shading.channels import as_list
-from restore.shading.horizon_map import HorizonMap
 from restore.shading.lamps import SAMPLES, fit_light
-from restore.shading.light import Light, Places
+from restore.shading.light import Light
 from restore.shading.regions import EDGE, Regions, regions_of, unexplained
 from restore.shading.relief import Field
 from restore.shading.shadow_edges import place_lamps
+from restore.shading.surroundings import Places, Surroundings
 
 LEAST_PAPER = 50  # cells: fewer tell nothing of the light
 LEAST_REGIONS = 0.02  # of the page: smaller regions of constant print judge no light
@@ -97,7 +97,13 @@ class Estimate:
 
 
 def estimate_light(
-    colour: Field, paper: Ints, places: Places, horizon: HorizonMap, regions: Regions, judges: Judges, inside: Mask
+    colour: Field,
+    paper: Ints,
+    places: Places,
+    surroundings: Surroundings,
+    regions: Regions,
+    judges: Judges,
+    inside: Mask,
 ) -> Estimate | None:
     """The light on a page of linear colour (cells, 3) that is certain, and that judges prefer to even light; else None.
 
@@ -105,7 +111,7 @@ def estimate_light(
     """
     best: Estimate | None = None
     values = np.ones_like(colour)
-    for fitted_to, fitted in _candidates(colour, paper, places, horizon, regions.labels, inside):
+    for fitted_to, fitted in _candidates(colour, paper, places, surroundings, regions.labels, inside):
         certainty = judges.certainty(fitted, places, inside)
         if not certainty.certain:
             continue
@@ -120,7 +126,13 @@ def estimate_light(
 
 
 def estimate_again(
-    first: Estimate, colour: Field, normals: Field, paper: Ints, places: Places, horizon: HorizonMap, inside: Mask
+    first: Estimate,
+    colour: Field,
+    normals: Field,
+    paper: Ints,
+    places: Places,
+    surroundings: Surroundings,
+    inside: Mask,
 ) -> tuple[Estimate, Judges] | None:
     """The light on a page of linear colour (r, c, 3) by regions that end at edges of print along creases too.
 
@@ -133,20 +145,20 @@ def estimate_again(
     judges = Judges.of(colour, regions, inside)
     if not len(judges.cells):
         return None
-    found = estimate_light(as_list(colour), paper, places, horizon, regions, judges, inside)
+    found = estimate_light(as_list(colour), paper, places, surroundings, regions, judges, inside)
     return None if found is None else (found, judges)
 
 
 def _candidates(
-    colour: Field, paper: Ints, places: Places, horizon: HorizonMap, labels: Ints, inside: Mask
+    colour: Field, paper: Ints, places: Places, surroundings: Surroundings, labels: Ints, inside: Mask
 ) -> Iterator[tuple[str, Light]]:
     """What the light may be fitted to, and the light."""
     if len(paper) >= LEAST_PAPER:
         chosen = paper[:: max(1, len(paper) // SAMPLES)]
-        fitted = fit_light(colour[chosen], places[chosen], horizon)
+        fitted = fit_light(colour[chosen], places[chosen], surroundings)
         yield "paper", place_lamps(fitted, colour.reshape(*inside.shape, 3), chosen, places, inside)
     labels = labels.ravel()
     known = np.flatnonzero(labels)
     chosen = known[:: max(2, len(known) // SAMPLES)]
     if (labels[chosen] == 1).sum() >= LEAST_PAPER:
-        yield "regions", fit_light(colour[chosen], places[chosen], horizon, labels[chosen])
+        yield "regions", fit_light(colour[chosen], places[chosen], surroundings, labels[chosen])

@@ -8,6 +8,7 @@ into the map, wherever it stands.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from math import ceil
 from typing import Any
 
@@ -25,6 +26,9 @@ from restore.shading.relief import Field, Relief
 MAX_NODES = 16_000
 AZIMUTHS = 24  # before a straight ridge the horizon is a cosine of the azimuth: 15° between two err by 1 % of it
 GROWTH = 1.1  # of the steps: a ridge that is far away may be met less exactly
+_AZIMUTH = np.arange(AZIMUTHS) * (2 * np.pi / AZIMUTHS)
+DIRECTIONS = np.stack([np.cos(_AZIMUTH), np.sin(_AZIMUTH)]).astype(np.float32)  # along x and y
+ONWARD = DIRECTIONS.T * np.array([1, -1], np.float32)  # columns and rows of a map from node to node
 NOWHERE = -1e6  # mm: no surface, no occluder
 PENUMBRA = 0.03  # tangent: the half-shadow of a lamp of 3 cm at a metre
 
@@ -33,13 +37,14 @@ PENUMBRA = 0.03  # tangent: the half-shadow of a lamp of 3 cm at a metre
 class HorizonMap:
     """Nodes `pitch` mm apart from corner (2,) mm (x left, y top) of the page's frame.
 
-    slopes (rows, cols, AZIMUTHS): the tangent of the horizon's elevation, counter-clockwise from x.
-    heights (rows, cols) mm, NOWHERE off the page.
+    slopes (rows, cols, AZIMUTHS): the tangent of the horizon's elevation, counter-clockwise from x; reaches alike:
+    how many nodes away it stands. heights (rows, cols) mm, NOWHERE off the page.
     """
 
     corner: Floats
     pitch: float
     slopes: Field
+    reaches: Field
     heights: Field
 
     def nodes(self, points: Field) -> Field:
@@ -48,25 +53,51 @@ class HorizonMap:
         pitch = np.float32(self.pitch)
         return np.stack([(points[..., 0] - left) / pitch, (top - points[..., 1]) / pitch], axis=-1)
 
-    def openness(self) -> Field:
-        """(rows, cols) 0 to 1: how much of the light from above that its slope could get a node does get.
+    @cached_property
+    def normals(self) -> Field:
+        """(rows, cols, 3) unit normals at the nodes; NaN off the page and at its border."""
+        down, right = np.gradient(np.where(self.heights == NOWHERE, np.float32(np.nan), self.heights), self.pitch)
+        normals = np.dstack([-right, down, np.ones_like(down)]).astype(np.float32)
+        return np.asarray(normals / np.linalg.norm(normals, axis=2, keepdims=True))
 
-        Light from all sides, weighed by the cosine to the normal and integrated up to the horizon, against the same
-        for a plane of that slope alone, (1 + n_z) / 2.
+    @cached_property
+    def points(self) -> Field:
+        """(rows, cols, 3) mm: the nodes."""
+        rows, cols = self.heights.shape
+        x, y = self.corner[0] + self.pitch * np.arange(cols), self.corner[1] - self.pitch * np.arange(rows)
+        return np.dstack([*np.meshgrid(x, y), self.heights]).astype(np.float32)
+
+    @cached_property
+    def views(self) -> tuple[Field, Field]:
+        """(rows, cols, AZIMUTHS) twice: how much of a node's light comes past the horizon in each direction, and how
+        much the page in front of it would reflect there.
+
+        Light that is alike from all sides, weighed by the cosine to the normal, is integrated up to the horizon and up
+        to the node's own plane: all of it is 1.
         """
-        heights = np.where(self.heights == NOWHERE, np.float32(np.nan), self.heights)
-        down, right = np.gradient(heights, np.float32(self.pitch))
-        normal = np.dstack([-right, down, np.ones_like(down)])
-        normal /= np.linalg.norm(normal, axis=2, keepdims=True)
-        azimuth = np.float32(2 * np.pi / AZIMUTHS) * np.arange(AZIMUTHS, dtype=np.float32)
-        facing = normal[..., :1] * np.cos(azimuth) + normal[..., 1:2] * np.sin(azimuth)
+        normal = self.normals
+        facing = normal[..., :1] * DIRECTIONS[0] + normal[..., 1:2] * DIRECTIONS[1]
         # At the edge of the page nothing stands before a place but its own plane.
-        rise = np.maximum(self.slopes, -facing / normal[..., 2:])
-        # With the polar angle p of the horizon, tan p = 1 / rise: sin² p, and sin 2p / 2.
-        squared = 1 / (1 + rise * rise)
-        slices = normal[..., 2:] * squared / 2 + facing * ((np.pi / 2 - np.arctan(rise)) - rise * squared) / 2
-        share = slices.sum(axis=2) * np.float32(2 / AZIMUTHS) / ((1 + normal[..., 2]) / 2)
+        plane = -facing / normal[..., 2:]
+        past, whole = (_slices(normal[..., 2:], facing, rise) for rise in (np.maximum(self.slopes, plane), plane))
+        return past, whole - past
+
+    @cached_property
+    def openness(self) -> Field:
+        """(rows, cols) 0 to 1: how much of the light from above that its slope could get a node does get, against the
+        same for a plane of that slope alone, (1 + n_z) / 2."""
+        share = self.views[0].sum(axis=2) / ((1 + self.normals[..., 2]) / 2)
         return np.asarray(np.clip(fill_nearest(share, np.isfinite(share)), 0, 1), dtype=np.float32)
+
+
+def _slices(upright: Field, facing: Field, rise: Field) -> Field:
+    """Light from above a rise, in slices of azimuth; upright and facing: the normal's parts along z and the azimuth.
+
+    With the polar angle p of the horizon, tan p = 1 / rise: sin² p, and sin 2p / 2.
+    """
+    squared = 1 / (1 + rise * rise)
+    slices = upright * squared / 2 + facing * ((np.pi / 2 - np.arctan(rise)) - rise * squared) / 2
+    return np.asarray(slices * np.float32(2 / AZIMUTHS))
 
 
 def fill_nearest(field: NDArray[Any], known: Mask) -> NDArray[Any]:
@@ -95,16 +126,13 @@ def horizon_map(relief: Relief) -> HorizonMap:
     heights = rasterise(xy, relief.faces, relief.vertices[:, 2:], height, width)[..., 0]
     known = np.isfinite(heights)
     heights = np.where(known, heights, np.float32(NOWHERE))
-    azimuth = 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
-    ways = np.stack([np.cos(azimuth), -np.sin(azimuth)], axis=1).astype(np.float32)
-    slopes = np.zeros((*heights.shape, AZIMUTHS), np.float32)
-    in_bands(
-        lambda rows: _horizon(heights, ways, _reaches(max(heights.shape)), pitch, rows.start, slopes[rows]), height
-    )
-    return HorizonMap(corner, pitch, fill_nearest(slopes, known), heights)
+    slopes, reaches = np.zeros((2, *heights.shape, AZIMUTHS), np.float32)
+    steps = _steps(max(heights.shape))
+    in_bands(lambda rows: _horizon(heights, ONWARD, steps, pitch, rows.start, slopes[rows], reaches[rows]), height)
+    return HorizonMap(corner, pitch, fill_nearest(slopes, known), reaches, heights)
 
 
-def _reaches(longest: int) -> Field:
+def _steps(longest: int) -> Field:
     """(k,) distances in nodes at which to look, up to the longest."""
     steps = [1.0]
     while steps[-1] < np.hypot(longest, longest):
@@ -113,8 +141,10 @@ def _reaches(longest: int) -> Field:
 
 
 @numba.njit(cache=True, nogil=True)
-def _horizon(heights: Field, ways: Field, reaches: Field, pitch: float, first: int, slopes: Field) -> None:
-    """Write the horizon slopes of the rows from `first` on into slopes (some rows, cols, len(ways)).
+def _horizon(
+    heights: Field, ways: Field, steps: Field, pitch: float, first: int, slopes: Field, reaches: Field
+) -> None:
+    """Write the horizon's slopes, and how far it is, of the rows from `first` on into (some rows, cols, len(ways)).
 
     All nodes of a row are advanced by the same reach at once, so that the heights read are contiguous in memory.
     """
@@ -123,20 +153,23 @@ def _horizon(heights: Field, ways: Field, reaches: Field, pitch: float, first: i
     for row in range(first, first + len(slopes)):
         for a in range(len(ways)):
             steepest = np.full(cols, np.float32(-1e3))
-            for reach in reaches:
+            farthest = np.zeros(cols, np.float32)
+            for reach in steps:
                 x, y = ways[a, 0] * reach, row + ways[a, 1] * reach
                 right, i = int(np.floor(x)), int(np.floor(y))
                 start, stop = max(0, -right), min(cols, cols - 1 - right)
                 if start >= stop or not 0 <= i < rows - 1:
                     break
                 u, v, nearness = np.float32(x - right), np.float32(y - i), one / (reach * np.float32(pitch))
-                here, steep = heights[row, start:stop], steepest[start:stop]
+                here, steep, far = heights[row, start:stop], steepest[start:stop], farthest[start:stop]
                 upper, lower = heights[i, start + right :], heights[i + 1, start + right :]
                 for k in range(stop - start):
                     above = (one - u) * upper[k] + u * upper[k + 1]
                     below = (one - u) * lower[k] + u * lower[k + 1]
-                    steep[k] = max(steep[k], ((one - v) * above + v * below - here[k]) * nearness)
-            slopes[row - first, :, a] = steepest
+                    rise = ((one - v) * above + v * below - here[k]) * nearness
+                    far[k] = reach if rise > steep[k] else far[k]
+                    steep[k] = max(steep[k], rise)
+            slopes[row - first, :, a], reaches[row - first, :, a] = steepest, farthest
 
 
 @numba.njit(cache=True)

@@ -15,13 +15,14 @@ from scipy.optimize import minimize
 from restore.numerics import SMALL
 from restore.robust import robust_sigma
 from restore.scan import Floats, Ints, Mask
-from restore.shading.horizon_map import HorizonMap
-from restore.shading.light import ROOM, Light, Places, room_terms, terms_of
+from restore.shading.light import ROOM, Light, Terms
 from restore.shading.relief import Field
+from restore.shading.surroundings import Places, Surroundings
 
 MAX_LAMPS = 2  # a third is as good as room light, and would be fitted to figures
 SAMPLES = 1000  # of bare paper: thirteen unknowns, and lamps must be tried in hundreds of places within 0.1 s
-AZIMUTHS, POLARS = 12, (25.0, 45.0, 65.0)  # degrees from the page's normal: where a lamp is first looked for
+# Where a lamp is first looked for, and how far from the page's normal.
+AZIMUTHS, POLARS = 12, np.radians([25.0, 45.0, 65.0])
 FIRST_NEARNESS = 7e-4  # per mm: between a desk lamp and a far one
 SIMPLEX = (0.15, 0.12, 5e-4)  # first steps of the search: radians, radians, per mm
 PROMISING = 0.995  # the first guess at a lamp must bring the deviation down to this share: no worse one ends well
@@ -31,16 +32,27 @@ RIDGE = 1e-5  # of the mean: a flat page tells lamp and room not apart, and none
 CLOSEST_MM = 200.0  # no lamp stands nearer: the page would not fit under it
 ABOVE = 20.0  # nothing is brighter than bare paper: what lies above a first guess of its light weighs so much more
 OUTLYING = 3.0  # robust deviations: places farther off count as ink, figure or gloss
-# Of the light: no narrower is the robust deviation taken, before all lamps are found and after.
 DOUBTED = 0.1  # weight of a place that may be ink, in the judgement of lamps
+# Of the light: no narrower is the robust deviation taken, before all lamps are found and after.
 FLOOR, LAST_FLOOR = 0.04, 0.01
 ROUNDS = 5
 TRIALS = 120  # of the search that refines one lamp: it ends within half a degree
+FIRST_TRIALS = 30  # from each height at first: enough to tell them apart
 # Of the search for lamps whose place is nearly known: two degrees twice, and a seventh of the first guess.
-NEAR_SIMPLEX, NEAR_TRIALS = (0.03, 0.03, 1e-4), 60
+NEAR_SIMPLEX, NEAR_TRIALS = (0.03, 0.03, 1e-4), 100
+REFLECTANCES = (0.0, 0.7)  # of a dark page, and of paper with print on it, before the page tells
+REFLECTED = 0.2  # first step of the search for it
 
 
-def fit_light(colour: Field, places: Places, horizon: HorizonMap, labels: Ints | None = None) -> Light:
+@dataclass(frozen=True, eq=False)
+class _Guess:
+    """Lamps (k, 3) as `Light` has them, and the reflectance of the page."""
+
+    lamps: Floats
+    reflectance: float
+
+
+def fit_light(colour: Field, places: Places, surroundings: Surroundings, labels: Ints | None = None) -> Light:
     """Light that explains the linear colour (n, 3) of places.
 
     labels (n,): regions of constant print, 1 the one whose brightness the light is measured in; the albedo of every
@@ -51,19 +63,20 @@ def fit_light(colour: Field, places: Places, horizon: HorizonMap, labels: Ints |
         labels, weights = np.ones(len(colour), np.int64), _first_guess(brightness, places)
     else:
         weights = np.ones(len(colour))
-    fit = _Fit(brightness, places, horizon, places.points.mean(axis=0), weights, labels)
-    lamps = np.empty((0, 3))
+    fit = _Fit(brightness, Terms(places, surroundings, places.points.mean(axis=0)), weights, labels)
+    guess = min((_Guess(np.empty((0, 3)), share) for share in REFLECTANCES), key=fit.deviation)
     enough = EVEN * fit.level
-    while len(lamps) < MAX_LAMPS and fit.deviation(lamps) > enough:
-        found = _add_lamp(lamps, fit)
-        if not fit.better(found, lamps, PROMISING):
+    while len(guess.lamps) < MAX_LAMPS and fit.deviation(guess) > enough:
+        starts = _starts(guess, fit)
+        if not any(fit.better(start, guess, PROMISING) for start in starts):
             break
-        found = _refine_lamps(found, fit)
-        if not fit.better(found, lamps, WORTH):
+        nearer = (_refined(start, fit, trials=FIRST_TRIALS) for start in starts)
+        found = _refined(min(nearer, key=fit.deviation), fit)
+        if not fit.better(found, guess, WORTH):
             break
-        lamps = found
-        fit = fit.reweighted(lamps, FLOOR)
-    return _light_of(lamps, fit, colour)
+        guess = found
+        fit = fit.reweighted(guess, FLOOR)
+    return _light_of(guess, fit, colour)
 
 
 def refit_light(light: Light, colour: Field, places: Places) -> Light:
@@ -71,21 +84,22 @@ def refit_light(light: Light, colour: Field, places: Places) -> Light:
 
     It is returned as it is when a lamp would have to take light away from these places: they show print.
     """
-    paper = np.ones(len(colour))
-    fit = _Fit(colour.mean(axis=1).astype(float), places, light.horizon, light.middle, paper, paper.astype(np.int64))
-    trusted = fit.reweighted(light.lamps, FLOOR)
-    if not np.isfinite(trusted.deviation(light.lamps)):
+    paper, terms = np.ones(len(colour)), Terms(places, light.surroundings, light.middle)
+    fit = _Fit(colour.mean(axis=1).astype(float), terms, paper, paper.astype(np.int64))
+    guess = _Guess(light.lamps, light.reflectance)
+    trusted = fit.reweighted(guess, FLOOR)
+    if not np.isfinite(trusted.deviation(guess)):
         return light
-    placed = _light_of(_refine_lamps(light.lamps, trusted, NEAR_SIMPLEX, NEAR_TRIALS), fit, colour)
+    placed = _light_of(_refined(guess, trusted, NEAR_SIMPLEX, NEAR_TRIALS, doubted=1.0), fit, colour)
     return placed if (placed.strengths[ROOM:] >= 0).all() else light
 
 
-def _light_of(lamps: Floats, fit: _Fit, colour: Field) -> Light:
+def _light_of(guess: _Guess, fit: _Fit, colour: Field) -> Light:
     """The light of lamps and room that explains the linear colour (n, 3) of most places of a fit."""
-    fit = fit.reweighted(lamps, LAST_FLOOR)
+    fit = fit.reweighted(guess, LAST_FLOOR)
     channels = (replace(fit, brightness=colour[:, k].astype(float)) for k in range(3))
-    strengths = np.stack([channel.strengths(lamps) for channel in channels], axis=1)
-    return Light(lamps, strengths, fit.middle, fit.horizon)
+    strengths = np.stack([channel.strengths(guess) for channel in channels], axis=1)
+    return Light(guess.lamps, guess.reflectance, strengths, fit.of_places.middle, fit.of_places.surroundings)
 
 
 def _first_guess(brightness: Floats, places: Places) -> Floats:
@@ -116,9 +130,7 @@ class _Fit:
     """What lamps are fitted to."""
 
     brightness: Floats
-    places: Places
-    horizon: HorizonMap
-    middle: Field
+    of_places: Terms
     weights: Floats
     labels: Ints
 
@@ -133,22 +145,17 @@ class _Fit:
         return np.where(self.labels == 1, self.brightness, 0.0)
 
     @cached_property
-    def room(self) -> Floats:
-        """(n, 4): the room's light and its three slopes."""
-        return room_terms(self.places)
-
-    @cached_property
     def cap(self) -> float:
         """What a place that no light explains may count at most."""
         return OUTLYING * FLOOR * self.level
 
-    def terms(self, lamps: Floats) -> Floats:
+    def terms(self, guess: _Guess) -> Floats:
         """(n, 4 + k): the room's light, its three slopes, and each lamp's light, reduced by the unknown albedos.
 
         In a region of albedo a the brightness is b = a·t·s for terms t and strengths s. The best 1/a for given s is
         linear in s, so that t·s − b/a = t'·s with t' = t − b (Σ w b t) / (Σ w b²).
         """
-        terms = terms_of(self.room, self.places, self.horizon, self.middle, lamps)
+        terms = self.of_places.of(guess.lamps, guess.reflectance)
         for label in self.others:
             here = self.labels == label
             brightness, weighted = self.brightness[here], (self.weights * self.brightness)[here]
@@ -160,59 +167,69 @@ class _Fit:
         """(m,) labels of the regions of unknown albedo."""
         return np.unique(self.labels[self.labels != 1])
 
-    def strengths(self, lamps: Floats) -> Floats:
+    def strengths(self, guess: _Guess) -> Floats:
         """(4 + k,) the best strengths of room and lamps."""
-        return _solve(self.terms(lamps), self.target, self.weights)
+        return _solve(self.terms(guess), self.target, self.weights)
 
-    def residual(self, lamps: Floats) -> Floats:
+    def residual(self, guess: _Guess) -> Floats:
         """(n,) what the best strengths of room and lamps leave of the brightness."""
-        terms = self.terms(lamps)
+        terms = self.terms(guess)
         return np.asarray(self.target - terms @ _solve(terms, self.target, self.weights))
 
-    def deviation(self, lamps: Floats, doubted: float = DOUBTED) -> float:
+    def deviation(self, guess: _Guess, doubted: float = DOUBTED) -> float:
         """Its root mean square; infinite when a lamp would have to take light away.
 
         Ink counts no more than any other that no light explains; a shadow that another lamp would explain counts.
         """
-        return float(_truncated_rms(self.terms(lamps), self.target, self.weights, self.cap, doubted))
+        return float(_truncated_rms(self.terms(guess), self.target, self.weights, self.cap, doubted))
 
-    def better(self, found: Floats, lamps: Floats, share: float) -> bool:
-        """Whether the lamps found bring the deviation down to a share of what others leave.
+    def better(self, found: _Guess, guess: _Guess, share: float) -> bool:
+        """Whether what is found brings the deviation down to a share of what another guess leaves.
 
         Either they explain bare paper better, or a shadow that was taken for ink.
         """
-        return any(self.deviation(found, doubt) <= share * self.deviation(lamps, doubt) for doubt in (0.0, DOUBTED))
+        return any(self.deviation(found, doubt) <= share * self.deviation(guess, doubt) for doubt in (0.0, DOUBTED))
 
-    def reweighted(self, lamps: Floats, floor: float) -> _Fit:
-        """The same, trusting what these lamps explain."""
+    def reweighted(self, guess: _Guess, floor: float) -> _Fit:
+        """The same, trusting what a guess explains."""
         fit = self
         for _ in range(ROUNDS):
-            fit = replace(fit, weights=_inlier_weights(fit.residual(lamps), fit.weights > 0, floor * self.level))
+            fit = replace(fit, weights=_inlier_weights(fit.residual(guess), fit.weights > 0, floor * self.level))
         return fit
 
 
-def _add_lamp(lamps: Floats, fit: _Fit) -> Floats:
-    """The lamps and one more, looked for all over the sky."""
+def _starts(guess: _Guess, fit: _Fit) -> list[_Guess]:
+    """The lamps and one more, looked for all over the sky: the best at each height, as shadows part heights."""
     azimuths = 2 * np.pi * np.arange(AZIMUTHS) / AZIMUTHS
-    sky = [(azimuth, np.radians(polar), FIRST_NEARNESS) for azimuth in azimuths for polar in POLARS]
-    return min((np.vstack([lamps, lamp]) for lamp in sky), key=fit.deviation)
+    rings = ([np.vstack([guess.lamps, (azimuth, polar, FIRST_NEARNESS)]) for azimuth in azimuths] for polar in POLARS)
+    return [min((replace(guess, lamps=lamps) for lamps in ring), key=fit.deviation) for ring in rings]
 
 
-def _refine_lamps(
-    lamps: Floats, fit: _Fit, steps: tuple[float, float, float] = SIMPLEX, trials: int = TRIALS
-) -> Floats:
-    """All lamps, each of them moved to where they leave least, by first steps and so many trials for each."""
+def _refined(
+    guess: _Guess,
+    fit: _Fit,
+    steps: tuple[float, float, float] = SIMPLEX,
+    trials: int = TRIALS,
+    doubted: float = DOUBTED,
+) -> _Guess:
+    """All lamps moved to where they leave least, and the reflectance, by first steps and so many trials for each."""
+
+    def unpacked(flat: Floats) -> _Guess:
+        return _Guess(flat[:-1].reshape(-1, 3), float(flat[-1]))
 
     def cost(flat: Floats) -> float:
-        if not all(0 <= p <= np.pi / 2 for p in flat[1::3]) or not all(0 <= n <= 1 / CLOSEST_MM for n in flat[2::3]):
-            return np.inf
-        return fit.deviation(flat.reshape(-1, 3))
+        tried = unpacked(flat)
+        (_, polar, near), reflectance = tried.lamps.T, tried.reflectance
+        possible = 0 <= polar.min() <= polar.max() <= np.pi / 2 and 0 <= near.min() <= near.max() <= 1 / CLOSEST_MM
+        return fit.deviation(tried, doubted) if possible and 0 <= reflectance <= 1 else np.inf
 
-    start = lamps.ravel()
-    simplex = np.vstack([start, start + np.diag(np.tile(steps, len(lamps)))])
-    simplex[:, 1::3] = np.clip(simplex[:, 1::3], 0, np.pi / 2)
-    options = {"initial_simplex": simplex, "maxfev": trials * len(lamps), "xatol": 1e-4, "fatol": 1e-7}
-    return np.asarray(minimize(cost, start, method="Nelder-Mead", options=options).x.reshape(-1, 3))
+    count = len(guess.lamps)
+    start = np.append(guess.lamps.ravel(), guess.reflectance)
+    inwards = REFLECTED if guess.reflectance < REFLECTED else -REFLECTED
+    simplex = np.vstack([start, start + np.diag([*steps * count, inwards])])
+    simplex[:, 1:-1:3] = np.clip(simplex[:, 1:-1:3], 0, np.pi / 2)
+    options = {"initial_simplex": simplex, "maxfev": trials * count, "xatol": 1e-4, "fatol": 1e-7}
+    return unpacked(minimize(cost, start, method="Nelder-Mead", options=options).x)
 
 
 def _solve(terms: Floats, brightness: Floats, weights: Floats) -> Floats:

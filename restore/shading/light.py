@@ -3,61 +3,62 @@
 What comes from a lamp goes with the cosine to it over the square of the distance, and only where the lamp is in sight;
 what comes from the room is nearly the same on all slopes (Basri & Jacobs, "Lambertian reflectance and linear
 subspaces", TPAMI 25(2), 2003, eq. 17: a constant and three terms linear in the normal hold most of it), less in
-hollows.
+hollows. The page reflects a share of both to itself.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numba
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from restore.bands import in_bands
-from restore.scan import Floats, Ints, Mask
-from restore.shading.horizon_map import HorizonMap, in_sight
+from restore.scan import Floats, Mask
+from restore.shading.horizon_map import in_sight
 from restore.shading.relief import Field
+from restore.shading.surroundings import Places, Surroundings
 
 ROOM = 4  # terms: the room's light and its slopes along x, y, z
-
-
-@dataclass(frozen=True, eq=False)
-class Places:
-    """Spots of the page: points (n, 3) mm and normals (n, 3) in the frame of the relief, openness (n,) 0 to 1, and
-    nodes (n, 2) = (col, row) in the horizon map."""
-
-    points: Field
-    normals: Field
-    openness: Field
-    nodes: Field
-
-    def __getitem__(self, chosen: Ints | slice) -> Places:
-        return Places(self.points[chosen], self.normals[chosen], self.openness[chosen], self.nodes[chosen])
 
 
 @dataclass(frozen=True, eq=False)
 class Light:
     """The light found.
 
-    lamps      (k, 3): azimuth and polar angle in the frame of the relief, seen from `middle` (3,) mm, and nearness,
-               the inverse of the distance per mm, 0 for a lamp that is far away.
-    strengths  (4 + k, 3): of the room, its slopes along x, y, z, and each lamp, per colour channel.
+    lamps        (k, 3): azimuth and polar angle in the frame of the relief, seen from `middle` (3,) mm, and nearness,
+                 the inverse of the distance per mm, 0 for a lamp that is far away.
+    reflectance  0 to 1: share of the light that the page reflects.
+    strengths    (4 + k, 3): of the room, its slopes along x, y, z, and each lamp, per colour channel.
     """
 
     lamps: Floats
+    reflectance: float
     strengths: Floats
     middle: Field
-    horizon: HorizonMap
+    surroundings: Surroundings
 
     def irradiance(self, places: Places) -> Field:
         """(n, 3) light on places of the page."""
         light, strengths = np.empty((len(places.points), 3), np.float32), self.strengths.astype(np.float32)
+        patches = direct_terms(self.surroundings.patches, self.surroundings, self.middle, self.lamps) @ self.strengths
+        reflected = self.surroundings.reflected((self.reflectance * patches).astype(np.float32))
 
         def shine(band: slice) -> None:
-            at = places[band]
-            slopes = self.horizon.slopes
+            at, slopes = places[band], self.surroundings.horizon.slopes
             _light(
-                at.points, at.normals, at.openness, at.nodes, slopes, self.middle, self.lamps, strengths, light[band]
+                at.points,
+                at.normals,
+                at.openness,
+                at.nodes,
+                slopes,
+                reflected,
+                self.middle,
+                self.lamps,
+                strengths,
+                light[band],
             )
 
         in_bands(shine, len(light))
@@ -65,15 +66,15 @@ class Light:
 
     def terms(self, places: Places) -> Floats:
         """(n, 4 + k) the light of the room, its three slopes, and of each lamp, of strength 1 on places of the page."""
-        return terms_of(room_terms(places), places, self.horizon, self.middle, self.lamps)
+        return Terms(places, self.surroundings, self.middle).of(self.lamps, self.reflectance)
 
     def shadows(self, lamp: int, places: Places) -> Mask:
         """(n,) True where the page itself hides a lamp, or half of it, from its places."""
         shadows = np.empty(len(places.points), bool)
 
         def cast(band: slice) -> None:
-            at = places[band]
-            _shadows(at.points, at.nodes, self.horizon.slopes, self.middle, self.lamps[lamp], shadows[band])
+            at, slopes = places[band], self.surroundings.horizon.slopes
+            _shadows(at.points, at.nodes, slopes, self.middle, self.lamps[lamp], shadows[band])
 
         in_bands(cast, len(shadows))
         return shadows
@@ -91,24 +92,46 @@ class Light:
         return np.asarray(upright @ self.strengths, dtype=np.float32)
 
 
-def room_terms(places: Places) -> Floats:
-    """(n, 4): the room's light and its three slopes."""
-    upright = np.column_stack([np.ones(len(places.points)), places.normals])
-    return np.asarray(places.openness[:, None] * upright, dtype=float)
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """What falls on places from lamps that are yet to be found, seen from `middle` (3,) mm."""
+
+    places: Places
+    surroundings: Surroundings
+    middle: Field
+
+    def of(self, lamps: Floats, reflectance: float) -> Floats:
+        """(n, 4 + k) the light of the room, its three slopes, and of each lamp (k, 3), of strength 1, with what a page
+        of some reflectance makes of it."""
+        from_patches = direct_terms(self.surroundings.patches, self.surroundings, self.middle, lamps)
+        return direct_terms(self.places, self.surroundings, self.middle, lamps) + reflectance * (
+            self._shares @ from_patches
+        )
+
+    @cached_property
+    def _shares(self) -> csr_matrix:
+        return self.surroundings.shares_at(self.places)
 
 
-def terms_of(room: Floats, places: Places, horizon: HorizonMap, middle: Field, lamps: Floats) -> Floats:
-    """(n, 4 + k) the terms of the room (n, 4), and the light of lamps (k, 3) as `Light` has them, on places."""
-    return np.asarray(_design_matrix(room, places.points, places.normals, places.nodes, horizon.slopes, middle, lamps))
+def direct_terms(places: Places, surroundings: Surroundings, middle: Field, lamps: Floats) -> Floats:
+    """(n, 4 + k) the light of the room, its three slopes, and of lamps (k, 3) as `Light` has them, on places."""
+    return np.asarray(
+        _design_matrix(
+            places.points, places.normals, places.openness, places.nodes, surroundings.horizon.slopes, middle, lamps
+        )
+    )
 
 
 @numba.njit(cache=True)
 def _design_matrix(
-    room: Floats, points: Field, normals: Field, nodes: Field, slopes: Field, middle: Field, lamps: Floats
+    points: Field, normals: Field, openness: Field, nodes: Field, slopes: Field, middle: Field, lamps: Floats
 ) -> Floats:
-    """(n, 4 + k) the room's terms (n, 4) and each lamp's light."""
-    terms = np.empty((len(room), ROOM + len(lamps)))
-    terms[:, :ROOM] = room
+    """(n, 4 + k) the room's light and its three slopes, and each lamp's light."""
+    terms = np.empty((len(points), ROOM + len(lamps)))
+    for n in range(len(points)):
+        terms[n, 0] = openness[n]
+        for i in range(3):
+            terms[n, 1 + i] = openness[n] * normals[n, i]
     for k in range(len(lamps)):
         terms[:, ROOM + k] = _lamp(points, normals, nodes, slopes, middle, lamps[k, 0], lamps[k, 1], lamps[k, 2])
     return terms
@@ -141,18 +164,25 @@ def _light(
     openness: Field,
     nodes: Field,
     slopes: Field,
+    reflected: Field,
     middle: Field,
     lamps: Floats,
     strengths: Field,
     out: Field,
 ) -> None:
-    """Write the light of the room and all lamps into out (n, 3)."""
+    """Write the light of the room and all lamps, and that reflected to nodes (rows, cols, 3), into out (n, 3)."""
+    rows, cols, _ = reflected.shape
     for n in range(len(points)):
+        col, row = min(max(nodes[n, 0], 0.0), cols - 1.001), min(max(nodes[n, 1], 0.0), rows - 1.001)
+        j, i = int(col), int(row)
+        u, v = np.float32(col - j), np.float32(row - i)
         for c in range(3):
             slope = strengths[0, c]
             for k in range(3):
                 slope += normals[n, k] * strengths[k + 1, c]
-            out[n, c] = openness[n] * slope
+            above = reflected[i, j, c] + u * (reflected[i, j + 1, c] - reflected[i, j, c])
+            below = reflected[i + 1, j, c] + u * (reflected[i + 1, j + 1, c] - reflected[i + 1, j, c])
+            out[n, c] = openness[n] * slope + above + v * (below - above)
     for k in range(len(lamps)):
         lamp = _lamp(points, normals, nodes, slopes, middle, lamps[k, 0], lamps[k, 1], lamps[k, 2])
         for n in range(len(points)):

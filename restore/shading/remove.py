@@ -22,14 +22,14 @@ from restore.shading.channels import as_list, highest, lowest, scaled, total_of
 from restore.shading.crease_residual import FARTHEST, LEAST, crease_light, hollows
 from restore.shading.divide import divided
 from restore.shading.estimate import DIMMEST, LEAST_PAPER, Estimate, Judges, estimate_again, estimate_light
-from restore.shading.horizon_map import HorizonMap, fill_nearest, horizon_map
-from restore.shading.light import Places
+from restore.shading.horizon_map import fill_nearest
 from restore.shading.paper import paper_candidates
 from restore.shading.regions import regions_of
 from restore.shading.relief import Field, Relief
 from restore.shading.residual import CONTRAST, Residual, residual_light
 from restore.shading.srgb import LINEAR
 from restore.shading.steps import find_steps, place_steps
+from restore.shading.surroundings import places_of, surroundings_of
 
 LIGHT_DPI = 60.0  # cells of 0.42 mm, the samples of the range grid: no shadow is known more exactly
 BRIGHT_PRINT = 0.04  # of the page: where more of it is brighter than the ground, the ground is no paper
@@ -62,12 +62,13 @@ def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Shad
     if not len(judges.cells):
         return _kept(image, "no part of the page is of one print, so that no gradient is certain to be the light's")
     candidates = np.flatnonzero(paper_candidates(colour, inside, relief.dpi))
-    places, horizon = _places(relief)
-    found = estimate_light(as_list(colour), candidates, places, horizon, regions, judges, inside)
+    surroundings = surroundings_of(relief)
+    places = places_of(relief, surroundings.horizon)
+    found = estimate_light(as_list(colour), candidates, places, surroundings, regions, judges, inside)
     if found is None:
         return _kept(image, "nothing within its regions of one print shows for certain that the light on it is uneven")
     if not found.certainty.sure:
-        again = estimate_again(found, colour, relief.normals, candidates, places, horizon, inside)
+        again = estimate_again(found, colour, relief.normals, candidates, places, surroundings, inside)
         found, judges = again or (found, judges)
     # From here on light is measured in the level light.
     relative = 1 / np.maximum(found.light.level, SINGLE_TINY)
@@ -104,14 +105,6 @@ def _told_by(found: Estimate) -> dict[str, Any]:
     """What the fitted light rests on, and how certain it is (JSON values)."""
     light = {"lamps": len(found.light.lamps), "fitted_to": found.fitted_to}
     return light | {"variation": found.certainty.variation, "standard_error": found.certainty.error}
-
-
-def _places(relief: Relief) -> tuple[Places, HorizonMap]:
-    """All cells of a relief, those off the page too: to sort them out would take longer."""
-    horizon = horizon_map(relief)
-    nodes = horizon.nodes(relief.points)
-    openness = cv2.remap(horizon.openness(), nodes, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    return Places(*(as_list(field) for field in (relief.points, relief.normals, openness, nodes))), horizon
 
 
 def _corrected(

@@ -38,6 +38,8 @@ TRIED = 0.25  # cells: of displacements, a part of the width of a step
 UNLIKE = 0.05  # of its contrast: no step is drawn as a Gaussian's integral
 ALONG = 6  # cells to either side, 2.5 mm: a crease is straight over so much
 ROUNDS = 4  # of Gauss and Newton
+# A camera whose pixels are as large as the cells draws a straight step with stairs of up to half of one, a pixel long.
+STAIRS, STAIR = 0.5, 1  # standard deviation, of the width's logarithm too, and cells to either side
 SPARED = 7  # of the cells one in so many tells the noise
 OUTLYING = 3.0  # standard deviations of the noise: what is darker is ink
 
@@ -106,9 +108,8 @@ def place_steps(steps: Steps, ratio: Field, ground: Mask) -> Steps:
     noise = max(robust_sigma(_of(ratio, plain) / _of(level, plain) - 1), SINGLE_TINY)
     blurred, contrast, place, seen = (_of(field, at) for field in (level, total_of(steps.contrast), steps.place, ratio))
     shown = _Shown(at, level.shape[1], blurred, contrast, place, seen, np.hypot(noise, UNLIKE * contrast / blurred))
-    unknowns = shown.nearest()
-    for _ in range(ROUNDS):
-        unknowns = shown.refined(unknowns)
+    unknowns = shown.solved(shown.nearest(), 0.0, (DISPLACED, SPREAD), ALONG)
+    unknowns = shown.solved(unknowns, unknowns, (STAIRS, STAIRS), STAIR)
     shift, width = np.zeros_like(steps.shift), np.full_like(steps.width, WIDTH)
     shift.ravel()[at], width.ravel()[at] = unknowns[0], WIDTH * np.exp(unknowns[1])
     return replace(steps, shift=shift, width=width)
@@ -149,30 +150,40 @@ class _Shown:
         for shift in np.arange(-MOST_PRIOR, MOST_PRIOR + TRIED, TRIED) * DISPLACED:
             light, _ = self.light(shift, 0.0)
             rest = np.minimum(np.abs(self.seen / light - 1) / self.noise, OUTLYING)
-            cost = self.summed(rest * rest) + (shift / DISPLACED) ** 2
+            cost = self.summed(rest * rest, ALONG) + (shift / DISPLACED) ** 2
             best[0], least = np.where(cost < least, shift, best[0]), np.minimum(cost, least)
         return best
 
-    def refined(self, unknowns: Floats) -> Floats:
-        """(2, n) displacement and logarithm of the width over WIDTH, by one step towards the most of their posterior
-        density, from the cells that these explain."""
+    def solved(self, unknowns: Floats, expected: Floats | float, deviations: tuple[float, float], along: int) -> Floats:
+        """(2, n) displacement and logarithm of the width over WIDTH: the most of their posterior density, if they are
+        as expected (2, n) give or take some standard deviations, and alike within so many cells along."""
+        for _ in range(ROUNDS):
+            unknowns = expected + self._step(unknowns, expected, deviations, along)
+        return unknowns
+
+    def _step(self, unknowns: Floats, expected: Floats | float, deviations: tuple[float, float], along: int) -> Floats:
+        """(2, n) by how much more the unknowns are than expected, linearised, by the cells that they explain."""
         shift, spread = unknowns
         light, distance = self.light(shift, spread)
         rest = self.seen / light - 1
         slope = -self.contrast * np.exp(-distance * distance / 2) / np.sqrt(2 * np.pi) / light / self.noise
         slope *= np.abs(rest) < OUTLYING * self.noise
         by_shift, by_spread = slope / (WIDTH * np.exp(spread)), slope * distance
-        rest = rest / self.noise + by_shift * shift + by_spread * spread
-        one, other = (self.summed(by * by) + 1 / prior**2 for by, prior in ((by_shift, DISPLACED), (by_spread, SPREAD)))
-        both, left, right = (self.summed(by) for by in (by_shift * by_spread, by_shift * rest, by_spread * rest))
+        off, wider = unknowns - expected
+        rest = rest / self.noise + by_shift * off + by_spread * wider
+        one, other = (
+            self.summed(by * by, along) + 1 / deviation**2
+            for by, deviation in zip((by_shift, by_spread), deviations, strict=True)
+        )
+        both, left, right = (self.summed(by, along) for by in (by_shift * by_spread, by_shift * rest, by_spread * rest))
         determinant = one * other - both * both
         solved = (other * left - both * right) / determinant, (one * right - both * left) / determinant
-        most = MOST_PRIOR * np.array([[DISPLACED], [SPREAD]])
+        most = MOST_PRIOR * np.array(deviations)[:, None]
         return np.asarray(np.clip(np.stack(solved), -most, most))
 
-    def summed(self, values: Floats) -> Floats:
-        """(n,) sums of values (n,) over all cells within ALONG."""
-        (row, col), side = self._within, 2 * ALONG + 1
+    def summed(self, values: Floats, along: int) -> Floats:
+        """(n,) sums of values (n,) over all cells within so many."""
+        (row, col), side = self._within, 2 * along + 1
         field = np.zeros((row.max() + 1, col.max() + 1), np.float32)
         field[row, col] = values
         sums = cv2.boxFilter(field, -1, (side, side), normalize=False, borderType=cv2.BORDER_CONSTANT)

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from restore.shading.certainty import certainty_of
-from restore.shading.horizon_map import horizon_map
 from restore.shading.lamps import fit_light
+from restore.shading.surroundings import surroundings_of
 from tests.restore.shading.test_lamps import PAPER, ROOM, bowl, lit_by, surface, toward
 
 CAP = 0.15
@@ -18,20 +18,20 @@ NOISE = 0.02  # of the light
 def lit():
     """Places of a bowl-shaped page, the true light on them, and the block of each."""
     relief = surface(bowl, 61)
-    horizon = horizon_map(relief)
-    true, places = lit_by([toward(130, 50, 1e-3)], [*ROOM, 0.6 * PAPER], relief, horizon)
+    surroundings = surroundings_of(relief)
+    true, places = lit_by([toward(130, 50, 1e-3)], [*ROOM, 0.6 * PAPER], relief, surroundings)
     row, col = np.divmod(np.arange(len(places.points)), 61)
-    return places, true, horizon, row * BLOCKS // 61 * BLOCKS + col * BLOCKS // 61
+    return places, true, surroundings, row * BLOCKS // 61 * BLOCKS + col * BLOCKS // 61
 
 
 def judged(lit, chosen, spread, albedo=1.0, seed=3):
     """The certainty of a light fitted to some places of noisy brightness, and its true rms error in logarithms."""
-    places, true, horizon, blocks = lit
+    places, true, surroundings, blocks = lit
     rng = np.random.default_rng(seed)
     light = true.irradiance(places)
     colour = light * albedo * np.exp(spread * rng.standard_normal((len(light), 1)))
     labels = np.ones(len(chosen), int)
-    found = fit_light(colour[chosen].astype(np.float32), places[chosen], horizon, labels)
+    found = fit_light(colour[chosen].astype(np.float32), places[chosen], surroundings, labels)
     brightness = colour[chosen].mean(axis=1)
     told = certainty_of(found, places, places[chosen], brightness, labels, blocks[chosen], CAP)
     off = np.log(found.irradiance(places).mean(axis=1) / light.mean(axis=1))
@@ -65,12 +65,12 @@ def test_a_light_that_is_extrapolated_is_less_certain(lit):
 
 def test_print_that_changes_smoothly_makes_no_light_certain(lit):
     """Even light on a picture of large clouds: the lamps that were fitted to them explain nothing for certain."""
-    places, _, horizon, blocks = lit
+    places, _, surroundings, blocks = lit
     rng = np.random.default_rng(11)
     x, y, _ = places.points.T / 100.0
     waves = sum(np.cos(rng.uniform(3, 9) * x + rng.uniform(3, 9) * y + rng.uniform(0, 6)) for _ in range(6))
     colour = (np.exp(0.25 * waves)[:, None] * PAPER).astype(np.float32)
     chosen, labels = everywhere(lit), np.ones(len(everywhere(lit)), int)
-    found = fit_light(colour[chosen], places[chosen], horizon, labels)
+    found = fit_light(colour[chosen], places[chosen], surroundings, labels)
     told = certainty_of(found, places, places[chosen], colour[chosen].mean(axis=1), labels, blocks[chosen], CAP)
     assert not told.certain

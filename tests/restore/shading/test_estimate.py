@@ -1,15 +1,13 @@
 """A light is chosen by regions of constant print, and tells where their edges lie along creases."""
 
-import cv2
 import numpy as np
 
 from restore.numerics import SINGLE_TINY
 from restore.shading.channels import as_list
 from restore.shading.estimate import Judges, estimate_again, estimate_light
-from restore.shading.horizon_map import horizon_map
-from restore.shading.light import Places
 from restore.shading.regions import regions_of
 from restore.shading.relief import Relief
+from restore.shading.surroundings import places_of, surroundings_of
 
 FOLD_MM = 12.0
 SLOPE = 0.5  # rise over run of a facet
@@ -45,14 +43,12 @@ def test_a_first_light_parts_print_from_paper_along_the_creases():
     colour = (0.8 * (reflectance * light)[..., None] * noise).astype(np.float32)
     regions = regions_of(colour, relief.normals, inside)
     assert regions.labels[80, 100] == regions.labels[20, 100]
-    horizon = horizon_map(relief)
-    nodes = horizon.nodes(relief.points)
-    openness = cv2.remap(horizon.openness(), nodes, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-    places = Places(*(as_list(field) for field in (relief.points, relief.normals, openness, nodes)))
+    surroundings = surroundings_of(relief)
+    places = places_of(relief, surroundings.horizon)
     paper = np.flatnonzero(reflectance == 1)
     judges = Judges.of(colour, regions, inside)
-    first = estimate_light(as_list(colour), paper, places, horizon, regions, judges, inside)
-    again, judges = estimate_again(first, colour, relief.normals, paper, places, horizon, inside)
+    first = estimate_light(as_list(colour), paper, places, surroundings, regions, judges, inside)
+    again, judges = estimate_again(first, colour, relief.normals, paper, places, surroundings, inside)
     grey = reflectance.ravel()[judges.cells] < 1
     assert not set(judges.labels[grey]) & set(judges.labels[~grey])
     left = again.values.mean(axis=1) / np.maximum(light.ravel(), SINGLE_TINY)

@@ -44,7 +44,7 @@ def at(found, x, y):
 
 def test_on_a_plane_nothing_rises_and_all_the_light_arrives(plane):
     assert plane.slopes.max() < ABOVE  # past the border of the page they are far below
-    assert plane.openness().min() > 1 - ABOVE
+    assert plane.openness.min() > 1 - ABOVE
 
 
 def test_nodes_are_where_their_coordinates_say(plane):
@@ -79,7 +79,7 @@ def test_a_lamp_is_seen_above_the_horizon_and_not_below_it(valley):
 
 
 def test_the_bottom_of_a_valley_gets_less_light_than_its_rim(valley):
-    openness = valley.openness()
+    openness = valley.openness
     middle, (_, cols) = openness.shape[0] // 2, openness.shape
     assert openness[middle, cols // 2] < openness[middle, cols // 8]
     assert openness.min() > 0

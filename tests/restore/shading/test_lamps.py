@@ -7,13 +7,15 @@ import pytest
 
 from restore.shading.horizon_map import AZIMUTHS, horizon_map, in_sight
 from restore.shading.lamps import fit_light
-from restore.shading.light import Light, Places
+from restore.shading.light import Light
 from restore.shading.relief import Relief
+from restore.shading.surroundings import Places, surroundings_of
 
 REACH = 100.0  # mm, half of the page
 DEGREES = 10.0  # where no place turns away from a lamp, its direction is shared with the slopes of the room's light
 EXPLAINED = 0.01  # of the light: the fit's own floor
 PAPER = np.array([0.85, 0.85, 0.83])
+REFLECTANCE = 0.8
 MAP = 0.05  # tangent: the edge of a wall is met within a step, a tenth of its distance
 
 
@@ -41,17 +43,15 @@ def gutter(x, y):
     return np.maximum(0.0, 40.0 - np.abs(x)) * -1.5
 
 
-def places_on(relief, horizon):
+def places_on(relief, surroundings):
     points, normals = relief.points.reshape(-1, 3), relief.normals.reshape(-1, 3)
-    return Places(points, normals, np.ones(len(points), np.float32), horizon.nodes(points))
+    return Places(points, normals, np.ones(len(points), np.float32), surroundings.horizon.nodes(points))
 
 
-def lit_by(lamps, strengths, relief, horizon):
-    places = places_on(relief, horizon)
-    light = Light(
-        np.array(lamps, float).reshape(-1, 3), np.array(strengths, float), places.points.mean(axis=0), horizon
-    )
-    return light, places
+def lit_by(lamps, strengths, relief, surroundings, reflectance=REFLECTANCE):
+    places = places_on(relief, surroundings)
+    lamps, strengths = np.array(lamps, float).reshape(-1, 3), np.array(strengths, float)
+    return Light(lamps, reflectance, strengths, places.points.mean(axis=0), surroundings), places
 
 
 def toward(azimuth, polar, nearness):
@@ -70,7 +70,7 @@ def test_a_light_of_one_colour_is_as_bright_and_has_the_colour_of_the_level():
     relief = surface(bowl)
     lamps = [toward(135, 40, 1e-3), toward(-20, 60, 1e-3)]
     strengths = [*ROOM, 0.3 * PAPER * [1.2, 1.0, 0.8], 0.3 * PAPER * [0.8, 1.0, 1.2]]
-    light, places = lit_by(lamps, strengths, relief, horizon_map(relief))
+    light, places = lit_by(lamps, strengths, relief, surroundings_of(relief))
     plain = light.of_one_colour.irradiance(places)
     np.testing.assert_allclose(plain.mean(axis=1), light.irradiance(places).mean(axis=1), rtol=EXPLAINED)
     hue = light.level / light.level.mean()
@@ -81,27 +81,30 @@ def test_a_light_of_one_colour_is_as_bright_and_has_the_colour_of_the_level():
 @pytest.mark.parametrize("azimuth, polar, distance", [(135, 40, 900.0), (-20, 60, 600.0), (80, 50, 1500.0)])
 def test_a_near_lamp_is_found_where_it_stands(azimuth, polar, distance):
     relief = surface(bowl)
-    horizon = horizon_map(relief)
-    true, places = lit_by([toward(azimuth, polar, 1 / distance)], [*ROOM, 0.6 * PAPER], relief, horizon)
+    surroundings = surroundings_of(relief)
+    true, places = lit_by([toward(azimuth, polar, 1 / distance)], [*ROOM, 0.6 * PAPER], relief, surroundings)
     colour = true.irradiance(places)
-    found = fit_light(colour[::6], places[np.arange(0, len(colour), 6)], horizon)
+    found = fit_light(colour[::6], places[np.arange(0, len(colour), 6)], surroundings)
     off = np.abs(found.irradiance(places) / colour - 1)
     assert np.percentile(off, 95) < EXPLAINED
     strongest = found.lamps[found.strengths[4:, 0].argmax()]
     angle = np.degrees(np.arccos(np.clip(vector(strongest) @ vector(true.lamps[0]), -1, 1)))
     assert angle < DEGREES
     assert found.level == pytest.approx(true.level, rel=2 * EXPLAINED)
+    assert found.reflectance == pytest.approx(REFLECTANCE, abs=0.1)  # by a tenth of the light, known to a hundredth
 
 
 def test_regions_of_unknown_albedo_tell_the_light_as_paper_does():
     relief = surface(bowl)
-    horizon = horizon_map(relief)
-    true, places = lit_by([toward(135, 40, 1e-3)], [*ROOM, 0.6 * PAPER], relief, horizon)
+    surroundings = surroundings_of(relief)
+    true, places = lit_by([toward(135, 40, 1e-3)], [*ROOM, 0.6 * PAPER], relief, surroundings)
     chosen = np.arange(0, len(places.points), 6)
     x, y, _ = places.points[chosen].T
     labels = 1 + (x > 20).astype(int) + 2 * (y > -30).astype(int)
     albedo = np.array([[0, 0, 0], [0.02, 0.03, 0.08], [0.9, 0.9, 0.9], [0.4, 0.1, 0.1], [0.05, 0.3, 0.1]])[labels]
-    found = fit_light((albedo * true.irradiance(places)[chosen]).astype(np.float32), places[chosen], horizon, labels)
+    found = fit_light(
+        (albedo * true.irradiance(places)[chosen]).astype(np.float32), places[chosen], surroundings, labels
+    )
     ratio = found.irradiance(places) / true.irradiance(places)
     assert np.percentile(np.abs(ratio / np.median(ratio, axis=0) - 1), 95) < EXPLAINED
     assert np.median(ratio, axis=0) == pytest.approx(albedo[labels == 1][0], rel=EXPLAINED)
@@ -109,34 +112,34 @@ def test_regions_of_unknown_albedo_tell_the_light_as_paper_does():
 
 def test_two_lamps_of_two_colours_are_told_apart():
     relief = surface(bowl)
-    horizon = horizon_map(relief)
+    surroundings = surroundings_of(relief)
     warm, cool = np.array([0.5, 0.45, 0.35]), np.array([0.2, 0.22, 0.28])
-    true, places = lit_by([toward(170, 45, 1e-3), toward(10, 65, 5e-4)], [*ROOM, warm, cool], relief, horizon)
+    true, places = lit_by([toward(170, 45, 1e-3), toward(10, 65, 5e-4)], [*ROOM, warm, cool], relief, surroundings)
     colour = true.irradiance(places)
-    found = fit_light(colour[::6], places[np.arange(0, len(colour), 6)], horizon)
+    found = fit_light(colour[::6], places[np.arange(0, len(colour), 6)], surroundings)
     assert np.percentile(np.abs(found.irradiance(places) / colour - 1), 90) < 2 * EXPLAINED
 
 
 def test_ink_does_not_mislead():
     """Figures on a third of the page, darker and lighter: the light is that of the paper all the same."""
     relief = surface(bowl)
-    horizon = horizon_map(relief)
-    true, places = lit_by([toward(135, 40, 1e-3)], [*ROOM, 0.6 * PAPER], relief, horizon)
+    surroundings = surroundings_of(relief)
+    true, places = lit_by([toward(135, 40, 1e-3)], [*ROOM, 0.6 * PAPER], relief, surroundings)
     rng = np.random.default_rng(2)
     ink = (np.abs(places.points[:, 0] - 20) < 45) & (np.abs(places.points[:, 1]) < 60)
     tone = np.where(ink, rng.uniform(0.1, 0.8, len(ink)), 1.0)
     colour = (true.irradiance(places) * tone[:, None]).astype(np.float32)
     chosen = np.arange(0, len(colour), 6)
-    found = fit_light(colour[chosen], places[chosen], horizon)
+    found = fit_light(colour[chosen], places[chosen], surroundings)
     assert 0.2 < ink.mean() < 0.4
     assert np.percentile(np.abs(found.irradiance(places) / true.irradiance(places) - 1), 95) < 2 * EXPLAINED
 
 
 def test_even_light_needs_no_lamp():
     relief = surface(bowl)
-    horizon = horizon_map(relief)
-    _, places = lit_by([], ROOM, relief, horizon)
-    found = fit_light(np.tile(PAPER, (1000, 1)).astype(np.float32), places[np.arange(1000)], horizon)
+    surroundings = surroundings_of(relief)
+    _, places = lit_by([], ROOM, relief, surroundings)
+    found = fit_light(np.tile(PAPER, (1000, 1)).astype(np.float32), places[np.arange(1000)], surroundings)
     assert len(found.lamps) == 0
     np.testing.assert_allclose(found.irradiance(places), np.tile(PAPER, (len(places.points), 1)), rtol=EXPLAINED)
 
@@ -163,9 +166,9 @@ def test_behind_a_wall_a_low_lamp_is_not_seen_and_a_high_one_is():
 
 
 def test_hollows_see_less_of_the_room_than_level_paper():
-    level = horizon_map(surface(lambda x, y: 0.0 * x)).openness()
+    level = horizon_map(surface(lambda x, y: 0.0 * x)).openness
     np.testing.assert_allclose(level, 1.0, atol=EXPLAINED)
-    hollow = horizon_map(surface(gutter)).openness()
+    hollow = horizon_map(surface(gutter)).openness
     rows, cols = hollow.shape
     across = hollow[rows // 2]
     # Two walls of slope 1.5 see each other: at the bottom cos of the steeper half-angle is left.
@@ -175,8 +178,8 @@ def test_hollows_see_less_of_the_room_than_level_paper():
 
 def test_the_light_of_the_whole_page_is_the_sum_of_its_terms():
     relief = surface(gutter)
-    horizon = horizon_map(relief)
-    light, places = lit_by([toward(30, 50, 1e-3)], [*ROOM, 0.6 * PAPER], relief, horizon)
+    surroundings = surroundings_of(relief)
+    light, places = lit_by([toward(30, 50, 1e-3)], [*ROOM, 0.6 * PAPER], relief, surroundings)
     room = replace(light, lamps=np.empty((0, 3)), strengths=light.strengths[:4])
     lamp = replace(light, strengths=np.vstack([0 * light.strengths[:4], light.strengths[4:]]))
     np.testing.assert_allclose(
