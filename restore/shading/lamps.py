@@ -84,9 +84,11 @@ def refit_light(light: Light, colour: Field, places: Places) -> Light:
 
     It is returned as it is when a lamp would have to take light away from these places: they show print.
     """
-    paper, terms = np.ones(len(colour)), Terms(places, light.surroundings, light.middle)
-    fit = _Fit(colour.mean(axis=1).astype(float), terms, paper, paper.astype(np.int64))
+    brightness, terms = colour.mean(axis=1).astype(float), Terms(places, light.surroundings, light.middle)
     guess = _Guess(light.lamps, light.reflectance)
+    rest = brightness - terms.of(guess.lamps, guess.reflectance) @ light.strengths.mean(axis=1)
+    explained = np.abs(rest) < OUTLYING * FLOOR * light.level.mean()
+    fit = _Fit(brightness, terms, explained.astype(float), np.ones(len(colour), np.int64))
     trusted = fit.reweighted(guess, FLOOR)
     if not np.isfinite(trusted.deviation(guess)):
         return light
