@@ -30,7 +30,7 @@ from drivers.simulated.shot import printed
 from drivers.vivid900.calibration import nominal
 from drivers.vivid900.lenses import LENSES
 from drivers.vivid900.triangulation import project
-from oracles.similarity import align_page, page_similarity
+from oracles.similarity import align_page, lay_on, page_similarity
 from restore import RangeScan, Settings, restore
 from restore.scan import Bytes
 from restore.texture.page import MM_PER_INCH, sample
@@ -186,7 +186,8 @@ def measure(task: Task) -> Result:
         tuple(count(seen.text, text) for text in texts) for count in (count_matching_words, count_matching_characters)
     )
     flat = seen.images["flat"]
-    kept, removed = (align_page(seen.images[name], flat) for name in ("restored", "light removed"))
+    motion = align_page(seen.images["light removed"], flat)
+    kept, removed = (lay_on(seen.images[name], motion, flat) for name in ("restored", "light removed"))
     ms_ssim = tuple(page_similarity(page, flat) for page in (seen.images["light removed"], kept, removed))
     return Result(task.warp, words, characters, ms_ssim, len(seen.text.split()))
 

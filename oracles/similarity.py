@@ -22,11 +22,11 @@ AREA = 598_400
 REACH_PX = 24  # 4 mm at 150 dpi: a page that lies farther off has more on it than the page
 
 
-def align_page(page: Bytes, flat: Bytes) -> Bytes:
-    """The page (h, w, 3) moved and turned, not scaled, to where it agrees best with its flat original (H, W, 3).
+def align_page(page: Bytes, flat: Bytes) -> Floats:
+    """(2, 3) move and turn, without scale, by which a page (h, w, 3) agrees best with its flat original (H, W, 3).
 
     Where a page lies in its picture is no fault of the picture: the outline of what was scanned is ragged, and half a
-    millimetre of it moves the corner.
+    millimetre of it moves the corner. The light on the page must be even: gradients of it would be aligned too.
     """
     height, width = flat.shape[:2]
     grey, other = (cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY) for picture in (flat, page))
@@ -38,10 +38,13 @@ def align_page(page: Bytes, flat: Bytes) -> Bytes:
     _, _, _, (left, top) = cv2.minMaxLoc(cv2.matchTemplate(canvas, inner, cv2.TM_CCOEFF_NORMED))
     start = np.array([[1, 0, left - REACH_PX], [0, 1, top - REACH_PX]], np.float32)
     _, found = cv2.findTransformECC(grey, canvas, start, cv2.MOTION_EUCLIDEAN, ending, None, 5)
-    how = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP
-    return np.asarray(
-        cv2.warpAffine(page, found, (width, height), flags=how, borderMode=cv2.BORDER_REPLICATE), np.uint8
-    )
+    return np.asarray(found, float)
+
+
+def lay_on(page: Bytes, motion: Floats, flat: Bytes) -> Bytes:
+    """The page moved by a motion (2, 3) to where its flat original (H, W, 3) lies."""
+    how, size = cv2.INTER_CUBIC | cv2.WARP_INVERSE_MAP, flat.shape[1::-1]
+    return np.asarray(cv2.warpAffine(page, motion, size, flags=how, borderMode=cv2.BORDER_REPLICATE), np.uint8)
 
 
 def page_similarity(page: Bytes, flat: Bytes) -> float:

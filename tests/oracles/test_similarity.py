@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drivers.simulated.artwork import Text
-from oracles.similarity import WEIGHTS, align_page, ms_ssim, page_similarity
+from oracles.similarity import WEIGHTS, align_page, lay_on, ms_ssim, page_similarity
 
 ROUNDING = 1e-9
 
@@ -68,6 +68,6 @@ def test_a_page_that_lies_elsewhere_is_laid_on_its_original_but_not_stretched():
     page = Text(title_pt=20, sizes_pt=(14.0,), margin_mm=10).print_on((140.0, 100.0)).image
     flat = cv2.resize(page, None, fx=0.5, fy=0.5, interpolation=cv2.INTER_AREA)
     around = cv2.copyMakeBorder(flat, 2, 3, 7, 1, cv2.BORDER_REPLICATE)
-    assert page_similarity(align_page(around, flat), flat) > 0.99 > page_similarity(around, flat)
+    assert page_similarity(lay_on(around, align_page(around, flat), flat), flat) > 0.99 > page_similarity(around, flat)
     wide = cv2.resize(flat, None, fx=1.01, fy=1.0, interpolation=cv2.INTER_CUBIC)
-    assert page_similarity(align_page(wide, flat), flat) < 0.95
+    assert page_similarity(lay_on(wide, align_page(wide, flat), flat), flat) < 0.95
