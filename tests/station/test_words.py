@@ -34,6 +34,7 @@ from station.words import (
     ProgramMissing,
     check_language,
     find_tesseract,
+    mean_confidence,
     recognise,
     sharpened,
     sized_for_reading,
@@ -357,6 +358,20 @@ def test_sharpening_lets_more_of_blurred_small_print_be_read(monkeypatch):
     monkeypatch.setattr(words_module, "sharpened", lambda image: image)
     plain = count_matching_words(text, recognise(picture, FINE_DPI, name="small").text)
     assert sharp.correct > plain.correct
+
+
+@needs_tesseract
+def test_print_that_is_read_surely_is_not_sharpened(monkeypatch):
+    monkeypatch.delattr(words_module, "sharpened")
+    page = Text(title_pt=20, sizes_pt=(12.0,), margin_mm=8, dpi=FINE_DPI).print_on(SMALL_MM)
+    text = " ".join(word.text for word in page.words)
+    assert count_matching_words(text, recognise(page.image, FINE_DPI, name="page").text).precision > READ_SIZED
+
+
+def test_the_confidence_in_a_page_is_the_mean_of_its_words():
+    words = b"<span title='bbox 0 0 9 9; x_wconf 96'>a</span><span title='bbox 9 0 19 9; x_wconf 80'>b</span>"
+    assert mean_confidence(words) == pytest.approx(88.0)
+    assert mean_confidence(b"<div class='ocr_page'></div>") == 0.0
 
 
 def test_sharpening_leaves_even_paper_and_raises_the_contrast_of_strokes():
