@@ -35,5 +35,9 @@ class NoPage(NotEnoughSurface):
     """Raised when no sheet of paper is found in the photographs."""
 
 
+class SheetLost(NotEnoughSurface):
+    """Raised when points slide off the sheet that is fitted through them: they are not those of one sheet."""
+
+
 class ExtraMissing(LibraryMissing):
     """Raised when pycolmap is not installed."""

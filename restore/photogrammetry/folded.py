@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from restore.photogrammetry.align import Similarity
+from restore.photogrammetry.errors import SheetLost
 from restore.photogrammetry.pieces import CORE, find_pieces, neighbours
 from restore.photogrammetry.surface import (
     REFINING_MM,
@@ -219,6 +220,17 @@ def fold(points: Floats, feet: Floats, smooth: Surface, paper: Paper | None = No
     labels = _large(find_pieces(points, feet))
     if (labels >= 0).mean() < LEAST_COVERED:
         return smooth
+    try:
+        return _creased(points, feet, labels, smooth, paper) or smooth
+    except SheetLost:  # of a piece that is none: a few points across several creases
+        return smooth
+
+
+def _creased(points: Floats, feet: Floats, labels: Ints, smooth: Surface, paper: Paper | None) -> FoldedSurface | None:
+    """The pieces through points (n, 3) mm with labels (n,), those that no crease parts made one; None for one only.
+
+    Raises SheetLost.
+    """
     while labels.max(initial=0) > 0:
         folded = _folded(points, feet, labels, smooth, paper)
         flattest = folded.flattest_crease()
@@ -228,7 +240,7 @@ def fold(points: Floats, feet: Floats, smooth: Surface, paper: Paper | None = No
         labels = np.full(len(points), -1)
         labels[folded.members] = np.where(folded.labels == gone, kept, folded.labels)
         labels = np.where(labels > gone, labels - 1, labels)
-    return smooth
+    return None
 
 
 def _large(labels: Ints) -> Ints:

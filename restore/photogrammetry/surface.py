@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 
 from restore.numerics import TINY
 from restore.photogrammetry.align import Similarity
+from restore.photogrammetry.errors import SheetLost
 from restore.photogrammetry.spline import BORDER, add_bending, add_points, add_strain, evaluate, numbering, solve
 from restore.robust import robust_sigma
 from restore.scan import Floats, Ints, Mask
@@ -203,6 +204,7 @@ def fit_paper(
     reach: by how much the start may be off, mm. Points that the surface does not follow yet are no outliers: none is
     less likely than one as far off as the surface moved in the last step.
     settled: the largest move at a point, mm, at which it ends.
+    Raises SheetLost.
     """
     surface, moving = start, reach
     distance = _distances(surface, points, feet)
@@ -217,11 +219,23 @@ def fit_paper(
         surface = equations.solved()
         if inextensible:
             feet = surface.feet(points, feet)
+            _check_on_sheet(surface, feet)
         before, distance = distance, _distances(surface, points, feet)
         moving = min(moving, float(np.abs(distance - before).max()))
         if moving < settled:
             break
     return surface, feet
+
+
+def _check_on_sheet(surface: Surface, feet: Floats) -> None:
+    """Raises SheetLost where feet (n, 2) mm are beyond all knots of a surface."""
+    low, high = surface.bounds
+    beyond = BORDER * surface.step
+    if not ((feet >= low - beyond) & (feet <= high + beyond)).all():  # not a number is beyond, too
+        raise SheetLost(
+            "no sheet of paper goes through the points that the photographs show",
+            "do not move the page between the photographs, and photograph it from more sides",
+        )
 
 
 def _distances(surface: Surface, points: Floats, feet: Floats) -> Floats:
@@ -237,7 +251,8 @@ def choose_stiffness(points: Floats, feet: Floats, start: Surface) -> float:
 def choose_paper(parts: Sequence[tuple[Floats, Floats, Surface]], papers: Sequence[Paper]) -> Paper:
     """The first of some papers with which surfaces through most of the points come nearest to the others.
 
-    Each part has points (n, 3) mm, their feet (n, 2) mm and a surface to start from.
+    Each part has points (n, 3) mm, their feet (n, 2) mm and a surface to start from. A paper with which the sheet is
+    lost is none of them.
     """
     rng = np.random.default_rng(SEED)
     split = [(part, rng.random(len(part[0])) < HELD_OUT) for part in parts]
@@ -247,12 +262,15 @@ def choose_paper(parts: Sequence[tuple[Floats, Floats, Surface]], papers: Sequen
     best, least = papers[0], np.inf
     for paper in papers if split else ():
         errors = []
-        for k, ((points, _, _), held) in enumerate(split):
-            surfaces[k], used[k] = fit_paper(
-                points[~held], used[k], surfaces[k], paper, reach=REFINING_MM, settled=COMPARED_MM
-            )
-            others[k] = surfaces[k].feet(points[held], others[k])
-            errors.append(np.abs(_distances(surfaces[k], points[held], others[k])))
+        try:
+            for k, ((points, _, _), held) in enumerate(split):
+                surfaces[k], used[k] = fit_paper(
+                    points[~held], used[k], surfaces[k], paper, reach=REFINING_MM, settled=COMPARED_MM
+                )
+                others[k] = surfaces[k].feet(points[held], others[k])
+                errors.append(np.abs(_distances(surfaces[k], points[held], others[k])))
+        except SheetLost:
+            continue
         error = float(np.concatenate(errors).mean())
         if error < GAIN * least:
             best, least = paper, error

@@ -9,6 +9,7 @@ from drivers.simulated import Miura, MultiFold, Spread, Wave
 from oracles.printed_points import HALF, PAGE_MM, sampled
 from restore.mesh.ordered_grid import grid_faces
 from restore.photogrammetry.align import Similarity
+from restore.photogrammetry.errors import SheetLost
 from restore.photogrammetry.folded import FoldedSurface, PageSurface, fold, refold
 from restore.photogrammetry.surface import Surface, fit_surface, grid_places, through_places
 
@@ -114,3 +115,14 @@ def test_frames_are_those_of_the_piece_at_a_place(folds):
     np.testing.assert_allclose(points, folds.points(places), atol=1e-9)
     np.testing.assert_allclose(normals, folds.normals(places), atol=1e-9)
     np.testing.assert_allclose(np.einsum("nki,ni->nk", tangents, normals), 0.0, atol=1e-9)
+
+
+def test_a_piece_through_which_no_sheet_goes_leaves_the_page_smooth(monkeypatch):
+    points, _ = sampled(FOLDS)
+    smooth, feet = rounded(FOLDS, points)
+
+    def lost(*_args, **_how):
+        raise SheetLost("slid off")
+
+    monkeypatch.setattr("restore.photogrammetry.folded.fit_paper", lost)
+    assert fold(points, feet, smooth) is smooth

@@ -6,8 +6,17 @@ import numpy as np
 import pytest
 
 from drivers.simulated import Cone, Curl, Wave
+from restore.photogrammetry import surface as surface_module
 from restore.photogrammetry.align import Similarity
-from restore.photogrammetry.surface import Surface, choose_stiffness, fit_surface, grid_places, through_places
+from restore.photogrammetry.errors import SheetLost
+from restore.photogrammetry.surface import (
+    STIFFNESSES,
+    Surface,
+    choose_stiffness,
+    fit_surface,
+    grid_places,
+    through_places,
+)
 
 PAGE_MM = (200.0, 140.0)
 LOW, HIGH = -np.array(PAGE_MM) / 2, np.array(PAGE_MM) / 2
@@ -150,3 +159,25 @@ def test_a_surface_moves_and_grows_with_its_page():
     np.testing.assert_allclose(surface.moved(change).points(PLACES), change.points(surface.points(PLACES)), atol=1e-9)
     larger = surface.within(LOW - 40, HIGH + 40)
     assert rms(np.linalg.norm(larger.points(PLACES) - surface.points(PLACES), axis=1)) < EXACT_MM
+
+
+def test_points_that_slide_off_the_sheet_are_told():
+    wave = SHEETS[1]
+    start = started(wave)
+    points = wave.warp(PLACES, PAGE_MM) + [0.0, 400.0, 0.0]  # beyond the sheet's edge, at any start
+    with pytest.raises(SheetLost, match="no sheet of paper"):
+        fit_surface(points, PLACES + [0.0, 400.0], start, stiffness=10.0)
+
+
+def test_a_paper_with_which_the_sheet_is_lost_is_not_chosen(monkeypatch):
+    wave, fit = SHEETS[1], surface_module.fit_paper
+
+    def lost_when_stiff(points, feet, start, paper, **how):
+        if paper.stiffness > 100.0:
+            raise SheetLost("slid off")
+        return fit(points, feet, start, paper, **how)
+
+    monkeypatch.setattr(surface_module, "fit_paper", lost_when_stiff)
+    start = started(wave)
+    points = wave.warp(PLACES, PAGE_MM)
+    assert choose_stiffness(points, start.nearest(points), start) in [s for s in STIFFNESSES if s <= 100.0]
