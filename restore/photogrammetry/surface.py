@@ -36,6 +36,7 @@ SLIDING = 1e-3  # weight of a point along the sheet, against that along the norm
 STIFFNESSES = tuple(10.0**exponent for exponent in (5, 4, 3, 2, 1))  # mm⁴: tried, the stiffest first
 HELD_OUT = 0.1  # of the points tell which stiffness is best
 GAIN = 0.99  # of the error that a softer surface must leave at most, to be preferred
+LEAST_ON_SHEET = 0.5  # of the points
 LEAST_SIGMA_MM = 0.002  # of points: exact ones would all be outliers but a few
 SAMPLE_MM = 4.0  # of the places at which a sheet is resampled
 SEED = 5  # of what is held out
@@ -228,10 +229,14 @@ def fit_paper(
 
 
 def _check_on_sheet(surface: Surface, feet: Floats) -> None:
-    """Raises SheetLost where feet (n, 2) mm are beyond all knots of a surface."""
+    """Raises SheetLost where most feet (n, 2) mm, or any without end, are beyond all knots of a surface.
+
+    Some of the points may be: what is prolonged ends anywhere.
+    """
     low, high = surface.bounds
     beyond = BORDER * surface.step
-    if not ((feet >= low - beyond) & (feet <= high + beyond)).all():  # not a number is beyond, too
+    on_sheet = ((feet >= low - beyond) & (feet <= high + beyond)).all(axis=1)
+    if on_sheet.mean() < LEAST_ON_SHEET or not np.isfinite(feet).all():
         raise SheetLost(
             "no sheet of paper goes through the points that the photographs show",
             "do not move the page between the photographs, and photograph it from more sides",
