@@ -106,9 +106,22 @@ def test_a_page_of_the_strip_is_the_one_that_keys_act_on(show, canned):
     page.locator("#strip-7").click()
     assert page.get_by_role("heading", level=1).inner_text() == "Page 7"
     assert page.locator(".sign").inner_text() == "Amber"
-    focus = page.locator(".light").first
-    assert "Amber above 1.2 px, red above 2 px." in focus.inner_text() and "Focus again" in focus.inner_text()
+    focus = page.locator(".light:first-child", has_text="Amber above 1.2 px, red above 2 px.")
+    focus.get_by_text("Focus again").wait_for()
     assert pressed(page, canned, lambda: page.keyboard.press("r")) == [{"action": "again", "page": 7}]
+
+
+@pytest.mark.parametrize("screen", ["shoot", "page/10"])
+def test_no_lights_are_shown_until_those_of_the_page_are_known(show, canned, screen):
+    page, held = show(canned, screen), []
+    page.wait_for_selector(".light")
+    page.route("**/api/pages/7", lambda route: held.append(route))
+    page.locator("#strip-7").click()
+    page.get_by_role("heading", level=1, name="Page 7").wait_for()
+    page.wait_for_timeout(100)
+    assert held and page.locator(".light").count() == 0
+    held[0].continue_()
+    page.wait_for_selector(".light")
 
 
 def test_the_worst_pages_come_first(show, canned):

@@ -51,7 +51,7 @@ def test_a_shift_with_a_crash_in_the_middle(browser: Any, console: Console) -> N
             accept(page, number)
         shoot(page, 3)
         assert judged(page, 3) == "red"
-        assert "Focus again" in page.locator(".light").first.inner_text()
+        page.locator(".light:first-child", has_text="Focus again").wait_for()
         shoot(page, 3, "r")
         page.wait_for_selector("#strip-3[data-level=green]", timeout=WAIT_MS)
         accept(page, 3)

@@ -68,6 +68,7 @@ class PageScreen {
     setText(this.title, row ? pageName(row) : t("shoot.none"));
     setText(this.sub, row ? facts(row) : "");
     this.sign.replaceChildren(row ? levelSign(row) : "");
+    if (this.row?.page !== row?.page) this.lights.show(null, null); // those of the page before would be taken for its own
     const found = row ? await details(row) : null;
     if (current()?.page !== row?.page) return;
     this.row = row;

@@ -57,6 +57,7 @@ export default function shootScreen() {
   const sub = h("p", { class: "soft page-sub" });
   const sign = h("div", { class: "sign-place" });
   let view = "page";
+  let judged = null;
   const views = segmented(t("view"), [["page", t("view.page"), "image"], ["preview", t("view.preview"), "eye"]], (key) => showView(key));
   const showView = (key) => {
     view = key;
@@ -70,7 +71,10 @@ export default function shootScreen() {
     setText(sub, row ? facts(row) : t("shoot.none.text"));
     sign.replaceChildren(row ? levelSign(row) : "");
     page.show(row);
-    if (!row) return lights.show(null, null);
+    // While its findings are fetched a page has none: those of the page before would be taken for its own.
+    if (judged !== row?.page) lights.show(null, null);
+    judged = row?.page;
+    if (!row) return;
     const found = row.level || row.failed ? await details(row) : null;
     if (current()?.page === row.page) lights.show(row, found?.findings);
   };
