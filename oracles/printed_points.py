@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from drivers.simulated.sheets import Sheet
-from restore.photogrammetry.surface import grid_places
+from restore.photogrammetry.surface import Surface, fit_surface, grid_places, through_places
 from restore.scan import Floats
 
 PAGE_MM = (240.0, 160.0)
@@ -35,3 +35,11 @@ def sampled(sheet: Sheet, spacing: float = 3.0, noise: float = NOISE_MM, seed: i
     turns = [np.arccos(np.clip((normals(sheet, places + way) * here).sum(axis=1), -1, 1)) for way in around]
     places = places[np.max(turns, axis=0) < CREASE]
     return sheet.warp(places, PAGE_MM) + noise * rng.standard_normal((len(places), 3)), places
+
+
+def rounded(sheet: Sheet, points: Floats) -> tuple[Surface, Floats]:
+    """The smooth surface through points (n, 3) of a sheet, and their feet (n, 2)."""
+    low, high = -HALF - 15, HALF + 15
+    lattice = grid_places(low, high, 4.0)
+    start = through_places(lattice, sheet.warp(lattice, PAGE_MM), low, high)
+    return fit_surface(points, start.nearest(points), start, stiffness=10.0)

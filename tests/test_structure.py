@@ -14,7 +14,6 @@ CALLED_BY_OTHERS = {
     "drivers.shipped",
     "drivers.simulated.artwork.typeset",
     "drivers.simulated.illumination",
-    "drivers.simulated.sheets.facets",
     "drivers.simulated.sheets.rulings",
     "drivers.simulated.shot_data",
     "drivers.simulated.stage.controller",

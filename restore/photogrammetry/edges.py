@@ -15,13 +15,14 @@ from scipy import ndimage
 
 from restore.numerics import TINY
 from restore.photo.camera import PhotoCamera, project_with_jacobian
-from restore.photogrammetry.folded import PageSurface
+from restore.photogrammetry.page_surface import PageSurface
 from restore.photogrammetry.track import Picture
 from restore.scan import Floats, Mask
 
 SPACING_MM = 2.0  # of the points of the edge
 SMOOTH_MM = 3.0  # standard deviation, along the edge, of what is assumed at first: cells of a millimetre are ragged
-REACHES_MM = (10.0, 4.0, 1.5)  # searched on both sides, in turn: the first area may be off by as much
+MASK_REACH_MM = 16.0  # searched on both sides: a margin that a crease turns away from its page is off by as much
+REACHES_MM = (5.0, 1.5)  # the same in the pictures: a mask is off by some of its pixels
 SAMPLES = 41  # across the edge
 ALONG = (-1.0, -0.5, 0.0, 0.5, 1.0)  # mm along the edge, over which the picture is averaged
 FACING = 0.2  # cosine of 78° between the normal and the line of sight
@@ -29,7 +30,7 @@ LEAST_STEP = 0.12  # of the light of the paper, that the table gives less
 LEAST_VIEWS = 2  # as many equations as unknowns: a side that stands upright may have no more
 MISFIT = 0.25  # of the reach: a view whose step is further from the others' shows something else
 MOST_SIGMA = 0.5  # of the reach, out of the page: views from one side do not tell
-LONELY_MM = 1.0  # from the median of its neighbours: a step that is none of the page's edge
+LONELY = 0.25  # of the reach, from the median of its neighbours: a step that is none of the page's edge
 NEIGHBOURS = 15  # points: 30 mm of the edge
 
 
@@ -42,19 +43,30 @@ class Edge:
     measured: Mask
 
 
-def find_edge(greys: Picture, cameras: Sequence[PhotoCamera], surface: PageSurface, outline: Floats) -> Edge:
+def find_edge(
+    masks: Floats, greys: Picture, cameras: Sequence[PhotoCamera], surface: PageSurface, outline: Floats
+) -> Edge:
     """The edge of a page in photographs, near an outline (n, 2) mm on its surface.
 
-    greys (v, h, w) may be smaller copies of what the cameras took.
+    masks (v, h, w) tell paper from table, where a crease may be as dark a step in greys (v, h, w). Both may be smaller
+    copies of what the cameras took.
     """
-    places = _smoothed(_resampled(outline, SPACING_MM), SMOOTH_MM / SPACING_MM)
-    edge = Edge(surface.points(places), places, np.zeros(len(places), bool))
+    edge = find_rough_edge(masks, cameras, surface, outline)
     for reach in REACHES_MM:
         edge = _refined(greys, cameras, surface, edge, reach)
     return edge
 
 
-def _refined(greys: Picture, cameras: Sequence[PhotoCamera], surface: PageSurface, edge: Edge, reach: float) -> Edge:
+def find_rough_edge(masks: Floats, cameras: Sequence[PhotoCamera], surface: PageSurface, outline: Floats) -> Edge:
+    """The edge of a page in masks (v, h, w) alone, near an outline (n, 2) mm: good to a part of their pixels."""
+    places = _smoothed(_resampled(outline, SPACING_MM), SMOOTH_MM / SPACING_MM)
+    edge = Edge(surface.points(places), places, np.zeros(len(places), bool))
+    return _refined(masks, cameras, surface, edge, MASK_REACH_MM)
+
+
+def _refined(
+    greys: Floats | Picture, cameras: Sequence[PhotoCamera], surface: PageSurface, edge: Edge, reach: float
+) -> Edge:
     """The edge measured again, searched for within a reach, mm."""
     points = edge.points
     along, outwards, normals = _directions(edge, surface)
@@ -68,7 +80,7 @@ def _refined(greys: Picture, cameras: Sequence[PhotoCamera], surface: PageSurfac
         weights.append(certain & (facing > FACING))
         rows.append(np.stack([out_of_page / np.where(np.abs(away) > TINY, away, TINY), np.ones(len(points))], axis=1))
     moves, good = _solved(np.stack(rows), np.stack(steps), np.stack(weights), reach)
-    good &= _among_neighbours(moves, good)
+    good &= _among_neighbours(moves, good, LONELY * reach)
     moves = _filled(moves, good)
     moved = points + moves[:, :1] * normals + moves[:, 1:] * outwards
     return replace(edge, points=moved, places=surface.feet(moved, edge.places), measured=good)
@@ -84,7 +96,7 @@ def _directions(edge: Edge, surface: PageSurface) -> tuple[Floats, Floats, Float
 
 
 def _step_places(
-    grey: Picture, camera: PhotoCamera, points: Floats, along: Floats, outwards: Floats, reach: float
+    grey: Floats | Picture, camera: PhotoCamera, points: Floats, along: Floats, outwards: Floats, reach: float
 ) -> tuple[Floats, Mask]:
     """Where (n,) mm outwards from points (n, 3) the picture steps most from light to dark, and whether it does (n,)."""
     across = np.linspace(-reach, reach, SAMPLES)
@@ -148,14 +160,14 @@ def _solved(rows: Floats, steps: Floats, usable: Mask, reach: float) -> tuple[Fl
     return moves, good & (np.abs(moves) < 2 * reach).all(axis=1)
 
 
-def _among_neighbours(moves: Floats, good: Mask) -> Mask:
+def _among_neighbours(moves: Floats, good: Mask, most: float) -> Mask:
     """(n,) True where moves (n, 2) are like the median of those round them that are good (n,)."""
     index = (np.arange(len(moves))[:, None] + np.arange(-(NEIGHBOURS // 2), NEIGHBOURS // 2 + 1)) % len(moves)
     near = np.where(good[index][..., None], moves[index], np.nan)
     some = good[index].any(axis=1)
     median = np.zeros_like(moves)
     median[some] = np.nanmedian(near[some], axis=1)
-    return np.asarray((np.abs(moves - median) < LONELY_MM).all(axis=1))
+    return np.asarray((np.abs(moves - median) < most).all(axis=1))
 
 
 def _filled(moves: Floats, good: Mask) -> Floats:

@@ -207,10 +207,7 @@ class FoldedSurface:
         return np.asarray(distance < distance.min(axis=1, keepdims=True) + CANDIDATES_MM)
 
 
-PageSurface = Surface | FoldedSurface
-
-
-def fold(points: Floats, feet: Floats, smooth: Surface, paper: Paper | None = None) -> PageSurface:
+def fold(points: Floats, feet: Floats, smooth: Surface, paper: Paper | None = None) -> Surface | FoldedSurface:
     """The surface through points (n, 3) mm with feet (n, 2) mm on a smooth surface through them.
 
     It is the smooth one where the points tell of no crease, and where they tell of many: small pieces are prolonged

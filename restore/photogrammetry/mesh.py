@@ -7,8 +7,8 @@ import numpy as np
 
 from restore.mesh.ordered_grid import grid_faces
 from restore.numerics import TINY
-from restore.photogrammetry.folded import PageSurface
 from restore.photogrammetry.page import inside_polygon
+from restore.photogrammetry.page_surface import PageSurface
 from restore.scan import Floats, Ints
 
 VERTICES = 80_000  # a vertex to 0.9 mm of A4, a tenth of what a wave needs

@@ -18,7 +18,7 @@ from scipy import ndimage
 from restore.mesh.raster import rasterise
 from restore.numerics import TINY
 from restore.photo.camera import PhotoCamera
-from restore.photogrammetry.folded import PageSurface
+from restore.photogrammetry.page_surface import PageSurface
 from restore.scan import Bytes, Floats, Ints, Mask
 
 MASK_SIDE = 640  # pixels of the longer side: 0.7 mm on a page that fills most of the picture

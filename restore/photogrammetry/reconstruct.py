@@ -15,94 +15,35 @@ import numpy as np
 
 from restore.photo.orientation import turned_like
 from restore.photo.photograph import Photograph
-from restore.photogrammetry.agreement import (
-    card_doubts,
-    check_focal_lengths,
-    check_found,
-    check_residuals,
-    find_markers,
-    with_blur,
-    within,
-    without,
-)
+from restore.photogrammetry.agreement import card_doubts, find_markers, with_blur, without
 from restore.photogrammetry.align import Similarity
-from restore.photogrammetry.bundle import ROUGHLY, SETTLED, Tracks, adjust
 from restore.photogrammetry.card import SCALE_CARD, ScaleCard, outline_in
-from restore.photogrammetry.copies import Copies, smoothed_copies
 from restore.photogrammetry.edges import Edge, find_edge
 from restore.photogrammetry.errors import NoPage, TooFewViews, ViewsApart
-from restore.photogrammetry.folded import FoldedSurface, PageSurface, fold, refold
+from restore.photogrammetry.folded import FoldedSurface, refold
 from restore.photogrammetry.mesh import mesh_within, stretch
 from restore.photogrammetry.model import Model
-from restore.photogrammetry.page import (
-    MAJORITY,
-    PageArea,
-    PaperMasks,
-    area_of_votes,
-    find_paper,
-    ground_sample,
-    on_page,
-    without_card,
-)
+from restore.photogrammetry.page import PaperMasks, area_of_votes, find_paper, on_page, without_card
+from restore.photogrammetry.page_surface import PageSurface
+from restore.photogrammetry.refined import Fitted, missed, refined
+from restore.photogrammetry.relief import Cloud, Relief, refine_relief
 from restore.photogrammetry.sparse import LEAST_VIEWS, Progress, SparseModel, check_one_lens, reconstruct
-from restore.photogrammetry.surface import (
-    STEP_MM,
-    Surface,
-    choose_stiffness,
-    fit_surface,
-    grid_places,
-)
-from restore.photogrammetry.track import HALF, Patches, track
-from restore.photogrammetry.unrolled import unrolled
+from restore.photogrammetry.surface import STEP_MM, fit_surface
 from restore.scan import Floats, InterpolatedMesh
 from restore.texture.coverage import distance_to
 
 LEAST_POINTS = 200  # on the page: as few features has a page with a line of print
-MARGIN_MM = 30.0  # round the points, in which the page may go on without print
-EDGE_MARGIN_MM = 16.0  # round the page, once all of it is found: its edge is searched for 10 mm beyond
-FIRST_STIFFNESS = 1e4  # mm⁴: of the surface through features: a wave of 97 mm and 36° is followed to half a millimetre
-ROUND_SETTLED_MM = 0.02  # of the same surfaces: a tenth of a pixel
-ROUND_STIFFNESS = 1e3  # mm⁴: between the rounds, where the surface only has to lie within the reach of the next
-COARSE_SIDE = 1600  # pixels of a copy in which patches are as wide as the first surfaces are off, and more
-FINE_SIDE = 2400  # pixels of a copy: finer ones of phones gain nothing, and cost memory
-EDGE_CLEAR_MM = 1.0  # of the middle of a patch from the edge of the page, beyond half its side
-LEAST_SIMILAR = 0.75  # correlation of a patch: text on the page to a shadow's edge has less
-MOST_SIGMA_PX = 0.5  # standard deviation of a shift on the surface, in pixels of the copy
-LEAST_SIGMA_PX = 0.02  # of the same: less is not to be had of interpolated pixels
+RIM_NOISE_MM = 0.1  # of the page's edge: a third of a pixel, and fibres
 MOST_UNCOVERED = 0.01  # of the paper in the photographs, beyond the rim of the page
 LEAST_EDGE = 0.8  # of the page's edge, that is measured: a fifth is prolonged from the print to half a millimetre
-MISSED_SHARE = 0.9  # of the measured points lie nearer to the surface than the distance that is reported
 MOST_OFF_MM = 0.25  # of that distance: five times that of a wave of 97 mm and 36°, the steepest that was tried
 # Of the area: a page of four creases that was right had 0.004, as vertices beside creases are moved onto them; a spread
 # that was 0.5 % too large 0.011.
 MOST_STRETCH = 0.006
-OUTLIER_SIGMAS = 3.0  # reprojection error of a point, over that of most, beyond which it is left out
 
 
 def _silent(_stage: str, _done: float) -> None:
     """Progress that nobody watches."""
-
-
-@dataclass(frozen=True)
-class Round:
-    """A round of patches.
-
-    side     pixels of the longer side of the copies in which they are sought.
-    sample   pixels of these copies to a sample.
-    spacing  of the patches, in pixels of copies of COARSE_SIDE: finer photographs need no more patches.
-    """
-
-    side: int
-    sample: float
-    spacing: float
-
-
-COARSE = Round(COARSE_SIDE, 2.5, 40.0)
-ROUNDS = (COARSE, Round(COARSE_SIDE, 1.3, 24.0), Round(FINE_SIDE, 1.0, 14.0))
-CREASED_SPACING = 0.7  # of that on smooth pages: a piece is as large as its points tell, up to its creases
-MOST_GROWTHS = 6  # coarse rounds: from a part of a roll to all of it
-GROWN = 0.01  # of the page's area, that one more coarse round adds at least
-GROWTH_MM = 12.0  # beyond the area that is known: so far the surface is prolonged well enough to be found again
 
 
 @dataclass(frozen=True, eq=False)
@@ -209,22 +150,16 @@ def _dense(
     points: Floats,
     progress: Progress,
 ) -> PhotographedPage:
-    fitted = _refined([photographs[view] for view in model.views], model, masks, points, progress)
+    fitted = refined([photographs[view] for view in model.views], model, masks, points, progress)
     progress("edge", 0.0)
-    edge = _edge_of(fitted, model, masks, cards)
-    both = np.concatenate([fitted.points, edge.points[edge.measured]])
-    start = np.concatenate([fitted.surface.feet(fitted.points, fitted.feet), edge.places[edge.measured]])
-    if isinstance(fitted.surface, FoldedSurface):
-        surface: PageSurface = refold(both, start, fitted.surface)
-    else:
-        surface, _ = fit_surface(both, start, fitted.surface, stiffness=fitted.stiffness)
+    surface, edge = _ended(fitted, model, masks, cards)
     progress("edge", 1.0)
-    mesh = _mesh(surface, surface.feet(edge.points, edge.places), photographs, model, both)
+    measured = np.concatenate([fitted.points, edge.points[edge.measured]])
+    mesh = _mesh(surface, surface.feet(edge.points, edge.places), photographs, model, measured)
     kept = tuple(
         replace(photographs[view], camera=camera) for view, camera in zip(model.views, model.cameras, strict=True)
     )
     left_out = {photographs[k].name: why for k, why in failed.items()}
-    off = np.linalg.norm(fitted.points - surface.points(surface.feet(fitted.points, fitted.feet)), axis=1)
     report = {
         "views": [photographs[view].name for view in model.views],
         "left_out": left_out,
@@ -233,85 +168,57 @@ def _dense(
         "edge_measured": float(edge.measured.mean()),
         "uncovered_paper": masks.uncovered(model.cameras, mesh.vertices, mesh.faces),
         "interpolated": float((distance_to(mesh.measured, mesh.vertices) > mesh.reach_mm).mean()),
-        "surface_off_mm": float(np.quantile(off, MISSED_SHARE)),
-        "stretch": stretch(mesh.vertices, mesh.faces),
-        "stiffness_mm4": surface.paper.stiffness if isinstance(surface, FoldedSurface) else fitted.stiffness,
-        "pieces": len(surface.pieces) if isinstance(surface, FoldedSurface) else 1,
+        "surface_off_mm": missed(surface, fitted.points, fitted.feet),
+        "stretch": None if isinstance(surface, Relief) else stretch(mesh.vertices, mesh.faces),
+        **_described(surface, fitted.stiffness),
         "rounds": fitted.rounds,
     }
     return PhotographedPage(mesh, kept, report, _warnings(report))
 
 
-@dataclass(frozen=True, eq=False)
-class _Fitted:
-    """A surface through points (n, 3) mm with feet (n, 2) mm, of a stiffness in mm⁴ where it is smooth.
+def _ended(fitted: Fitted, model: Model, masks: PaperMasks, cards: Sequence[Floats | None]) -> tuple[PageSurface, Edge]:
+    """The surface fitted again to its own points and those of the page's edge, and the edge on it.
 
-    area    of the page on it. greys: the copies in which the points were tracked last.
-    rounds  what each round found.
+    A margin beyond a crease may be centimetres off until its edge is known, so that a part of it is not found at first.
     """
-
-    surface: PageSurface
-    points: Floats
-    feet: Floats
-    stiffness: float
-    area: PageArea
-    greys: Copies
-    rounds: list[dict[str, float]]
-
-
-def _refined(
-    joined: Sequence[Photograph], model: Model, masks: PaperMasks, points: Floats, progress: Progress
-) -> _Fitted:
-    """The surface after all rounds, begun with points (n, 3) mm that features gave; the model is adjusted to each."""
-    greys = smoothed_copies(joined, COARSE_SIDE)
-    surface: PageSurface
-    surface, area = _first_surface(model, masks, points)
-    rounds: list[dict[str, float]] = []
-    plans, before, last = [COARSE] * MOST_GROWTHS + list(ROUNDS[1:]), 0, COARSE
-    while plans:
-        plan = plans.pop(0)
-        progress("surface", len(rounds) / (len(rounds) + len(plans) + 1))
-        if plan.side != COARSE_SIDE:
-            greys = smoothed_copies(joined, plan.side)
-        surface, points, feet, facts = _round(greys, model, surface, area, plan, masks)
-        rounds.append(facts)
-        margin = MARGIN_MM if COARSE in plans else EDGE_MARGIN_MM
-        smooth = surface.smooth.within(*_bounds(np.concatenate([feet, area.outline]), margin))
-        stiffness = ROUND_STIFFNESS
-        smooth, feet = fit_surface(points, feet, smooth, stiffness=stiffness, settled=ROUND_SETTLED_MM)
-        surface = smooth if plan is COARSE else fold(points, feet, smooth)
-        if isinstance(surface, FoldedSurface) and plan is not last:
-            plans.insert(0, plan)  # again, now up to the creases
-        elif surface is smooth and not plans:
-            stiffness = choose_stiffness(points, feet, smooth)
-            surface, feet = fit_surface(points, feet, smooth, stiffness=stiffness)
-        last = plan
+    edge = _edge_of(fitted, model, masks, cards)
+    surface = _through(edge, fitted)
+    if isinstance(surface, Relief):
         area = area_of_votes(masks, model.cameras, surface, *surface.bounds)
-        cells = int(area.cells.sum())
-        if cells < (1.0 + GROWN) * before:
-            plans = [one for one in plans if one is not COARSE]
-        before = cells
-    progress("surface", 1.0)
-    return _Fitted(surface, points, feet, stiffness, area, greys, rounds)
+        edge = _edge_of(replace(fitted, surface=surface, area=area), model, masks, cards)
+        surface = _through(edge, fitted)
+    return surface, edge
 
 
-def _edge_of(fitted: _Fitted, model: Model, masks: PaperMasks, cards: Sequence[Floats | None]) -> Edge:
+def _through(edge: Edge, fitted: Fitted) -> PageSurface:
+    """The surface fitted again to its own points, and then those of the edge."""
+    surface, measured = fitted.surface, edge.measured
+    feet = surface.feet(fitted.points, fitted.feet)
+    if isinstance(surface, Relief):
+        rim = Cloud.of(edge.points[measured], edge.places[measured], RIM_NOISE_MM, of_facets=False)
+        return refine_relief(Cloud.of(fitted.points, feet, fitted.noise).joined(rim), surface)
+    points, feet = np.concatenate([fitted.points, edge.points[measured]]), np.concatenate([feet, edge.places[measured]])
+    if isinstance(surface, FoldedSurface):
+        return refold(points, feet, surface)
+    return fit_surface(points, feet, surface.smooth, stiffness=fitted.stiffness)[0]
+
+
+def _described(surface: PageSurface, stiffness: float) -> dict[str, Any]:
+    """What a report tells of a surface; stiffness in mm⁴, where it is smooth."""
+    if isinstance(surface, Relief):
+        return {"shape": "facets", "stiffness_mm4": None, "pieces": None}
+    if isinstance(surface, FoldedSurface):
+        return {"shape": "pieces", "stiffness_mm4": surface.paper.stiffness, "pieces": len(surface.pieces)}
+    return {"shape": "smooth", "stiffness_mm4": stiffness, "pieces": 1}
+
+
+def _edge_of(fitted: Fitted, model: Model, masks: PaperMasks, cards: Sequence[Floats | None]) -> Edge:
     """The edge of the page, sought where no card lies; the copies are changed there."""
     greys = fitted.greys
     ratio = greys.shape[2] / masks.size[0]
     for grey, paper, card in zip(greys, masks.masks, cards, strict=True):
         grey[:] = without_card(grey, paper, None if card is None else (card + 0.5) * ratio - 0.5)
-    return find_edge(greys, model.cameras, fitted.surface, fitted.area.outline)
-
-
-def _first_surface(model: Model, masks: PaperMasks, points: Floats) -> tuple[Surface, PageArea]:
-    """The surface through points (n, 3) mm that features gave, over the flat page, and the page's area there."""
-    low, high = _bounds(points[:, :2], MARGIN_MM)
-    level = Surface.level(low, high, float(np.median(points[:, 2])))
-    raised, _ = fit_surface(points, points[:, :2], level, stiffness=FIRST_STIFFNESS, inextensible=False)
-    surface = unrolled(raised, area_of_votes(masks, model.cameras, raised, low, high), MARGIN_MM)
-    surface, _ = fit_surface(points, surface.nearest(points), surface, stiffness=FIRST_STIFFNESS)
-    return surface, area_of_votes(masks, model.cameras, surface, *surface.bounds)
+    return find_edge(masks.masks, greys, model.cameras, fitted.surface, fitted.area.outline)
 
 
 def _warnings(report: Mapping[str, Any]) -> tuple[str, ...]:
@@ -329,7 +236,7 @@ def _warnings(report: Mapping[str, Any]) -> tuple[str, ...]:
             f"the surface passes one in ten of the measured points {report['surface_off_mm']:.1f} mm and more away: "
             "the page is creased, or its shape was not found, and the result is not to be trusted"
         )
-    if abs(report["stretch"]) > MOST_STRETCH:
+    if report["stretch"] is not None and abs(report["stretch"]) > MOST_STRETCH:
         sentences.append(
             f"the surface has {report['stretch']:+.1%} of area that paper cannot have: it is torn or doubled beside a "
             "crease, and the page's size is not to be trusted; photograph the creases from both sides"
@@ -340,63 +247,6 @@ def _warnings(report: Mapping[str, Any]) -> tuple[str, ...]:
             "are too steep for these views, or another sheet lies beside it"
         )
     return tuple(sentences)
-
-
-def _bounds(places: Floats, margin: float) -> tuple[Floats, Floats]:
-    """The rectangle, (2,) and (2,) mm, round places (n, 2) with a margin."""
-    return np.quantile(places, 0.002, axis=0) - margin, np.quantile(places, 0.998, axis=0) + margin
-
-
-def _round(
-    greys: Copies, model: Model, surface: PageSurface, area: PageArea, plan: Round, masks: PaperMasks
-) -> tuple[PageSurface, Floats, Floats, dict[str, float]]:
-    """Track patches of a surface, and adjust the model to them.
-
-    Returns the surface in the frame of the adjusted model, the points (n, 3) mm that agree, and their feet (n, 2).
-    """
-    low, high = area.bounds
-    size = model.cameras[0].size
-    shrunk = size[0] / greys.shape[2]
-    full_pixel = ground_sample(model.cameras, surface.points((low + high)[None] / 2))
-    pixel = shrunk * full_pixel
-    sample, spacing = plan.sample * pixel, plan.spacing * full_pixel * max(1.0, max(size) / COARSE_SIDE)
-    spacing *= CREASED_SPACING if isinstance(surface, FoldedSurface) else 1.0
-    if plan is COARSE:
-        places = grid_places(low - GROWTH_MM, high + GROWTH_MM, spacing)
-        places = places[area.contains(places, -GROWTH_MM)]
-    else:
-        places = grid_places(low, high, spacing)
-        places = places[area.contains(places, HALF * sample + EDGE_CLEAR_MM)]
-    places = places[surface.uncreased(places, HALF * sample)]
-    patches = Patches(*surface.frames(places))
-    tracked = track(greys, model.cameras, patches, sample)
-    found = tracked.found(LEAST_SIMILAR, MOST_SIGMA_PX * pixel)
-    check_found(found, within(model.cameras, patches.points), model.views)
-    used = np.flatnonzero(found.any(axis=0))
-    if len(used) < LEAST_POINTS // 4:
-        raise NoPage(
-            f"print is found again in the other photographs at {len(used)} places of the page only",
-            "do not move the page between the photographs, and photograph it sharply; a blank page cannot be done",
-        )
-    view, at = np.nonzero(found[:, used])
-    sigma = shrunk * np.maximum(tracked.sigma_mm[view, used[at]] / pixel, LEAST_SIGMA_PX)
-    tracks = Tracks(view, at, tracked.pixels[view, used[at]], sigma)
-    with_card = model.with_markers(patches.points[used], tracks)
-    adjusted = adjust(model.cameras, *with_card, settled=SETTLED if plan is ROUNDS[-1] else ROUGHLY)
-    if plan is COARSE:
-        check_focal_lengths(adjusted, with_card[1], model.views)
-    check_residuals(adjusted.residuals[: len(at)], sigma, view, model.views)
-    error = np.linalg.norm(adjusted.residuals[: len(at)], axis=1)
-    squared = np.bincount(at, error**2, len(used)) / np.bincount(at, minlength=len(used))
-    rms = float(np.sqrt(np.median(squared)))
-    agree = np.sqrt(squared) < OUTLIER_SIGMAS * rms
-    if plan is COARSE:
-        agree &= masks.votes(adjusted.cameras, adjusted.points[: len(used)], patches.normals[used])[0] > MAJORITY
-    model.cameras, model.points = adjusted.cameras, adjusted.points[: len(used)][agree]
-    surface = surface.moved(model.set_frame(model.points))
-    feet = surface.feet(model.points, places[used[agree]])
-    facts = {"patches": len(places), "points": len(model.points), "reprojection_px": rms}
-    return surface, model.points, feet, facts
 
 
 def _mesh(

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from oracles.table_cameras import cameras, on_plane, picture
-from restore.photogrammetry.edges import find_edge
+from restore.photogrammetry.edges import find_edge, find_rough_edge
 from restore.photogrammetry.page import without_card
 from restore.photogrammetry.surface import Surface
 
@@ -30,6 +30,11 @@ def greys():
     return np.stack([cv2.GaussianBlur(picture(camera, light), (0, 0), 0.8) for camera in cameras()])
 
 
+def paper(greys):
+    """(v, h, w) masks of the page in pictures of it."""
+    return (greys > (PAPER + TABLE) / 2).astype(float)
+
+
 def level(height):
     return Surface.level(-HALF_MM - 30, HALF_MM + 30, height)
 
@@ -43,7 +48,7 @@ def rectangle(half):
 
 @pytest.mark.parametrize(("off_mm", "wider_mm"), [(0.0, 0.0), (2.0, 3.0), (-1.5, -4.0)])
 def test_the_edge_is_found_in_space(greys, off_mm, wider_mm):
-    edge = find_edge(greys, cameras(), level(HEIGHT_MM + off_mm), rectangle(HALF_MM + wider_mm))
+    edge = find_edge(paper(greys), greys, cameras(), level(HEIGHT_MM + off_mm), rectangle(HALF_MM + wider_mm))
     assert edge.measured.mean() > 0.8
     points = edge.points[edge.measured]
     np.testing.assert_allclose(edge.places, edge.points[:, :2], atol=1e-6)
@@ -53,15 +58,39 @@ def test_the_edge_is_found_in_space(greys, off_mm, wider_mm):
     assert np.sqrt(((points[away_from_corners, 2] - HEIGHT_MM) ** 2).mean()) < 3 * ACCURACY_MM
 
 
+def from_sides(edge) -> np.ndarray:
+    """(n,) mm from the sides of the page to points that are measured, those at its corners left out."""
+    points = np.abs(edge.points[edge.measured, :2])
+    return (HALF_MM - points).min(axis=1)[(HALF_MM - points).max(axis=1) > 8]
+
+
+def test_the_edge_of_a_margin_that_is_far_off_is_found_in_masks(greys):
+    edge = find_rough_edge(paper(greys), cameras(), level(HEIGHT_MM - 4.0), rectangle(HALF_MM + 10.0))
+    assert edge.measured.mean() > 0.8
+    assert np.sqrt((from_sides(edge) ** 2).mean()) < 5 * ACCURACY_MM  # searched over 32 mm once
+
+
+def test_a_crease_beside_the_edge_is_not_taken_for_it(greys):
+    def light(origins, ways):
+        x, y = on_plane(origins, ways, HEIGHT_MM).T
+        page = (np.abs(x) < HALF_MM[0]) & (np.abs(y) < HALF_MM[1])
+        return np.select([page & (y < 8 - HALF_MM[1]), page], [0.6 * PAPER, PAPER], TABLE)
+
+    shaded = np.stack([cv2.GaussianBlur(picture(camera, light), (0, 0), 0.8) for camera in cameras()])
+    edge = find_edge(paper(greys), shaded, cameras(), level(HEIGHT_MM), rectangle(HALF_MM - [0.0, 6.0]))
+    assert np.abs(from_sides(edge)).max() < 3 * ACCURACY_MM
+
+
 def test_the_edge_is_found_in_smaller_copies(greys):
     twice = [camera.scaled((2 * camera.size[0], 2 * camera.size[1])) for camera in cameras()]
-    of_copies, of_full = (find_edge(greys, views, level(HEIGHT_MM), rectangle(HALF_MM)) for views in (twice, cameras()))
+    given = level(HEIGHT_MM), rectangle(HALF_MM)
+    of_copies, of_full = (find_edge(paper(greys), greys, views, *given) for views in (twice, cameras()))
     np.testing.assert_allclose(of_copies.points, of_full.points, atol=1e-6)
 
 
 def test_no_step_no_edge(greys):
     blank = np.full_like(greys, 150.0)
-    edge = find_edge(blank, cameras(), level(HEIGHT_MM), rectangle(HALF_MM))
+    edge = find_edge(np.ones_like(blank, float), blank, cameras(), level(HEIGHT_MM), rectangle(HALF_MM))
     assert not edge.measured.any()
 
 
@@ -77,12 +106,13 @@ def test_the_markers_of_a_card_beside_the_page_are_not_its_edge():
     kinds = [picture(camera, kind).astype(int) for camera in cameras()]
     shown = [cv2.GaussianBlur(np.array([TABLE, PAPER, INK, PAPER], np.float32)[one], (0, 0), 0.8) for one in kinds]
     corners = [camera.project(np.column_stack([CARD_MM, np.zeros(4)])) for camera in cameras()]
-    cardless = [without_card(*seen) for seen in zip(shown, [(one == 3) * 1.0 for one in kinds], corners, strict=True)]
+    masks = np.stack([(one == 3) * 1.0 for one in kinds])
+    cardless = [without_card(*seen) for seen in zip(shown, masks, corners, strict=True)]
     far = {}
     for name, pictures in (("with", shown), ("without", cardless)):
-        edge = find_edge(np.stack(pictures), cameras(), level(HEIGHT_MM), rectangle(HALF_MM + 1.0))
+        edge = find_edge(masks, np.stack(pictures), cameras(), level(HEIGHT_MM), rectangle(HALF_MM + 1.0))
         beside = edge.measured & (edge.places[:, 1] < -HALF_MM[1] + 8) & (np.abs(edge.places[:, 0]) < 40)
         assert beside.sum() > 20
         far[name] = np.abs(edge.points[beside, 1] + HALF_MM[1]).max()
     assert far["without"] < 3 * ACCURACY_MM
-    assert far["with"] > 5 * ACCURACY_MM  # else the card would not matter here
+    assert far["with"] > 3 * ACCURACY_MM  # else the card would not matter here

@@ -6,26 +6,19 @@ import numpy as np
 import pytest
 
 from drivers.simulated import Miura, MultiFold, Spread, Wave
-from oracles.printed_points import HALF, PAGE_MM, sampled
+from oracles.printed_points import HALF, PAGE_MM, rounded, sampled
 from restore.mesh.ordered_grid import grid_faces
 from restore.photogrammetry.align import Similarity
 from restore.photogrammetry.errors import SheetLost
-from restore.photogrammetry.folded import FoldedSurface, PageSurface, fold, refold
-from restore.photogrammetry.surface import Surface, fit_surface, grid_places, through_places
+from restore.photogrammetry.folded import FoldedSurface, fold, refold
+from restore.photogrammetry.page_surface import PageSurface
+from restore.photogrammetry.surface import grid_places
 
 STEP_MM = 2.0  # of the mesh
 LOST_MM = 0.25  # of the length over a crease, that is prolonged to over 2.4 mm from both sides
 SPREAD = Spread(slope_deg=58.0, reach_mm=30.0)
 FOLDS = MultiFold()
 MOVE = Similarity(2.0, np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.array([1.0, 2.0, 3.0]))
-
-
-def rounded(sheet, points: np.ndarray) -> tuple[Surface, np.ndarray]:
-    """The smooth surface through points (n, 3) of a sheet, and their feet (n, 2)."""
-    low, high = -HALF - 15, HALF + 15
-    lattice = grid_places(low, high, 4.0)
-    start = through_places(lattice, sheet.warp(lattice, PAGE_MM), low, high)
-    return fit_surface(points, start.nearest(points), start, stiffness=10.0)
 
 
 def folded(sheet) -> PageSurface:

@@ -1,0 +1,55 @@
+"""Points of a relief where no patch was tracked: beside creases, on narrow facets, on what little a margin shows."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from restore.photogrammetry.model import Model
+from restore.photogrammetry.page import PageArea, ground_sample
+from restore.photogrammetry.relief import Cloud, Relief
+from restore.photogrammetry.surface import grid_places
+from restore.photogrammetry.sweep import sweep
+from restore.photogrammetry.track import Patches, Picture
+from restore.scan import Floats, Mask
+
+SPACING_MM = 1.2  # of the places that are tried: a third of a patch
+GAP_MM = 1.0  # from all tracked points, which are ten times as exact
+EDGE_CLEAR_MM = 3.0  # of the middle of a patch from the edge of the page
+SAMPLE = 0.9  # pixels of the photographs to a sample of a patch
+REACH_MM = 6.0  # above and below: as far as narrow facets are cut off
+STEP_MM = 0.15  # of the heights that are tried: a quarter of a pixel where lines of sight are 60° apart
+NOISE_MM = 0.06  # of a height: measured on simulated sheets, three in four are within it
+LEAST_ALIKE = 0.75  # mean correlation of two views
+MOST_SIGMA_MM = 0.08
+NEIGHBOURS = 5
+MOST_OFF_MM = 0.3  # from the median of its neighbours' heights
+FARTHEST = 3.0  # spacings to the neighbour in the middle of them: a height that stands alone is not trusted
+
+
+def fill_gaps(greys: Picture, model: Model, relief: Relief, area: PageArea, feet: Floats) -> Cloud:
+    """The points of a relief's page that are found above or below it, far from tracked ones' feet (n, 2) mm.
+
+    greys (v, h, w) may be smaller copies of what the cameras took.
+    """
+    low, high = area.bounds
+    places = grid_places(low, high, SPACING_MM)
+    places = places[area.contains(places, EDGE_CLEAR_MM)]
+    places = places[cKDTree(feet).query(places)[0] > GAP_MM]
+    patches = Patches(*relief.frames(places))
+    pixel = ground_sample(model.cameras, relief.points((low + high)[None] / 2))
+    offsets = np.arange(-REACH_MM, REACH_MM + STEP_MM / 2, STEP_MM)
+    heights, sigma, alike = sweep(greys, model.cameras, patches, SAMPLE * pixel, offsets)
+    good = (alike > LEAST_ALIKE) & (sigma < MOST_SIGMA_MM)
+    good[good] = _among_neighbours(places[good], heights[good])
+    points = patches.points[good] + heights[good, None] * patches.normals[good]
+    return Cloud.of(points, relief.feet(points, places[good]), NOISE_MM)
+
+
+def _among_neighbours(places: Floats, heights: Floats) -> Mask:
+    """(n,) True where heights (n,) mm at places (n, 2) mm are like those round them."""
+    if len(places) <= NEIGHBOURS:
+        return np.zeros(len(places), bool)
+    distance, index = cKDTree(places).query(places, NEIGHBOURS + 1)
+    near = distance[:, NEIGHBOURS // 2 + 1] < FARTHEST * SPACING_MM
+    return np.asarray(near & (np.abs(heights - np.median(heights[index[:, 1:]], axis=1)) < MOST_OFF_MM))

@@ -1,0 +1,47 @@
+"""A page of many creases becomes a relief, a smooth one stays smooth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from drivers.simulated import MultiFold, Text
+from drivers.simulated.photographs import Shots, photograph_page
+from oracles.markers import rigid_residual
+from restore import SCALE_CARD, Photograph, Settings, reconstruct_page, restore
+from restore.photogrammetry.refined import missed
+from restore.photogrammetry.surface import Surface, grid_places
+from restore.texture.page import MM_PER_INCH
+
+CARD_DPI = 355.6  # fourteen pixels to a millimetre
+MARGIN_MM = 15.0
+VIEWS = 8
+WIDTH = 1400
+
+
+def test_what_a_surface_misses_is_told_by_one_point_in_ten():
+    surface = Surface.level(np.array([-50.0, -50.0]), np.array([50.0, 50.0]), 3.0)
+    feet = grid_places(np.array([-40.0, -40.0]), np.array([40.0, 40.0]), 4.0)
+    above = np.where(np.arange(len(feet)) % 5 == 0, 0.5, 0.01)
+    assert missed(surface, surface.points(feet) + above[:, None] * [0.0, 0.0, 1.0], feet) == pytest.approx(0.5)
+
+
+@pytest.mark.slow
+def test_a_folded_map_is_flat_and_true_to_scale():
+    shots, card = Shots(size=(WIDTH, WIDTH * 3 // 4)), SCALE_CARD.picture(CARD_DPI)
+    text = Text(sizes_pt=(10.0,), columns=2, margin_mm=MARGIN_MM)
+    taken = photograph_page(MultiFold(), text, views=VIEWS, seed=7, card=card, card_dpi=CARD_DPI, shots=shots)
+    photographs = [Photograph(image, str(number), shots.focal_px) for number, image in enumerate(taken.images)]
+    page = reconstruct_page(photographs)
+    assert page.report["shape"] == "facets"
+    restored = restore(page.mesh, Settings(), photos=page.photographs)
+    found, true = [], []
+    for number, one in enumerate(page.photographs, 1):
+        at = np.argwhere(restored.page_source == number)[::50]
+        flat, _ = taken.truth_at(int(one.name), restored.page_map[tuple(at.T)].astype(float))
+        inside = ((flat > MARGIN_MM) & (flat < np.array(taken.scene.printed.page_mm) - MARGIN_MM)).all(axis=1)
+        found.append((at[:, ::-1] * [1, -1] * MM_PER_INCH / restored.dpi)[inside])
+        true.append(flat[inside])
+    error, scale = rigid_residual(np.concatenate(found), np.concatenate(true))
+    assert np.sqrt((error**2).sum(axis=1).mean()) < 0.25
+    assert abs(scale - 1) < 0.002  # of fewer and smaller photographs than are asked for
