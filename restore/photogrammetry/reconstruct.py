@@ -23,9 +23,9 @@ from restore.photogrammetry.errors import NoPage, TooFewViews, ViewsApart
 from restore.photogrammetry.folded import FoldedSurface, refold
 from restore.photogrammetry.mesh import mesh_within, stretch
 from restore.photogrammetry.model import Model
-from restore.photogrammetry.page import PaperMasks, area_of_votes, find_paper, on_page, without_card
+from restore.photogrammetry.page import PaperMasks, find_paper, on_page, without_card
 from restore.photogrammetry.page_surface import PageSurface
-from restore.photogrammetry.refined import Fitted, missed, refined
+from restore.photogrammetry.refined import Fitted, filled_again, missed, refined
 from restore.photogrammetry.relief import Cloud, Relief, refine_relief
 from restore.photogrammetry.sparse import LEAST_VIEWS, Progress, SparseModel, check_one_lens, reconstruct
 from restore.photogrammetry.surface import STEP_MM, fit_surface
@@ -154,7 +154,8 @@ def _dense(
     progress("edge", 0.0)
     surface, edge = _ended(fitted, model, masks, cards)
     progress("edge", 1.0)
-    measured = np.concatenate([fitted.points, edge.points[edge.measured]])
+    between = () if fitted.gaps is None else (fitted.gaps.points,)
+    measured = np.concatenate([fitted.points, *between, edge.points[edge.measured]])
     mesh = _mesh(surface, surface.feet(edge.points, edge.places), photographs, model, measured)
     kept = tuple(
         replace(photographs[view], camera=camera) for view, camera in zip(model.views, model.cameras, strict=True)
@@ -184,8 +185,8 @@ def _ended(fitted: Fitted, model: Model, masks: PaperMasks, cards: Sequence[Floa
     edge = _edge_of(fitted, model, masks, cards)
     surface = _through(edge, fitted)
     if isinstance(surface, Relief):
-        area = area_of_votes(masks, model.cameras, surface, *surface.bounds)
-        edge = _edge_of(replace(fitted, surface=surface, area=area), model, masks, cards)
+        fitted = filled_again(fitted, surface, model, masks)
+        edge = _edge_of(fitted, model, masks, cards)
         surface = _through(edge, fitted)
     return surface, edge
 
@@ -195,8 +196,9 @@ def _through(edge: Edge, fitted: Fitted) -> PageSurface:
     surface, measured = fitted.surface, edge.measured
     feet = surface.feet(fitted.points, fitted.feet)
     if isinstance(surface, Relief):
+        assert fitted.gaps is not None
         rim = Cloud.of(edge.points[measured], edge.places[measured], RIM_NOISE_MM, of_facets=False)
-        return refine_relief(Cloud.of(fitted.points, feet, fitted.noise).joined(rim), surface)
+        return refine_relief(Cloud.of(fitted.points, feet).joined(fitted.gaps).joined(rim), surface)
     points, feet = np.concatenate([fitted.points, edge.points[measured]]), np.concatenate([feet, edge.places[measured]])
     if isinstance(surface, FoldedSurface):
         return refold(points, feet, surface)

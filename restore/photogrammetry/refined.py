@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from restore.photogrammetry.copies import Copies, smoothed_copies
 from restore.photogrammetry.edges import find_rough_edge
 from restore.photogrammetry.folded import FoldedSurface, fold
 from restore.photogrammetry.gaps import fill_gaps
-from restore.photogrammetry.lattice import NOISE_MM
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import PageArea, PaperMasks, area_of_votes
 from restore.photogrammetry.page_surface import PageSurface
@@ -40,9 +39,9 @@ CREASED_MM = 0.1  # missed by a smooth surface: three times that of a wave of 97
 class Fitted:
     """A surface through points (n, 3) mm with feet (n, 2) mm, of a stiffness in mm⁴ where it is smooth.
 
-    noise   (n,) mm: standard deviations of the points, that count over a relief.
     area    of the page on it. greys: the copies in which the points were tracked last.
     rounds  what each round found.
+    gaps    points between those: of a relief alone.
     """
 
     surface: PageSurface
@@ -52,7 +51,7 @@ class Fitted:
     area: PageArea
     greys: Copies
     rounds: list[dict[str, float]]
-    noise: Floats
+    gaps: Cloud | None = None
 
 
 def refined(
@@ -100,7 +99,7 @@ def _of_few_pieces(
         if cells < (1.0 + GROWN) * before:
             plans = [one for one in plans if one is not COARSE]
         before = cells
-    return Fitted(surface, points, feet, stiffness, area, greys, rounds, np.full(len(points), NOISE_MM))
+    return Fitted(surface, points, feet, stiffness, area, greys, rounds)
 
 
 def _is_creased(fitted: Fitted) -> bool:
@@ -131,10 +130,17 @@ def _of_facets(
         if number == 0:  # so far it follows points of patches that were wider than facets are
             surface = refine_relief(tracked.joined(_rim(model, masks, surface)), surface)
         area = area_of_votes(masks, model.cameras, surface, *surface.bounds)
-        cloud = tracked.joined(fill_gaps(greys, model, surface, area, feet))
-        surface = refine_relief(cloud.joined(_rim(model, masks, surface)), surface)
+        gaps = fill_gaps(greys, model, surface, area, feet)
+        surface = refine_relief(tracked.joined(gaps).joined(_rim(model, masks, surface)), surface)
     area = area_of_votes(masks, model.cameras, surface, *surface.bounds)
-    return Fitted(surface, cloud.points, cloud.feet, fitted.stiffness, area, greys, rounds, cloud.noise)
+    return Fitted(surface, points, feet, fitted.stiffness, area, greys, rounds, gaps)
+
+
+def filled_again(fitted: Fitted, surface: Relief, model: Model, masks: PaperMasks) -> Fitted:
+    """A relief that was fitted to more, its edge, and what is found in its gaps now."""
+    area = area_of_votes(masks, model.cameras, surface, *surface.bounds)
+    gaps = fill_gaps(fitted.greys, model, surface, area, fitted.feet)
+    return replace(fitted, surface=surface, area=area, gaps=gaps)
 
 
 def _rim(model: Model, masks: PaperMasks, surface: Relief) -> Cloud:

@@ -237,10 +237,14 @@ def _check_on_sheet(surface: Surface, feet: Floats) -> None:
     beyond = BORDER * surface.step
     on_sheet = ((feet >= low - beyond) & (feet <= high + beyond)).all(axis=1)
     if on_sheet.mean() < LEAST_ON_SHEET or not np.isfinite(feet).all():
-        raise SheetLost(
-            "no sheet of paper goes through the points that the photographs show",
-            "do not move the page between the photographs, and photograph it from more sides",
-        )
+        raise _sheet_lost()
+
+
+def _sheet_lost() -> SheetLost:
+    return SheetLost(
+        "no sheet of paper goes through the points that the photographs show",
+        "do not move the page between the photographs, and photograph it from more sides",
+    )
 
 
 def _distances(surface: Surface, points: Floats, feet: Floats) -> Floats:
@@ -307,8 +311,11 @@ class _Equations:
         add_strain(self._band, self._side, *sheet, *self._strides)
 
     def solved(self) -> Surface:
-        """The surface after the step."""
-        solve(self._band, self._side)
+        """The surface after the step. Raises SheetLost where it is torn so far that the equations overflow."""
+        try:
+            solve(self._band, self._side)
+        except ZeroDivisionError as error:
+            raise _sheet_lost() from error
         (by_row, by_col), (rows, cols, _) = self._strides, self._surface.coefficients.shape
         at = np.arange(rows)[:, None] * by_row + np.arange(cols) * by_col
         return replace(self._surface, coefficients=self._surface.coefficients + self._side.reshape(-1, 3)[at])

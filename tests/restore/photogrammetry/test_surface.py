@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -181,3 +183,12 @@ def test_a_paper_with_which_the_sheet_is_lost_is_not_chosen(monkeypatch):
     start = started(wave)
     points = wave.warp(PLACES, PAGE_MM)
     assert choose_stiffness(points, start.nearest(points), start) in [s for s in STIFFNESSES if s <= 100.0]
+
+
+def test_a_sheet_that_is_torn_beyond_all_numbers_is_told():
+    rng = np.random.default_rng(0)
+    level = Surface.level(np.array([-40.0, -40.0]), np.array([40.0, 40.0]), 0.0)
+    torn = replace(level, coefficients=level.coefficients + 1e160 * rng.normal(size=level.coefficients.shape))
+    feet = rng.uniform(-35, 35, (200, 2))
+    with np.errstate(all="ignore"), pytest.raises(SheetLost, match="no sheet of paper"):
+        fit_surface(np.column_stack([feet, np.zeros(200)]), feet, torn, stiffness=10.0)
