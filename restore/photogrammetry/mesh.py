@@ -4,43 +4,65 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
+from scipy.spatial import Delaunay, cKDTree
 
-from restore.mesh.ordered_grid import grid_faces
-from restore.numerics import TINY
 from restore.photogrammetry.page import inside_polygon
 from restore.photogrammetry.page_surface import PageSurface
 from restore.scan import Floats, Ints
 
 VERTICES = 80_000  # a vertex to 0.9 mm of A4, a tenth of what a wave needs
+CLEAR = 0.75  # steps: at more than √½ of a side from its ends, a vertex does not part them in Delaunay's triangles
+ROWS = np.sqrt(3) / 2  # of a step, between the rows of a lattice of equal sides, which has one Delaunay triangulation
+LEAST_AREA = 1e-6  # of a step squared: three vertices of the outline on a line span nothing
 
 
-def mesh_within(surface: PageSurface, outline: Floats) -> tuple[Floats, Ints]:
-    """Vertices (n, 3) mm and faces (m, 3) on a lattice within an outline (k, 2) mm, counter-clockwise.
+def mesh_within(surface: PageSurface, outline: Floats) -> tuple[Floats, Ints, Floats]:
+    """Vertices (n, 3) mm, faces (m, 3) and places (n, 2) mm of a mesh within an outline (k, 2) mm, counter-clockwise.
 
-    The last lattice line within an outline is half a step inside it on average: the outline is widened by as much.
+    Its first vertices are the outline, its others a lattice.
     """
-    step = float(np.sqrt(cv2.contourArea(outline.astype(np.float32)) / VERTICES))
-    outline = _widened(outline, step / 2)
-    bounds = zip(outline.min(axis=0), outline.max(axis=0), strict=True)
-    x, y = (np.arange(low, high, step) for low, high in bounds)
-    places = np.stack(np.meshgrid(x, y[::-1]), axis=-1).reshape(-1, 2)
-    inside = inside_polygon(places, outline).reshape(len(y), len(x))
-    faces = grid_faces(inside)
-    return surface.creased(places[inside.ravel()], faces), faces
+    step = float(np.sqrt(cv2.contourArea(outline.astype(np.float32)) / VERTICES / ROWS))
+    border = _divided(outline, step)
+    places = np.concatenate([border, _lattice_within(border, step)])
+    faces = Delaunay(places).simplices.astype(np.int64)
+    faces = faces[_areas(places, faces) > LEAST_AREA * step**2]
+    between = np.flatnonzero((faces < len(border)).all(axis=1))
+    outside = between[~inside_polygon(places[faces[between]].mean(axis=1), border)]
+    faces = np.delete(faces, outside, axis=0)
+    return surface.creased(places, faces), faces, places
 
 
-def stretch(vertices: Floats, faces: Ints) -> float:
-    """Area of a lattice of vertices (n, 3) and faces (m, 3) over that of as many faces as most of them are, less 1.
+def stretch(vertices: Floats, faces: Ints, places: Floats) -> float:
+    """Area of vertices (n, 3) and faces (m, 3) over that of their places (n, 2) as most faces have it, less 1.
 
-    All faces of a lattice have one area on the page, and paper keeps it: a surface that is torn has more.
+    Paper keeps its area: a surface that is torn has more.
     """
-    a, b, c = (vertices[faces[:, k]] for k in range(3))
-    areas = np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    return float(areas.mean() / np.median(areas) - 1.0)
+    areas, flat = _areas(vertices, faces), _areas(places, faces)
+    return float(areas.sum() / flat.sum() / np.median(areas / flat) - 1.0)
 
 
-def _widened(outline: Floats, by: float) -> Floats:
-    """(k, 2) the outline moved outwards."""
-    along = np.roll(outline, -1, axis=0) - np.roll(outline, 1, axis=0)
-    along /= np.maximum(np.linalg.norm(along, axis=1, keepdims=True), TINY)
-    return outline + by * along @ np.array([[0.0, -1.0], [1.0, 0.0]])
+def _divided(outline: Floats, step: float) -> Floats:
+    """(n, 2) a closed outline (k, 2) with its corners, and points between them no more than a step apart."""
+    ahead = np.roll(outline, -1, axis=0) - outline
+    parts = np.maximum(np.ceil(np.linalg.norm(ahead, axis=1) / step).astype(int), 1)
+    side = np.repeat(np.arange(len(outline)), parts)
+    along = (np.arange(len(side)) - np.repeat(np.cumsum(parts) - parts, parts)) / parts[side]
+    return outline[side] + along[:, None] * ahead[side]
+
+
+def _lattice_within(border: Floats, step: float) -> Floats:
+    """(n, 2) places of a lattice within a border (k, 2), clear of it."""
+    low, high = border.min(axis=0), border.max(axis=0)
+    x, y = np.meshgrid(np.arange(low[0], high[0], step), np.arange(low[1], high[1], step * ROWS))
+    x[1::2] += step / 2
+    places = np.stack([x, y], axis=-1).reshape(-1, 2)
+    distance, _ = cKDTree(border).query(places, distance_upper_bound=CLEAR * step)
+    places = places[np.isinf(distance)]
+    return places[inside_polygon(places, border)]
+
+
+def _areas(vertices: Floats, faces: Ints) -> Floats:
+    """(m,) areas of faces (m, 3) of vertices (n, 2) or (n, 3)."""
+    in_space = np.pad(vertices, [(0, 0), (0, 3 - vertices.shape[1])])
+    a, b, c = (in_space[faces[:, k]] for k in range(3))
+    return np.asarray(0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1))

@@ -34,6 +34,7 @@ from restore.texture.coverage import distance_to
 
 LEAST_POINTS = 200  # on the page: as few features has a page with a line of print
 RIM_NOISE_MM = 0.1  # of the page's edge: a third of a pixel, and fibres
+BRIDGE_NOISE_MM = 0.3  # of the edge between what is measured: a margin that is prolonged beyond a crease is off by more
 MOST_UNCOVERED = 0.01  # of the paper in the photographs, beyond the rim of the page
 LEAST_EDGE = 0.8  # of the page's edge, that is measured: a fifth is prolonged from the print to half a millimetre
 MOST_OFF_MM = 0.25  # of that distance: five times that of a wave of 97 mm and 36°, the steepest that was tried
@@ -156,7 +157,7 @@ def _dense(
     progress("edge", 1.0)
     between = () if fitted.gaps is None else (fitted.gaps.points,)
     measured = np.concatenate([fitted.points, *between, edge.points[edge.measured]])
-    mesh = _mesh(surface, surface.feet(edge.points, edge.places), photographs, model, measured)
+    mesh, places = _mesh(surface, surface.feet(edge.points, edge.places), photographs, model, measured)
     kept = tuple(
         replace(photographs[view], camera=camera) for view, camera in zip(model.views, model.cameras, strict=True)
     )
@@ -170,7 +171,7 @@ def _dense(
         "uncovered_paper": masks.uncovered(model.cameras, mesh.vertices, mesh.faces),
         "interpolated": float((distance_to(mesh.measured, mesh.vertices) > mesh.reach_mm).mean()),
         "surface_off_mm": missed(surface, fitted.points, fitted.feet),
-        "stretch": None if isinstance(surface, Relief) else stretch(mesh.vertices, mesh.faces),
+        "stretch": None if isinstance(surface, Relief) else stretch(mesh.vertices, mesh.faces, places),
         **_described(surface, fitted.stiffness),
         "rounds": fitted.rounds,
     }
@@ -197,7 +198,7 @@ def _through(edge: Edge, fitted: Fitted) -> PageSurface:
     feet = surface.feet(fitted.points, fitted.feet)
     if isinstance(surface, Relief):
         assert fitted.gaps is not None
-        rim = Cloud.of(edge.points[measured], edge.places[measured], RIM_NOISE_MM, of_facets=False)
+        rim = Cloud.of(edge.points, edge.places, np.where(measured, RIM_NOISE_MM, BRIDGE_NOISE_MM), of_facets=False)
         return refine_relief(Cloud.of(fitted.points, feet).joined(fitted.gaps).joined(rim), surface)
     points, feet = np.concatenate([fitted.points, edge.points[measured]]), np.concatenate([feet, edge.places[measured]])
     if isinstance(surface, FoldedSurface):
@@ -253,16 +254,16 @@ def _warnings(report: Mapping[str, Any]) -> tuple[str, ...]:
 
 def _mesh(
     surface: PageSurface, outline: Floats, photographs: Sequence[Photograph], model: Model, measured: Floats
-) -> InterpolatedMesh:
-    """The mesh of a surface within an outline (n, 2) mm, seen in the photograph that faces it most.
+) -> tuple[InterpolatedMesh, Floats]:
+    """The mesh of a surface within an outline (k, 2) mm, seen in the photograph that faces it most; places (n, 2) mm.
 
     measured: the points (k, 3) mm that it was fitted to.
     """
-    vertices, faces = mesh_within(surface, outline)
+    vertices, faces, places = mesh_within(surface, outline)
     middle = vertices.mean(axis=0)
     ways = np.array([camera.position - middle for camera in model.cameras])
     best = int(np.argmax(ways[:, 2] / np.linalg.norm(ways, axis=1)))
     texture = photographs[model.views[best]].image
     provenance = {"device": "photographs", "unit": "mm", "unit_source": "given"}
     texcoords = model.cameras[best].project(vertices)
-    return InterpolatedMesh(vertices, faces, texcoords, texture, provenance, measured, STEP_MM)
+    return InterpolatedMesh(vertices, faces, texcoords, texture, provenance, measured, STEP_MM), places

@@ -116,3 +116,46 @@ def test_the_markers_of_a_card_beside_the_page_are_not_its_edge():
         far[name] = np.abs(edge.points[beside, 1] + HALF_MM[1]).max()
     assert far["without"] < 3 * ACCURACY_MM
     assert far["with"] > 3 * ACCURACY_MM  # else the card would not matter here
+
+
+def shown(page) -> np.ndarray:
+    """Pictures of a page that lies where page(x, y) is True."""
+
+    def light(origins, ways):
+        return np.where(page(*on_plane(origins, ways, HEIGHT_MM).T), PAPER, TABLE)
+
+    return np.stack([cv2.GaussianBlur(picture(camera, light), (0, 0), 0.8) for camera in cameras()])
+
+
+def rectangular(x, y):
+    return (np.abs(x) < HALF_MM[0]) & (np.abs(y) < HALF_MM[1])
+
+
+def rounded(x, y):
+    beyond = np.maximum(np.abs(np.stack([x, y], axis=-1)) - (HALF_MM - RADIUS_MM), 0.0)
+    return np.linalg.norm(beyond, axis=-1) < RADIUS_MM
+
+
+def beside_a_white_thing(x, y):
+    """A rectangle whose corner, and a stretch of a side, lie before something as white as itself."""
+    return rectangular(x, y) | (np.hypot(x - HALF_MM[0], y - HALF_MM[1]) < 5.0) | (np.hypot(x, y - HALF_MM[1]) < 6.0)
+
+
+RADIUS_MM = 8.0
+
+
+@pytest.mark.parametrize("picture_of", [rectangular, beside_a_white_thing])
+def test_sides_meet_in_corners_and_are_straight_between_what_is_measured(picture_of):
+    masks, start = paper(shown(rectangular)), rectangle(HALF_MM + 2.0)
+    edge = find_edge(masks, shown(picture_of), cameras(), level(HEIGHT_MM - 1.0), start)
+    corners = np.column_stack([rectangle(HALF_MM)[::39], np.full(4, HEIGHT_MM)])
+    found = np.linalg.norm(edge.points - corners[:, None], axis=2)
+    assert found.min(axis=1).max() < 3 * ACCURACY_MM  # of lines along 12 mm of the sides, out of the page included
+    assert not edge.measured[found.argmin(axis=1)].any()
+    assert np.abs(HALF_MM - np.abs(edge.points[:, :2])).min(axis=1).max() < 3 * ACCURACY_MM
+
+
+def test_round_corners_stay_round():
+    edge = find_edge(paper(greys := shown(rounded)), greys, cameras(), level(HEIGHT_MM), rectangle(HALF_MM))
+    beyond = np.maximum(np.abs(edge.points[:, :2]) - (HALF_MM - RADIUS_MM), 0.0)
+    assert np.linalg.norm(beyond, axis=1).max() < RADIUS_MM + 0.1 * RADIUS_MM  # a corner is 3.3 mm farther out
