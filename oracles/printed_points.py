@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from drivers.simulated.sheets import Sheet
+from restore.mesh.ordered_grid import grid_faces
+from restore.photogrammetry.page_surface import PageSurface
 from restore.photogrammetry.surface import Surface, fit_surface, grid_places, through_places
 from restore.scan import Floats
 
@@ -15,6 +17,7 @@ CLEAR_MM = 2.4  # from a crease: patches that straddle it are not found
 CREASE = np.radians(10.0)  # a turn of as much within CLEAR_MM
 PRINTED = 0.8  # of the places have print
 MARGIN_MM = 12.0  # without print
+STEP_MM = 2.0  # of the mesh
 
 
 def normals(sheet: Sheet, places: Floats) -> Floats:
@@ -43,3 +46,30 @@ def rounded(sheet: Sheet, points: Floats) -> tuple[Surface, Floats]:
     lattice = grid_places(low, high, 4.0)
     start = through_places(lattice, sheet.warp(lattice, PAGE_MM), low, high)
     return fit_surface(points, start.nearest(points), start, stiffness=10.0)
+
+
+def printed_mesh(surface: PageSurface) -> Floats:
+    """(rows, cols, 3) vertices over the print, some of them on the creases."""
+    x, y = (np.arange(-half + 15, half - 15, STEP_MM) for half in HALF)
+    places = np.stack(np.meshgrid(x, y[::-1]), axis=-1)
+    faces = grid_faces(np.ones(places.shape[:2], bool))
+    return surface.creased(places.reshape(-1, 2), faces).reshape(*places.shape[:2], 3)
+
+
+def lost(surface: PageSurface, sheet: Sheet) -> float:
+    """Median over the rows of the true length, mm, from end to end less that along the mesh."""
+    rows = printed_mesh(surface)
+    along = np.linalg.norm(np.diff(rows, axis=1), axis=2).sum(axis=1)
+    ends = [true_places(sheet, rows[:, k]) for k in (0, -1)]
+    return float(np.median(np.linalg.norm(ends[1] - ends[0], axis=1) - along))
+
+
+def true_places(sheet: Sheet, points: Floats) -> Floats:
+    """(n, 2) places of a flat page whose points in space are next to points (n, 3)."""
+    smooth, _ = rounded(sheet, sampled(sheet, noise=0.0)[0])
+    places, step = smooth.nearest(points), 1e-3
+    for _ in range(5):
+        here = sheet.warp(places, PAGE_MM)
+        by = [(sheet.warp(places + step * axis, PAGE_MM) - here) / step for axis in np.eye(2)]
+        places = places + np.stack([((points - here) * one).sum(axis=1) for one in by], axis=1)
+    return places

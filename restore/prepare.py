@@ -17,9 +17,9 @@ from restore.numerics import TINY
 from restore.range_image.camera import Rays, find_rays
 from restore.range_image.facet_model import PRECISION, fit_facets
 from restore.range_image.resample import resample
-from restore.range_image.segment import SegmentedScan, find_sheet
+from restore.range_image.segment import SegmentedScan, find_sheet, segment
 from restore.range_image.sheet import Sheet, make_sheet
-from restore.scan import Floats, RangeScan, SurfaceMesh
+from restore.scan import Floats, InterpolatedMesh, RangeScan, SurfaceMesh
 
 EXTRAPOLATION_BLUR = 3.0  # samples: Gaussian σ, wider than a drop-out
 MIN_PAGE_MM = 20.0  # mm of the longest side: a postage stamp has 24, an A3 page in inches 16.5
@@ -48,7 +48,11 @@ def prepare(scan: RangeScan | SurfaceMesh | SegmentedScan) -> Sheet | SurfaceMes
         scan = triangulate(scan)
     mesh = validated(weld(validated(scan)))
     view = resample(mesh)
-    return mesh if view is None else _fit_resampled(*view)
+    if view is None:
+        return mesh
+    alone = isinstance(scan, InterpolatedMesh)  # of the page: a flat part of it, lit otherwise, is no table
+    sheet = segment(*view, view[0].measured) if alone else find_sheet(*view, framed=False)
+    return fit_sheet(sheet, precision=MESH_PRECISION)
 
 
 def _check_size(scan: RangeScan | SurfaceMesh) -> None:
@@ -89,10 +93,6 @@ def fit_sheet(segmented: SegmentedScan, *, precision: float = PRECISION) -> Shee
     inverse_depth = np.where(samples, -1.0 / np.where(samples, scan.points[..., 2], -1.0), np.nan)
     facets = fit_facets(inverse_depth, samples, inside, _laser_signal(scan), precision=precision)
     return make_sheet(rays, facets, samples, inside, _texture_positions(scan), scan)
-
-
-def _fit_resampled(scan: RangeScan, rays: Rays) -> Sheet:
-    return fit_sheet(find_sheet(scan, rays, framed=False), precision=MESH_PRECISION)
 
 
 def _with_margin(scan: RangeScan, rays: Rays) -> tuple[RangeScan, Rays]:

@@ -23,7 +23,7 @@ LEAST_SIGMA_PX = 0.03  # of the centre of a marker
 def find_card(
     cameras: Mapping[int, PhotoCamera], markers: Mapping[int, Mapping[int, Floats]], card: ScaleCard
 ) -> tuple[Similarity, float, int] | None:
-    """The similarity from the card's frame to that of the cameras, its rms error in mm on the card, and its markers.
+    """The similarity from the card's frame to that of the cameras, its weighted rms error in mm on it, and its markers.
 
     The last is their number. markers: photograph → marker → pixel (2,). None when too few of them are seen in three
     views. The reprojection errors of all are least, with the weights that Cauchy's distribution gives them.
@@ -47,7 +47,8 @@ def find_card(
             pose.scale * float(np.exp(step[0])), cv2.Rodrigues(step[1:4])[0] @ pose.rotation, pose.shift + step[4:]
         )
     per_mm = np.linalg.norm(rows[:, :, 4:], axis=(1, 2)) / np.sqrt(2.0) * pose.scale
-    error = float(np.sqrt(((length / per_mm) ** 2).mean()))  # of all: a card that is not flat must show
+    # A marker that the page hides in part has no weight; one of a card that is not flat is as far off as the others.
+    error = float(np.sqrt(np.average((length / per_mm) ** 2, weights=weights)))
     return pose, error, len({marker for _, marker in seen})
 
 

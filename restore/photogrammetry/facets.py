@@ -3,6 +3,7 @@
 No patch that straddles a crease is measured, so a relief through the points cuts its creases off by some millimetres.
 A facet is what hangs together without a bend; beyond its last points it goes on as it is, and each place beside a
 crease lies on the facet that comes nearest to the relief there: of those that meet at a ridge that is the lower one.
+Towards the edge of the page only those facets go on that reach it.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ LEAST_CELLS = 30  # of a facet: 7 mm square on A4
 LEAST_POINTS = 20
 MOST_CUT_MM = 8.0  # by which a relief cuts off the crease before a blank margin; a facet farther off is another one
 FAR_MM = 25.0  # from its points that a facet is prolonged: a margin
+GAP_MM = 4.0  # from the points of a facet to a crease in print; beyond is margin, whose edge has to be met
+MISSED = 3.0  # standard deviations of a point of the edge: a facet that passes by farther does not end there
 STIFF = BENDING * CREASE_BEND / 0.01  # of the bends of a facet: one of a bend of 0.01 1/mm weighs as a crease does
 STAGES = ((2.0, 3),)
 
@@ -31,6 +34,8 @@ def prolonged(lattice: Lattice, heights: Floats, feet: Floats, above: Floats, of
     feet (n, 2) and above (n,) mm are the points that the heights were fitted to; those of facets (n,) tell of them.
     """
     measured = _near(lattice, feet)
+    rim, height, tolerance = feet[~of_facets], above[~of_facets], MISSED * noise[~of_facets]
+    to_rim, next_on_rim = cKDTree(rim).query(lattice.places) if len(rim) else (np.full(heights.shape, np.inf), None)
     feet, above, noise = feet[of_facets], above[of_facets], noise[of_facets]
     labels, normals = find_facets(lattice, heights, _near(lattice, feet))
     cell = np.clip(((feet - lattice.low) / lattice.step).astype(int), 0, np.array(labels.shape)[::-1] - 1)
@@ -45,7 +50,11 @@ def prolonged(lattice: Lattice, heights: Floats, feet: Floats, above: Floats, of
         normal /= np.linalg.norm(normal)
         found = part.fitted(feet[own], above[own], STAGES, weight=STIFF, normal=normal, noise=noise[own])
         off = np.abs(found - heights[at])
-        off[cKDTree(feet[own]).query(part.places)[0] > FAR_MM] = np.inf
+        away = cKDTree(feet[own]).query(part.places)[0]
+        off[away > FAR_MM] = np.inf
+        if next_on_rim is not None:
+            missed = np.abs(part.heights_at(found, rim) - height) > tolerance
+            off[(np.minimum(to_rim[at], GAP_MM) < away) & (to_rim[at] < FAR_MM) & missed[next_on_rim[at]]] = np.inf
         nearer = off < least[at]
         least[at][nearer], out[at][nearer] = off[nearer], found[nearer]
     return out

@@ -57,6 +57,10 @@ class Lattice:
         """(rows, cols, 3) mm: the nodes at heights (rows, cols) mm."""
         return self.points + heights[..., None] * self.normals
 
+    def heights_at(self, heights: Floats, places: Floats) -> Floats:
+        """(n,) mm: heights (rows, cols) at places (n, 2) mm, beyond the lattice those of its border prolonged."""
+        return np.asarray(self._weights(places) @ heights.ravel())
+
     def fitted(
         self, places: Floats, heights: Floats, stages: Stages, *, start: Floats | None = None, weight: float = BENDING,
         normal: Floats | None = None, noise: Floats | float = NOISE_MM,

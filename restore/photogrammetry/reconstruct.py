@@ -18,23 +18,21 @@ from restore.photo.photograph import Photograph
 from restore.photogrammetry.agreement import card_doubts, find_markers, with_blur, without
 from restore.photogrammetry.align import Similarity
 from restore.photogrammetry.card import SCALE_CARD, ScaleCard, outline_in
-from restore.photogrammetry.edges import Edge, find_edge
 from restore.photogrammetry.errors import NoPage, TooFewViews, ViewsApart
-from restore.photogrammetry.folded import FoldedSurface, refold
+from restore.photogrammetry.folded import FoldedSurface
 from restore.photogrammetry.mesh import mesh_within, stretch
 from restore.photogrammetry.model import Model
-from restore.photogrammetry.page import PaperMasks, find_paper, on_page, without_card
+from restore.photogrammetry.page import PaperMasks, find_paper, on_page
 from restore.photogrammetry.page_surface import PageSurface
-from restore.photogrammetry.refined import Fitted, filled_again, missed, refined
-from restore.photogrammetry.relief import Cloud, Relief, refine_relief
+from restore.photogrammetry.refined import missed, refined
+from restore.photogrammetry.relief import Relief
+from restore.photogrammetry.rim import fit_to_edge
 from restore.photogrammetry.sparse import LEAST_VIEWS, Progress, SparseModel, check_one_lens, reconstruct
-from restore.photogrammetry.surface import STEP_MM, fit_surface
+from restore.photogrammetry.surface import STEP_MM
 from restore.scan import Floats, InterpolatedMesh
 from restore.texture.coverage import distance_to
 
 LEAST_POINTS = 200  # on the page: as few features has a page with a line of print
-RIM_NOISE_MM = 0.1  # of the page's edge: a third of a pixel, and fibres
-BRIDGE_NOISE_MM = 0.3  # of the edge between what is measured: a margin that is prolonged beyond a crease is off by more
 MOST_UNCOVERED = 0.01  # of the paper in the photographs, beyond the rim of the page
 LEAST_EDGE = 0.8  # of the page's edge, that is measured: a fifth is prolonged from the print to half a millimetre
 MOST_OFF_MM = 0.25  # of that distance: five times that of a wave of 97 mm and 36°, the steepest that was tried
@@ -153,7 +151,7 @@ def _dense(
 ) -> PhotographedPage:
     fitted = refined([photographs[view] for view in model.views], model, masks, points, progress)
     progress("edge", 0.0)
-    surface, edge = _ended(fitted, model, masks, cards)
+    surface, edge = fit_to_edge(fitted, model, masks, cards)
     progress("edge", 1.0)
     between = () if fitted.gaps is None else (fitted.gaps.points,)
     measured = np.concatenate([fitted.points, *between, edge.points[edge.measured]])
@@ -178,34 +176,6 @@ def _dense(
     return PhotographedPage(mesh, kept, report, _warnings(report))
 
 
-def _ended(fitted: Fitted, model: Model, masks: PaperMasks, cards: Sequence[Floats | None]) -> tuple[PageSurface, Edge]:
-    """The surface fitted again to its own points and those of the page's edge, and the edge on it.
-
-    A margin beyond a crease may be centimetres off until its edge is known, so that a part of it is not found at first.
-    """
-    edge = _edge_of(fitted, model, masks, cards)
-    surface = _through(edge, fitted)
-    if isinstance(surface, Relief):
-        fitted = filled_again(fitted, surface, model, masks)
-        edge = _edge_of(fitted, model, masks, cards)
-        surface = _through(edge, fitted)
-    return surface, edge
-
-
-def _through(edge: Edge, fitted: Fitted) -> PageSurface:
-    """The surface fitted again to its own points, and then those of the edge."""
-    surface, measured = fitted.surface, edge.measured
-    feet = surface.feet(fitted.points, fitted.feet)
-    if isinstance(surface, Relief):
-        assert fitted.gaps is not None
-        rim = Cloud.of(edge.points, edge.places, np.where(measured, RIM_NOISE_MM, BRIDGE_NOISE_MM), of_facets=False)
-        return refine_relief(Cloud.of(fitted.points, feet).joined(fitted.gaps).joined(rim), surface)
-    points, feet = np.concatenate([fitted.points, edge.points[measured]]), np.concatenate([feet, edge.places[measured]])
-    if isinstance(surface, FoldedSurface):
-        return refold(points, feet, surface)
-    return fit_surface(points, feet, surface.smooth, stiffness=fitted.stiffness)[0]
-
-
 def _described(surface: PageSurface, stiffness: float) -> dict[str, Any]:
     """What a report tells of a surface; stiffness in mm⁴, where it is smooth."""
     if isinstance(surface, Relief):
@@ -213,15 +183,6 @@ def _described(surface: PageSurface, stiffness: float) -> dict[str, Any]:
     if isinstance(surface, FoldedSurface):
         return {"shape": "pieces", "stiffness_mm4": surface.paper.stiffness, "pieces": len(surface.pieces)}
     return {"shape": "smooth", "stiffness_mm4": stiffness, "pieces": 1}
-
-
-def _edge_of(fitted: Fitted, model: Model, masks: PaperMasks, cards: Sequence[Floats | None]) -> Edge:
-    """The edge of the page, sought where no card lies; the copies are changed there."""
-    greys = fitted.greys
-    ratio = greys.shape[2] / masks.size[0]
-    for grey, paper, card in zip(greys, masks.masks, cards, strict=True):
-        grey[:] = without_card(grey, paper, None if card is None else (card + 0.5) * ratio - 0.5)
-    return find_edge(masks.masks, greys, model.cameras, fitted.surface, fitted.area.outline)
 
 
 def _warnings(report: Mapping[str, Any]) -> tuple[str, ...]:

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from restore.errors import BadInput, NotEnoughSurface
+from restore.mesh.ordered_grid import grid_faces
 from restore.prepare import MARGIN, prepare
 from restore.range_image.sheet import Sheet
-from restore.scan import RangeScan, SurfaceMesh
+from restore.scan import InterpolatedMesh, RangeScan, SurfaceMesh
 
 TILT = (0.2, -0.1, 1.0)
 EXACT_MM = 1e-3  # mm: facets are fitted in single precision of inverse depth, 4e-4 mm at 0.9 m
@@ -86,3 +87,18 @@ def test_a_small_mesh_stays_a_mesh_with_its_doubled_vertices_joined():
     prepared = prepare(SurfaceMesh(corners, np.array([[0, 1, 2], [3, 4, 5]])))
     assert isinstance(prepared, SurfaceMesh)
     assert (len(prepared.vertices), len(prepared.faces)) == (4, 2)
+
+
+def test_a_flat_part_of_a_page_that_is_lit_otherwise_is_no_table():
+    """A leaflet of two panels, one half as wide as the other and in a light of its own."""
+    x, y = np.meshgrid(np.linspace(0.0, 180.0, 241), np.linspace(120.0, 0.0, 161))
+    points = np.stack([x, y, 0.3 * np.maximum(120.0 - x, 0.0)], axis=-1).reshape(-1, 3)
+    texture = np.full((160, 240, 3), 200, np.uint8)
+    texture[:, 160:] = 120
+    corners = np.stack([x, 120.0 - y], axis=-1).reshape(-1, 2) * 4.0 / 3.0 - 0.5
+    faces = grid_faces(np.ones(x.shape, bool))
+    page = InterpolatedMesh(points, faces, corners, texture, {"unit": "mm", "unit_source": "given"}, points, 5.0)
+    sheet = prepare(page)
+    assert isinstance(sheet, Sheet)
+    shown = sheet.points(np.argwhere(sheet.inside))
+    assert np.ptp(shown[:, 0]) > 175.0

@@ -43,8 +43,17 @@ def test_markers_that_are_half_hidden_do_not_turn_it():
     model, markers = seen()
     for marker in (2, 7, 9):
         markers[3][marker] = markers[3][marker] + [0.6, -0.8]
-    pose, _, _ = find_card(model, markers, SCALE_CARD)
+    markers[4][11] = markers[4][11] + [12.0, 5.0]
+    pose, error, _ = find_card(model, markers, SCALE_CARD)
     assert pose.scale == pytest.approx(SCALE, rel=SCALE_ERROR)
+    assert error < 4 * NOISE_PX  # that one is 9 mm off, and would be 1.2 mm in the root mean square of all
+
+
+def test_a_card_that_is_not_flat_is_told():
+    model, markers = seen()
+    raised = CENTRES + np.column_stack([np.zeros((12, 2)), (CENTRES[:, 0] / 70.0) ** 2 * 5.0])
+    bent = {number: dict(enumerate(camera.project(raised))) for number, camera in enumerate(cameras())}
+    assert find_card(model, {view: bent[view] for view in markers}, SCALE_CARD)[1] > 0.5
 
 
 def test_too_few_markers_are_no_card():

@@ -59,6 +59,25 @@ def test_points_of_a_line_do_not_tell_of_facets():
     assert np.abs(after - roof(form.places))[form.places[..., 1] > 8.0].max() < 0.3
 
 
+def test_a_facet_does_not_go_on_to_an_edge_that_it_misses():
+    """A margin of 12 mm without a point, turned up by a crease at its beginning; but the edge of the page is known."""
+    form = lattice()
+    crease = form.places[-1, -1, 1] - 12.0
+
+    def bent(places):
+        return roof(places) + 0.4 * np.maximum(places[..., 1] - crease, 0.0)
+
+    feet, _ = tracked(form)
+    feet = feet[feet[:, 1] < crease - CLEAR_MM]
+    rim = np.column_stack([np.linspace(0.0, form.places[-1, -1, 0], 60), np.full(60, form.places[-1, -1, 1])])
+    both, of_facets = np.concatenate([feet, rim]), np.arange(len(feet) + len(rim)) < len(feet)
+    noise = np.full(len(both), NOISE_MM)
+    before = form.fitted(both, bent(both), STAGES, noise=noise)
+    after = prolonged(form, before, both, bent(both), of_facets, noise)
+    margin = form.places[..., 1] > crease + 2.0
+    assert np.abs(after - bent(form.places))[margin].max() < 1.0  # of 4.8: the crease is put where points end
+
+
 def test_two_facets_are_found_and_a_bend_that_paper_has_is_none():
     form = lattice()
     measured = np.ones(SHAPE, bool)

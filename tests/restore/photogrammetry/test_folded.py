@@ -6,15 +6,13 @@ import numpy as np
 import pytest
 
 from drivers.simulated import Miura, MultiFold, Spread, Wave
-from oracles.printed_points import HALF, PAGE_MM, rounded, sampled
-from restore.mesh.ordered_grid import grid_faces
+from oracles.printed_points import HALF, PAGE_MM, lost, rounded, sampled, true_places
 from restore.photogrammetry.align import Similarity
 from restore.photogrammetry.errors import SheetLost
 from restore.photogrammetry.folded import FoldedSurface, fold, refold
 from restore.photogrammetry.page_surface import PageSurface
 from restore.photogrammetry.surface import grid_places
 
-STEP_MM = 2.0  # of the mesh
 LOST_MM = 0.25  # of the length over a crease, that is prolonged to over 2.4 mm from both sides
 SPREAD = Spread(slope_deg=58.0, reach_mm=30.0)
 FOLDS = MultiFold()
@@ -37,33 +35,6 @@ def spread() -> PageSurface:
 @pytest.fixture(scope="module")
 def folds() -> PageSurface:
     return folded(FOLDS)
-
-
-def mesh(surface: PageSurface) -> np.ndarray:
-    """(rows, cols, 3) vertices over the print, some of them on the creases."""
-    x, y = (np.arange(-half + 15, half - 15, STEP_MM) for half in HALF)
-    places = np.stack(np.meshgrid(x, y[::-1]), axis=-1)
-    faces = grid_faces(np.ones(places.shape[:2], bool))
-    return surface.creased(places.reshape(-1, 2), faces).reshape(*places.shape[:2], 3)
-
-
-def lost(surface: PageSurface, sheet) -> float:
-    """Median over the rows of the true length, mm, from end to end less that along the mesh."""
-    rows = mesh(surface)
-    along = np.linalg.norm(np.diff(rows, axis=1), axis=2).sum(axis=1)
-    ends = [true_places(sheet, rows[:, k]) for k in (0, -1)]
-    return float(np.median(np.linalg.norm(ends[1] - ends[0], axis=1) - along))
-
-
-def true_places(sheet, points: np.ndarray) -> np.ndarray:
-    """(n, 2) places of a flat page whose points in space are next to points (n, 3)."""
-    smooth, _ = rounded(sheet, sampled(sheet, noise=0.0)[0])
-    places, step = smooth.nearest(points), 1e-3
-    for _ in range(5):
-        here = sheet.warp(places, PAGE_MM)
-        by = [(sheet.warp(places + step * axis, PAGE_MM) - here) / step for axis in np.eye(2)]
-        places = places + np.stack([((points - here) * one).sum(axis=1) for one in by], axis=1)
-    return places
 
 
 @pytest.mark.parametrize(("name", "sheet"), [("spread", SPREAD), ("folds", FOLDS)])
