@@ -3,9 +3,9 @@
 Each set of five photographs of a fresh page is spoilt in one way, as operators spoil them, and given to the steps of
 `planish photos`. It is to be refused, or the page is to be right; a page that is wrong and of which no warning says so
 is SILENT, and the command ends with exit code 1. Right is a page whose pixels lie within RIGHT_MM rms of their exact
-places, metric unless a warning says that the size is a guess, and of which no more than FOREIGN shows anything else
-than the page. That a photograph is left out is no such warning. Sheets, poses, print, light and spoils are drawn from
-the seed, by default of today.
+places, metric unless a warning says that the size is a guess, of which no more than FOREIGN shows anything else than
+the page, and that shows all of its print but LOST_MM at its sides. That a photograph is left out is no such warning.
+Sheets, poses, print, light and spoils are drawn from the seed, by default of today.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.spoils import KINDS, Views, given, good_set, truth
+from bench.spoils import KINDS, MARGIN_MM, PAGE_MM, Views, given, good_set, truth
 from drivers.simulated import Cone, Curl, Wave
 from drivers.simulated.sheets import Sheet
 from oracles.markers import rigid_residual
@@ -30,6 +30,7 @@ from restore.texture.page import MM_PER_INCH
 GOOD = "unspoilt"
 RIGHT_MM = 0.25  # one pixel of the photographs at the default width
 FOREIGN = 0.005  # of the page: 0.9 cm² of A6 and a half
+LOST_MM = 1.0
 NONE = 255  # source of what is not on the page
 SETTINGS = Settings(points=300, dpi=100)
 SHOWN = 150  # characters of what is said
@@ -101,9 +102,15 @@ def judged(views: Views) -> Result:
     if page.report["scale"]["from"] == "none":
         error, _ = rigid_residual(places[shown] * scale, true[shown])
     rms = float(np.sqrt((error**2).sum(axis=1).mean()))
-    if rms <= RIGHT_MM and foreign <= FOREIGN:
+    if rms <= RIGHT_MM and foreign <= FOREIGN and _whole(true[shown]):
         return Result("right", said, rms, foreign)
     return Result("warned" if doubted else "SILENT", said, rms, foreign)
+
+
+def _whole(true: Floats) -> bool:
+    """Whether places (n, 2) mm that a page shows reach round its print."""
+    low, high = np.quantile(true, 0.001, axis=0), np.quantile(true, 0.999, axis=0)
+    return bool((low < MARGIN_MM + LOST_MM).all() and (high > np.array(PAGE_MM) - MARGIN_MM - LOST_MM).all())
 
 
 def _compared(page: RestoredPage, views: Views, numbers: Sequence[int]) -> tuple[Floats, Floats, int]:
