@@ -31,6 +31,7 @@ LEAST_STEP = 0.12  # of the light of the paper, that the table gives less
 LEAST_VIEWS = 2  # as many equations as unknowns: a side that stands upright may have no more
 MISFIT = 0.25  # of the reach: a view whose step is further from the others' shows something else
 MOST_SIGMA = 0.5  # of the reach, out of the page: views from one side do not tell
+OUT_OF_PAGE = 0.3  # of a view whose step moves as far as the edge moves out of the page: each reach begins near it
 LONELY = 0.25  # of the reach, from the median of its neighbours: a step that is none of the page's edge
 NEIGHBOURS = 15  # points: 30 mm of the edge
 BESIDE = np.arange(1, 7)  # points from what is not measured, along which a side is a line
@@ -89,8 +90,9 @@ def _refined(
         weights.append(certain & (facing > FACING))
         rows.append(np.stack([out_of_page / np.where(np.abs(away) > TINY, away, TINY), np.ones(len(points))], axis=1))
     moves, good = _solved(np.stack(rows), np.stack(steps), np.stack(weights), reach)
-    good &= _among_neighbours(moves, good, LONELY * reach)
-    moves = _filled(moves, good)
+    usual = _usual(moves, good)
+    good &= (np.abs(moves - usual) < LONELY * reach).all(axis=1)
+    moves = _filled(np.where(good[:, None], moves, usual), np.asarray(np.isfinite(usual).all(axis=1)))
     moved = points + moves[:, :1] * normals + moves[:, 1:] * outwards
     return replace(edge, points=moved, places=surface.feet(moved, edge.places), measured=good)
 
@@ -155,7 +157,7 @@ def _solved(rows: Floats, steps: Floats, usable: Mask, reach: float) -> tuple[Fl
         weight = usable.astype(float)
         gram = np.einsum("vn,vni,vnj->nij", weight, rows, rows)
         side = np.einsum("vn,vni,vn->ni", weight, rows, steps)
-        inverse = np.linalg.inv(gram + TINY * np.eye(2) + np.diag([1e-6, 1e-6]))
+        inverse = np.linalg.inv(gram + TINY * np.eye(2) + np.diag([OUT_OF_PAGE, 1e-6]))
         moves = np.einsum("nij,nj->ni", inverse, side)
         misfit = np.where(usable, np.abs(np.einsum("vni,ni->vn", rows, moves) - steps), 0.0)
         worst = misfit.argmax(axis=0)
@@ -169,22 +171,22 @@ def _solved(rows: Floats, steps: Floats, usable: Mask, reach: float) -> tuple[Fl
     return moves, good & (np.abs(moves) < 2 * reach).all(axis=1)
 
 
-def _among_neighbours(moves: Floats, good: Mask, most: float) -> Mask:
-    """(n,) True where moves (n, 2) are like the median of those round them that are good (n,)."""
+def _usual(moves: Floats, good: Mask) -> Floats:
+    """(n, 2) the median of the moves (n, 2) about each that are good (n,); NaN where none is."""
     index = (np.arange(len(moves))[:, None] + np.arange(-(NEIGHBOURS // 2), NEIGHBOURS // 2 + 1)) % len(moves)
     near = np.where(good[index][..., None], moves[index], np.nan)
     some = good[index].any(axis=1)
-    median = np.zeros_like(moves)
+    median = np.full_like(moves, np.nan)
     median[some] = np.nanmedian(near[some], axis=1)
-    return np.asarray((np.abs(moves - median) < most).all(axis=1))
+    return median
 
 
-def _filled(moves: Floats, good: Mask) -> Floats:
-    """Moves (n, 2), those that are not good interpolated along the closed edge."""
-    if not good.any():
+def _filled(moves: Floats, known: Mask) -> Floats:
+    """Moves (n, 2), those that are not known (n,) interpolated along the closed edge."""
+    if not known.any():
         return np.zeros_like(moves)
     number, count = np.arange(len(moves)), len(moves)
-    return np.stack([np.interp(number, number[good], column[good], period=count) for column in moves.T], axis=1)
+    return np.stack([np.interp(number, number[known], column[known], period=count) for column in moves.T], axis=1)
 
 
 def _bridged(points: Floats, measured: Mask) -> Floats:
