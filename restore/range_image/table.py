@@ -28,7 +28,8 @@ def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed
 
     inverse_depth (rows, cols) 1/mm: for a plane it is an affine function of the direction of a sample. A table extends
     to the frame of the picture; when that is not the scanner's (`framed` False), as for a mesh that was rotated, it
-    extends to the outer border of the measured samples, and most of the others must be off its plane.
+    extends to the outer border of the measured samples, on all sides: a panel of a leaflet in a light of its own does
+    not. Most of the others must be off its plane.
     """
     no_table = np.zeros_like(measured)
     outer = np.ones_like(measured) if framed else binary_fill_holes(measured)
@@ -38,7 +39,7 @@ def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed
     directions = scan.points[..., :2] * inverse_depth[..., None]
     residual, tolerance = _fit_plane(inverse_depth, directions / np.nanmedian(np.diff(directions[..., 0])), band)
     on_plane = measured & (residual < tolerance)
-    if on_plane[band].mean() < MIN_SHARE:
+    if on_plane[band].mean() < MIN_SHARE or not (framed or _surrounds(on_plane, band)):
         return no_table
     colour = _lab_colours(scan)
     if colour is None:

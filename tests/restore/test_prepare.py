@@ -89,16 +89,15 @@ def test_a_small_mesh_stays_a_mesh_with_its_doubled_vertices_joined():
     assert (len(prepared.vertices), len(prepared.faces)) == (4, 2)
 
 
-def test_a_flat_part_of_a_page_that_is_lit_otherwise_is_no_table():
-    """A leaflet of two panels, one half as wide as the other and in a light of its own."""
+@pytest.mark.parametrize("alone", [True, False])
+def test_a_flat_part_of_a_page_that_is_lit_otherwise_is_no_table(alone):
+    """A leaflet of two panels, one half as wide as the other and in a light of its own; known to be alone, or not."""
     x, y = np.meshgrid(np.linspace(0.0, 180.0, 241), np.linspace(120.0, 0.0, 161))
     points = np.stack([x, y, 0.3 * np.maximum(120.0 - x, 0.0)], axis=-1).reshape(-1, 3)
     texture = np.full((160, 240, 3), 200, np.uint8)
     texture[:, 160:] = 120
     corners = np.stack([x, 120.0 - y], axis=-1).reshape(-1, 2) * 4.0 / 3.0 - 0.5
-    faces = grid_faces(np.ones(x.shape, bool))
-    page = InterpolatedMesh(points, faces, corners, texture, {"unit": "mm", "unit_source": "given"}, points, 5.0)
-    sheet = prepare(page)
+    mesh = points, grid_faces(np.ones(x.shape, bool)), corners, texture, {"unit": "mm", "unit_source": "given"}
+    sheet = prepare(InterpolatedMesh(*mesh, points, 5.0) if alone else SurfaceMesh(*mesh))
     assert isinstance(sheet, Sheet)
-    shown = sheet.points(np.argwhere(sheet.inside))
-    assert np.ptp(shown[:, 0]) > 175.0
+    assert np.ptp(sheet.points(np.argwhere(sheet.inside))[:, 0]) > 175.0
