@@ -32,7 +32,7 @@ from restore.photogrammetry.surface import STEP_MM
 from restore.scan import Floats, InterpolatedMesh
 from restore.texture.coverage import distance_to
 
-LEAST_POINTS = 200  # on the page: as few features has a page with a line of print
+LEAST_POINTS = 100  # on the page: as few features has a page with half a line of print
 MOST_UNCOVERED = 0.01  # of the paper in the photographs, beyond the rim of the page
 LEAST_EDGE = 0.8  # of the page's edge, that is measured: a fifth is prolonged from the print to half a millimetre
 MOST_OFF_MM = 0.25  # of that distance: five times that of a wave of 97 mm and 36°, the steepest that was tried
