@@ -17,16 +17,18 @@ LEAST_MARKERS = 4  # in three views or more: a plane and a scale, and one to spa
 LEAST_VIEWS = 3
 STEPS = 10
 CAUCHY = 2.5  # standard deviations at which a marker in a view has half its weight: the page may hide part of it
+SHOWN_WHOLE = 0.9  # of the markers in all views; the page may hide a part of the others
 LEAST_SIGMA_PX = 0.03  # of the centre of a marker
 
 
 def find_card(
     cameras: Mapping[int, PhotoCamera], markers: Mapping[int, Mapping[int, Floats]], card: ScaleCard
 ) -> tuple[Similarity, float, int] | None:
-    """The similarity from the card's frame to that of the cameras, its weighted rms error in mm on it, and its markers.
+    """The similarity from the card's frame to that of the cameras, its rms error in mm on the card, and its markers.
 
-    The last is their number. markers: photograph → marker → pixel (2,). None when too few of them are seen in three
-    views. The reprojection errors of all are least, with the weights that Cauchy's distribution gives them.
+    The error leaves out the worst tenth, the last is their number. markers: photograph → marker → pixel (2,). None when
+    too few of them are seen in three views. The reprojection errors of all are least, with the weights that Cauchy's
+    distribution gives them.
     """
     agreeing = agreeing_markers(cameras, markers)
     found = triangulate_markers(cameras, agreeing, LEAST_VIEWS)
@@ -47,8 +49,8 @@ def find_card(
             pose.scale * float(np.exp(step[0])), cv2.Rodrigues(step[1:4])[0] @ pose.rotation, pose.shift + step[4:]
         )
     per_mm = np.linalg.norm(rows[:, :, 4:], axis=(1, 2)) / np.sqrt(2.0) * pose.scale
-    # A marker that the page hides in part has no weight; one of a card that is not flat is as far off as the others.
-    error = float(np.sqrt(np.average((length / per_mm) ** 2, weights=weights)))
+    off = np.sort(length / per_mm)[: max(int(len(length) * SHOWN_WHOLE), 1)]
+    error = float(np.sqrt((off**2).mean()))  # without weights: a card that is not flat must show
     return pose, error, len({marker for _, marker in seen})
 
 

@@ -188,6 +188,11 @@ def _described(surface: PageSurface, stiffness: float) -> dict[str, Any]:
 def _warnings(report: Mapping[str, Any]) -> tuple[str, ...]:
     """What of a report, as `PhotographedPage` has it, is to be doubted."""
     sentences = [f"{name} is left out: {why}" for name, why in report["left_out"].items()]
+    if any("zoomed" in why for why in report["left_out"].values()):
+        sentences.append(
+            "photographs were zoomed or cropped, and the others may be so by less than can be told: the page's size is "
+            "not to be trusted; give photographs as the camera wrote them"
+        )
     if report["scale"]["from"] == "none":
         sentences.append("the scale is not known: all sizes, and the dpi of the page with them, are guesses")
     if report["edge_measured"] < LEAST_EDGE:

@@ -21,6 +21,10 @@ GOOD = {
     [
         ({}, []),
         ({"left_out": {"IMG_7.jpg": "no features"}}, ["IMG_7.jpg is left out: no features"]),
+        (
+            {"left_out": {"7.jpg": "it is zoomed: its focal length is +3%"}},
+            ["7.jpg is left out", "photographs were zoomed"],
+        ),
         ({"scale": {"from": "none"}}, ["the scale is not known"]),
         ({"uncovered_paper": 0.03}, ["3% of the paper"]),
         ({"edge_measured": 0.61}, ["only 61% of the page's edge"]),
