@@ -7,6 +7,7 @@ import pytest
 from restore.photogrammetry.reconstruct import _warnings
 
 GOOD = {
+    "views": ["1.jpg", "2.jpg", "3.jpg", "4.jpg", "5.jpg"],
     "left_out": {},
     "scale": {"from": "card"},
     "edge_measured": 0.97,
@@ -25,6 +26,7 @@ GOOD = {
             {"left_out": {"7.jpg": "it is zoomed: its focal length is +3%"}},
             ["7.jpg is left out", "photographs were zoomed"],
         ),
+        ({"views": ["1.jpg", "2.jpg", "3.jpg", "4.jpg"]}, ["the page is made of 4 photographs only"]),
         ({"scale": {"from": "none"}}, ["the scale is not known"]),
         ({"uncovered_paper": 0.03}, ["3% of the paper"]),
         ({"edge_measured": 0.61}, ["only 61% of the page's edge"]),
