@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import threading
 from functools import partial
@@ -320,3 +321,19 @@ def test_a_row_that_comes_while_all_are_loaded_is_not_undone_by_them(show, canne
     release.set()
     page.wait_for_timeout(300)
     assert page.locator("#strip-4").get_attribute("data-level") == "amber"
+
+
+def test_a_state_that_comes_while_it_is_asked_for_is_not_undone_by_the_answer(show, canned):
+    """The answer was made before the laser went on, and comes after that was told: a lit laser never shows as off."""
+    page, held = show(canned), []
+    page.wait_for_selector("[data-laser=off]")
+    old = json.loads(json.dumps(canned.state))
+    page.route("**/api/state", lambda route: held.append(route))
+    canned.send("reset", {})
+    page.wait_for_timeout(200)
+    assert held
+    canned.change(scanner={"busy": "shoot", "laser": "on", "step": "scan", "done": 0.4})
+    page.wait_for_selector("[data-laser=on]")
+    held[0].fulfill(json=old)
+    page.wait_for_timeout(300)
+    assert page.locator(".laser").inner_text() == "LASER ON"

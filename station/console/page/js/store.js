@@ -16,6 +16,7 @@ export const store = {
 };
 const heardAt = { event: Date.now(), look: Date.now(), lost: null }; // lost: since when the station is not heard
 let asking = false;
+let told = 0; // states that came as events
 let late = null; // rows that came as events while all rows are being loaded: newer than that answer may be
 
 /** Call `act` at every event of that name: state, rows, row, online, message, preview, job, refused. */
@@ -112,8 +113,15 @@ function setRow(row) {
   else sortRows();
 }
 
+/** Ask for the state. One that came as an event meanwhile is newer than the answer may be, and stays. */
+async function loadState(signal) {
+  const before = told;
+  const state = await get("/api/state", signal);
+  if (told === before) setState(state);
+}
+
 async function loadAll() {
-  setState(await get("/api/state"));
+  await loadState();
   await loadRows();
   store.preview = await get("/api/preview").catch(() => null);
   emit("preview", store.preview);
@@ -132,7 +140,7 @@ export async function follow() {
     setOnline(true);
   });
   heard("reset", () => loadAll().catch(refuseEntry));
-  heard("state", setState);
+  heard("state", (state) => { told += 1; setState(state); });
   heard("page", ({ page }) => setRow(page));
   heard("pages", loadRows);
   heard("message", addMessage);
@@ -177,7 +185,7 @@ function listened() {
 async function ask() {
   asking = true;
   try {
-    setState(await get("/api/state", AbortSignal.timeout(ANSWER_MS)));
+    await loadState(AbortSignal.timeout(ANSWER_MS));
     listened();
   } catch (error) {
     heardAt.lost ??= heardAt.event;
