@@ -25,20 +25,29 @@ from restore.texture.page import MM_PER_INCH
 
 COUNT = 3
 MOST_PIXELS = 200_000  # of a page are compared
+PAGE_WIDTH_MM = 280.0
 TILT_DEG = 5.0  # at most, as pages lie
 ROW = "{:<12} {:>10} {:>10} {:>10} {:>10} {:>10}"
 HEADINGS = ("sheet", "wanted mm", "median mm", "worst mm", "p99 mm", "page size")
 
 # sheet → most rms mm that is wanted, and how one is drawn.
 SHEETS: dict[str, tuple[float, Callable[[np.random.Generator], Sheet]]] = {
-    "roll": (0.015, lambda rng: Curl(radius_mm=rng.uniform(110, 250), taper=rng.uniform(-0.3, 0.3))),
+    "roll": (0.015, lambda rng: _roll(rng, 30, 60)),
     "cone": (0.015, lambda rng: Cone(apex_mm=rng.uniform(280, 600), opening_deg=rng.uniform(25, 45))),
     "wave": (0.015, lambda rng: Wave(slope_deg=rng.uniform(15, 38), wavelength_mm=rng.uniform(90, 200))),
     "brochure": (0.035, lambda rng: MultiFold(creases=_creases(rng))),
     "Miura": (0.035, lambda rng: Miura(fold_deg=rng.uniform(15, 35), side_mm=rng.uniform(42, 70))),
     "deep gutter": (0.04, lambda rng: Spread(slope_deg=rng.uniform(58, 68), reach_mm=rng.uniform(20, 35))),
     "crumpled": (0.08, lambda rng: Crumpled(tilt_deg=rng.uniform(6, 12), seed=int(rng.integers(1000)))),
+    # nothing is wanted of it: a sample at its sides is two to four millimetres of paper
+    "steep roll": (np.nan, lambda rng: _roll(rng, 60, 80)),
 }
+
+
+def _roll(rng: np.random.Generator, least_deg: float, most_deg: float) -> Curl:
+    """A roll whose steeper side ends at a slope between two."""
+    taper, slope = rng.uniform(-0.3, 0.3), np.radians(rng.uniform(least_deg, most_deg))
+    return Curl(radius_mm=PAGE_WIDTH_MM / 2 * (1 + abs(taper) / 2) / slope, taper=taper)
 
 
 def _creases(rng: np.random.Generator) -> tuple[tuple[float, float, float], ...]:
@@ -92,7 +101,7 @@ def _grid_positions(pixels: Floats, scan: RangeScan) -> Floats:
 def _line(kind: str, wanted: float, found: list[tuple[float, float, float]]) -> str:
     rms, high, sizes = zip(*found, strict=True)
     figures = (
-        f"{wanted:.3f}",
+        "–" if np.isnan(wanted) else f"{wanted:.3f}",
         f"{statistics.median(rms):.4f}",
         f"{max(rms):.4f}",
         f"{max(high):.3f}",

@@ -20,6 +20,7 @@ from restore.range_image.sheet import Sheet, depth_distance
 from restore.refine import interpolate_flat_positions, refine
 from restore.scan import FlatMesh, Floats, SurfaceMesh
 from restore.settings import Settings
+from restore.subdivide import subdivide
 
 MAX_SOLVED_POINTS = 10_000  # vertices; more gain no accuracy and cost seconds
 # Samples from node to node of the lattice that is decimated → nodes for each requested point, at least. The facets
@@ -59,7 +60,7 @@ def unroll(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnStep | Non
         coarse = flatten_points(mesh, settings.method, lengths=lengths, on_step=on_step)
     with clock("refine"):
         fine, fine_nodes = refine(sheet, coarse, nodes)
-        fine, fine_nodes = straighten(sheet, square_to_picture(fine), fine_nodes)
+        fine, fine_nodes = subdivide(sheet, *straighten(sheet, square_to_picture(fine), fine_nodes))
         if requested > MAX_SOLVED_POINTS:
             mesh, nodes = decimate_sheet(sheet, requested)
         points = _interpolated(sheet, fine, fine_nodes, mesh, nodes, coarse.steps)

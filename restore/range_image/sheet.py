@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
+from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, map_coordinates
 
 from restore.bands import in_bands
@@ -47,6 +48,14 @@ class Sheet:
     def points(self, nodes: Floats) -> Floats:
         """(n, 3) mm at grid positions (n, 2) (row, col), fractions allowed."""
         return self.rays.points(nodes[:, 0], nodes[:, 1], self.inverse_depth(nodes))
+
+    def normals(self) -> NDArray[np.float32]:
+        """(rows, cols, 3) unit normals of the facets, towards the camera.
+
+        On a plane n · P = c, seen along P = (x, y, −1)·depth, inverse depth is (n_x·x + n_y·y − n_z) / c.
+        """
+        normals = _normals(self.planes, self.rays.x0, self.rays.dx, self.rays.y0, self.rays.dy)
+        return np.asarray(normals @ self.rays.axes.astype(np.float32))
 
     def texcoords(self, nodes: Floats) -> Floats:
         """(n, 2) texture pixels at grid positions (n, 2) (row, col), fractions allowed."""
@@ -90,6 +99,22 @@ def depth_distance(sheet: Sheet, nodes: Floats, faces: Ints) -> dict[str, float]
     both = sheet.inside & np.isfinite(sparse)
     distance = np.abs(1.0 / sparse[both] - 1.0 / sheet.planes[both][:, 0])
     return {"mean_mm": float(distance.mean()), "sd_mm": float(distance.std()), "max_mm": float(distance.max())}
+
+
+@numba.njit(cache=True)
+def _normals(planes: Floats, x0: float, dx: float, y0: float, dy: float) -> NDArray[np.float32]:
+    rows, cols, _ = planes.shape
+    normals = np.empty((rows, cols, 3), np.float32)
+    for row in range(rows):
+        for col in range(cols):
+            across, along = planes[row, col, 1] / dx, planes[row, col, 2] / dy
+            back = across * (x0 + dx * col) + along * (y0 + dy * row) - planes[row, col, 0]
+            # c is negative for a normal that points back to the lens
+            scale = -1.0 / np.sqrt(across * across + along * along + back * back)
+            normals[row, col, 0] = across * scale
+            normals[row, col, 1] = along * scale
+            normals[row, col, 2] = back * scale
+    return normals
 
 
 @numba.njit(cache=True)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import cv2
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
@@ -72,28 +71,10 @@ def relief_of(surface: Sheet | SurfaceMesh, fine: FlatMesh, dpi: float) -> Relie
 def facet_normals(sheet: Sheet) -> Field:
     """(rows, cols, 3) unit normals of the facets towards the scanner.
 
-    On a plane n · P = c, seen along P = (x, y, −1)·depth, inverse depth is (n_x·x + n_y·y − n_z) / c. Where hardly
-    anything was measured, in ink that swallows the laser, a facet's own slope is noise: there the facets round it tell.
+    Where hardly anything was measured, in ink that swallows the laser, a facet's own slope is noise: there the facets
+    round it tell.
     """
-    rays = sheet.rays
-    normals = _smoothed_where_sparse(_normals(sheet.planes, rays.x0, rays.dx, rays.y0, rays.dy), sheet.measured)
-    return np.asarray(normals @ rays.axes.astype(np.float32))
-
-
-@numba.njit(cache=True)
-def _normals(planes: Floats, x0: float, dx: float, y0: float, dy: float) -> Field:
-    rows, cols, _ = planes.shape
-    normals = np.empty((rows, cols, 3), np.float32)
-    for row in range(rows):
-        for col in range(cols):
-            across, along = planes[row, col, 1] / dx, planes[row, col, 2] / dy
-            back = across * (x0 + dx * col) + along * (y0 + dy * row) - planes[row, col, 0]
-            # c is negative for a normal that points back to the lens
-            scale = -1.0 / np.sqrt(across * across + along * along + back * back)
-            normals[row, col, 0] = across * scale
-            normals[row, col, 1] = along * scale
-            normals[row, col, 2] = back * scale
-    return normals
+    return _smoothed_where_sparse(sheet.normals(), sheet.measured)
 
 
 def _smoothed_where_sparse(normals: Field, measured: Mask) -> Field:
