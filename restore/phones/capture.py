@@ -19,7 +19,7 @@ from restore.phones.arkit import Frame
 from restore.photo import Photograph, read_photograph
 from restore.photo.camera import PhotoCamera
 from restore.photogrammetry.align import Similarity
-from restore.photogrammetry.page import PaperMasks, find_paper
+from restore.photogrammetry.page import CardInView, PaperMasks, find_paper
 from restore.scan import Mask, SurfaceMesh
 
 MOST_FRAMES = 12  # that are read: as many as of a video
@@ -118,7 +118,7 @@ def _page_of(mesh: SurfaceMesh, photographs: Sequence[Photograph]) -> tuple[Surf
     """The part of a mesh that most photographs show as paper, the largest piece, and the photographs, the one first
     that faces it most."""
     cameras = [photograph.camera for photograph in photographs if photograph.camera is not None]
-    masks = find_paper([photograph.image for photograph in photographs], [None] * len(photographs))
+    masks = find_paper([photograph.image for photograph in photographs], [CardInView()] * len(photographs))
     welded = weld(validated(mesh))
     fine = _subdivided(_shown(welded, masks, cameras))
     on_paper = _votes(fine, masks, cameras)

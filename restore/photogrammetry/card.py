@@ -68,9 +68,9 @@ class ScaleCard:
         """(4, 2) mm: corners of the strip, counter-clockwise from the lower left, from its centre."""
         return np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array(self.size_mm) / 2
 
-    def hull(self, markers: Sequence[int]) -> Floats:
-        """(n, 2) mm: the convex hull, counter-clockwise, of some markers with the paper round them."""
-        reach = self.marker_mm / 2 + self.margin_mm
+    def hull(self, markers: Sequence[int], margin_mm: float | None = None) -> Floats:
+        """(n, 2) mm: the convex hull, counter-clockwise, of some markers with a margin round them, by default all."""
+        reach = self.marker_mm / 2 + (self.margin_mm if margin_mm is None else margin_mm)
         corners = self.centres[list(markers), None] + reach * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
         hull = cv2.convexHull(corners.reshape(-1, 1, 2).astype(np.float32)).reshape(-1, 2)
         return np.asarray(hull, np.float64)
@@ -100,16 +100,21 @@ def detect_markers(image: Bytes, card: ScaleCard = SCALE_CARD) -> Mapping[int, F
     return found
 
 
-def outline_in(seen: Mapping[int, Floats], card: ScaleCard = SCALE_CARD) -> Floats | None:
-    """(n, 2) pixels: the hull of the markers of a card, with their paper, that a photograph shows at pixels (2,).
+def outline_in(
+    seen: Mapping[int, Floats], card: ScaleCard = SCALE_CARD, *, margin_mm: float | None = None
+) -> Floats | None:
+    """(n, 2) pixels: the hull of the markers of a card that a photograph shows at pixels (2,), with a margin.
 
-    seen: pixels by the number of the marker. The page may hide the rest of the card. None for fewer than four markers.
+    seen: pixels by the number of the marker. The margin is that of the card when None. The page may hide the rest of
+    the card. None for fewer than four markers.
     """
     numbers = list(seen)
     if len(numbers) < 4:
         return None
     plane, _ = cv2.findHomography(card.centres[numbers], np.array([seen[number] for number in numbers]))
-    return None if plane is None else np.asarray(cv2.perspectiveTransform(card.hull(numbers)[None], plane)[0])
+    return (
+        None if plane is None else np.asarray(cv2.perspectiveTransform(card.hull(numbers, margin_mm)[None], plane)[0])
+    )
 
 
 def _refined(grey: Bytes, corners: Floats) -> Floats:

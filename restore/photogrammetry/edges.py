@@ -16,14 +16,19 @@ from scipy import ndimage
 
 from restore.numerics import TINY
 from restore.photo.camera import PhotoCamera, project_with_jacobian
+from restore.photogrammetry.page import PaperMasks
 from restore.photogrammetry.page_surface import PageSurface
 from restore.photogrammetry.track import Picture
-from restore.scan import Floats, Mask
+from restore.scan import Floats, Ints, Mask
 
 SPACING_MM = 2.0  # of the points of the edge
 SMOOTH_MM = 3.0  # standard deviation, along the edge, of what is assumed at first: cells of a millimetre are ragged
-MASK_REACH_MM = 16.0  # searched on both sides: a margin that a crease turns away from its page is off by as much
-REACHES_MM = (5.0, 1.5)  # the same in the pictures: a mask is off by some of its pixels
+# How far is searched on both sides, mm, and the share of it from the median of its neighbours beyond which a step is
+# taken for none of the page's edge. A margin that a crease turns away from its page is off by as much as is searched in
+# the masks, which are off by some of their pixels. The zigzag of a page of many creases is far from its median, too,
+# until it has been followed.
+MASK_SEARCH = (16.0, 0.25)
+SEARCHES = ((5.0, 0.5), (1.5, 0.25), (1.5, 0.25))
 SAMPLES = 41  # across the edge
 ALONG = (-1.0, -0.5, 0.0, 0.5, 1.0)  # mm along the edge, over which the picture is averaged
 FACING = 0.2  # cosine of 78° between the normal and the line of sight
@@ -32,7 +37,6 @@ LEAST_VIEWS = 2  # as many equations as unknowns: a side that stands upright may
 MISFIT = 0.25  # of the reach: a view whose step is further from the others' shows something else
 MOST_SIGMA = 0.5  # of the reach, out of the page: views from one side do not tell
 OUT_OF_PAGE = 0.3  # of a view whose step moves as far as the edge moves out of the page: each reach begins near it
-LONELY = 0.25  # of the reach, from the median of its neighbours: a step that is none of the page's edge
 NEIGHBOURS = 15  # points: 30 mm of the edge
 BESIDE = np.arange(1, 7)  # points from what is not measured, along which a side is a line
 LEAST_OF_SIDE = 3  # of them, measured
@@ -52,37 +56,47 @@ class Edge:
 
 
 def find_edge(
-    masks: Floats, greys: Picture, cameras: Sequence[PhotoCamera], surface: PageSurface, outline: Floats
+    masks: PaperMasks, greys: Picture, cameras: Sequence[PhotoCamera], surface: PageSurface, outline: Floats
 ) -> Edge:
     """The edge of a page in photographs, near an outline (n, 2) mm on its surface.
 
-    masks (v, h, w) tell paper from table, where a crease may be as dark a step in greys (v, h, w). Both may be smaller
-    copies of what the cameras took.
+    masks tell paper from table, where a crease may be as dark a step in greys (v, h, w), which may be smaller copies of
+    what the cameras took. No view tells of an edge beside which the card may lie.
     """
     edge = find_rough_edge(masks, cameras, surface, outline)
-    for reach in REACHES_MM:
-        edge = _refined(greys, cameras, surface, edge, reach)
+    for search in SEARCHES:
+        edge = _refined(greys, masks.unknown, cameras, surface, edge, *search)
     measured = edge.measured & ~_at_corners(edge.points)
     points = _bridged(edge.points, measured)
     return Edge(points, surface.feet(points, edge.places), measured)
 
 
-def find_rough_edge(masks: Floats, cameras: Sequence[PhotoCamera], surface: PageSurface, outline: Floats) -> Edge:
-    """The edge of a page in masks (v, h, w) alone, near an outline (n, 2) mm: good to a part of their pixels."""
+def find_rough_edge(masks: PaperMasks, cameras: Sequence[PhotoCamera], surface: PageSurface, outline: Floats) -> Edge:
+    """The edge of a page in masks alone, near an outline (n, 2) mm: good to a part of their pixels."""
     places = _smoothed(_resampled(outline, SPACING_MM), SMOOTH_MM / SPACING_MM)
     edge = Edge(surface.points(places), places, np.zeros(len(places), bool))
-    return _refined(masks, cameras, surface, edge, MASK_REACH_MM)
+    return _refined(masks.masks, masks.unknown, cameras, surface, edge, *MASK_SEARCH)
 
 
 def _refined(
-    greys: Floats | Picture, cameras: Sequence[PhotoCamera], surface: PageSurface, edge: Edge, reach: float
+    greys: Floats | Picture,
+    unknown: Mask,
+    cameras: Sequence[PhotoCamera],
+    surface: PageSurface,
+    edge: Edge,
+    reach: float,
+    lonely: float,
 ) -> Edge:
-    """The edge measured again, searched for within a reach, mm."""
+    """The edge measured again, searched for within a reach, mm; without steps that are lonely by a share of it.
+
+    unknown (v, h, w): where views do not tell, as in `PaperMasks`.
+    """
     points = edge.points
     along, outwards, normals = _directions(edge, surface)
     steps, weights, rows = [], [], []
-    for grey, camera in zip(greys, cameras, strict=True):
-        place, certain = _step_places(grey, camera.scaled(grey.shape[::-1]), points, along, outwards, reach)
+    for grey, hidden, camera in zip(greys, unknown, cameras, strict=True):
+        ends = _first_unknown(hidden, camera.scaled(hidden.shape[::-1]), points, outwards, reach)
+        place, certain = _step_places(grey, camera.scaled(grey.shape[::-1]), points, along, outwards, reach, ends)
         out_of_page, away = _sensitivities(camera, points, along, outwards, normals)
         ways = camera.position - points
         facing = (ways * normals).sum(axis=1) / np.linalg.norm(ways, axis=1)
@@ -91,7 +105,7 @@ def _refined(
         rows.append(np.stack([out_of_page / np.where(np.abs(away) > TINY, away, TINY), np.ones(len(points))], axis=1))
     moves, good = _solved(np.stack(rows), np.stack(steps), np.stack(weights), reach)
     usual = _usual(moves, good)
-    good &= (np.abs(moves - usual) < LONELY * reach).all(axis=1)
+    good &= (np.abs(moves - usual) < lonely * reach).all(axis=1)
     moves = _filled(np.where(good[:, None], moves, usual), np.asarray(np.isfinite(usual).all(axis=1)))
     moved = points + moves[:, :1] * normals + moves[:, 1:] * outwards
     return replace(edge, points=moved, places=surface.feet(moved, edge.places), measured=good)
@@ -107,9 +121,18 @@ def _directions(edge: Edge, surface: PageSurface) -> tuple[Floats, Floats, Float
 
 
 def _step_places(
-    grey: Floats | Picture, camera: PhotoCamera, points: Floats, along: Floats, outwards: Floats, reach: float
+    grey: Floats | Picture,
+    camera: PhotoCamera,
+    points: Floats,
+    along: Floats,
+    outwards: Floats,
+    reach: float,
+    ends: Ints,
 ) -> tuple[Floats, Mask]:
-    """Where (n,) mm outwards from points (n, 3) the picture steps most from light to dark, and whether it does (n,)."""
+    """Where (n,) mm outwards from points (n, 3) the picture steps most from light to dark, and whether it does (n,).
+
+    Of the SAMPLES across the edge those before the ends (n,) count.
+    """
     across = np.linspace(-reach, reach, SAMPLES)
     profile = np.zeros((len(points), SAMPLES))
     for shift in ALONG:
@@ -117,6 +140,8 @@ def _step_places(
         pixels = camera.project(at.reshape(-1, 3))
         values = ndimage.map_coordinates(grey, pixels[:, ::-1].T, order=1, mode="constant", cval=np.nan)
         profile += values.reshape(profile.shape) / len(ALONG)
+    last = np.minimum(np.arange(SAMPLES), np.maximum(ends - 1, 0)[:, None])
+    profile = np.take_along_axis(profile, last, axis=1)  # what lies beyond is no step
     slope = ndimage.gaussian_filter1d(profile, 1.0, axis=1, order=1, mode="nearest")
     known = np.isfinite(slope).all(axis=1)
     slope = np.where(known[:, None], slope, 0.0)
@@ -128,9 +153,20 @@ def _step_places(
     light = np.where(known[:, None], profile, 0.0)
     inside = np.array([row[: k + 1].max() for row, k in zip(light, best, strict=True)])
     outside = np.array([np.median(row[k + 1 :]) for row, k in zip(light, best, strict=True)])
-    interior = (best > 1) & (best < SAMPLES - 2)
+    interior = (best > 1) & (best < ends - 2)
     certain = known & interior & (inside - outside > LEAST_STEP * np.maximum(inside, TINY))
     return across[best] + np.clip(fraction, -1, 1) * (across[1] - across[0]), certain
+
+
+def _first_unknown(unknown: Mask, camera: PhotoCamera, points: Floats, outwards: Floats, reach: float) -> Ints:
+    """(n,) the first of the SAMPLES across the edge at points (n, 3) that is unknown (h, w); SAMPLES for none."""
+    if not unknown.any():
+        return np.full(len(points), SAMPLES)
+    at = points[:, None] + np.linspace(-reach, reach, SAMPLES)[:, None] * outwards[:, None]
+    pixels = camera.project(at.reshape(-1, 3))
+    met = ndimage.map_coordinates(unknown, pixels[:, ::-1].T, order=0, mode="constant", cval=False)
+    met = met.reshape(len(points), SAMPLES)
+    return np.where(met.any(axis=1), met.argmax(axis=1), SAMPLES)
 
 
 def _sensitivities(

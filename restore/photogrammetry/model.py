@@ -25,6 +25,7 @@ class Model:
 
     markers  photograph → marker → pixel (2,).
     scale    where the scale comes from, for the report.
+    corners  (4, 3) mm of the card, once it is found.
     """
 
     views: list[int]
@@ -33,6 +34,7 @@ class Model:
     markers: Mapping[int, Mapping[int, Floats]]
     card: ScaleCard | None
     scale: dict[str, Any] = field(default_factory=dict)
+    corners: Floats | None = None
 
     @property
     def by_photograph(self) -> dict[int, PhotoCamera]:
@@ -46,12 +48,14 @@ class Model:
         """
         up = -self.cameras[0].rotation[1]
         found = self.card and find_card(self.by_photograph, self.markers, self.card)
-        if found:
+        if self.card and found:
             pose, error, count = found
             level = upright(np.array([0.0, 0.0, 1.0]), pose.rotation.T @ up)
             turn = level @ pose.rotation.T
             change = Similarity(1 / pose.scale, turn, -turn @ pose.shift / pose.scale)
             self.scale = {"from": "card", "markers": count, "residual_mm": error}
+            outline = self.card.outline
+            self.corners = change.points(pose.points(np.column_stack([outline, np.zeros(len(outline))])))
         else:
             middle = np.median(points, axis=0)
             positions = np.array([camera.position for camera in self.cameras])

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numba
@@ -26,6 +27,7 @@ STROKES = 9  # pixels there: wider than a stroke of a headline, with its shadow
 CHROMA_WEIGHT = 1.5  # of colour against lightness: a pale wood is as light as shaded paper
 GAPS = 15  # pixels: figures in the page, wider than strokes
 RIM = 9  # pixels: twice what the outline of a mask is off by
+CUT = np.ones((7, 7), np.uint8)  # pixels: as far as the mask is changed beside the card that is cut out of it
 CARD_MARGIN = 1.03  # by which the card is drawn larger than it is
 SURE = 0.8  # of the views that show a point call it paper
 MAJORITY = 0.6
@@ -37,32 +39,56 @@ OPENING = 2  # cells: bridges to what else is bright are as narrow
 CLOSING = 8  # cells: notches where the card lies before the table behind the page's edge
 
 
+class CardInView(NamedTuple):
+    """Outlines (k, 2) pixels of the card in a photograph, None where they are not known.
+
+    markers  of those that are seen: nothing hides the card there.
+    seen     the same with the paper round them, of which the page may hide a part.
+    whole    of all of it: beside the markers seen lies the card, or the page over it.
+    """
+
+    markers: Floats | None = None
+    seen: Floats | None = None
+    whole: Floats | None = None
+
+    def scaled(self, ratio: float) -> CardInView:
+        """The same in a copy of the photograph that is so many times as large."""
+        return CardInView(*(None if outline is None else (outline + 0.5) * ratio - 0.5 for outline in self))
+
+
 @dataclass(frozen=True, eq=False)
 class PaperMasks:
-    """Share of paper (v, h, w), 0 to 1, in smaller copies of photographs of a size (w, h)."""
+    """Share of paper (v, h, w), 0 to 1, in smaller copies of photographs of a size (w, h).
+
+    unknown (v, h, w) is True where the card lies and no marker of it is seen: the page may hide it there, and paper is
+    as white as paper.
+    """
 
     masks: Floats
     size: tuple[int, int]
+    unknown: Mask
 
     def votes(
         self, cameras: Sequence[PhotoCamera], points: Floats, normals: Floats | None = None
     ) -> tuple[Floats, Floats]:
         """The share (n,) of the views that show points (n, 3) mm on paper, and how many views show them (n,).
 
-        With normals (n, 3), views from behind the surface do not count.
+        With normals (n, 3), views from behind the surface do not count. Where any view is certain, only such ones tell.
         """
-        total, count = np.zeros(len(points)), np.zeros(len(points))
+        total, count = np.zeros((2, len(points))), np.zeros((2, len(points)))  # of all views, and of those certain
         height, width = self.masks.shape[1:]
-        for mask, camera in zip(self.masks, cameras, strict=True):
+        for mask, unknown, camera in zip(self.masks, self.unknown, cameras, strict=True):
             pixels = camera.scaled((width, height)).project(points)
             inside = ((pixels > 0) & (pixels < [width - 1, height - 1])).all(axis=1)
             if normals is not None:
                 ways = camera.position - points
                 inside &= (ways * normals).sum(axis=1) > GRAZING * np.linalg.norm(ways, axis=1)
             cols, rows = np.rint(pixels[inside]).astype(int).T
-            total[inside] += mask[rows, cols] > 0.5
-            count += inside
-        return total / np.maximum(count, 1), count
+            for row, counted in enumerate((np.ones(len(rows), bool), ~unknown[rows, cols])):
+                total[row, inside] += counted & (mask[rows, cols] > 0.5)
+                count[row, inside] += counted
+        share = total / np.maximum(count, 1)
+        return np.where(count[1] > 0, share[1], share[0]), count[0]
 
     def uncovered(self, cameras: Sequence[PhotoCamera], vertices: Floats, faces: Ints) -> float:
         """The share of the paper that a mesh, vertices (n, 3) mm and faces (m, 3), leaves out: median of the views."""
@@ -76,17 +102,24 @@ class PaperMasks:
         return float(np.median(shares))
 
 
-def find_paper(images: Sequence[Bytes], cards: Sequence[Floats | None]) -> PaperMasks:
-    """Masks of the paper in photographs (h, w, 3) uint8 RGB; cards: the outline (k, 2) pixels of the card in each."""
+def find_paper(images: Sequence[Bytes], cards: Sequence[CardInView]) -> PaperMasks:
+    """Masks of the paper in photographs (h, w, 3) uint8 RGB; cards: what is known of the card in each."""
     height, width = images[0].shape[:2]
     ratio = MASK_SIDE / max(height, width)
     size = round(width * ratio), round(height * ratio)
-    masks = []
+    masks, unknown = [], []
     for image, card in zip(images, cards, strict=True):
-        small = cv2.resize(image, size, interpolation=cv2.INTER_AREA)
-        outline = None if card is None else (card + 0.5) * ratio - 0.5
-        masks.append(_paper(small, outline))
-    return PaperMasks(np.stack(masks).astype(np.float64), (width, height))
+        small, here = cv2.resize(image, size, interpolation=cv2.INTER_AREA), card.scaled(ratio)
+        masks.append(_paper(small, here.seen))
+        near = cv2.dilate((_filled(here.whole, size) | _filled(here.seen, size)).astype(np.uint8), CUT) > 0
+        unknown.append(near & ~_filled(here.markers, size) & (here.whole is not None))
+    return PaperMasks(np.stack(masks).astype(np.float64), (width, height), np.stack(unknown))
+
+
+def _filled(outline: Floats | None, size: tuple[int, int]) -> Mask:
+    """True within an outline (k, 2) pixels, with its rim, in a picture of a size (w, h); nowhere for None."""
+    mask = np.zeros(size[::-1], np.uint8)
+    return np.asarray((mask if outline is None else cv2.fillPoly(mask, [_larger(outline)], 1)) > 0)
 
 
 def _paper(image: Bytes, card: Floats | None) -> Mask:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from restore.photo.camera import PhotoCamera
 from restore.photo.orientation import turned_like
 from restore.photo.photograph import Photograph
 from restore.photogrammetry.agreement import card_doubts, find_markers, with_blur, without
@@ -22,7 +23,7 @@ from restore.photogrammetry.errors import NoPage, TooFewViews, ViewsApart
 from restore.photogrammetry.folded import FoldedSurface
 from restore.photogrammetry.mesh import mesh_within, stretch
 from restore.photogrammetry.model import Model
-from restore.photogrammetry.page import PaperMasks, find_paper, on_page
+from restore.photogrammetry.page import CardInView, PaperMasks, find_paper, on_page
 from restore.photogrammetry.page_surface import PageSurface
 from restore.photogrammetry.refined import missed, refined
 from restore.photogrammetry.relief import Relief
@@ -122,7 +123,7 @@ def _page_of(
     views = list(sparse.cameras)
     model = Model(views, list(sparse.cameras.values()), sparse.points, {} if card is None else markers, card)
     model.set_frame(model.points)
-    cards = [outline_in(markers[view]) for view in views]  # cut out where markers of it are seen
+    cards = [_card_in(markers[view], camera, model.corners) for view, camera in zip(views, model.cameras, strict=True)]
     masks = find_paper([photographs[view].image for view in views], cards)
     points = model.points[on_page(masks, model.cameras, model.points)]
     if len(points) < LEAST_POINTS:
@@ -141,12 +142,18 @@ def _page_of(
     return replace(page, warnings=page.warnings + card_doubts(page.photographs, seen, page.report["scale"]))
 
 
+def _card_in(seen: Mapping[int, Floats], camera: PhotoCamera, corners: Floats | None) -> CardInView:
+    """What is known of the card in a view: markers seen at pixels (2,), and its corners (4, 3) mm if it was found."""
+    whole = None if corners is None else camera.project(corners)
+    return CardInView(outline_in(seen, margin_mm=0.0), outline_in(seen), whole)
+
+
 def _dense(
     photographs: Sequence[Photograph],
     failed: Mapping[int, str],
     model: Model,
     masks: PaperMasks,
-    cards: Sequence[Floats | None],
+    cards: Sequence[CardInView],
     points: Floats,
     progress: Progress,
 ) -> PhotographedPage:

@@ -146,7 +146,7 @@ def filled_again(fitted: Fitted, surface: Relief, model: Model, masks: PaperMask
 def _rim(model: Model, masks: PaperMasks, surface: Relief) -> Cloud:
     """The page's edge as far as masks tell it: without it a margin beyond a crease is turned as its neighbours are."""
     area = area_of_votes(masks, model.cameras, surface, *surface.bounds)
-    edge = find_rough_edge(masks.masks, model.cameras, surface, area.outline)
+    edge = find_rough_edge(masks, model.cameras, surface, area.outline)
     return Cloud.of(edge.points[edge.measured], edge.places[edge.measured], ROUGH_MM, of_facets=False)
 
 

@@ -10,12 +10,12 @@ from scipy import ndimage
 from restore.photogrammetry.edges import SPACING_MM, Edge, find_edge
 from restore.photogrammetry.folded import FoldedSurface, refold
 from restore.photogrammetry.model import Model
-from restore.photogrammetry.page import PaperMasks, without_card
+from restore.photogrammetry.page import CardInView, PaperMasks, without_card
 from restore.photogrammetry.page_surface import PageSurface
 from restore.photogrammetry.refined import Fitted, filled_again
 from restore.photogrammetry.relief import Cloud, Relief, refine_relief
 from restore.photogrammetry.surface import fit_surface
-from restore.scan import Floats, Ints
+from restore.scan import Ints
 
 RIM_NOISE_MM = 0.1  # of the page's edge: a third of a pixel, and fibres
 BRIDGE_NOISE_MM = 0.3  # of the edge between what is measured: a margin that is prolonged beyond a crease is off by more
@@ -24,11 +24,11 @@ CREASE_COUNT = 5  # ends of two lines of a ruled sheet, against the rows of prin
 
 
 def fit_to_edge(
-    fitted: Fitted, model: Model, masks: PaperMasks, cards: Sequence[Floats | None]
+    fitted: Fitted, model: Model, masks: PaperMasks, cards: Sequence[CardInView]
 ) -> tuple[PageSurface, Edge]:
     """The surface fitted again to its own points and those of the page's edge, and the edge on it.
 
-    cards: the outline (k, 2) pixels of the card in each view; no edge is sought there, and the copies are changed.
+    cards: what is known of the card in each view; no edge is sought there, and the copies are changed.
 
     A margin beyond a crease may be centimetres off until its edge is known, so that a part of it is not found at first.
     """
@@ -65,10 +65,10 @@ def _counts_at_creases(edge: Edge, surface: FoldedSurface) -> Ints:
     return np.where(near > 0, CREASE_COUNT, 1)
 
 
-def _edge_of(fitted: Fitted, model: Model, masks: PaperMasks, cards: Sequence[Floats | None]) -> Edge:
+def _edge_of(fitted: Fitted, model: Model, masks: PaperMasks, cards: Sequence[CardInView]) -> Edge:
     """The edge of the page, sought where no card lies; the copies are changed there."""
     greys = fitted.greys
     ratio = greys.shape[2] / masks.size[0]
     for grey, paper, card in zip(greys, masks.masks, cards, strict=True):
-        grey[:] = without_card(grey, paper, None if card is None else (card + 0.5) * ratio - 0.5)
-    return find_edge(masks.masks, greys, model.cameras, fitted.surface, fitted.area.outline)
+        grey[:] = without_card(grey, paper, card.scaled(ratio).seen)
+    return find_edge(masks, greys, model.cameras, fitted.surface, fitted.area.outline)

@@ -8,7 +8,7 @@ import pytest
 
 from oracles.table_cameras import cameras, on_plane, picture
 from restore.photogrammetry.edges import find_edge, find_rough_edge
-from restore.photogrammetry.page import without_card
+from restore.photogrammetry.page import PaperMasks, without_card
 from restore.photogrammetry.surface import Surface
 
 HALF_MM = np.array([80.0, 55.0])
@@ -30,9 +30,14 @@ def greys():
     return np.stack([cv2.GaussianBlur(picture(camera, light), (0, 0), 0.8) for camera in cameras()])
 
 
+def known(masks, unknown=False):
+    """Masks of paper (v, h, w), unknown (v, h, w) where they do not tell."""
+    return PaperMasks(masks, masks.shape[:0:-1], np.broadcast_to(unknown, masks.shape))
+
+
 def paper(greys):
-    """(v, h, w) masks of the page in pictures of it."""
-    return (greys > (PAPER + TABLE) / 2).astype(float)
+    """The masks of the page in pictures (v, h, w) of it."""
+    return known((greys > (PAPER + TABLE) / 2).astype(float))
 
 
 def level(height):
@@ -90,7 +95,7 @@ def test_the_edge_is_found_in_smaller_copies(greys):
 
 def test_no_step_no_edge(greys):
     blank = np.full_like(greys, 150.0)
-    edge = find_edge(np.ones_like(blank, float), blank, cameras(), level(HEIGHT_MM), rectangle(HALF_MM))
+    edge = find_edge(known(np.ones_like(blank, float)), blank, cameras(), level(HEIGHT_MM), rectangle(HALF_MM))
     assert not edge.measured.any()
 
 
@@ -106,8 +111,8 @@ def test_the_markers_of_a_card_beside_the_page_are_not_its_edge():
     kinds = [picture(camera, kind).astype(int) for camera in cameras()]
     shown = [cv2.GaussianBlur(np.array([TABLE, PAPER, INK, PAPER], np.float32)[one], (0, 0), 0.8) for one in kinds]
     corners = [camera.project(np.column_stack([CARD_MM, np.zeros(4)])) for camera in cameras()]
-    masks = np.stack([(one == 3) * 1.0 for one in kinds])
-    cardless = [without_card(*seen) for seen in zip(shown, masks, corners, strict=True)]
+    masks = known(np.stack([(one == 3) * 1.0 for one in kinds]))
+    cardless = [without_card(*seen) for seen in zip(shown, masks.masks, corners, strict=True)]
     far = {}
     for name, pictures in (("with", shown), ("without", cardless)):
         edge = find_edge(masks, np.stack(pictures), cameras(), level(HEIGHT_MM), rectangle(HALF_MM + 1.0))
@@ -141,7 +146,51 @@ def beside_a_white_thing(x, y):
     return rectangular(x, y) | (np.hypot(x - HALF_MM[0], y - HALF_MM[1]) < 5.0) | (np.hypot(x, y - HALF_MM[1]) < 6.0)
 
 
+def test_the_paper_of_a_card_that_the_page_hides_in_part_is_not_its_edge():
+    """Of a card that reaches below the page, as seen from most sides, the white paper goes on from that of the page."""
+    low, high = np.array([-40.0, -63.0]), np.array([40.0, -40.0])
+
+    def kind(origins, ways):
+        page = (np.abs(on_plane(origins, ways, HEIGHT_MM)) < HALF_MM).all(axis=1)
+        places = on_plane(origins, ways, 0.0)
+        return np.select([page, ((places > low) & (places < high)).all(axis=1)], [2, 1], 0)
+
+    kinds = [picture(camera, kind).astype(int) for camera in cameras()]
+    greys = np.stack([cv2.GaussianBlur(np.array([TABLE, PAPER, PAPER])[one], (0, 0), 0.8) for one in kinds])
+    corners = np.array([[low[0], low[1], 0], [high[0], low[1], 0], [high[0], high[1], 0], [low[0], high[1], 0]])
+    cards = np.stack([filled(camera.project(corners), greys.shape[1:]) for camera in cameras()])
+    white = (greys > (PAPER + TABLE) / 2).astype(float)
+    most = []
+    for unknown in (False, cards):
+        edge = find_edge(known(white, unknown), greys, cameras(), level(HEIGHT_MM), rectangle(HALF_MM + 1.0))
+        most.append(np.abs(from_sides(edge)).max())
+        assert edge.measured.mean() > 0.7
+    assert most[1] < 3 * ACCURACY_MM < most[0] / 3
+
+
+def filled(corners, shape):
+    """(h, w) True within corners (k, 2) pixels and just beyond."""
+    mask = cv2.fillPoly(np.zeros(shape, np.uint8), [np.rint(corners).astype(np.int32)], 1)
+    return cv2.dilate(mask, np.ones((5, 5), np.uint8)) > 0
+
+
 RADIUS_MM = 8.0
+TOOTH_MM, PITCH_MM = 1.8, 24.0  # above and below the line
+
+
+def zigzag(x):
+    """(n,) mm: how far a long side of a page of many creases goes out."""
+    return TOOTH_MM * (4 * np.abs((x / PITCH_MM) % 1 - 0.5) - 1)
+
+
+def test_a_zigzag_is_followed():
+    greys = shown(lambda x, y: (np.abs(x) < HALF_MM[0]) & (np.abs(y) < HALF_MM[1] + zigzag(x)))
+    edge = find_edge(paper(greys), greys, cameras(), level(HEIGHT_MM), rectangle(HALF_MM))
+    x, y = edge.points[:, :2].T
+    long_side = (np.abs(x) < HALF_MM[0] - 8) & (np.abs(y) > HALF_MM[1] - 8)
+    assert edge.measured[long_side].mean() > 0.9
+    off = (np.abs(y) - HALF_MM[1] - zigzag(x))[long_side]
+    assert np.sqrt((off**2).mean()) < 2 * ACCURACY_MM  # its tips are blunt
 
 
 @pytest.mark.parametrize("picture_of", [rectangular, beside_a_white_thing])

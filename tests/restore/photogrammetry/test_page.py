@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
 
 from oracles.table_cameras import cameras, mottled, on_plane, picture
 from restore.photogrammetry.page import (
+    CardInView,
     PageArea,
     area_of_votes,
     find_paper,
@@ -41,7 +44,8 @@ def photograph(camera) -> np.ndarray:
 @pytest.fixture(scope="module")
 def masks():
     corners = np.column_stack([CARD_MM, np.zeros(4)])
-    return find_paper([photograph(camera) for camera in cameras()], [camera.project(corners) for camera in cameras()])
+    cards = [CardInView(seen=camera.project(corners)) for camera in cameras()]
+    return find_paper([photograph(camera) for camera in cameras()], cards)
 
 
 def test_points_of_the_page_are_told_from_those_of_table_and_card(masks):
@@ -68,6 +72,30 @@ def test_the_area_is_the_page(masks):
     assert not area.contains(np.array([[HALF_MM[0] - 5, 0.0]]), 10.0).any()
     beyond = np.array([[HALF_MM[0] + 7, 0.0], [HALF_MM[0] + 13, 0.0], [HALF_MM[0] + 200, 0.0]])
     assert area.contains(beyond, -10.0).tolist() == [True, False, False]
+
+
+def test_where_the_card_may_lie_the_other_views_tell(masks):
+    """Right beside the page, where three views show the white card, and two the table."""
+    points = np.array([[0.0, -58.0, 0.0]])
+    white = replace(masks, masks=masks.masks.copy())
+    white.masks[:3] = 1.0
+    assert white.votes(cameras(), points)[0] == pytest.approx(0.6)
+    unknown = np.zeros(white.masks.shape, bool)
+    unknown[:3] = True
+    assert replace(white, unknown=unknown).votes(cameras(), points)[0] == 0.0
+    assert replace(white, unknown=np.ones_like(unknown)).votes(cameras(), points)[0] == pytest.approx(0.6)  # none tells
+
+
+def test_a_card_is_unknown_but_where_its_markers_are_seen():
+    camera = cameras()[0]
+    whole = camera.project(np.column_stack([CARD_MM, np.zeros(4)]))
+    middle = whole.mean(axis=0)
+    card = CardInView(middle + 0.5 * (whole - middle), middle + 0.7 * (whole - middle), whole)
+    unknown = find_paper([photograph(camera)], [card]).unknown[0]
+    ratio = unknown.shape[1] / camera.size[0]
+    at = [np.rint(middle + share * (whole[0] - middle)).astype(int) for share in (0.0, 0.4, 0.6, 0.9, 1.5)]
+    assert [bool(unknown[tuple((ratio * one[::-1]).astype(int))]) for one in at] == [False, False, True, True, False]
+    assert not find_paper([photograph(camera)], [card._replace(whole=None)]).unknown.any()
 
 
 def test_views_from_behind_have_no_vote(masks):

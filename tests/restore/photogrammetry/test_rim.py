@@ -42,6 +42,6 @@ def test_the_gutter_between_two_printed_pages_is_as_wide_as_it_was(seed, monkeyp
     edge = Edge(edge.points, surface.feet(edge.points, edge.places), edge.measured)
     monkeypatch.setattr(rim, "_edge_of", lambda *_: edge)
     fitted = Fitted(surface, points, feet, 0.0, PageArea(np.ones((2, 2), bool), np.zeros(2)), NO_PHOTOGRAPHS, [])
-    found, told = rim.fit_to_edge(fitted, None, PaperMasks(NO_PHOTOGRAPHS, (8, 8)), [])
+    found, told = rim.fit_to_edge(fitted, None, PaperMasks(NO_PHOTOGRAPHS, (8, 8), NO_PHOTOGRAPHS > 0), [])
     assert told is edge
     assert abs(lost(found, SPREAD)) < LOST_MM < lost(surface, SPREAD) / 3

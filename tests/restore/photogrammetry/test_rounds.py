@@ -36,7 +36,8 @@ def seen() -> tuple[np.ndarray, PaperMasks]:
     rng = np.random.default_rng(1)
     exact = np.stack([picture(camera, light) for camera in cameras()])
     masks = np.stack([picture(camera, lambda o, w: is_page(o, w) * 1.0) for camera in cameras()])
-    return (exact + rng.normal(0, 1.0, exact.shape)).astype(np.float32), PaperMasks(masks.astype(float), (480, 360))
+    known = PaperMasks(masks.astype(float), (480, 360), np.zeros(masks.shape, bool))
+    return (exact + rng.normal(0, 1.0, exact.shape)).astype(np.float32), known
 
 
 def played(seen, plan, off_mm: float):
