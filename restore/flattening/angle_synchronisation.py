@@ -58,7 +58,7 @@ def _synchronised(frames: Ints, angles: Floats, weights: Floats, solver: SuperLU
     while True:
         rest = turns[frames[:, 0]] + turn - turns[frames[:, 1]]
         rest -= 2.0 * np.pi * np.round(rest / (2.0 * np.pi))
-        squares, before = float(weights @ rest**2), squares
+        squares, before = float((weights * rest**2).sum()), squares
         if squares > before - GROUNDED * len(rest):  # linear in the turns but for the wraps, which no longer change
             break
         turns = turns + solver.solve(_divergence(frames, (weights * rest)[:, None], count))[:, 0]

@@ -16,7 +16,7 @@ import numpy as np
 from restore.flattening.rigid_aggregates import STIFFEN, Aggregates, aggregate, correct_rigidly
 from restore.flattening.solution import Solution
 from restore.mesh.adjacency import Sides
-from restore.mesh.measures import edge_strain
+from restore.mesh.measures import edge_strain, straight_lengths
 from restore.mesh.network import Network
 from restore.numerics import SMALL, TINY
 from restore.robust import robust_sigma
@@ -72,8 +72,8 @@ def least_absolute_strain(found: Solution, network: Network, other: Floats | Non
 
 def mean_strain(flat: Floats, network: Network) -> float:
     """By what share the edges of flat (n, 2) mm miss their rest lengths, over the length of all of them."""
-    strain = np.abs(edge_strain(flat, network.edges, network.lengths))
-    return float(network.lengths @ strain) / float(network.lengths.sum())
+    missed = np.abs(straight_lengths(flat, network.edges) - network.lengths)
+    return float(missed.sum() / network.lengths.sum())
 
 
 @numba.njit(cache=True)

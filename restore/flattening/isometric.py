@@ -30,20 +30,34 @@ CAP = 0.1  # of the strain of an edge that counts there: a few edges of slivers 
 def flatten_isometric(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
     """Flat positions (n, 2) mm of a connected sheet with its convergence; the global start counts as an iteration.
 
-    follow(step, positions (n, 3) mm) is called with the start and with the result.
+    follow(step, positions (n, 3) mm) is called with the page of least squares and with the result.
     """
+    found, signs = _least_squares(posed, network)
+    again = least_absolute_strain(found, network)
+    again = again._replace(flat=repaired(again.flat, network, signs))
+    if follow:
+        for step, positions in enumerate((found.flat, again.flat), 1):
+            follow(step, np.column_stack([positions, np.zeros(len(positions))]))
+    return again
+
+
+def flatten_by_least_squares(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
+    """As `flatten_isometric`, but by the squares of the strains alone: a page to go on from."""
+    found, _ = _least_squares(posed, network)
+    if follow:
+        follow(1, np.column_stack([found.flat, np.zeros(len(found.flat))]))
+    return found
+
+
+def _least_squares(posed: PosedSheet, network: Network) -> tuple[Solution, Floats]:
+    """The page of least squared strain near the start that misses the lengths least, and the signs (m,) of faces."""
     if len(network.faces) == 1:
-        return Solution(triangle(network), 1)
+        return Solution(triangle(network), 1), np.ones(1)
     start, signs = _start(posed, network)
     found = with_corners_mirrored(minimise_strain(start, network, least_decrease=ROUGHLY), network, signs, ROUGHLY)
     if inverted_count(found.flat, network.faces, signs):
         found = _from_conformal(posed, network, signs, found)
-    found = least_absolute_strain(found, network)
-    flat = repaired(found.flat, network, signs)
-    if follow:
-        for step, positions in enumerate((start, flat), 1):
-            follow(step, np.column_stack([positions, np.zeros(len(positions))]))
-    return found._replace(flat=flat, iterations=1 + found.iterations)
+    return found._replace(iterations=1 + found.iterations), signs
 
 
 def triangle(network: Network) -> Floats:

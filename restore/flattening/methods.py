@@ -9,7 +9,13 @@ import numpy as np
 from restore.errors import BadInput, NotEnoughSurface
 from restore.flattening.applicable import flatten_applicable
 from restore.flattening.conformal import flatten_conformal
-from restore.flattening.isometric import CAP, MOST_STRAIN, flatten_isometric, flatten_least_distorted
+from restore.flattening.isometric import (
+    CAP,
+    MOST_STRAIN,
+    flatten_by_least_squares,
+    flatten_isometric,
+    flatten_least_distorted,
+)
 from restore.flattening.joints import flatten_parts
 from restore.flattening.layout import arrange_pieces
 from restore.flattening.solution import Follow, Solution
@@ -58,20 +64,15 @@ def flatten_points(
         raise BadInput(f"there is no flattening method {method!r}", f"use one of: {', '.join(METHODS)}")
     mesh = validated(mesh)
     refuse_unflattenable(mesh.vertices, mesh.faces, mesh.sides)
-    first = _first_lengths(mesh, method) if lengths is None else lengths
-    page = flatten_with(mesh, METHODS[method], first, on_step)
     if lengths is None and method == DEFAULT:
-        page = with_surface_lengths(page, mesh)
+        straight = straight_lengths(mesh.vertices, mesh.sides.edges)
+        page = with_surface_lengths(flatten_with(mesh, flatten_by_least_squares, straight, on_step), mesh)
+    else:
+        lengths = surface_lengths(mesh.vertices, mesh.faces, mesh.sides.edges) if lengths is None else lengths
+        page = flatten_with(mesh, METHODS[method], lengths, on_step)
     if method == DEFAULT and rms_strain(page.flat, mesh.sides.edges, page.lengths, CAP) > MOST_STRAIN:
         return flatten_with(mesh, flatten_least_distorted, page.lengths, on_step)
     return page
-
-
-def _first_lengths(mesh: ValidMesh, method: str) -> Floats:
-    """(e,) mm straight lengths, from which the default method goes on, and those along the surface for the others."""
-    if method == DEFAULT:
-        return straight_lengths(mesh.vertices, mesh.sides.edges)
-    return surface_lengths(mesh.vertices, mesh.faces, mesh.sides.edges)
 
 
 def flatten_with(mesh: ValidMesh, solver: Solver, lengths: Floats, on_step: OnStep | None) -> FlatMesh:

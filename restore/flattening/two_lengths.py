@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from restore.flattening.fans import face_signs
-from restore.flattening.gauss_newton import least_absolute_strain, mean_strain
+from restore.flattening.gauss_newton import ROUGHLY, least_absolute_strain, mean_strain, minimise_strain
 from restore.flattening.repair import repaired
 from restore.flattening.solution import Solution
 from restore.mesh.network import Network, make_network
@@ -21,7 +21,9 @@ from restore.scan import FlatMesh, Floats
 
 
 def with_surface_lengths(page: FlatMesh, mesh: ValidMesh) -> FlatMesh:
-    """The page of a mesh by the lengths along its surface, from the page by straight lengths, if they agree better.
+    """The page of a mesh by the lengths along its surface, if they agree better than straight lengths.
+
+    page: the one of least squares by straight lengths.
 
     Where they do not, any length of an edge between the two is as good: the page is that of the least absolute
     differences from both, and its rest lengths are the nearest to it between them.
@@ -29,11 +31,11 @@ def with_surface_lengths(page: FlatMesh, mesh: ValidMesh) -> FlatMesh:
     edges = mesh.sides.edges
     straight = make_network(mesh.vertices, mesh.faces, page.lengths, mesh.sides)
     along = make_network(mesh.vertices, mesh.faces, surface_lengths(mesh.vertices, mesh.faces, edges), mesh.sides)
-    start = Solution(page.flat, page.steps)
-    found = least_absolute_strain(start, along)
-    if mean_strain(found.flat, along) <= mean_strain(page.flat, straight):
-        return _page(page, mesh, found, along)
-    found = least_absolute_strain(start, straight, along.lengths)
+    squares = minimise_strain(page.flat, along, least_decrease=ROUGHLY)
+    if mean_strain(squares.flat, along) <= mean_strain(page.flat, straight):
+        start = squares._replace(iterations=page.steps + squares.iterations)
+        return _page(page, mesh, least_absolute_strain(start, along), along)
+    found = least_absolute_strain(Solution(page.flat, page.steps), straight, along.lengths)
     between = np.linalg.norm(found.flat[edges[:, 0]] - found.flat[edges[:, 1]], axis=1)
     shorter, longer = np.minimum(straight.lengths, along.lengths), np.maximum(straight.lengths, along.lengths)
     return _page(page, mesh, found, replace(straight, lengths=np.clip(between, shorter, longer)))

@@ -39,7 +39,7 @@ def pose_on_table(vertices: Floats, faces: Ints) -> PosedSheet:
     The printed side is where its faces (m, 3) run counter-clockwise.
     """
     weights, mean = _weigh(vertices, faces)
-    centre = weights @ vertices
+    centre = (weights[:, None] * vertices).sum(axis=0)
     out = mean if sqrt(mean @ mean) > LEVEL else _least_extent(vertices - centre, weights, mean)
     positions, axes, origin, seen = _put(vertices, centre, out / sqrt(out @ out))
     return PosedSheet(positions, axes, origin, seen, weights)

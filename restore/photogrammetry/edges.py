@@ -8,7 +8,7 @@ corner no side is long enough to be measured: it is where the lines of the two s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -41,6 +41,7 @@ NEIGHBOURS = 15  # points: 30 mm of the edge
 BESIDE = np.arange(1, 7)  # points from what is not measured, along which a side is a line
 LEAST_OF_SIDE = 3  # of them, measured
 LONGEST_MM = 20.0  # that is drawn straight, or to a corner
+STRAY_MM = 5.0  # from a straight side: as far as masks are off where the card lies beside it
 CORNER = np.cos(np.deg2rad(30.0))  # between two sides
 SHARP_MM = 1.0  # from the meeting of two sides to what was measured there: more is a corner that is cut or round
 MEETING_MM = 2.0  # between two sides where they pass each other in space: more is no corner of one page
@@ -68,7 +69,7 @@ def find_edge(
         edge = _refined(greys, masks.unknown, cameras, surface, edge, *search)
     measured = edge.measured & ~_at_corners(edge.points)
     points = _bridged(edge.points, measured)
-    return Edge(points, surface.feet(points, edge.places), measured)
+    return _straightened(Edge(points, surface.feet(points, edge.places), measured), surface)
 
 
 def find_rough_edge(masks: PaperMasks, cameras: Sequence[PhotoCamera], surface: PageSurface, outline: Floats) -> Edge:
@@ -227,14 +228,34 @@ def _filled(moves: Floats, known: Mask) -> Floats:
 
 def _bridged(points: Floats, measured: Mask) -> Floats:
     """Points (n, 3) mm round a page, short stretches that are not measured (n,) drawn straight or to a corner."""
-    bridged, count = points.copy(), len(points)
+    bridged = points.copy()
+    for run, before, after in _gaps(measured):
+        if len(run) * SPACING_MM < LONGEST_MM:
+            bridged[run] = _between(points[before], points[after], len(run))
+    return bridged
+
+
+def _straightened(edge: Edge, surface: PageSurface) -> Edge:
+    """The edge with long stretches that are not measured drawn straight on the page, where they are nearly so."""
+    places, points = edge.places.copy(), edge.points.copy()
+    for run, before, after in _gaps(edge.measured):
+        (start, _), (stop, _) = _line(edge.places[before[::-1]]), _line(edge.places[after])
+        line = np.linspace(start, stop, len(run) + 2)[1:-1]
+        across = np.array([start[1] - stop[1], stop[0] - start[0]]) / max(np.linalg.norm(stop - start), TINY)
+        if len(run) * SPACING_MM >= LONGEST_MM and np.abs((places[run] - start) @ across).max() < STRAY_MM:
+            places[run], points[run] = line, surface.points(line)
+    return replace(edge, points=points, places=places)
+
+
+def _gaps(measured: Mask) -> Iterator[tuple[Ints, Ints, Ints]]:
+    """The stretches of an edge that are not measured (n,), and the measured points before and after each."""
+    count = len(measured)
     for start in np.flatnonzero(~measured & np.roll(measured, 1)):
         run = start + np.arange(np.argmax(np.roll(measured, -start)))
         before, after = (run[0] - BESIDE[::-1]) % count, (run[-1] + BESIDE) % count
         before, after = before[measured[before]], after[measured[after]]
-        if min(len(before), len(after)) >= LEAST_OF_SIDE and len(run) * SPACING_MM < LONGEST_MM:
-            bridged[run % count] = _between(points[before], points[after], len(run))
-    return bridged
+        if min(len(before), len(after)) >= LEAST_OF_SIDE:
+            yield run % count, before, after
 
 
 def _at_corners(points: Floats) -> Mask:

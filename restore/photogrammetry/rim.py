@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy import ndimage
@@ -30,15 +31,16 @@ def fit_to_edge(
 
     cards: what is known of the card in each view; no edge is sought there, and the copies are changed.
 
-    A margin beyond a crease may be centimetres off until its edge is known, so that a part of it is not found at first.
+    A margin may be centimetres off until its edge is known, and beyond a crease a part of it is not found at first. So
+    the edge is sought once more, near the surface that goes through the first.
     """
     edge = _edge_of(fitted, model, masks, cards)
     surface = _through(edge, fitted)
-    if isinstance(surface, Relief):
-        fitted = filled_again(fitted, surface, model, masks)
-        edge = _edge_of(fitted, model, masks, cards)
-        surface = _through(edge, fitted)
-    return surface, edge
+    again = (
+        filled_again(fitted, surface, model, masks) if isinstance(surface, Relief) else replace(fitted, surface=surface)
+    )
+    edge = _edge_of(again, model, masks, cards)
+    return _through(edge, again), edge
 
 
 def _through(edge: Edge, fitted: Fitted) -> PageSurface:

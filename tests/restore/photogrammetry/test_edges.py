@@ -168,6 +168,23 @@ def test_the_paper_of_a_card_that_the_page_hides_in_part_is_not_its_edge():
     assert most[1] < 3 * ACCURACY_MM < most[0] / 3
 
 
+def test_a_long_stretch_that_no_view_tells_is_straight_where_it_is_nearly_so(greys):
+    """Half of the lower side, where the card lies in all views; masks make a dent there, or cut a corner off."""
+    low, high = np.array([-40.0, -63.0]), np.array([20.0, -40.0])
+    corners = np.array([[low[0], low[1], 6], [high[0], low[1], 6], [high[0], high[1], 6], [low[0], high[1], 6]])
+    cards = np.stack([filled(camera.project(corners), greys.shape[1:]) for camera in cameras()])
+    masks = known(paper(greys).masks, cards)
+    for dent_mm, straight in ((3.0, True), (9.0, False)):
+        outline = rectangle(HALF_MM)
+        outline[:, 1] += dent_mm * ((outline[:, 1] < 0) & (np.abs(outline[:, 0] + 10.0) < 20.0))
+        edge = find_edge(masks, greys, cameras(), level(HEIGHT_MM), outline)
+        there = (np.abs(edge.places[:, 0] + 10.0) < 15.0) & (edge.places[:, 1] < 0)
+        assert not edge.measured[there].any()
+        off = np.abs(edge.places[there, 1] + HALF_MM[1]).max()
+        assert (off < 3 * ACCURACY_MM) == straight
+        np.testing.assert_allclose(edge.points[there, 2], HEIGHT_MM, atol=3 * ACCURACY_MM)
+
+
 def filled(corners, shape):
     """(h, w) True within corners (k, 2) pixels and just beyond."""
     mask = cv2.fillPoly(np.zeros(shape, np.uint8), [np.rint(corners).astype(np.int32)], 1)
