@@ -45,15 +45,18 @@ class CardInView(NamedTuple):
     markers  of those that are seen: nothing hides the card there.
     seen     the same with the paper round them, of which the page may hide a part.
     whole    of all of it: beside the markers seen lies the card, or the page over it.
+    complete  whether all markers are seen.
     """
 
     markers: Floats | None = None
     seen: Floats | None = None
     whole: Floats | None = None
+    complete: bool = False
 
     def scaled(self, ratio: float) -> CardInView:
         """The same in a copy of the photograph that is so many times as large."""
-        return CardInView(*(None if outline is None else (outline + 0.5) * ratio - 0.5 for outline in self))
+        markers, seen, whole = (None if one is None else (one + 0.5) * ratio - 0.5 for one in self[:3])
+        return self._replace(markers=markers, seen=seen, whole=whole)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,34 +64,36 @@ class PaperMasks:
     """Share of paper (v, h, w), 0 to 1, in smaller copies of photographs of a size (w, h).
 
     unknown (v, h, w) is True where the card lies and no marker of it is seen: the page may hide it there, and paper is
-    as white as paper.
+    as white as paper. shown (v,) is True for views that show all markers, so that little of the card is hidden.
     """
 
     masks: Floats
     size: tuple[int, int]
     unknown: Mask
+    shown: Mask
 
     def votes(
         self, cameras: Sequence[PhotoCamera], points: Floats, normals: Floats | None = None
     ) -> tuple[Floats, Floats]:
         """The share (n,) of the views that show points (n, 3) mm on paper, and how many views show them (n,).
 
-        With normals (n, 3), views from behind the surface do not count. Where any view is certain, only such ones tell.
+        With normals (n, 3), views from behind the surface do not count. Where any view is certain, only such ones tell,
+        and where none is, those that show all of the card.
         """
-        total, count = np.zeros((2, len(points))), np.zeros((2, len(points)))  # of all views, and of those certain
+        total, count = np.zeros((3, len(points))), np.zeros((3, len(points)))  # of views certain, showing the card, all
         height, width = self.masks.shape[1:]
-        for mask, unknown, camera in zip(self.masks, self.unknown, cameras, strict=True):
+        for mask, unknown, shown, camera in zip(self.masks, self.unknown, self.shown, cameras, strict=True):
             pixels = camera.scaled((width, height)).project(points)
             inside = ((pixels > 0) & (pixels < [width - 1, height - 1])).all(axis=1)
             if normals is not None:
                 ways = camera.position - points
                 inside &= (ways * normals).sum(axis=1) > GRAZING * np.linalg.norm(ways, axis=1)
             cols, rows = np.rint(pixels[inside]).astype(int).T
-            for row, counted in enumerate((np.ones(len(rows), bool), ~unknown[rows, cols])):
+            for row, counted in enumerate((~unknown[rows, cols], shown, True)):
                 total[row, inside] += counted & (mask[rows, cols] > 0.5)
                 count[row, inside] += counted
         share = total / np.maximum(count, 1)
-        return np.where(count[1] > 0, share[1], share[0]), count[0]
+        return np.select([count[0] > 0, count[1] > 0], [share[0], share[1]], share[2]), count[2]
 
     def uncovered(self, cameras: Sequence[PhotoCamera], vertices: Floats, faces: Ints) -> float:
         """The share of the paper that a mesh, vertices (n, 3) mm and faces (m, 3), leaves out: median of the views."""
@@ -113,7 +118,8 @@ def find_paper(images: Sequence[Bytes], cards: Sequence[CardInView]) -> PaperMas
         masks.append(_paper(small, here.seen))
         near = cv2.dilate((_filled(here.whole, size) | _filled(here.seen, size)).astype(np.uint8), CUT) > 0
         unknown.append(near & ~_filled(here.markers, size) & (here.whole is not None))
-    return PaperMasks(np.stack(masks).astype(np.float64), (width, height), np.stack(unknown))
+    shown = np.array([card.complete for card in cards])
+    return PaperMasks(np.stack(masks).astype(np.float64), (width, height), np.stack(unknown), shown)
 
 
 def _filled(outline: Floats | None, size: tuple[int, int]) -> Mask:

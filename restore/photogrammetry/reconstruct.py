@@ -145,7 +145,7 @@ def _page_of(
 def _card_in(seen: Mapping[int, Floats], camera: PhotoCamera, corners: Floats | None) -> CardInView:
     """What is known of the card in a view: markers seen at pixels (2,), and its corners (4, 3) mm if it was found."""
     whole = None if corners is None else camera.project(corners)
-    return CardInView(outline_in(seen, margin_mm=0.0), outline_in(seen), whole)
+    return CardInView(outline_in(seen, margin_mm=0.0), outline_in(seen), whole, len(seen) == len(SCALE_CARD.centres))
 
 
 def _dense(

@@ -32,7 +32,7 @@ def greys():
 
 def known(masks, unknown=False):
     """Masks of paper (v, h, w), unknown (v, h, w) where they do not tell."""
-    return PaperMasks(masks, masks.shape[:0:-1], np.broadcast_to(unknown, masks.shape))
+    return PaperMasks(masks, masks.shape[:0:-1], np.broadcast_to(unknown, masks.shape), np.zeros(len(masks), bool))
 
 
 def paper(greys):

@@ -83,7 +83,9 @@ def test_where_the_card_may_lie_the_other_views_tell(masks):
     unknown = np.zeros(white.masks.shape, bool)
     unknown[:3] = True
     assert replace(white, unknown=unknown).votes(cameras(), points)[0] == 0.0
-    assert replace(white, unknown=np.ones_like(unknown)).votes(cameras(), points)[0] == pytest.approx(0.6)  # none tells
+    none = replace(white, unknown=np.ones_like(unknown))  # no view is certain
+    assert none.votes(cameras(), points)[0] == pytest.approx(0.6)
+    assert replace(none, shown=np.arange(5) == 4).votes(cameras(), points)[0] == 0.0  # the last shows all of the card
 
 
 def test_a_card_is_unknown_but_where_its_markers_are_seen():

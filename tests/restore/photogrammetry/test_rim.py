@@ -43,7 +43,9 @@ def test_the_gutter_between_two_printed_pages_is_as_wide_as_it_was(seed, monkeyp
     near = list[FoldedSurface]()
     monkeypatch.setattr(rim, "_edge_of", lambda fitted, *_: near.append(fitted.surface) or edge)
     fitted = Fitted(surface, points, feet, 0.0, PageArea(np.ones((2, 2), bool), np.zeros(2)), NO_PHOTOGRAPHS, [])
-    found, told = rim.fit_to_edge(fitted, None, PaperMasks(NO_PHOTOGRAPHS, (8, 8), NO_PHOTOGRAPHS > 0), [])
+    found, told = rim.fit_to_edge(
+        fitted, None, PaperMasks(NO_PHOTOGRAPHS, (8, 8), NO_PHOTOGRAPHS > 0, np.zeros(0, bool)), []
+    )
     assert told is edge
     assert near[0] is surface is not near[1]  # sought again near the surface that goes through the first
     assert abs(lost(found, SPREAD)) < LOST_MM < lost(surface, SPREAD) / 3

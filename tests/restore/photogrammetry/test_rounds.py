@@ -36,7 +36,7 @@ def seen() -> tuple[np.ndarray, PaperMasks]:
     rng = np.random.default_rng(1)
     exact = np.stack([picture(camera, light) for camera in cameras()])
     masks = np.stack([picture(camera, lambda o, w: is_page(o, w) * 1.0) for camera in cameras()])
-    known = PaperMasks(masks.astype(float), (480, 360), np.zeros(masks.shape, bool))
+    known = PaperMasks(masks.astype(float), (480, 360), np.zeros(masks.shape, bool), np.zeros(len(masks), bool))
     return (exact + rng.normal(0, 1.0, exact.shape)).astype(np.float32), known
 
 
