@@ -2,13 +2,13 @@
 
 Where a page ends there is no print to track, and a surface prolonged from the print is off by millimetres at the edge
 of a wave. But the edge itself is seen in every view. Across it, the place of the step in a view tells one equation
-for how far the edge lies from where it was assumed, outwards and out of the page; three views determine both. At a
-corner no side is long enough to be measured: it is where the lines of the two sides meet.
+for how far the edge lies from where it was assumed, outwards and out of the page; three views determine both. What no
+view tells is drawn from what is measured beside it (`edge_gaps`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -16,12 +16,12 @@ from scipy import ndimage
 
 from restore.numerics import TINY
 from restore.photo.camera import PhotoCamera, project_with_jacobian
+from restore.photogrammetry.edge_gaps import SPACING_MM, at_corners, bridged, straightened
 from restore.photogrammetry.page import PaperMasks
 from restore.photogrammetry.page_surface import PageSurface
 from restore.photogrammetry.track import Picture
 from restore.scan import Floats, Ints, Mask
 
-SPACING_MM = 2.0  # of the points of the edge
 SMOOTH_MM = 3.0  # standard deviation, along the edge, of what is assumed at first: cells of a millimetre are ragged
 # How far is searched on both sides, mm, and the share of it from the median of its neighbours beyond which a step is
 # taken for none of the page's edge. A margin that a crease turns away from its page is off by as much as is searched in
@@ -38,13 +38,6 @@ MISFIT = 0.25  # of the reach: a view whose step is further from the others' sho
 MOST_SIGMA = 0.5  # of the reach, out of the page: views from one side do not tell
 OUT_OF_PAGE = 0.3  # of a view whose step moves as far as the edge moves out of the page: each reach begins near it
 NEIGHBOURS = 15  # points: 30 mm of the edge
-BESIDE = np.arange(1, 7)  # points from what is not measured, along which a side is a line
-LEAST_OF_SIDE = 3  # of them, measured
-LONGEST_MM = 20.0  # that is drawn straight, or to a corner
-STRAY_MM = 5.0  # from a straight side: as far as masks are off where the card lies beside it
-CORNER = np.cos(np.deg2rad(30.0))  # between two sides
-SHARP_MM = 1.0  # from the meeting of two sides to what was measured there: more is a corner that is cut or round
-MEETING_MM = 2.0  # between two sides where they pass each other in space: more is no corner of one page
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +60,10 @@ def find_edge(
     edge = find_rough_edge(masks, cameras, surface, outline)
     for search in SEARCHES:
         edge = _refined(greys, masks.unknown, cameras, surface, edge, *search)
-    measured = edge.measured & ~_at_corners(edge.points)
-    points = _bridged(edge.points, measured)
-    return _straightened(Edge(points, surface.feet(points, edge.places), measured), surface)
+    measured = edge.measured & ~at_corners(edge.points)
+    points = bridged(edge.points, measured)
+    places, straight = straightened(surface.feet(points, edge.places), measured)
+    return Edge(np.where(straight[:, None], surface.points(places), points), places, measured)
 
 
 def find_rough_edge(masks: PaperMasks, cameras: Sequence[PhotoCamera], surface: PageSurface, outline: Floats) -> Edge:
@@ -224,79 +218,6 @@ def _filled(moves: Floats, known: Mask) -> Floats:
         return np.zeros_like(moves)
     number, count = np.arange(len(moves)), len(moves)
     return np.stack([np.interp(number, number[known], column[known], period=count) for column in moves.T], axis=1)
-
-
-def _bridged(points: Floats, measured: Mask) -> Floats:
-    """Points (n, 3) mm round a page, short stretches that are not measured (n,) drawn straight or to a corner."""
-    bridged = points.copy()
-    for run, before, after in _gaps(measured):
-        if len(run) * SPACING_MM < LONGEST_MM:
-            bridged[run] = _between(points[before], points[after], len(run))
-    return bridged
-
-
-def _straightened(edge: Edge, surface: PageSurface) -> Edge:
-    """The edge with long stretches that are not measured drawn straight on the page, where they are nearly so."""
-    places, points = edge.places.copy(), edge.points.copy()
-    for run, before, after in _gaps(edge.measured):
-        (start, _), (stop, _) = _line(edge.places[before[::-1]]), _line(edge.places[after])
-        line = np.linspace(start, stop, len(run) + 2)[1:-1]
-        across = np.array([start[1] - stop[1], stop[0] - start[0]]) / max(np.linalg.norm(stop - start), TINY)
-        if len(run) * SPACING_MM >= LONGEST_MM and np.abs((places[run] - start) @ across).max() < STRAY_MM:
-            places[run], points[run] = line, surface.points(line)
-    return replace(edge, points=points, places=places)
-
-
-def _gaps(measured: Mask) -> Iterator[tuple[Ints, Ints, Ints]]:
-    """The stretches of an edge that are not measured (n,), and the measured points before and after each."""
-    count = len(measured)
-    for start in np.flatnonzero(~measured & np.roll(measured, 1)):
-        run = start + np.arange(np.argmax(np.roll(measured, -start)))
-        before, after = (run[0] - BESIDE[::-1]) % count, (run[-1] + BESIDE) % count
-        before, after = before[measured[before]], after[measured[after]]
-        if min(len(before), len(after)) >= LEAST_OF_SIDE:
-            yield run % count, before, after
-
-
-def _at_corners(points: Floats) -> Mask:
-    """(n,) True for points (n, 3) mm beside the place where two sides meet, which are averaged over both."""
-    found = np.zeros(len(points), bool)
-    for number, point in enumerate(points):
-        before, after = ((number + way * (1 + BESIDE)) % len(points) for way in (-1, 1))
-        corner = _corner(*_line(points[before]), *_line(points[after]))
-        if corner and np.linalg.norm(corner[0] - point) < SHARP_MM:
-            found[(number + np.arange(-1, 2)) % len(points)] = True
-    return found
-
-
-def _between(before: Floats, after: Floats, count: int) -> Floats:
-    """(count, 3) points between two sides of points (k, 3) and (m, 3) mm: on a straight line, or round their corner."""
-    (start, ahead), (stop, back) = _line(before[::-1]), _line(after)  # each from its end
-    way = [start, *_corner(start, ahead, stop, back), stop]
-    lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(way, axis=0), axis=1))])
-    at = np.linspace(0, lengths[-1], count + 2)[1:-1]
-    for corner in lengths[1:-1]:
-        at[np.abs(at - corner).argmin()] = corner
-    return np.stack([np.interp(at, lengths, column) for column in np.transpose(way)], axis=1)
-
-
-def _line(side: Floats) -> tuple[Floats, Floats]:
-    """Where a side of points (k, 3) mm ends, the first of them being the nearest to the end, and its way (3,) there."""
-    middle = side.mean(axis=0)
-    way = np.linalg.svd(side - middle)[2][0]
-    way = way * np.sign(way @ (side[0] - side[-1]))
-    return middle + (side[0] - middle) @ way * way, way
-
-
-def _corner(start: Floats, ahead: Floats, stop: Floats, back: Floats) -> list[Floats]:
-    """The place (3,) mm where two sides meet, if they do, that end at `start` and `stop` and point to each other."""
-    cosine, gap = float(ahead @ back), stop - start
-    if abs(cosine) > CORNER:
-        return []
-    ways = np.linalg.solve([[1.0, -cosine], [cosine, -1.0]], [gap @ ahead, gap @ back])
-    one, other = start + ways[0] * ahead, stop + ways[1] * back
-    meet = np.linalg.norm(one - other) < MEETING_MM and ways.min() > 0.0 and ways.max() < LONGEST_MM
-    return [(one + other) / 2] if meet else []
 
 
 def _resampled(outline: Floats, spacing: float) -> Floats:

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 from scipy import ndimage
 
-from restore.photogrammetry.edges import SPACING_MM, Edge, find_edge
+from restore.photogrammetry.edge_gaps import SPACING_MM
+from restore.photogrammetry.edges import Edge, find_edge
 from restore.photogrammetry.folded import FoldedSurface, refold
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import CardInView, PaperMasks, without_card
