@@ -17,7 +17,7 @@ from restore.photogrammetry.page_surface import PageSurface
 from restore.photogrammetry.refined import Fitted, filled_again
 from restore.photogrammetry.relief import Cloud, Relief, refine_relief
 from restore.photogrammetry.surface import fit_surface
-from restore.scan import Ints
+from restore.scan import Floats, Ints
 
 RIM_NOISE_MM = 0.1  # of the page's edge: a third of a pixel, and fibres
 BRIDGE_NOISE_MM = 0.3  # of the edge between what is measured: a margin that is prolonged beyond a crease is off by more
@@ -35,13 +35,15 @@ def fit_to_edge(
     A margin may be centimetres off until its edge is known, and beyond a crease a part of it is not found at first. So
     the edge is sought once more, near the surface that goes through the first.
     """
-    edge = _edge_of(fitted, model, masks, cards)
+    edge = _edge_of(fitted, model, masks, cards, fitted.area.outline)
     surface = _through(edge, fitted)
-    again = (
-        filled_again(fitted, surface, model, masks) if isinstance(surface, Relief) else replace(fitted, surface=surface)
-    )
-    edge = _edge_of(again, model, masks, cards)
-    return _through(edge, again), edge
+    if isinstance(surface, Relief):
+        fitted = filled_again(fitted, surface, model, masks)
+        outline = fitted.area.outline
+    else:
+        fitted, outline = replace(fitted, surface=surface), surface.feet(edge.points, edge.places)
+    edge = _edge_of(fitted, model, masks, cards, outline)
+    return _through(edge, fitted), edge
 
 
 def _through(edge: Edge, fitted: Fitted) -> PageSurface:
@@ -68,10 +70,10 @@ def _counts_at_creases(edge: Edge, surface: FoldedSurface) -> Ints:
     return np.where(near > 0, CREASE_COUNT, 1)
 
 
-def _edge_of(fitted: Fitted, model: Model, masks: PaperMasks, cards: Sequence[CardInView]) -> Edge:
-    """The edge of the page, sought where no card lies; the copies are changed there."""
+def _edge_of(fitted: Fitted, model: Model, masks: PaperMasks, cards: Sequence[CardInView], outline: Floats) -> Edge:
+    """The edge of the page near an outline (n, 2) mm, sought where no card lies; the copies are changed there."""
     greys = fitted.greys
     ratio = greys.shape[2] / masks.size[0]
     for grey, paper, card in zip(greys, masks.masks, cards, strict=True):
         grey[:] = without_card(grey, paper, card.scaled(ratio).seen)
-    return find_edge(masks, greys, model.cameras, fitted.surface, fitted.area.outline)
+    return find_edge(masks, greys, model.cameras, fitted.surface, outline)
