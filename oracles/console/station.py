@@ -58,11 +58,11 @@ class CannedStation:
         self.state = self.state or open_state(self.pages)
         self.sheet = Image.fromarray(printed_page().image)
         self._layers: dict[str, Image.Image] = {}
-        self._listeners: list[queue.SimpleQueue[bytes]] = []
+        self.listeners: list[queue.SimpleQueue[bytes]] = []
 
     def send(self, name: str, data: Any) -> None:
         """Send an event to every page that listens."""
-        for listener in list(self._listeners):
+        for listener in list(self.listeners):
             listener.put(f"event: {name}\ndata: {json.dumps(data)}\n\n".encode())
 
     def change(self, **values: Any) -> None:
@@ -75,7 +75,7 @@ class CannedStation:
     def events(self) -> Iterator[bytes]:
         """The events for one page; a comment while nothing happens."""
         listener: queue.SimpleQueue[bytes] = queue.SimpleQueue()
-        self._listeners.append(listener)
+        self.listeners.append(listener)
         try:
             yield b'retry: 200\nevent: hello\ndata: {"boot": "canned", "last": 0}\n\n'
             while True:
@@ -84,7 +84,7 @@ class CannedStation:
                 except queue.Empty:
                     yield b": beat\n\n"
         finally:
-            self._listeners.remove(listener)
+            self.listeners.remove(listener)
 
     def row(self, number: int) -> Values:
         """The row of a page."""

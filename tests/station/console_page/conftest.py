@@ -55,6 +55,12 @@ def show(browser: Browser) -> Iterator[Open]:
     with ExitStack() as stack:
 
         def opened(station: CannedStation, screen: str = "shoot", **look: object) -> Page:
-            return stack.enter_context(window(browser, f"{stack.enter_context(serving(station))}/#/{screen}", **look))
+            page = stack.enter_context(window(browser, f"{stack.enter_context(serving(station))}/#/{screen}", **look))
+            for _ in range(250):  # keys that come before the page is connected do nothing
+                if station.listeners:
+                    break
+                page.wait_for_timeout(20)
+            page.wait_for_timeout(200)  # until it has loaded what came before
+            return page
 
         yield opened
