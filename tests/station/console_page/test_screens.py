@@ -85,6 +85,7 @@ def test_single_letters_can_be_switched_off(show, canned):
     page.keyboard.press("?")
     page.get_by_label(re.compile("Single letters")).check()
     page.keyboard.press("Escape")
+    page.wait_for_selector("dialog", state="detached")  # it closes after the key: a blank before would go to its field
     page.keyboard.press("u")
     assert pressed(page, canned, lambda: page.keyboard.press(" ")) == [{"action": "shoot"}]
 
