@@ -159,7 +159,8 @@ def _dense(
 ) -> PhotographedPage:
     fitted = refined([photographs[view] for view in model.views], model, masks, points, progress)
     progress("edge", 0.0)
-    surface, edge = fit_to_edge(fitted, model, masks, cards)
+    fitted, edge = fit_to_edge(fitted, model, masks, cards)
+    surface = fitted.surface
     progress("edge", 1.0)
     between = () if fitted.gaps is None else (fitted.gaps.points,)
     measured = np.concatenate([fitted.points, *between, edge.points[edge.measured]])

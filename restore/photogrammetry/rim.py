@@ -7,12 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 from scipy import ndimage
+from scipy.spatial import cKDTree
 
 from restore.photogrammetry.edge_gaps import SPACING_MM
 from restore.photogrammetry.edges import Edge, find_edge
 from restore.photogrammetry.folded import FoldedSurface, refold
 from restore.photogrammetry.model import Model
-from restore.photogrammetry.page import CardInView, PaperMasks, without_card
+from restore.photogrammetry.page import CardInView, PaperMasks, inside_polygon, without_card
 from restore.photogrammetry.page_surface import PageSurface
 from restore.photogrammetry.refined import Fitted, filled_again
 from restore.photogrammetry.relief import Cloud, Relief, refine_relief
@@ -25,10 +26,8 @@ CREASE_MM = 20.0  # of the edge beside a crease: as far as the gutter of a book 
 CREASE_COUNT = 5  # ends of two lines of a ruled sheet, against the rows of print that tell of the rest of each
 
 
-def fit_to_edge(
-    fitted: Fitted, model: Model, masks: PaperMasks, cards: Sequence[CardInView]
-) -> tuple[PageSurface, Edge]:
-    """The surface fitted again to its own points and those of the page's edge, and the edge on it.
+def fit_to_edge(fitted: Fitted, model: Model, masks: PaperMasks, cards: Sequence[CardInView]) -> tuple[Fitted, Edge]:
+    """A surface fitted again, to those of its points that lie within the page's edge and to the edge, and the edge.
 
     cards: what is known of the card in each view; no edge is sought there, and the copies are changed.
 
@@ -36,27 +35,42 @@ def fit_to_edge(
     the edge is sought once more, near the surface that goes through the first.
     """
     edge = _edge_of(fitted, model, masks, cards, fitted.area.outline)
-    surface = _through(edge, fitted)
-    if isinstance(surface, Relief):
-        fitted = filled_again(fitted, surface, model, masks)
+    fitted = _through(edge, _within(edge, fitted))
+    if isinstance(fitted.surface, Relief):
+        fitted = filled_again(fitted, fitted.surface, model, masks)
         outline = fitted.area.outline
     else:
-        fitted, outline = replace(fitted, surface=surface), surface.feet(edge.points, edge.places)
+        outline = fitted.surface.feet(edge.points, edge.places)
     edge = _edge_of(fitted, model, masks, cards, outline)
-    return _through(edge, fitted), edge
+    return _through(edge, _within(edge, fitted)), edge
 
 
-def _through(edge: Edge, fitted: Fitted) -> PageSurface:
-    """The surface fitted again to its own points, and then those of the edge."""
+def _within(edge: Edge, fitted: Fitted) -> Fitted:
+    """A surface with those of its points that lie within the page's edge, as far as that is measured.
+
+    Where a margin hangs down to the table, patches of the table are found beside it: a surface through them is torn
+    down at its edge.
+    """
+    feet = fitted.surface.feet(fitted.points, fitted.feet)
+    _, nearest = cKDTree(edge.places).query(feet)
+    kept = inside_polygon(feet, edge.places) | ~edge.measured[nearest]
+    return replace(fitted, points=fitted.points[kept], feet=feet[kept])
+
+
+def _through(edge: Edge, fitted: Fitted) -> Fitted:
+    """A surface fitted again to its own points, and then those of the edge."""
+    return replace(fitted, surface=_surface_through(edge, fitted))
+
+
+def _surface_through(edge: Edge, fitted: Fitted) -> PageSurface:
     surface, measured = fitted.surface, edge.measured
-    feet = surface.feet(fitted.points, fitted.feet)
     if isinstance(surface, Relief):
         assert fitted.gaps is not None
         rim = Cloud.of(edge.points, edge.places, np.where(measured, RIM_NOISE_MM, BRIDGE_NOISE_MM), of_facets=False)
-        return refine_relief(Cloud.of(fitted.points, feet).joined(fitted.gaps).joined(rim), surface)
+        return refine_relief(Cloud.of(fitted.points, fitted.feet).joined(fitted.gaps).joined(rim), surface)
     counted = measured * (_counts_at_creases(edge, surface) if isinstance(surface, FoldedSurface) else 1)
     points = np.concatenate([fitted.points, np.repeat(edge.points, counted, axis=0)])
-    feet = np.concatenate([feet, np.repeat(edge.places, counted, axis=0)])
+    feet = np.concatenate([fitted.feet, np.repeat(edge.places, counted, axis=0)])
     if isinstance(surface, FoldedSurface):
         return refold(points, feet, surface)
     return fit_surface(points, feet, surface.smooth, stiffness=fitted.stiffness)[0]
