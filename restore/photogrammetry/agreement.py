@@ -25,7 +25,9 @@ from restore.scan import Bytes, Floats, Ints, Mask
 LEAST_SHARE = 0.3  # of the patches that most views show: half a page under a hand leaves more
 MOST_RATIO = 4.0  # of a view's residuals to most views', each over its own uncertainty
 FREE = 0.3  # standard deviation of a focal length that nothing is known of, as a share
-EXPLAINED = 0.7  # of a view's residuals that are left once its focal length is free, when a zoom was the cause
+FREE_SHIFT = 0.05  # the same of a principal point, in widths of the picture
+SAME_CENTRE = 0.01  # of the width: stabilisation shifts a principal point by a tenth of it
+EXPLAINED = 0.7  # of a view's residuals that are left once its focal length or principal point is free, if that was it
 MOST_CARD_MM = 0.3  # rms of the markers about the flat card: ten times what they are off in five views
 WRONG_CARD_MM = 1.0  # a strip of paper that is not flat bends by so much; beyond, the cameras are wrong
 OTHER_PAGE = "it shows another page, or this one where it did not lie before, or not sharply"
@@ -51,15 +53,25 @@ def check_residuals(residuals: Floats, sigma: Floats, view: Ints, views: Sequenc
     _raise_for(views, medians > MOST_RATIO * np.median(medians), OTHER_SHAPE)
 
 
-def check_focal_lengths(adjusted: Adjusted, tracks: Tracks, views: Sequence[int]) -> None:
-    """Raise ViewsApart, naming views (v,), if the tracks speak for focal lengths that differ as only zooms do."""
-    freed = adjust(adjusted.cameras, adjusted.points, tracks, breathing=FREE, settled=ROUGHLY)
-    longer = np.log([camera.focal_px for camera in freed.cameras])
+def check_optics(adjusted: Adjusted, tracks: Tracks, views: Sequence[int]) -> None:
+    """Raise ViewsApart, naming views (v,), if the tracks speak for focal lengths that differ as only zooms do, or for
+    principal points that differ as only crops do: whichever of the two explains them better."""
+    start = adjusted.cameras, adjusted.points, tracks
+    freed = adjust(*start, breathing=FREE, settled=ROUGHLY), adjust(*start, shifting=FREE_SHIFT, settled=ROUGHLY)
+    better = min(freed, key=lambda one: one.sigma0)
+    before, after = (_medians(one.residuals, tracks.sigma, tracks.view, len(views)) for one in (adjusted, better))
+    lenses = np.stack([camera.vector[6:9] for camera in better.cameras])
+    longer = np.log(lenses[:, 0])
     by = np.expm1(longer - np.median(longer))
-    before, after = (_medians(one.residuals, tracks.sigma, tracks.view, len(views)) for one in (adjusted, freed))
-    zoomed = np.flatnonzero((np.abs(by) > SAME_FOCAL) & (after < EXPLAINED * before)).tolist()
-    if zoomed:
-        raise ViewsApart({views[row]: f"it is zoomed: its focal length is {by[row]:+.0%}" for row in zoomed})
+    off = np.linalg.norm(lenses[:, 1:] - np.median(lenses[:, 1:], axis=0), axis=1) / better.cameras[0].size[0]
+    apart = {}
+    for row in np.flatnonzero(after < EXPLAINED * before).tolist():
+        if abs(by[row]) > SAME_FOCAL:
+            apart[views[row]] = f"it is zoomed: its focal length is {by[row]:+.0%}"
+        elif off[row] > SAME_CENTRE:
+            apart[views[row]] = f"it is cropped: the middle of its lens is {off[row]:.0%} of its width off the others'"
+    if apart:
+        raise ViewsApart(apart)
 
 
 def _medians(residuals: Floats, sigma: Floats, view: Ints, views: int) -> Floats:

@@ -90,16 +90,17 @@ def adjust(
     tracks: Tracks,
     *,
     breathing: float = BREATHING,
+    shifting: float = SHIFTING,
     settled: float = SETTLED,
 ) -> Adjusted:
     """Adjust cameras of one lens and points (n, 3) to their tracks. Points without observations stay as they are.
 
-    breathing: standard deviation of a view's focal length about the lens's, as a share. settled: the relative gain of a
-    step at which it ends.
+    breathing, shifting: standard deviations of a view's focal length about the lens's, as a share, and of its principal
+    point, in widths of the picture. settled: the relative gain of a step at which it ends.
     """
     state = _start(cameras, points)
     width = cameras[0].size[0]
-    prior = np.concatenate([np.zeros(6), [breathing**-2, (SHIFTING * width) ** -2, (SHIFTING * width) ** -2]])
+    prior = np.concatenate([np.zeros(6), [breathing**-2, (shifting * width) ** -2, (shifting * width) ** -2]])
     damping, residuals = DAMPING, _residuals(state, tracks)
     sigma0 = _sigma0(residuals, tracks)
     cost = _cost(state, residuals, tracks, sigma0, prior)

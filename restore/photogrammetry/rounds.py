@@ -7,7 +7,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from restore.photogrammetry.agreement import check_focal_lengths, check_found, check_residuals, within
+from restore.photogrammetry.agreement import check_found, check_optics, check_residuals, within
 from restore.photogrammetry.bundle import ROUGHLY, SETTLED, Tracks, adjust
 from restore.photogrammetry.copies import Copies
 from restore.photogrammetry.errors import NoPage
@@ -90,7 +90,7 @@ def play_round(
     with_card = model.with_markers(patches.points[used], tracks)
     adjusted = adjust(model.cameras, *with_card, settled=SETTLED if plan in LAST else ROUGHLY)
     if plan is COARSE:
-        check_focal_lengths(adjusted, with_card[1], model.views)
+        check_optics(adjusted, with_card[1], model.views)
     check_residuals(adjusted.residuals[: len(at)], sigma, view, model.views)
     error = np.linalg.norm(adjusted.residuals[: len(at)], axis=1)
     squared = np.bincount(at, error**2, len(used)) / np.bincount(at, minlength=len(used))

@@ -16,8 +16,8 @@ from restore.photogrammetry.agreement import (
     OTHER_PAGE,
     OTHER_SHAPE,
     card_doubts,
-    check_focal_lengths,
     check_found,
+    check_optics,
     check_residuals,
     find_markers,
     with_blur,
@@ -74,19 +74,38 @@ def test_a_zoomed_view_is_named():
     tracks = tracks_of(views)
     one_lens = [zoomed(camera, FOCAL_PX / camera.focal_px) for camera in views]
     with pytest.raises(ViewsApart) as apart:
-        check_focal_lengths(adjust(one_lens, WAVE, tracks), tracks, VIEWS)
+        check_optics(adjust(one_lens, WAVE, tracks), tracks, VIEWS)
     assert list(apart.value.reasons) == [5]
     assert "+15%" in apart.value.reasons[5]
 
 
-def test_views_through_one_lens_are_not_called_zoomed():
+@pytest.mark.parametrize("rows", [(2,), (0, 1, 3, 4)])
+def test_cropped_views_are_named(rows):
+    views = cameras(5)
+    for row in rows:
+        views[row] = cropped(views[row], 40.0 - 20.0 * row, 25.0)
+    tracks = tracks_of(views)
+    with pytest.raises(ViewsApart) as apart:
+        check_optics(adjust(cameras(5), WAVE, tracks), tracks, VIEWS)
+    assert all("is cropped" in why for why in apart.value.reasons.values())
+    assert len(VIEWS) - len(apart.value.reasons) < 3 if len(rows) > 1 else list(apart.value.reasons) == [5]
+
+
+def test_views_through_one_lens_are_called_neither_zoomed_nor_cropped():
     tracks = tracks_of(cameras(5))
-    check_focal_lengths(adjust(cameras(5), WAVE, tracks), tracks, VIEWS)
+    check_optics(adjust(cameras(5), WAVE, tracks), tracks, VIEWS)
 
 
 def zoomed(camera, factor):
     vector = camera.vector.copy()
     vector[6] *= factor
+    return PhotoCamera(vector, camera.size)
+
+
+def cropped(camera, left, top):
+    """A camera whose pictures were cut on the left and at the top, pixels, and as much on the other side less."""
+    vector = camera.vector.copy()
+    vector[7:9] += left, top
     return PhotoCamera(vector, camera.size)
 
 
