@@ -19,6 +19,9 @@ LONGEST_MM = 20.0  # that is drawn straight, or to a corner
 STRAY_MM = 5.0  # from a straight side: as far as masks are off where the card lies beside it
 CORNER = np.cos(np.deg2rad(30.0))  # between two sides
 SHARP_MM = 1.0  # from the meeting of two sides to what was measured there: more is a corner that is cut or round
+APART = 3.0  # spacings between neighbours, beyond which one of them is no point of this edge
+LEAST_IN_ROW = 4  # points that hang together: fewer, with none of the edge beside them, are chance
+TANGLED = 1.5  # times the straight way: what is as long on the flat page is no side of it
 MEETING_MM = 2.0  # between two sides where they pass each other in space: more is no corner of one page
 
 
@@ -33,12 +36,15 @@ def bridged(points: Floats, measured: Mask) -> Floats:
 
 def straightened(places: Floats, measured: Mask) -> tuple[Floats, Mask]:
     """Places (n, 2) mm on the page of an edge, long stretches that are not measured (n,) drawn straight where they are
-    nearly so, and which (n,) those are."""
+    nearly so, or no side of a page at all, and which (n,) those are."""
     drawn, straight = places.copy(), np.zeros(len(places), bool)
     for run, before, after in _gaps(measured):
         (start, _), (stop, _) = _line(places[before[::-1]]), _line(places[after])
         across = np.array([start[1] - stop[1], stop[0] - start[0]]) / max(np.linalg.norm(stop - start), TINY)
-        if len(run) * SPACING_MM >= LONGEST_MM and np.abs((places[run] - start) @ across).max() < STRAY_MM:
+        length = np.linalg.norm(np.diff(places[run], axis=0), axis=1).sum()
+        tangled = length > TANGLED * np.linalg.norm(stop - start)
+        nearly = len(run) * SPACING_MM >= LONGEST_MM and np.abs((places[run] - start) @ across).max() < STRAY_MM
+        if nearly or tangled:
             drawn[run], straight[run] = np.linspace(start, stop, len(run) + 2)[1:-1], True
     return drawn, straight
 
@@ -52,6 +58,18 @@ def _gaps(measured: Mask) -> Iterator[tuple[Ints, Ints, Ints]]:
         before, after = before[measured[before]], after[measured[after]]
         if min(len(before), len(after)) >= LEAST_OF_SIDE:
             yield run % count, before, after
+
+
+def scattered(points: Floats, measured: Mask) -> Mask:
+    """(n,) True for measured points (n, 3) mm of few that hang together: the others are no neighbours of theirs."""
+    joined = measured & np.roll(measured, -1)  # with the next
+    joined &= np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1) < APART * SPACING_MM
+    if joined.all():
+        return np.zeros(len(points), bool)
+    first = int(np.argmin(joined)) + 1  # the row of points that hang together begins behind a gap
+    number = np.cumsum(~np.roll(np.roll(joined, 1), -first))
+    rows = np.roll(np.bincount(number)[number], first)
+    return measured & (rows < LEAST_IN_ROW)
 
 
 def at_corners(points: Floats) -> Mask:

@@ -16,7 +16,7 @@ from scipy import ndimage
 
 from restore.numerics import TINY
 from restore.photo.camera import PhotoCamera, project_with_jacobian
-from restore.photogrammetry.edge_gaps import SPACING_MM, at_corners, bridged, straightened
+from restore.photogrammetry.edge_gaps import SPACING_MM, at_corners, bridged, scattered, straightened
 from restore.photogrammetry.page import PaperMasks
 from restore.photogrammetry.page_surface import PageSurface
 from restore.photogrammetry.track import Picture
@@ -60,7 +60,8 @@ def find_edge(
     edge = find_rough_edge(masks, cameras, surface, outline)
     for search in SEARCHES:
         edge = _refined(greys, masks.unknown, cameras, surface, edge, *search)
-    measured = edge.measured & ~at_corners(edge.points)
+    measured = edge.measured & ~scattered(edge.points, edge.measured)
+    measured &= ~at_corners(edge.points)
     points = bridged(edge.points, measured)
     places, straight = straightened(surface.feet(points, edge.places), measured)
     return Edge(np.where(straight[:, None], surface.points(places), points), places, measured)

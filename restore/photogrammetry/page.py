@@ -73,18 +73,26 @@ class PaperMasks:
     shown: Mask
 
     def votes(
-        self, cameras: Sequence[PhotoCamera], points: Floats, normals: Floats | None = None
+        self,
+        cameras: Sequence[PhotoCamera],
+        points: Floats,
+        normals: Floats | None = None,
+        seen: Mask | None = None,
     ) -> tuple[Floats, Floats]:
         """The share (n,) of the views that show points (n, 3) mm on paper, and how many views show them (n,).
 
-        With normals (n, 3), views from behind the surface do not count. Where any view is certain, only such ones tell,
-        and where none is, those that show all of the card.
+        With normals (n, 3), views from behind the surface do not count; with seen (v, n), only those that see a point do:
+        in others the page may hide it. Where any view is certain, only such ones tell, and where none is, those that
+        show all of the card.
         """
         total, count = np.zeros((3, len(points))), np.zeros((3, len(points)))  # of views certain, showing the card, all
         height, width = self.masks.shape[1:]
-        for mask, unknown, shown, camera in zip(self.masks, self.unknown, self.shown, cameras, strict=True):
+        views = zip(self.masks, self.unknown, self.shown, cameras, strict=True)
+        for view, (mask, unknown, shown, camera) in enumerate(views):
             pixels = camera.scaled((width, height)).project(points)
             inside = ((pixels > 0) & (pixels < [width - 1, height - 1])).all(axis=1)
+            if seen is not None:
+                inside &= seen[view]
             if normals is not None:
                 ways = camera.position - points
                 inside &= (ways * normals).sum(axis=1) > GRAZING * np.linalg.norm(ways, axis=1)

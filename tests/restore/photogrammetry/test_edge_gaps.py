@@ -5,7 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from restore.photogrammetry.edge_gaps import LONGEST_MM, SPACING_MM, STRAY_MM, at_corners, bridged, straightened
+from restore.photogrammetry.edge_gaps import (
+    LEAST_IN_ROW,
+    LONGEST_MM,
+    SPACING_MM,
+    STRAY_MM,
+    at_corners,
+    bridged,
+    scattered,
+    straightened,
+)
 
 HALF = 60.0  # mm, of a square page with a vertex of its edge at every corner
 EXACT_MM = 1e-9
@@ -35,6 +44,36 @@ def test_long_stretches_that_are_nearly_straight_are_drawn_straight(length_mm, d
     places, straight = straightened(given, measured)
     assert (straight == (~measured if drawn else False)).all()
     np.testing.assert_allclose(places, true if drawn else given, atol=EXACT_MM)
+
+
+def test_a_tangle_is_drawn_straight():
+    true = square()
+    measured = unmeasured(true, LONGEST_MM - 6)
+    given = true + np.where(measured, 0.0, STRAY_MM * np.arange(len(true)) % 7.0)[:, None] * [1.0, 1.0]
+    places, straight = straightened(given, measured)
+    assert (straight == ~measured).all()
+    np.testing.assert_allclose(places, true, atol=EXACT_MM)
+
+
+@pytest.mark.parametrize("shift", [0, 37])  # where the first point lies is nothing about an edge
+@pytest.mark.parametrize("count", [1, LEAST_IN_ROW - 1, LEAST_IN_ROW])
+def test_points_that_hang_together_with_few_others_are_scattered(count, shift):
+    true = np.column_stack([square(), np.zeros(len(square()))])
+    measured = unmeasured(true, 40.0)
+    stray = np.flatnonzero(~measured)[5 : 5 + count]
+    measured[stray] = True
+    expected = np.isin(np.arange(len(true)), stray) & (count < LEAST_IN_ROW)
+    found = scattered(np.roll(true, shift, axis=0), np.roll(measured, shift))
+    np.testing.assert_array_equal(found, np.roll(expected, shift))
+
+
+@pytest.mark.parametrize("shift", [0, 37])
+def test_a_step_off_the_edge_parts_it(shift):
+    true = np.column_stack([square(), np.zeros(len(square()))])
+    off = np.arange(len(true)) // 3 == 5  # three points that hang together two centimetres above the edge
+    found = scattered(np.roll(true + off[:, None] * [0.0, 0.0, 20.0], shift, axis=0), np.ones(len(true), bool))
+    np.testing.assert_array_equal(found, np.roll(off, shift))
+    assert not scattered(true, np.ones(len(true), bool)).any()
 
 
 def test_short_stretches_are_bridged_in_space_and_long_ones_are_left():

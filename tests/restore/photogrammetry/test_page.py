@@ -107,6 +107,15 @@ def test_views_from_behind_have_no_vote(masks):
     assert masks.votes(cameras(), point, np.array([[1.0, 0.0, 0.0]]))[1] == 1  # one camera stands to the right
 
 
+def test_views_that_do_not_see_a_point_have_no_vote(masks):
+    beside = np.array([[0.0, -62.0, 0.0]])  # table between page and card
+    only = np.arange(len(cameras()))[:, None] == 1  # the page hides it in the others, which show paper there
+    page_before = replace(masks, masks=np.where(only[..., None], masks.masks, 1.0))
+    assert page_before.votes(cameras(), beside)[0] > 0.5
+    share, count = page_before.votes(cameras(), beside, seen=only)
+    assert (share, count) == (0.0, 1.0)
+
+
 def test_places_within_a_polygon():
     corners = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [5.0, 2.0], [0.0, 10.0]])
     places = np.array([[1.0, 5.0], [5.0, 1.0], [5.0, 5.0], [9.5, 8.0], [-1.0, 5.0], [11.0, 5.0], [5.0, -1.0]])
