@@ -81,9 +81,9 @@ class PaperMasks:
     ) -> tuple[Floats, Floats]:
         """The share (n,) of the views that show points (n, 3) mm on paper, and how many views show them (n,).
 
-        With normals (n, 3), views from behind the surface do not count; with seen (v, n), only those that see a point do:
-        in others the page may hide it. Where any view is certain, only such ones tell, and where none is, those that
-        show all of the card.
+        With normals (n, 3), views from behind the surface do not count; with seen (v, n), only those that see a point
+        do: in others the page may hide it. Where any view is certain, only such ones tell, and where none is, those
+        that show all of the card.
         """
         total, count = np.zeros((3, len(points))), np.zeros((3, len(points)))  # of views certain, showing the card, all
         height, width = self.masks.shape[1:]
