@@ -7,28 +7,25 @@ the normals at both ends tell, which noise turns far less than it moves points a
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
 from restore.mesh.adjacency import sides_of
-from restore.mesh.network import edges_of
-from restore.range_image.sheet import Sheet
-from restore.scan import FlatMesh, Floats, Ints, Mask
+from restore.range_image.sheet import PageOnGrid, Sheet
+from restore.scan import Floats, Ints, Mask
 
 NONLINEAR_MM = 0.02  # a quarter of a pixel at 300 dpi: less is not seen
 MOST = 0.05  # of an edge: no surface that bends evenly moves the middle farther within a few samples; a crease does
 ROUNDS = 2  # of splitting: the halves of a cell of four samples are as wide as one then
 
 
-def subdivide(sheet: Sheet, page: FlatMesh, nodes: Floats) -> tuple[FlatMesh, Floats]:
-    """The page with split faces, and the grid positions (k, 2) of its vertices; the first are nodes (n, 2).
+def subdivide(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
+    """The page with split faces; its first vertices are those of the page.
 
     An edge is split where the middle of it in the picture would be shown more than NONLINEAR_MM off on the page.
     """
-    flat, faces, normals = page.flat, page.faces, sheet.normals()
+    (flat, faces, nodes), normals = page, sheet.normals()
     for _ in range(ROUNDS):
         sides = sides_of(faces)
         ends = nodes[sides.edges]
@@ -42,10 +39,7 @@ def subdivide(sheet: Sheet, page: FlatMesh, nodes: Floats) -> tuple[FlatMesh, Fl
         faces = _split_faces(faces, sides.edge.reshape(-1, 3), split, len(nodes))
         flat = np.concatenate([flat, flat[sides.edges].mean(axis=1)[split]])
         nodes = np.concatenate([nodes, middles[split]])
-    if faces is page.faces:
-        return page, nodes
-    points, texcoords, lengths = sheet.points(nodes), sheet.texcoords(nodes), sheet.lengths(nodes, edges_of(faces))
-    return replace(page, vertices=points, faces=faces, texcoords=texcoords, flat=flat, lengths=lengths), nodes
+    return PageOnGrid(flat, faces, nodes)
 
 
 def _middles(sheet: Sheet, normals: NDArray[np.float32], nodes: Floats, edges: Ints) -> Floats:

@@ -16,7 +16,7 @@ from restore.mesh.network import edges_of
 from restore.mesh.triangulate import lattice
 from restore.outline.rectangle import squaring_rotation
 from restore.outline.sides import straighten
-from restore.range_image.sheet import Sheet, depth_distance
+from restore.range_image.sheet import PageOnGrid, Sheet, depth_distance
 from restore.refine import interpolate_flat_positions, refine
 from restore.scan import FlatMesh, Floats, SurfaceMesh
 from restore.settings import Settings
@@ -60,11 +60,13 @@ def unroll(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnStep | Non
         coarse = flatten_points(mesh, settings.method, lengths=lengths, on_step=on_step)
     with clock("refine"):
         fine, fine_nodes = refine(sheet, coarse, nodes)
-        fine, fine_nodes = subdivide(sheet, *straighten(sheet, square_to_picture(fine), fine_nodes))
+        fine = square_to_picture(fine)
+        page = subdivide(sheet, straighten(sheet, PageOnGrid(fine.flat, fine.faces, fine_nodes)))
+        fine = _on_sheet(sheet, fine, page)
         if requested > MAX_SOLVED_POINTS:
             mesh, nodes = decimate_sheet(sheet, requested)
-        points = _interpolated(sheet, fine, fine_nodes, mesh, nodes, coarse.steps)
-    return Unrolled(points, fine, fine_nodes, distance)
+        points = _interpolated(sheet, page, mesh, nodes, coarse.steps)
+    return Unrolled(points, fine, page.nodes, distance)
 
 
 def decimate_sheet(sheet: Sheet, points: int) -> tuple[SurfaceMesh, Floats]:
@@ -77,12 +79,17 @@ def decimate_sheet(sheet: Sheet, points: int) -> tuple[SurfaceMesh, Floats]:
     return SurfaceMesh(vertices, faces, sheet.texcoords(nodes), sheet.scan.texture, sheet.scan.provenance), nodes
 
 
-def _interpolated(
-    sheet: Sheet, fine: FlatMesh, fine_nodes: Floats, mesh: SurfaceMesh, nodes: Floats, steps: int
-) -> FlatMesh:
-    """A mesh at grid positions nodes (n, 2) flattened by interpolation of the fine mesh at fine_nodes (k, 2)."""
+def _on_sheet(sheet: Sheet, solved: FlatMesh, page: PageOnGrid) -> FlatMesh:
+    """The page with its surface, measured on the sheet; solved: the flat mesh that it was made of."""
+    flat, faces, nodes = page
+    points, texcoords, lengths = sheet.points(nodes), sheet.texcoords(nodes), sheet.lengths(nodes, edges_of(faces))
+    return replace(solved, vertices=points, faces=faces, texcoords=texcoords, flat=flat, lengths=lengths)
+
+
+def _interpolated(sheet: Sheet, page: PageOnGrid, mesh: SurfaceMesh, nodes: Floats, steps: int) -> FlatMesh:
+    """A mesh at grid positions nodes (n, 2) flattened by interpolation of the page."""
     edges = edges_of(mesh.faces)
-    flat = interpolate_flat_positions(sheet.inside.shape, fine_nodes, fine.faces, fine.flat, nodes)
+    flat = interpolate_flat_positions(sheet.inside.shape, page.nodes, page.faces, page.flat, nodes)
     lengths = sheet.lengths(nodes, edges)
     return FlatMesh.of(mesh, flat, lengths, steps)
 

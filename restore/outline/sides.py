@@ -7,7 +7,7 @@ are removed, and up to it the surface is extrapolated as between two samples.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import cv2
 import numpy as np
@@ -16,8 +16,8 @@ from restore.mesh.adjacency import border_of
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import edges_of
 from restore.outline.rectangle import CORNER_SHARE, fills_rectangle
-from restore.range_image.sheet import Sheet
-from restore.scan import FlatMesh, Floats, Ints, Mask
+from restore.range_image.sheet import PageOnGrid, Sheet
+from restore.scan import Floats, Ints, Mask
 
 OUTLINE_ERROR = 0.5  # samples: a surface that ends between two of them is assumed to end midway
 MAX_SHIFT = 1.5  # samples: OUTLINE_ERROR, and a sample that the border lost or gained
@@ -42,25 +42,24 @@ class Line:
         return np.asarray(points @ self.normal - self.offset)
 
 
-def straighten(sheet: Sheet, page: FlatMesh, nodes: Floats) -> tuple[FlatMesh, Floats]:
-    """The page with its border moved onto straight sides, and the grid positions (k, 2) of its vertices.
+def straighten(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
+    """The page, which is axis-aligned, with its border moved onto straight sides.
 
-    page is axis-aligned; nodes (n, 2) are the grid positions of its vertices. A side that is torn, curved or has a
-    protrusion is left unchanged, and so is a page that is not rectangular.
+    A side that is torn, curved or has a protrusion is left unchanged, and so is a page that is not rectangular.
     """
     border = border_of(page.faces)
     outline = page.flat[border]
     area = float(signed_areas(page.flat, page.faces).sum())
     if not fills_rectangle(outline, area):
-        return page, nodes
-    jacobians = _grid_jacobians(page, nodes)
+        return page
+    jacobians = _grid_jacobians(page, border)
     lines = [_fit_side(outline, jacobians[border], *side) for side in ((0, -1), (1, -1), (0, 1), (1, 1))]
     target = np.full_like(page.flat, np.nan)
     target[border] = _project_to_sides(outline, jacobians[border], lines)
     flat, faces = _move_border(page.flat, page.faces, target)
-    nodes = _update_grid_positions(sheet, nodes, jacobians, page.flat, flat, edges_of(faces))
+    nodes = _update_grid_positions(sheet, page.nodes, jacobians, page.flat, flat, edges_of(faces))
     used = np.unique(faces)
-    return _rebuild_page(sheet, page, flat[used], nodes[used], np.searchsorted(used, faces)), nodes[used]
+    return PageOnGrid(flat[used], np.searchsorted(used, faces), nodes[used])
 
 
 def _update_grid_positions(
@@ -91,27 +90,20 @@ def _update_grid_positions(
     return nodes
 
 
-def _rebuild_page(sheet: Sheet, page: FlatMesh, flat: Floats, nodes: Floats, faces: Ints) -> FlatMesh:
-    """The page rebuilt with faces (m, 3) and flat positions (n, 2) mm at grid positions nodes (n, 2)."""
-    return replace(
-        page,
-        vertices=sheet.points(nodes),
-        faces=faces,
-        texcoords=sheet.texcoords(nodes),
-        flat=flat,
-        lengths=sheet.lengths(nodes, edges_of(faces)),
-    )
-
-
-def _grid_jacobians(page: FlatMesh, nodes: Floats) -> Floats:
-    """(n, 2, 2) samples/mm: the Jacobian of grid position by flat position at every vertex, fitted to its edges."""
-    start, end = edges_of(page.faces).T
-    on_page, on_grid = page.flat[end] - page.flat[start], nodes[end] - nodes[start]
+def _grid_jacobians(page: PageOnGrid, border: Ints) -> Floats:
+    """(n, 2, 2) samples/mm: the Jacobian of grid position by flat position at vertices of the border, fitted to their
+    edges; 0 at the others."""
+    flat, nodes, edges = page.flat, page.nodes, edges_of(page.faces)
+    edges = edges[np.isin(edges, border).any(axis=1)]
+    start, end = edges.T
+    on_page, on_grid = flat[end] - flat[start], nodes[end] - nodes[start]
     across, gram = np.zeros((len(nodes), 2, 2)), np.zeros((len(nodes), 2, 2))
     for one in (start, end):  # both outer products are the same from either end
         np.add.at(across, one, on_grid[:, :, None] * on_page[:, None, :])
         np.add.at(gram, one, on_page[:, :, None] * on_page[:, None, :])
-    return np.asarray(across @ np.linalg.pinv(gram))
+    jacobians = np.zeros((len(nodes), 2, 2))
+    jacobians[border] = across[border] @ np.linalg.pinv(gram[border])
+    return jacobians
 
 
 def _fit_side(outline: Floats, jacobians: Floats, axis: int, sign: int) -> Line | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -76,6 +77,14 @@ class Sheet:
 
         in_bands(measure, len(edges))
         return lengths
+
+
+class PageOnGrid(NamedTuple):
+    """The flat page as a mesh over the grid: flat positions (n, 2) mm, faces (m, 3), grid positions nodes (n, 2)."""
+
+    flat: Floats
+    faces: Ints
+    nodes: Floats
 
 
 def make_sheet(rays: Rays, facets: Facets, samples: Mask, inside: Mask, pixels: Floats, scan: RangeScan) -> Sheet:

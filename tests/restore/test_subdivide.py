@@ -6,8 +6,7 @@ import pytest
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import edges_of
 from restore.mesh.triangulate import lattice
-from restore.range_image.sheet import Sheet
-from restore.scan import FlatMesh, SurfaceMesh
+from restore.range_image.sheet import PageOnGrid, Sheet
 from restore.subdivide import NONLINEAR_MM, _split_faces, subdivide
 
 RADIUS_MM = 50.0
@@ -32,48 +31,46 @@ def roll(camera):
     return sheet, flat_of
 
 
-def page_of(sheet: Sheet, flat_of) -> tuple[FlatMesh, np.ndarray]:
+def page_of(sheet: Sheet, flat_of) -> PageOnGrid:
     nodes, faces = lattice(sheet.inside, STRIDE)
-    mesh = SurfaceMesh(sheet.points(nodes), faces, sheet.texcoords(nodes))
-    return FlatMesh.of(mesh, flat_of(nodes), sheet.lengths(nodes, edges_of(faces)), 0), nodes
+    return PageOnGrid(flat_of(nodes), faces, nodes)
 
 
-def middles_off(page, nodes, flat_of):
+def middles_off(page, flat_of):
     """(e,) mm between the middles of edges on the page and the places of their middles in the picture."""
     edges = edges_of(page.faces)
-    return np.linalg.norm(page.flat[edges].mean(axis=1) - flat_of(nodes[edges].mean(axis=1)), axis=1)
+    return np.linalg.norm(page.flat[edges].mean(axis=1) - flat_of(page.nodes[edges].mean(axis=1)), axis=1)
 
 
 @pytest.fixture(scope="module")
 def split(camera):
     sheet, flat_of = roll(camera)
-    page, nodes = page_of(sheet, flat_of)
-    return page, nodes, *subdivide(sheet, page, nodes), flat_of
+    page = page_of(sheet, flat_of)
+    return page, subdivide(sheet, page), flat_of
 
 
 def test_a_steep_page_is_linear_along_every_edge(split):
-    before, nodes, after, fine_nodes, flat_of = split
-    assert middles_off(before, nodes, flat_of).max() > 5 * NONLINEAR_MM
-    assert middles_off(after, fine_nodes, flat_of).max() < NONLINEAR_MM + FACETS_MM
+    before, after, flat_of = split
+    assert middles_off(before, flat_of).max() > 5 * NONLINEAR_MM
+    assert middles_off(after, flat_of).max() < NONLINEAR_MM + FACETS_MM
 
 
 def test_the_new_vertices_are_where_they_belong(split):
-    _, nodes, page, fine_nodes, flat_of = split
-    np.testing.assert_array_equal(fine_nodes[: len(nodes)], nodes)
-    assert np.abs(page.flat - flat_of(fine_nodes)).max() < FACETS_MM
+    before, after, flat_of = split
+    np.testing.assert_array_equal(after.nodes[: len(before.nodes)], before.nodes)
+    assert np.abs(after.flat - flat_of(after.nodes)).max() < FACETS_MM
 
 
 def test_the_middle_of_the_page_is_not_split(split):
-    _, nodes, page, _, _ = split
-    assert (np.abs(page.flat[len(nodes) :, 0]) > 0.5 * page.flat[:, 0].max()).all()
+    before, after, _ = split
+    assert (np.abs(after.flat[len(before.nodes) :, 0]) > 0.5 * after.flat[:, 0].max()).all()
 
 
 def test_a_plane_stays_as_it_is(camera):
     sheet = camera.sheet(camera.facets(camera.plane()))
-    page, nodes = page_of(sheet, lambda nodes: sheet.points(nodes)[:, :2])
-    found, found_nodes = subdivide(sheet, page, nodes)
-    assert found is page
-    assert found_nodes is nodes
+    page = page_of(sheet, lambda nodes: sheet.points(nodes)[:, :2])
+    for before, after in zip(page, subdivide(sheet, page), strict=True):
+        np.testing.assert_array_equal(before, after)
 
 
 @pytest.mark.parametrize("chosen", range(1, 8))

@@ -11,11 +11,9 @@ from hypothesis import strategies as st
 
 from restore.mesh.adjacency import border_of
 from restore.mesh.measures import flipped_faces
-from restore.mesh.network import edges_of
 from restore.mesh.triangulate import lattice
 from restore.outline.sides import MAX_SHIFT, straighten
-from restore.range_image.sheet import Sheet
-from restore.scan import FlatMesh
+from restore.range_image.sheet import PageOnGrid, Sheet
 
 STRIDE = 4  # samples, as the fine mesh of a page
 LOST_SHARE = 0.08  # of the samples on the border
@@ -32,11 +30,14 @@ class Page:
     """A flat page cut out of a plane before the scanner."""
 
     sheet: Sheet
-    mesh: FlatMesh
-    nodes: np.ndarray
+    mesh: PageOnGrid
 
     def straight(self) -> Page:
-        return Page(self.sheet, *straighten(self.sheet, self.mesh, self.nodes))
+        return Page(self.sheet, straighten(self.sheet, self.mesh))
+
+    @property
+    def nodes(self):
+        return self.mesh.nodes
 
     @property
     def box(self):
@@ -49,9 +50,7 @@ class Page:
 def cut(camera, inside):
     sheet = camera.sheet(camera.facets(camera.plane()), inside)
     nodes, faces = lattice(inside, STRIDE)
-    vertices, texcoords = sheet.points(nodes), sheet.texcoords(nodes)
-    lengths = sheet.lengths(nodes, edges_of(faces))
-    return Page(sheet, FlatMesh(vertices, faces, texcoords, flat=vertices[:, :2], lengths=lengths), nodes)
+    return Page(sheet, PageOnGrid(sheet.points(nodes)[:, :2], faces, nodes))
 
 
 def rectangle(camera, left=LEFT, top=TOP, right=RIGHT, bottom=BOTTOM):
@@ -79,7 +78,7 @@ def test_the_border_of_a_ragged_page_is_on_its_true_sides(camera, box, turn_deg,
     inside = (x > box[0]) & (x < box[2]) & (y > box[1]) & (y < box[3])
     page = cut(camera, gnawed(inside))
     turned = page.mesh.flat @ np.array([[cos, -sin], [sin, cos]])  # y of the page is up
-    straight = Page(page.sheet, FlatMesh(**{**vars(page.mesh), "flat": turned}), page.nodes).straight()
+    straight = Page(page.sheet, page.mesh._replace(flat=turned)).straight()
     size = np.ptp(straight.mesh.flat, axis=0) / camera.pitch_mm
     np.testing.assert_allclose(size, [box[2] - box[0], box[3] - box[1]], atol=2 * SIDE_SAMPLES)
     assert flipped_faces(straight.mesh.flat, straight.mesh.faces) == 0
@@ -98,13 +97,10 @@ def test_the_whole_outline_is_on_the_sides_and_reaches_the_corners(camera):
         assert np.linalg.norm(outline - corner, axis=1).min() < EXACT_MM
 
 
-def test_vertices_match_their_grid_positions_and_lengths_the_surface(camera):
+def test_vertices_match_their_grid_positions(camera):
     page = cut(camera, gnawed(rectangle(camera))).straight()
     mesh, sheet = page.mesh, page.sheet
-    np.testing.assert_allclose(mesh.vertices, sheet.points(page.nodes), atol=EXACT_MM)
-    np.testing.assert_allclose(mesh.texcoords, sheet.texcoords(page.nodes), atol=EXACT_MM)
-    np.testing.assert_allclose(mesh.vertices[:, :2], mesh.flat, atol=EXACT_MM)
-    np.testing.assert_allclose(mesh.lengths, sheet.lengths(page.nodes, edges_of(mesh.faces)), atol=EXACT_MM)
+    np.testing.assert_allclose(sheet.points(mesh.nodes)[:, :2], mesh.flat, atol=EXACT_MM)
     assert set(np.unique(mesh.faces)) == set(range(len(mesh.flat)))
 
 
