@@ -36,6 +36,10 @@ class Model:
     scale: dict[str, Any] = field(default_factory=dict)
     corners: Floats | None = None
 
+    def become(self, other: Model) -> None:
+        """Take over the state of another."""
+        vars(self).update(vars(other))
+
     @property
     def by_photograph(self) -> dict[int, PhotoCamera]:
         """Index of the photograph → its camera."""

@@ -32,6 +32,7 @@ GROWN = 0.01  # of the page's area, that one more coarse round adds at least
 MOST_PIECES = 2  # of the pages of a spread: leaflets and maps have more, and print beside their folds
 MISSED_SHARE = 0.9  # of the measured points lie nearer to the surface than what it misses them by
 ROUGH_MM = 0.3  # of an edge in masks, standard deviation: half a pixel of theirs
+EXPLAINED = 0.5  # of that, by facets: of a creased page a tenth is left, of photographs that disagree most of it
 CREASED_MM = 0.1  # missed by a smooth surface: three times that of a wave of 97 mm and 36°
 
 
@@ -59,8 +60,15 @@ def refined(
 ) -> Fitted:
     """The surface after all rounds, begun with points (n, 3) mm that features gave; the model is adjusted to each."""
     fitted = _of_few_pieces(joined, model, masks, points, progress)
-    if _is_creased(fitted):
+    if _pieces(fitted) > MOST_PIECES:
         fitted = _of_facets(joined, model, masks, fitted, progress)
+    elif _missed(fitted) > CREASED_MM:
+        before = replace(model)
+        faceted = _of_facets(joined, model, masks, fitted, progress)
+        if _missed(faceted) < EXPLAINED * _missed(fitted):
+            fitted = faceted
+        else:
+            model.become(before)
     progress("surface", 1.0)
     return fitted
 
@@ -102,11 +110,12 @@ def _of_few_pieces(
     return Fitted(surface, points, feet, stiffness, area, greys, rounds)
 
 
-def _is_creased(fitted: Fitted) -> bool:
-    """Whether a page has more creases than pieces can have been fitted between."""
-    surface = fitted.surface
-    pieces = len(surface.pieces) if isinstance(surface, FoldedSurface) else 1
-    return pieces > MOST_PIECES or missed(surface, fitted.points, fitted.feet) > CREASED_MM
+def _pieces(fitted: Fitted) -> int:
+    return len(fitted.surface.pieces) if isinstance(fitted.surface, FoldedSurface) else 1
+
+
+def _missed(fitted: Fitted) -> float:
+    return missed(fitted.surface, fitted.points, fitted.feet)
 
 
 def missed(surface: PageSurface, points: Floats, feet: Floats) -> float:

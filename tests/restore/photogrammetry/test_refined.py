@@ -8,8 +8,12 @@ import pytest
 from drivers.simulated import MultiFold, Text
 from drivers.simulated.photographs import Shots, photograph_page
 from oracles.markers import rigid_residual
+from oracles.table_cameras import cameras
 from restore import SCALE_CARD, Photograph, Settings, reconstruct_page, restore
-from restore.photogrammetry.refined import missed
+from restore.photogrammetry import refined as module
+from restore.photogrammetry.model import Model
+from restore.photogrammetry.page import PageArea
+from restore.photogrammetry.refined import EXPLAINED, Fitted, missed, refined
 from restore.photogrammetry.surface import Surface, grid_places
 from restore.texture.page import MM_PER_INCH
 
@@ -24,6 +28,30 @@ def test_what_a_surface_misses_is_told_by_one_point_in_ten():
     feet = grid_places(np.array([-40.0, -40.0]), np.array([40.0, 40.0]), 4.0)
     above = np.where(np.arange(len(feet)) % 5 == 0, 0.5, 0.01)
     assert missed(surface, surface.points(feet) + above[:, None] * [0.0, 0.0, 1.0], feet) == pytest.approx(0.5)
+
+
+@pytest.mark.parametrize(("left", "faceted"), [(0.8 * EXPLAINED, True), (1.2 * EXPLAINED, False)])
+def test_facets_have_to_explain_what_a_smooth_surface_misses(left, faceted, monkeypatch):
+    smooth, facets = (missing(off) for off in (0.5, 0.5 * left))
+    model = Model([0], cameras(1), smooth.points, {}, None)
+
+    def of_facets(_joined, model, *_):
+        model.cameras = []
+        return facets
+
+    monkeypatch.setattr(module, "_of_few_pieces", lambda *_: smooth)
+    monkeypatch.setattr(module, "_of_facets", of_facets)
+    found = refined([], model, None, smooth.points, lambda *_: None)
+    assert found is (facets if faceted else smooth)
+    assert len(model.cameras) == (0 if faceted else 1)  # those that belong to the surface
+
+
+def missing(off: float) -> Fitted:
+    """A plane, all of whose points are as far off."""
+    surface = Surface.level(np.array([-50.0, -50.0]), np.array([50.0, 50.0]), 0.0)
+    feet = grid_places(np.array([-40.0, -40.0]), np.array([40.0, 40.0]), 4.0)
+    points = surface.points(feet) + [0.0, 0.0, off]
+    return Fitted(surface, points, feet, 1.0, PageArea(np.ones((2, 2), bool), np.zeros(2)), np.zeros((0, 2, 2)), [])
 
 
 @pytest.mark.slow
