@@ -9,12 +9,14 @@ from restore.scan import Floats
 
 MIN_RECTANGLE_FILL = 0.95  # of its bounding rectangle: a page that fills less is torn or not rectangular
 SIDE_BAND_MM = 2.0  # outline points this near to a side belong to it
+TIP_SHARE = 0.02  # of the outline points: fewer, beyond a side, are no side of the page
+TRIMS = 2  # a tip may turn the rectangle from which the first is told
 CORNER_SHARE = 0.05  # of a side at either end is left out: there it may be rounded or dog-eared
 
 
 def fills_rectangle(outline: Floats, area: float) -> bool:
-    """True when a page of `area` mm² with outline (n, 2) mm is a rectangle up to rough sides and dog-ears."""
-    _, (width, height), _ = cv2.minAreaRect(outline.astype(np.float32))
+    """True when a page of `area` mm² with outline (n, 2) mm is a rectangle up to rough sides, tips and dog-ears."""
+    _, (width, height), _ = cv2.minAreaRect(_without_tips(outline).astype(np.float32))
     return bool(area >= MIN_RECTANGLE_FILL * width * height)
 
 
@@ -22,6 +24,7 @@ def squaring_rotation(outline: Floats, area: float) -> Floats:
     """(2, 2) rotation, by at most 45°, that aligns the outline (n, 2) mm of a page of `area` mm² with the axes."""
     if not fills_rectangle(outline, area):
         return np.eye(2)
+    outline = _without_tips(outline)
     _, _, angle = cv2.minAreaRect(outline.astype(np.float32))
     coarse = _rotation(-np.deg2rad((angle + 45.0) % 90.0 - 45.0))
     return _rotation(-_mean_tilt(outline @ coarse.T)) @ coarse
@@ -29,6 +32,7 @@ def squaring_rotation(outline: Floats, area: float) -> Floats:
 
 def page_size(outline: Floats) -> tuple[float, float]:
     """Width and height in mm of a page with axis-aligned outline (n, 2), between the medians of opposite sides."""
+    outline = _without_tips(outline)
     low, high = outline.min(axis=0), outline.max(axis=0)
     extent = high - low
     for along, across in ((0, 1), (1, 0)):
@@ -40,6 +44,16 @@ def page_size(outline: Floats) -> tuple[float, float]:
         if min(map(len, sides)) >= 3:
             extent[across] = np.median(sides[1]) - np.median(sides[0])
     return float(extent[0]), float(extent[1])
+
+
+def _without_tips(outline: Floats) -> Floats:
+    """Outline points (k, 2) mm without the few of (n, 2) that stick out of a side."""
+    for _ in range(TRIMS):
+        _, _, angle = cv2.minAreaRect(outline.astype(np.float32))
+        turned = outline @ _rotation(-np.deg2rad(angle)).T
+        low, high = np.quantile(turned, [TIP_SHARE, 1.0 - TIP_SHARE], axis=0)
+        outline = outline[((turned > low - SIDE_BAND_MM) & (turned < high + SIDE_BAND_MM)).all(axis=1)]
+    return outline
 
 
 def _rotation(angle: float) -> Floats:

@@ -51,6 +51,16 @@ def test_rough_sides_and_dog_ears_do_not_change_the_rotation(degrees):
     assert_undone(squaring_rotation(outline @ turn(degrees).T, WIDTH * HEIGHT), degrees, NOISY_RAD)
 
 
+@pytest.mark.parametrize("degrees", [-31.0, -3.0, 0.5, 12.0])
+@pytest.mark.parametrize("tip_mm", [3.0, 20.0, 80.0])
+def test_a_tip_beyond_a_side_changes_neither_rotation_nor_size(degrees, tip_mm):
+    outline = rectangle() + np.random.default_rng(2).normal(0, 0.1, (400, 2))
+    outline[250:253, 0] -= [tip_mm / 2, tip_mm, tip_mm / 3]  # where a scan lost its way at the left side
+    rotation = squaring_rotation(outline @ turn(degrees).T, WIDTH * HEIGHT)
+    assert_undone(rotation, degrees, NOISY_RAD)
+    np.testing.assert_allclose(page_size(outline @ turn(degrees).T @ rotation.T), [WIDTH, HEIGHT], atol=NOISY_SIZE_MM)
+
+
 def circle():
     around = np.linspace(0, 2 * np.pi, 400, endpoint=False)
     return 100 * np.column_stack([np.cos(around), np.sin(around)]), np.pi * 100**2
