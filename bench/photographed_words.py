@@ -47,11 +47,11 @@ def main(seed: int | None, width: int, views: int, sheets: list[str]) -> None:
         f"{TYPE_PT:g}-point words read right, per cent; {views} views of {shots.size[0]} × {shots.size[1]}, seed {seed}"
     )
     print(ROW.format("sheet", "photograph", PEER, "restored", "the print"), flush=True)
-    for number, (name, draw) in enumerate(SHEETS.items()):
+    for number, (name, kind) in enumerate(SHEETS.items()):
         if sheets and name not in sheets:
             continue
         rng = np.random.default_rng([seed, number])
-        sheet, print_seed = draw(rng), int(rng.integers(2**31))
+        sheet, print_seed = kind.draw(rng), int(rng.integers(2**31))
         print(ROW.format(name, *_cells(sheet, print_seed, views, shots)), flush=True)
 
 
