@@ -9,7 +9,7 @@ from restore.scan import Floats
 
 MIN_RECTANGLE_FILL = 0.95  # of its bounding rectangle: a page that fills less is torn or not rectangular
 SIDE_BAND_MM = 2.0  # outline points this near to a side belong to it
-TIP_SHARE = 0.02  # of the outline points: fewer, beyond a side, are no side of the page
+TIP_SHARE = 0.02  # of the outline points: a tip has fewer; more, in all, are the corners of a page with pointed ones
 TRIMS = 2  # a tip may turn the rectangle from which the first is told
 CORNER_SHARE = 0.05  # of a side at either end is left out: there it may be rounded or dog-eared
 
@@ -48,12 +48,13 @@ def page_size(outline: Floats) -> tuple[float, float]:
 
 def _without_tips(outline: Floats) -> Floats:
     """Outline points (k, 2) mm without the few of (n, 2) that stick out of a side."""
+    kept = outline
     for _ in range(TRIMS):
-        _, _, angle = cv2.minAreaRect(outline.astype(np.float32))
-        turned = outline @ _rotation(-np.deg2rad(angle)).T
+        _, _, angle = cv2.minAreaRect(kept.astype(np.float32))
+        turned = kept @ _rotation(-np.deg2rad(angle)).T
         low, high = np.quantile(turned, [TIP_SHARE, 1.0 - TIP_SHARE], axis=0)
-        outline = outline[((turned > low - SIDE_BAND_MM) & (turned < high + SIDE_BAND_MM)).all(axis=1)]
-    return outline
+        kept = kept[((turned > low - SIDE_BAND_MM) & (turned < high + SIDE_BAND_MM)).all(axis=1)]
+    return kept if len(kept) >= (1.0 - TIP_SHARE) * len(outline) else outline
 
 
 def _rotation(angle: float) -> Floats:

@@ -35,14 +35,14 @@ def fit_to_edge(fitted: Fitted, model: Model, masks: PaperMasks, cards: Sequence
     the edge is sought once more, near the surface that goes through the first.
     """
     edge = _edge_of(fitted, model, masks, cards, fitted.area.outline)
-    fitted = _through(edge, _within(edge, fitted))
+    fitted = _through(edge, fitted)
     if isinstance(fitted.surface, Relief):
         fitted = filled_again(fitted, fitted.surface, model, masks)
         outline = fitted.area.outline
     else:
         outline = fitted.surface.feet(edge.points, edge.places)
     edge = _edge_of(fitted, model, masks, cards, outline)
-    return _through(edge, _within(edge, fitted)), edge
+    return _through(edge, fitted), edge
 
 
 def _within(edge: Edge, fitted: Fitted) -> Fitted:
@@ -58,11 +58,13 @@ def _within(edge: Edge, fitted: Fitted) -> Fitted:
 
 
 def _through(edge: Edge, fitted: Fitted) -> Fitted:
-    """A surface fitted again to its own points, and then those of the edge."""
-    return replace(fitted, surface=_surface_through(edge, fitted))
+    """A surface fitted again to those of its points that lie within the edge, and to the edge."""
+    within = _within(edge, fitted)
+    return replace(within, surface=_surface_through(edge, within))
 
 
 def _surface_through(edge: Edge, fitted: Fitted) -> PageSurface:
+    """The surface through its points and those of the edge."""
     surface, measured = fitted.surface, edge.measured
     if isinstance(surface, Relief):
         assert fitted.gaps is not None

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from restore.mesh.adjacency import border_of
-from restore.outline.rectangle import CORNER_SHARE, MIN_RECTANGLE_FILL, page_size, squaring_rotation
+from restore.outline.rectangle import CORNER_SHARE, MIN_RECTANGLE_FILL, SIDE_BAND_MM, page_size, squaring_rotation
 
 WIDTH, HEIGHT = 280.0, 200.0
 SQUARE_RAD = 1e-6  # 0.3 µm over the page: the rough turn is found in single precision, the sides then to rounding
@@ -101,6 +101,11 @@ def test_a_tag_a_dent_and_rough_sides_do_not_change_the_size():
 def test_the_size_of_an_outline_without_sides_is_its_extent():
     corners = np.array([[0.0, 30.0], [40.0, 0.0], [80.0, 30.0], [40.0, 60.0]])
     assert page_size(corners) == (80.0, 60.0)
+
+
+def test_pointed_corners_are_no_tips():
+    outline, _ = triangle()
+    assert page_size(outline) == pytest.approx((280.0, 200.0), abs=SIDE_BAND_MM)
 
 
 def test_a_side_of_a_few_points_at_one_place_does_not_turn_the_page():
