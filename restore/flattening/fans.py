@@ -16,7 +16,7 @@ import numpy as np
 from restore.mesh.adjacency import Sides
 from restore.mesh.measures import corner_angles, face_normals, vertex_normals
 from restore.numerics import SMALL
-from restore.scan import Floats, Ints
+from restore.scan import Floats, Ints, Mask
 
 LEAST_ANGLE = 1.0  # rad: a closed fan of less is made of slivers or folded faces, and scaling it would invent angles
 EVIDENCE = 0.5  # of what a sign that is wrong alone would close
@@ -57,8 +57,8 @@ def face_signs(vertices: Floats, faces: Ints) -> Floats:
 def closing_signs(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> Floats:
     """(m,) the signs of faces with which the fans of inner vertices close best: to 2π, or 0 outside their neighbours.
 
-    A sign is turned where that closes the three fans of the face by at least half as much as it would if it were the
-    only one that is wrong; the other half speaks for the normals, which gave the signs.
+    The signs of one face, or of two that share an edge, are turned where that closes the fans at their corners by at
+    least half as much as it would if no other were wrong; the other half speaks for the normals, which gave the signs.
     """
     angles, signs = corner_angles(faces, sides, lengths), signs.copy()
     gaps, inner = np.zeros(faces.max() + 1), np.ones(faces.max() + 1, np.bool_)
@@ -67,21 +67,42 @@ def closing_signs(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> 
             inner[sides.edges[e, 0]] = inner[sides.edges[e, 1]] = False
     for corner in range(len(angles)):
         gaps[faces[corner // 3, corner % 3]] += signs[corner // 3] * angles[corner]
-    turned = 1
+    pairs = np.full((len(faces) + len(sides.edges), 2), -1)
+    pairs[: len(faces), 0] = np.arange(len(faces))
+    for e in range(len(sides.edges)):
+        if sides.first[e + 1] - sides.first[e] == 2:
+            pairs[len(faces) + e] = sides.at[sides.first[e] : sides.first[e + 1]] // 3
+    after, turned = gaps.copy(), 1
     while turned:  # a sign that is turned may free those of its neighbours; each closes the fans further
         turned = 0
-        for f in range(len(faces)):
-            gain, most = 0.0, SMALL
-            for c in range(3):
-                i, change = faces[f, c], 2.0 * signs[f] * angles[3 * f + c]
-                if inner[i]:
-                    gain += _gap(gaps[i]) - _gap(gaps[i] - change)
-                    most += _gap(change)
-            if gain > EVIDENCE * most:
-                for c in range(3):
-                    gaps[faces[f, c]] -= 2.0 * signs[f] * angles[3 * f + c]
-                signs[f], turned = -signs[f], turned + 1
+        for pair in pairs:
+            turned += _turned(pair, faces, angles, inner, signs, gaps, after)
     return signs
+
+
+@numba.njit(cache=True)
+def _turned(pair: Ints, faces: Ints, angles: Floats, inner: Mask, signs: Floats, gaps: Floats, after: Floats) -> bool:
+    """Turn the signs (m,) of a pair of faces, −1 where it has but one, if that closes the fans; whether it did.
+
+    gaps (n,) are the sums of signed angles round every vertex, after (n,) the same, to be written to and back.
+    """
+    count, first = 1 if pair[1] < 0 else 2, faces[pair[0]]
+    for f in pair[:count]:
+        for c in range(3):
+            after[faces[f, c]] -= 2.0 * signs[f] * angles[3 * f + c]
+    gain, most = 0.0, SMALL
+    for k in range(3 * count):
+        i = faces[pair[k // 3], k % 3]
+        if inner[i] and (k < 3 or not (i == first[0] or i == first[1] or i == first[2])):
+            gain += _gap(gaps[i]) - _gap(after[i])
+            most += _gap(gaps[i] - after[i])
+    turned = gain > EVIDENCE * most
+    for f in pair[:count]:
+        signs[f] = -signs[f] if turned else signs[f]
+        for c in range(3):
+            i = faces[f, c]
+            gaps[i], after[i] = (after[i], after[i]) if turned else (gaps[i], gaps[i])
+    return turned
 
 
 @numba.njit(cache=True)

@@ -1,6 +1,7 @@
 """Fans of known meshes: their directions, folded faces, and vertices where faces meet without a common edge."""
 
 from importlib import import_module
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -67,6 +68,23 @@ def test_fans_that_do_not_close_give_a_wrong_sign_away(warped, rng):
     for wrong in rng.choice(inner, 20, replace=False):
         signs = true.copy()
         signs[wrong] = -signs[wrong]
+        np.testing.assert_array_equal(closing_signs(faces, sides, lengths, signs), true)
+
+
+def test_two_neighbours_with_each_other_s_signs_are_given_away(warped, rng):
+    page = warped(count=400)
+    flat, faces = page.flat.copy(), page.mesh.faces
+    middle = int(np.argmin(np.linalg.norm(flat, axis=1)))
+    face = next(f for f in faces if middle in f)
+    flat[middle] += 1.2 * (flat[face[face != middle]].mean(axis=0) - flat[middle])
+    true, sides = np.sign(signed_areas(flat, faces)), sides_of(faces)
+    lengths = straight_lengths(flat, sides.edges)
+    beside = [sides.at[a:b] // 3 for a, b in pairwise(sides.first) if b - a == 2]
+    swapped = [pair for pair in beside if true[pair].sum() == 0]
+    assert swapped
+    for pair in swapped:
+        signs = true.copy()
+        signs[pair] = -signs[pair]
         np.testing.assert_array_equal(closing_signs(faces, sides, lengths, signs), true)
 
 
