@@ -19,9 +19,11 @@ from restore.mesh.surface_lengths import surface_lengths
 from restore.mesh.validate import ValidMesh
 from restore.scan import FlatMesh, Floats
 
+CLEARLY = 0.9  # of the disagreement of straight lengths, at most: nearer by less may be chance
+
 
 def with_surface_lengths(page: FlatMesh, mesh: ValidMesh) -> FlatMesh:
-    """The page of a mesh by the lengths along its surface, if they agree better than straight lengths.
+    """The page of a mesh by the lengths along its surface, if they agree clearly better than straight lengths.
 
     page: the one of least squares by straight lengths.
 
@@ -32,7 +34,7 @@ def with_surface_lengths(page: FlatMesh, mesh: ValidMesh) -> FlatMesh:
     straight = make_network(mesh.vertices, mesh.faces, page.lengths, mesh.sides)
     along = make_network(mesh.vertices, mesh.faces, surface_lengths(mesh.vertices, mesh.faces, edges), mesh.sides)
     squares = minimise_strain(page.flat, along, least_decrease=ROUGHLY)
-    if mean_strain(squares.flat, along) <= mean_strain(page.flat, straight):
+    if mean_strain(squares.flat, along) <= CLEARLY * mean_strain(page.flat, straight):
         start = squares._replace(iterations=page.steps + squares.iterations)
         return _page(page, mesh, least_absolute_strain(start, along), along)
     found = least_absolute_strain(Solution(page.flat, page.steps), straight, along.lengths)

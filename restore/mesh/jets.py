@@ -19,11 +19,9 @@ from restore.scan import Floats, Ints
 
 MOST_NEIGHBOURS = 32  # two rings have 18 on average; of more the nearest count, whatever numbers they have
 MOST_FOUND = MOST_NEIGHBOURS * MOST_NEIGHBOURS  # among which those are looked for
-ON_PLANE = 0.1  # slope, 6°: neighbours that stand off a face by more count half against it
-ON_PATCH = 0.03  # slope: neighbours that stand off the patch by more have a quarter of their weight
+STAND_OFF = 0.03  # slope, 2°: neighbours that stand off a plane or a patch by more have a quarter of their weight
 SIGMAS = 3.0  # of the noise: nothing that lies so near to a plane or a patch is told from it
 ROUNDS = 3  # of reweighting
-AGREED = 0.98  # of the points lie on the patch: another round would not change it
 PRIOR = 1e-2  # of one neighbour's weight: holds slopes and curvatures that too few neighbours leave open near zero
 TERMS = 6  # height, two slopes, three second derivatives
 PRODUCTS = TERMS * (TERMS + 1) // 2 + TERMS  # of the terms with each other and with the height
@@ -34,15 +32,12 @@ MOST_TIED = 1e9  # weight of its own vertex in a patch of a surface without nois
 class Jets(NamedTuple):
     """Of every vertex: normals (n, 3), offsets (n,) mm from it along the normal to the patch, forms (n, 3, 3) 1/mm.
 
-    A form is the second fundamental form: its value for a unit vector along the surface is the normal curvature there,
-    shrunk towards 0 as far as the noise explains it (positive-part James & Stein 1961).
-    variances (n, 3), propagated from the noise: of a slope, of the offset in mm², of a curvature in 1/mm².
+    A form is the second fundamental form: its value for a unit vector along the surface is the normal curvature there.
     """
 
     normals: Floats
     offsets: Floats
     forms: Floats
-    variances: Floats
 
 
 class Rings(NamedTuple):
@@ -82,7 +77,7 @@ def fit_jets(vertices: Floats, rings: Rings, chosen: Ints, noise: float, known_n
     """Fit patches at the chosen (k,) of vertices (n, 3) mm; the others get none, and normals of zero.
 
     noise (mm, standard deviation) tells how far a patch may pass by its own vertex; known_noise (mm) is taken for the
-    noise of the neighbours: it floors the robust weights and gives the variances by which curvatures are shrunk.
+    noise of the neighbours, below which the robust weights tell nothing apart.
     """
     return Jets(*_fit_all(vertices, *rings, chosen, noise, known_noise))
 
@@ -96,14 +91,13 @@ def _fit_all(
     chosen: Ints,
     noise: float,
     known_noise: float,
-) -> tuple[Floats, Floats, Floats, Floats]:
+) -> tuple[Floats, Floats, Floats]:
     count = len(vertices)
     normals, offsets, forms = np.zeros((count, 3)), np.zeros(count), np.zeros((count, 3, 3))
     met, found, weights = np.full(count, -1), np.empty(MOST_FOUND, np.int64), np.empty(MOST_NEIGHBOURS + LANES)
     points, nearness = np.empty((3, MOST_NEIGHBOURS)), np.empty(MOST_NEIGHBOURS)
     products, sums = np.empty((MOST_NEIGHBOURS + LANES, PRODUCTS)), np.empty(PRODUCTS)
     jet, frame = np.empty(TERMS), np.eye(3)
-    variances = np.zeros((count, 3))
     for i in chosen:
         near, far = _two_rings(i, neighbours, met, found)
         if far > MOST_NEIGHBOURS:
@@ -114,9 +108,8 @@ def _fit_all(
         grain = known_noise / reach
         _set_frame(planes[_own_face(i, around, planes, points, nearness, far, weights, grain)], frame)
         _turn(points, far, frame)
-        own = min(1.0 + (ON_PATCH * reach / max(3.0 * noise, SQUARE_TINY)) ** 2, MOST_TIED)
+        own = min(1.0 + (STAND_OFF * reach / max(3.0 * noise, SQUARE_TINY)) ** 2, MOST_TIED)
         _fit(points, nearness, far, products, weights, own, sums, jet, grain)
-        _shrink(jet, sums, grain, reach, variances[i])
         steep = 1.0 / sqrt(1.0 + jet[1] ** 2 + jet[2] ** 2)
         offsets[i] = steep * jet[0] * reach
         for p in range(3):
@@ -125,7 +118,7 @@ def _fit_all(
                 across = frame[0, p] * frame[1, q] + frame[1, p] * frame[0, q]
                 second = jet[3] * frame[0, p] * frame[0, q] + jet[4] * across + jet[5] * frame[1, p] * frame[1, q]
                 forms[i, p, q] = steep * second / reach
-    return normals, offsets, forms, variances
+    return normals, offsets, forms
 
 
 @numba.njit(cache=True, error_model="numpy", inline="always")
@@ -204,9 +197,9 @@ def _own_face(
 
 @numba.njit(cache=True, error_model="numpy", fastmath={"reassoc", "nsz"})
 def _squared_slope(planes: Floats, face: int, points: Floats, nearness: Floats, k: int, grain: float) -> float:
-    """How steeply neighbour k stands off the plane of a face, squared, in units of ON_PLANE and of the noise."""
+    """How steeply neighbour k stands off the plane of a face, squared, in units of STAND_OFF and of the noise."""
     off = planes[face, 0] * points[0, k] + planes[face, 1] * points[1, k] + planes[face, 2] * points[2, k]
-    return off**2 / ((ON_PLANE / nearness[k]) ** 2 + (SIGMAS * grain) ** 2)
+    return off**2 / ((STAND_OFF / nearness[k]) ** 2 + (SIGMAS * grain) ** 2)
 
 
 @numba.njit(cache=True, error_model="numpy", inline="always")
@@ -261,50 +254,16 @@ def _fit(
             for m in range(len(sums)):  # compilers do not vectorise what a constant has them unroll
                 sums[m] += a * products[k, m] + b * products[k + 1, m] + c * products[k + 2, m] + d * products[k + 3, m]
         _solve(sums, jet)
-        if _weigh(points, nearness, far, jet, weights, grain) > AGREED * far:
-            break
+        _weigh(points, nearness, far, jet, weights, grain)
 
 
 @numba.njit(cache=True, error_model="numpy", fastmath={"reassoc", "nsz"})
-def _weigh(points: Floats, nearness: Floats, far: int, jet: Floats, weights: Floats, grain: float) -> float:
-    """Write what say each point has, less where it stands off the patch; the sum of it."""
-    total = 0.0
+def _weigh(points: Floats, nearness: Floats, far: int, jet: Floats, weights: Floats, grain: float) -> None:
+    """Write what say each point has, less where it stands off the patch."""
     for k in range(far):
         x, y = points[0, k], points[1, k]
         off = points[2, k] - jet[0] - (jet[1] + 0.5 * jet[3] * x) * x - (jet[2] + jet[4] * x + 0.5 * jet[5] * y) * y
-        weights[k] = 1.0 / (1.0 + off**2 / ((ON_PATCH / nearness[k]) ** 2 + (SIGMAS * grain) ** 2)) ** 2
-        total += weights[k]
-    return total
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _shrink(jet: Floats, triangle: Floats, grain: float, reach: float, variances: Floats) -> None:
-    """Write the variances (3,) of slope, offset and curvature, and shrink the curvatures of a jet in place.
-
-    triangle (PRODUCTS,) is the Cholesky factor that `_solve` leaves; grain is the noise in units of the reach.
-    """
-    unit, curved = np.empty(TERMS), 0.0
-    variances[:] = 0.0
-    for p in range(TERMS):
-        total = 0.0  # column p of the inverse factor, squared: the variance of term p where all weights are 1
-        for q in range(TERMS):
-            value = 1.0 if q == p else 0.0
-            for m in range(q):
-                value -= triangle[row_of(q) + m] * unit[m]
-            unit[q] = value * triangle[row_of(q) + q]
-            total += unit[q] ** 2
-        total *= grain**2
-        if p == 0:
-            variances[1] = total * reach**2
-        elif p < 3:
-            variances[0] += 0.5 * total
-        else:
-            curved += total * (2.0 if p == 4 else 1.0)
-    bends = jet[3] ** 2 + 2.0 * jet[4] ** 2 + jet[5] ** 2
-    kept = max(0.0, 1.0 - curved / max(bends, SQUARE_TINY))
-    variances[2] = kept * curved / reach**2 / 3.0
-    for p in range(3, TERMS):
-        jet[p] *= kept
+        weights[k] = 1.0 / (1.0 + off**2 / ((STAND_OFF / nearness[k]) ** 2 + (SIGMAS * grain) ** 2)) ** 2
 
 
 @numba.njit(cache=True, error_model="numpy")

@@ -6,53 +6,51 @@ that noise has moved. The patches round both ends tell the length of the way bet
 
 from __future__ import annotations
 
-from math import asin, atan2, cos, radians, sin, sqrt
+from math import asin, atan2, cos, sin, sqrt
 
 import numba
 import numpy as np
 
-from restore.mesh.jets import SIGMAS, Rings, fit_jets, rings_of
+from restore.mesh.jets import Rings, fit_jets, rings_of
 from restore.mesh.measures import straight_lengths
 from restore.numerics import SQUARE_TINY
 from restore.robust import MAD_TO_SIGMA
 from restore.scan import Floats, Ints
 
-SURE = SIGMAS * SIGMAS  # turns of less are noise
 PROBES = 100  # vertices that tell the noise
+PASSES = 5  # from patches that take noise for shape to some that know it: by then it settles
 SHRUNK = 0.87  # of the noise is left when a patch passes between a vertex and its neighbours
 LEAST_NOISE = 1e-7  # of the page's size: no file holds more digits
 GRAINY = 0.013  # noise in mean edges: more of it lengthens edges by more than creases do
-MANY = 2500  # vertices: of fewer a patch is a tenth of the page, and bends within it look like noise
 SMOOTHINGS = 2  # of grainy vertices: a third to two thirds of what noise adds is gone
-SHARP = cos(radians(10.0))  # cosine of a turn between neighbours that may be a crease
 CREASE = 0.1  # radians, 6°: a turn that the curvature of both patches does not explain is a crease
 LEVEL = cos(CREASE)
-STEEPEST = 0.9  # slope of a patch against its tangent plane at the crease: beyond, its curvature is a guess
 BENDINGS = 3  # of the tangents towards the crease, by Newton's method; a fourth changes no digit that counts
 
 
 def surface_lengths(vertices: Floats, faces: Ints, edges: Ints) -> Floats:
     """(e,) mm between the ends of edges (e, 2), along the surface through vertices (n, 3) mm of faces (m, 3).
 
-    Noise makes every way longer, the more the closer the vertices lie. Where they are grainy they are put on their
-    patches, and patches fitted to those again, but beside creases, which that would round off.
+    Noise makes every way longer, the more the closer the vertices lie. They are put on their patches, and where they
+    are grainy patches fitted to those again, but beside creases, which that would round off.
     """
     rings = rings_of(vertices, faces, edges)
     noise = estimate_noise_sigma(vertices, rings)
     jets = fit_jets(vertices, rings, np.arange(len(vertices)), noise, noise)
-    points = vertices + jets.normals * jets.offsets[:, None]
-    grainy = len(vertices) > MANY and noise > GRAINY * float(straight_lengths(vertices, edges).mean())
+    smooth, points = _beside_no_crease(jets.normals, edges), vertices.copy()
+    points[smooth] += jets.normals[smooth] * jets.offsets[smooth, None]
+    grainy = noise > GRAINY * float(straight_lengths(vertices, edges).mean())
     for _ in range(SMOOTHINGS if grainy else 0):
         smooth = _beside_no_crease(jets.normals, edges)
         again = fit_jets(points, rings_of(points, faces, edges), smooth, noise, noise)
         jets.normals[smooth], jets.forms[smooth] = again.normals[smooth], again.forms[smooth]
         points += again.normals * again.offsets[:, None]
-    return _all_lengths(points, jets.normals, jets.forms, jets.variances, edges)
+    return _all_lengths(points, jets.normals, jets.forms, edges)
 
 
 def _beside_no_crease(normals: Floats, edges: Ints) -> Ints:
     """The vertices with normals (n, 3) that turn by less than a crease along all of their edges (e, 2)."""
-    turned = (normals[edges[:, 0]] * normals[edges[:, 1]]).sum(axis=1) < SHARP
+    turned = (normals[edges[:, 0]] * normals[edges[:, 1]]).sum(axis=1) < LEVEL
     beside = np.zeros(len(normals), bool)
     beside[edges[turned]] = True
     return np.flatnonzero(~beside)
@@ -63,8 +61,11 @@ def estimate_noise_sigma(vertices: Floats, rings: Rings) -> float:
     size = max(float(axis.max() - axis.min()) for axis in vertices.T)
     from_centre = ((vertices - vertices.mean(axis=0)) ** 2).sum(axis=1)  # whatever numbers the vertices have
     chosen = np.argsort(from_centre)[:: max(len(vertices) // PROBES, 1)]
-    offsets = np.sort(np.abs(fit_jets(vertices, rings, chosen, size).offsets[chosen]))
-    return max(MAD_TO_SIGMA * float(offsets[len(offsets) // 2]) / SHRUNK, LEAST_NOISE * size)
+    noise = 0.0
+    for _ in range(PASSES):
+        offsets = np.sort(np.abs(fit_jets(vertices, rings, chosen, size, noise).offsets[chosen]))
+        noise = MAD_TO_SIGMA * float(offsets[len(offsets) // 2]) / SHRUNK
+    return max(noise, LEAST_NOISE * size)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -79,36 +80,16 @@ def bent_lengths(points: Floats, normals: Floats, edges: Ints) -> Floats:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _all_lengths(points: Floats, normals: Floats, forms: Floats, variances: Floats, edges: Ints) -> Floats:
+def _all_lengths(points: Floats, normals: Floats, forms: Floats, edges: Ints) -> Floats:
     """(e,) mm along the surface. points, normals (n, 3), forms (n, 3, 3): the patches round every vertex."""
-    lengths, way, fold = np.empty(len(edges)), np.empty(3), np.empty(3)
+    lengths, way, fold = bent_lengths(points, normals, edges), np.empty(3), np.empty(3)
     for k in range(len(edges)):
         a, b = edges[k, 0], edges[k, 1]
-        chord, broken = _set_way(points[a], points[b], way), 0.0
         if _dot(normals[a], normals[b]) < LEVEL:
+            chord = _set_way(points[a], points[b], way)
             broken = _over_crease(way, chord, normals[a], normals[b], forms[a], forms[b], fold)
-        slopes = variances[a, 0] + variances[b, 0]
-        if broken > chord:
-            height = variances[a, 1] + variances[b, 1] + chord**2 * slopes
-            height += 0.25 * chord**4 * (variances[a, 2] + variances[b, 2])
-            cosine = min(_dot(normals[a], normals[b]), 1.0)
-            lengths[k] = chord + _share_kept(broken - chord, cosine, slopes, height) * (broken - chord)
-        else:
-            bent = chord * (_bent(_dot(normals[a], way), _dot(normals[b], way)) - 1.0)
-            lengths[k] = chord + max(bent - chord * 2.0 * slopes / 30.0, 0.0)  # what noise adds to the cubic
+            lengths[k] = broken if broken > chord else lengths[k]
     return lengths
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _share_kept(gain: float, cosine: float, slopes: float, height: float) -> float:
-    """How much of what a path over a crease is longer than the chord is kept (positive-part James & Stein).
-
-    cosine is that of the turn; slopes and height are the variances of the normals and, in mm², of one patch's height
-    above the other: the gain goes with the height over the sine of the turn.
-    """
-    turned, sine = 2.0 - 2.0 * cosine, max(1.0 - cosine**2, CREASE**2)
-    by_turn = max(0.0, 1.0 - SURE * slopes / turned)
-    return by_turn * max(0.0, 1.0 - height / sine * (1.0 - cosine) ** 2 / gain**2)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -174,7 +155,7 @@ def _meet(x: float, y: float, turn: float, first: float, second: float) -> tuple
     near = x - far * c
     if near <= 0.0 or far <= 0.0:
         return -1.0, -1.0
-    first, second = _tamed(first, near), _tamed(second, far)
+    first, second = max(first, 0.0), max(second, 0.0)
     for _ in range(BENDINGS):
         # near·(1, 0) + first·near²/2·(0, 1) = (x, y) − far·(c, −s) + second·far²/2·(s, c)
         bend, back = first * near, second * far
@@ -187,12 +168,6 @@ def _meet(x: float, y: float, turn: float, first: float, second: float) -> tuple
         near -= (off_x * by_far_y - off_y * by_far_x) / determinant
         far -= (off_y - bend * off_x) / determinant
     return near * (1.0 + (first * near) ** 2 / 6.0), far * (1.0 + (second * far) ** 2 / 6.0)
-
-
-@numba.njit(cache=True, error_model="numpy")
-def _tamed(curvature: float, distance: float) -> float:
-    """A curvature upwards that turns a patch by no more than STEEPEST on its way."""
-    return min(max(curvature, 0.0), STEEPEST / distance)
 
 
 @numba.njit(cache=True, error_model="numpy")
