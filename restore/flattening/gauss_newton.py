@@ -2,8 +2,8 @@
 
 The normal equations of a step are the page's own stiffness matrix. It is never built: conjugate gradients (Hestenes &
 Stiefel 1952) need its product with a displacement, which is one pass over the edges. A factorisation costs ten times as
-much at a thousand vertices and a gigabyte at a hundred thousand. Where block-Jacobi preconditioning does not do, rigid
-modes of vertex aggregates are added as a coarse space (`rigid_aggregates.py`).
+much at a thousand vertices and a gigabyte at a hundred thousand. They are preconditioned by the diagonal blocks and
+the rigid modes of vertex aggregates (`rigid_aggregates.py`).
 """
 
 from __future__ import annotations
@@ -29,7 +29,6 @@ LEAST_DECREASE = 1e-6  # of the squared strains: less in an iteration is roundin
 ROUGHLY = 1e-2  # the same where weights change, and steps get slowly shorter, or where the page is only a start
 INEXACTNESS = 0.1  # of the gradient may be left by a linear solve: the next step starts from there
 HALVINGS = 8  # of a step, before the iteration stops
-JACOBI_ITERATIONS = 12  # of conjugate gradients, before the coarse space is set up
 LEAST_AREA = 0.01  # of the mean
 
 
@@ -153,9 +152,7 @@ def _solved(flat: Floats, edges: Ints, jacobian: Floats, gradient: Floats, inver
     """The Gauss–Newton step (n, 2), up to INEXACTNESS; the gradient (n, 2) is written over by what is left of it."""
     step = np.zeros_like(gradient)
     wanted = INEXACTNESS * INEXACTNESS * _preconditioned(gradient, inverse, np.empty_like(gradient))
-    if _conjugate_gradients(step, edges, jacobian, gradient, inverse, None, wanted, JACOBI_ITERATIONS) > wanted:
-        coarse = aggregate(flat, edges, jacobian)
-        _conjugate_gradients(step, edges, jacobian, gradient, inverse, coarse, wanted, 2 * len(flat))
+    _conjugate_gradients(step, edges, jacobian, gradient, inverse, aggregate(flat, edges, jacobian), wanted)
     return step
 
 
@@ -166,19 +163,16 @@ def _conjugate_gradients(
     jacobian: Floats,
     rest: Floats,
     inverse: Floats,
-    coarse: Aggregates | None,
+    coarse: Aggregates,
     wanted: float,
-    most: int,
-) -> float:
-    """Go on with a step (n, 2) until its rest (n, 2) is no more than wanted, or `most` times; what is left."""
+) -> int:
+    """Go on with a step (n, 2), in place, until its rest (n, 2) is no more than wanted; how many passes that takes."""
     search, product, direction = np.zeros_like(rest), np.empty_like(rest), np.empty_like(rest)
     left, before = _preconditioned(rest, inverse, direction), np.inf
-    for _ in range(most):
+    for taken in range(rest.size):
         if left <= wanted:
-            break
-        now = left
-        if coarse is not None:
-            now += correct_rigidly(coarse, rest, direction)
+            return taken
+        now = left + correct_rigidly(coarse, rest, direction)
         conjugate = now / before
         for i in range(len(rest)):
             for axis in range(2):
@@ -189,7 +183,7 @@ def _conjugate_gradients(
                 step[i, axis] += along * search[i, axis]
                 rest[i, axis] -= along * product[i, axis]
         before, left = now, _preconditioned(rest, inverse, direction)
-    return left
+    return rest.size
 
 
 @numba.njit(cache=True)

@@ -1,11 +1,14 @@
 """The default method: the page whose edges are nearest to their lengths on the surface.
 
 A start from the lengths alone (`angle_synchronisation.py`), exact where the lengths are those of a developable surface,
-and a conformal one where faces are inverted; Gauss–Newton on the squared and then the absolute edge strains; repair of
+and two others where faces are inverted; Gauss–Newton on the squared and then the absolute edge strains; repair of
 faces that inverted without being folded in space.
 """
 
 from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
 
 import numpy as np
 
@@ -15,7 +18,7 @@ from restore.flattening.conformal import flatten_conformal, unfolded
 from restore.flattening.fans import angle_fans, closing_signs, face_signs
 from restore.flattening.gauss_newton import ROUGHLY, least_absolute_strain, mean_strain, minimise_strain
 from restore.flattening.least_distortion import is_disc, least_distorted_page
-from restore.flattening.repair import inverted_count, repaired, with_corners_mirrored
+from restore.flattening.repair import inverted_count, repaired
 from restore.flattening.solution import Follow, Solution
 from restore.mesh.measures import rms_strain
 from restore.mesh.network import Network
@@ -54,9 +57,11 @@ def _least_squares(posed: PosedSheet, network: Network) -> tuple[Solution, Float
     if len(network.faces) == 1:
         return Solution(triangle(network), 1), np.ones(1)
     start, signs = _start(posed, network)
-    found = with_corners_mirrored(minimise_strain(start, network, least_decrease=ROUGHLY), network, signs, ROUGHLY)
+    found = minimise_strain(start, network, least_decrease=ROUGHLY)
     if inverted_count(found.flat, network.faces, signs):
-        found = _from_conformal(posed, network, signs, found)
+        for other in _other_starts(posed, network):
+            again = minimise_strain(other, network, least_decrease=ROUGHLY)
+            found = again if mean_strain(again.flat, network) < mean_strain(found.flat, network) else found
     return found._replace(iterations=1 + found.iterations), signs
 
 
@@ -87,16 +92,11 @@ def _start_with(network: Network, signs: Floats) -> Floats:
     return flat_from_lengths(fans, network.lengths, int(network.faces.max()) + 1)
 
 
-def _from_conformal(posed: PosedSheet, network: Network, signs: Floats, found: Solution) -> Solution:
-    """The page of least squared strain near the conformal map if it is strained less than the one that is found."""
-    try:
-        conformal = flatten_conformal(posed, network).flat
-    except BadInput:  # parts that hang together by single points, or faces without an area
-        return found
-    other = minimise_strain(conformal, network, least_decrease=ROUGHLY)
-    if mean_strain(other.flat, network) >= mean_strain(found.flat, network):
-        return found
-    return with_corners_mirrored(other, network, signs, ROUGHLY)
+def _other_starts(posed: PosedSheet, network: Network) -> Iterator[Floats]:
+    """The view from above (n, 2) mm, which knows nothing of faces that are folded over, and the conformal map."""
+    yield posed.positions[:, :2]
+    with suppress(BadInput):  # parts that hang together by single points, or faces without an area
+        yield flatten_conformal(posed, network).flat
 
 
 def flatten_least_distorted(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:

@@ -12,7 +12,6 @@ import numpy as np
 
 from restore.flattening.gauss_newton import (
     HALVINGS,
-    LEAST_DECREASE,
     ROUGHLY,
     least_absolute_strain,
     minimise_strain,
@@ -26,7 +25,6 @@ from restore.numerics import SMALL, TINY
 from restore.scan import Floats, Ints, Mask
 
 OPEN = 0.02  # of its area on the surface is a face opened to, or rounding could turn it over
-ENOUGH = 0.5  # of that is left when its neighbours are opened
 CONTRADICTED = 0.5  # of its area on the surface: a face that lengths invert by so much is folded, whatever its normal
 SWEEPS = 50  # over inverted faces, as opening one may close its neighbours, and over the few vertices round them
 
@@ -37,7 +35,12 @@ def least_strain_page(flat: Floats, network: Network, signs: Floats | None = Non
     signs (m,) are −1 for the faces that are folded in space; all are 1 when None.
     """
     signs = np.ones(len(network.faces)) if signs is None else signs
-    found = with_corners_mirrored(minimise_strain(flat, network), network, signs)
+    found = minimise_strain(flat, network)
+    if inverted := inverted_count(found.flat, network.faces, signs):  # corners of the border, perhaps
+        opened = found.flat.copy()
+        open_inverted(opened, network.faces, signs, _least_areas(network))
+        again = minimise_strain(opened, network)
+        found = again if inverted_count(again.flat, network.faces, signs) < inverted else found
     return found._replace(flat=repaired(found.flat, network, signs))
 
 
@@ -47,29 +50,8 @@ def least_absolute_page(flat: Floats, network: Network, signs: Floats | None = N
     signs (m,) as for `least_strain_page`.
     """
     signs = np.ones(len(network.faces)) if signs is None else signs
-    found = minimise_strain(flat, network, least_decrease=ROUGHLY)
-    found = least_absolute_strain(with_corners_mirrored(found, network, signs, ROUGHLY), network)
+    found = least_absolute_strain(minimise_strain(flat, network, least_decrease=ROUGHLY), network)
     return found._replace(flat=repaired(found.flat, network, signs))
-
-
-def with_corners_mirrored(
-    found: Solution, network: Network, signs: Floats, least_decrease: float = LEAST_DECREASE
-) -> Solution:
-    """A page of least strain with corners of the border mirrored back as far as that inverts fewer faces.
-
-    They are mirrored again while that halves the number of inverted faces. signs (m,) are −1 for the faces that are
-    folded in space; least_decrease as in `minimise_strain`.
-    """
-    inverted, before = inverted_count(found.flat, network.faces, signs), np.inf
-    while 0 < inverted <= before / 2:  # each frees corners that the last one still held
-        mirrored, before = found.flat.copy(), inverted
-        if not mirror_border_corners(mirrored, network.faces, network.edges, signs):
-            break
-        again = minimise_strain(mirrored, network, least_decrease=least_decrease)
-        inverted = inverted_count(again.flat, network.faces, signs)
-        if inverted < before:
-            found = again._replace(iterations=found.iterations + again.iterations)
-    return found
 
 
 def repaired(flat: Floats, network: Network, signs: Floats) -> Floats:
@@ -95,30 +77,6 @@ def inverted_count(flat: Floats, faces: Ints, signs: Floats) -> int:
     return int((signed_areas(flat, faces) * signs < 0.0).sum())
 
 
-def mirror_border_corners(flat: Floats, faces: Ints, edges: Ints, signs: Floats) -> int:
-    """Mirror the loosest corner of every inverted face at the border over its other two, in place; how many there were.
-
-    flat (n, 2) mm; the loosest corner is the one that fewest faces share.
-    """
-    areas = signed_areas(flat, faces) * signs
-    inverted = np.argsort(areas)[: np.count_nonzero(areas < 0.0)]
-    if len(inverted) == 0:
-        return 0
-    shared = np.bincount(faces.ravel(), minlength=len(flat))
-    border = np.bincount(edges.ravel(), minlength=len(flat)) != shared
-    mirrored = set()
-    for face in faces[inverted]:
-        apex = face[np.argmin(shared[face])]
-        if apex in mirrored or not border[apex]:  # two faces of one corner: mirrored twice it would be where it was
-            continue
-        mirrored.add(apex)
-        start, end = flat[face[face != apex]]
-        along = (end - start) / max(float(np.linalg.norm(end - start)), np.finfo(float).tiny)
-        offset = flat[apex] - start
-        flat[apex] = start + 2.0 * (offset @ along) * along - offset
-    return len(mirrored)
-
-
 def uninverted(flat: Floats, network: Network, signs: Floats) -> Floats:
     """Flat positions (n, 2) mm with fewer inverted faces, if that can be; only vertices near them are moved.
 
@@ -126,7 +84,7 @@ def uninverted(flat: Floats, network: Network, signs: Floats) -> Floats:
     each vertex near them goes to where its edges are strained least without inverting a face again.
     """
     faces, edges, before, flat = network.faces, network.edges, flat, flat.copy()
-    least = OPEN * rest_areas(faces, network.sides, network.lengths)
+    least = _least_areas(network)
     near = open_inverted(flat, faces, signs, least)
     near[edges[near[edges].any(axis=1)]] = True
     edges_at = adjacency(edges.ravel(), np.repeat(np.arange(len(edges)), 2), len(flat))
@@ -135,6 +93,11 @@ def uninverted(flat: Floats, network: Network, signs: Floats) -> Floats:
     moving = moving[np.argsort(((flat[moving] - flat.mean(axis=0)) ** 2).sum(axis=1))]  # whatever numbers they have
     relax_uninverted(flat, faces, signs, edges, network.lengths, edges_at, around, moving, least)
     return flat if inverted_count(flat, faces, signs) < inverted_count(before, faces, signs) else before
+
+
+def _least_areas(network: Network) -> Floats:
+    """(m,) mm² that the faces of a network are opened to."""
+    return np.asarray(OPEN * rest_areas(network.faces, network.sides, network.lengths))
 
 
 @numba.njit(cache=True)
@@ -150,8 +113,7 @@ def open_inverted(flat: Floats, faces: Ints, signs: Floats, least: Floats) -> Ma
         below, inverted = np.flatnonzero(areas < least), 0
         for f in below[np.argsort(areas[below])]:
             area = _signed_area(f, flat, faces, signs)
-            a, b, c = faces[f]
-            if area >= (ENOUGH * least[f] if moved[a] or moved[b] or moved[c] else 0.0):
+            if area >= 0.0:
                 continue
             inverted += 1
             squares = TINY

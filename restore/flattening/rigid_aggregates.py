@@ -134,7 +134,7 @@ def _factorise(blocks: Floats, first: Ints, start: Ints) -> None:
             block = blocks[start[i] + j - first[i]]
             if i == j:
                 for p in range(MODES):
-                    block[p, p] += STIFFEN * block[p, p] + TINY
+                    block[p, p] += STIFFEN * block[p, p]
             for k in range(max(first[i], first[j]), j):
                 _subtract(block, blocks[start[i] + k - first[i]], blocks[start[j] + k - first[j]])
             if j < i:
@@ -170,16 +170,21 @@ def _divide(block: Floats, inverse: Floats) -> None:
 
 @numba.njit(cache=True)
 def _invert(block: Floats) -> None:
-    """The inverse of the lower triangle L of block = L · Lᵀ."""
-    least = STIFFEN * STIFFEN * (block[0, 0] + block[1, 1] + block[2, 2]) + TINY
-    a = 1.0 / sqrt(max(block[0, 0], least))
+    """The inverse of the lower triangle L of block = L · Lᵀ; 0 for a mode that nothing holds: it does not move."""
+    least = STIFFEN * STIFFEN * (block[0, 0] + block[1, 1] + block[2, 2])
+    a = _inverse_root(block[0, 0], least)
     b, c = block[1, 0] * a, block[2, 0] * a
-    d = 1.0 / sqrt(max(block[1, 1] - b * b, least))
+    d = _inverse_root(block[1, 1] - b * b, least)
     e = (block[2, 1] - b * c) * d
-    f = 1.0 / sqrt(max(block[2, 2] - c * c - e * e, least))
+    f = _inverse_root(block[2, 2] - c * c - e * e, least)
     block[0, 0], block[1, 1], block[2, 2] = a, d, f
     block[1, 0], block[2, 1], block[2, 0] = -b * a * d, -e * d * f, (b * e * d - c) * a * f
     block[0, 1], block[0, 2], block[1, 2] = 0.0, 0.0, 0.0
+
+
+@numba.njit(cache=True)
+def _inverse_root(pivot: float, least: float) -> float:
+    return 1.0 / sqrt(pivot) if pivot > least else 0.0
 
 
 @numba.njit(cache=True)
