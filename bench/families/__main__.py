@@ -5,17 +5,19 @@ from __future__ import annotations
 import argparse
 import datetime
 
-from bench.families.table import run
+from bench.families.table import APPLICABLE, SLIM, run
 
 COUNT = 200
 POINTS = (1000, 5000)
 
 
-def main(count: int = COUNT, points: tuple[int, ...] = POINTS, seed: int | None = None, *, slim: bool = True) -> None:
+def main(
+    count: int = COUNT, points: tuple[int, ...] = POINTS, seed: int | None = None, without: tuple[str, ...] = ()
+) -> None:
     """Print the table of each size, its seeds from the date of today on when none is given."""
     seed = seed or int(datetime.date.today().strftime("%Y%m%d")) * 1000
     for size in points:
-        run(size, count, seed, slim=slim)
+        run(size, count, seed, without)
 
 
 if __name__ == "__main__":
@@ -23,6 +25,6 @@ if __name__ == "__main__":
     parser.add_argument("--count", type=int, default=COUNT)
     parser.add_argument("--points", type=int, nargs="+", default=POINTS)
     parser.add_argument("--seed", type=int)
-    parser.add_argument("--no-slim", action="store_true", help="leave out SLIM, which takes most of the time")
+    parser.add_argument("--without", nargs="+", choices=(APPLICABLE, SLIM), default=(), help="the slowest methods")
     options = parser.parse_args()
-    main(options.count, tuple(options.points), options.seed, slim=not options.no_slim)
+    main(options.count, tuple(options.points), options.seed, tuple(options.without))

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.families.samplers import Sample, random_sample
+from bench.families.samplers import MOST_FOLDED, Sample, random_sample
 from oracles.markers import rigid_residual
 from restore import RestoreError, flatten
-from restore.mesh.measures import straight_lengths
+from restore.mesh.measures import signed_areas, straight_lengths
 from restore.mesh.network import edges_of
 from restore.scan import Floats, SurfaceMesh
 
@@ -45,8 +45,15 @@ class Row:
         """rms mm of the better of ARAP and SLIM."""
         return min(self.rms_mm[peer] for peer in PEERS if peer in self.rms_mm)
 
+    @property
+    def torn_up(self) -> bool:
+        """Whether more than MOST_FOLDED of the faces, or of the page's area, is folded over."""
+        areas = signed_areas(self.sample.flat, self.sample.mesh.faces)
+        folded = areas * areas.sum() < 0.0
+        return bool(folded.mean() > MOST_FOLDED or np.abs(areas[folded]).sum() > MOST_FOLDED * abs(areas.sum()))
 
-def run(points: int, count: int, seed: int, *, slim: bool = True) -> list[Row]:
+
+def run(points: int, count: int, seed: int, without: tuple[str, ...] = ()) -> list[Row]:
     """Print a line for each of `count` meshes of about `points` vertices, of seeds from `seed` on, and the verdicts.
 
     Interrupted, it gives the verdicts on the meshes until then.
@@ -61,13 +68,13 @@ def run(points: int, count: int, seed: int, *, slim: bool = True) -> list[Row]:
     rows = list[Row]()
     with suppress(KeyboardInterrupt):
         for k in range(seed, seed + count):
-            rows.append(measured(k, points, slim=slim))
+            rows.append(measured(k, points, without))
             print(_line(rows[-1]), flush=True)
     verdicts(rows)
     return rows
 
 
-def measured(seed: int, points: int, *, slim: bool = True) -> Row:
+def measured(seed: int, points: int, without: tuple[str, ...] = ()) -> Row:
     """What every method makes of the mesh of a seed; one that fails is off by infinity."""
     from bench import libigl
 
@@ -80,8 +87,10 @@ def measured(seed: int, points: int, *, slim: bool = True) -> Row:
         CHORDS: lambda mesh: flatten(mesh, lengths=chords).flat,
         APPLICABLE: lambda mesh: flatten(mesh, APPLICABLE).flat,
         ARAP: libigl.arap,
-        **({SLIM: libigl.slim} if slim else {}),
+        SLIM: libigl.slim,
     }
+    for name in without:
+        del methods[name]
     seconds, error = dict.fromkeys(methods, np.inf), dict.fromkeys(methods, np.inf)
     to_page = PAGE_MM / float(np.ptp(sample.flat, axis=0).max())
     for _ in range(ROUNDS):
@@ -108,17 +117,18 @@ def _line(row: Row) -> str:
 
 def verdicts(rows: list[Row]) -> None:
     """Print how many meshes are worse than the best peer and than chords, and the ratios of the times."""
-    ours = np.array([row.rms_mm[OURS] for row in rows])
+    ours, whole = (np.array(x) for x in ([row.rms_mm[OURS] for row in rows], [not row.torn_up for row in rows]))
+    print(f"{MOST_FOLDED:.0%} of faces or area are folded over, or more: {(~whole).sum()} of {len(rows)} meshes")
     for name, bound in (
         ("the best of ARAP and SLIM", np.array([row.best_peer_mm for row in rows])),
         ("its own chords", np.array([row.rms_mm[CHORDS] for row in rows])),
     ):
         worse = ours > SAME * bound + SAME_MM
-        print(f"worse than {name} by more than 5 % + 3 µm: {worse.sum()} of {len(rows)} ({worse.mean():.1%})")
+        print(f"worse than {name} by more than 5 % + 3 µm: {_counted(worse, whole)}")
     names = [name for name in (OURS, CHORDS, APPLICABLE, *PEERS) if name in rows[0].rms_mm]
     print("median / worst rms mm: " + ", ".join(f"{n} {_median_worst([r.rms_mm[n] for r in rows])}" for n in names))
     exact = np.array([row.rms_mm[EXACT] for row in rows]) / PAGE_MM
-    print(f"exact lengths leave more than {CONVERGED:.0e} of the page on {(exact > CONVERGED).sum()} of {len(rows)}")
+    print(f"exact lengths leave more than {CONVERGED:.0e} of the page on {_counted(exact > CONVERGED, whole)}")
     for peer, (median, least) in SLOW.items():
         if peer in rows[0].seconds:
             ratios = [row.seconds[peer] / row.seconds[OURS] for row in rows]
@@ -128,8 +138,13 @@ def verdicts(rows: list[Row]) -> None:
             )
     taken = [row.seconds[OURS] for row in rows]
     each = [row.seconds[OURS] / len(row.sample.flat) for row in rows]  # a decimator may leave eight times what is asked
-    whole, by_vertex = (max(times) / statistics.median(times) for times in (taken, each))
-    print(f"slowest over median: {whole:.1f} by mesh, {by_vertex:.1f} by vertex (asked 3)")
+    by_mesh, by_vertex = (max(times) / statistics.median(times) for times in (taken, each))
+    print(f"slowest over median: {by_mesh:.1f} by mesh, {by_vertex:.1f} by vertex (asked 3)")
+
+
+def _counted(found: np.ndarray, whole: np.ndarray) -> str:
+    shares = (f"{among.sum()} of {len(among)} ({among.mean():.1%})" for among in (found, found[whole]))
+    return ", without those ".join(shares)
 
 
 def _median_worst(errors: list[float]) -> str:
