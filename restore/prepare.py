@@ -14,7 +14,7 @@ from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import validated
 from restore.numerics import TINY
-from restore.range_image.camera import Rays, find_rays
+from restore.range_image.camera import find_rays
 from restore.range_image.facet_model import PRECISION, fit_facets
 from restore.range_image.resample import resample
 from restore.range_image.segment import SegmentedScan, find_sheet, segment
@@ -60,7 +60,7 @@ def _check_size(scan: RangeScan | SurfaceMesh) -> None:
     points = scan.points[scan.measured] if isinstance(scan, RangeScan) else scan.vertices
     if len(points) == 0:  # reported elsewhere
         return
-    long, wide = np.sort(np.ptp(points, axis=0))[:0:-1]
+    long, wide = np.sort([np.ptp(axis) for axis in points.T])[:0:-1]  # axis by axis it takes a third of the time
     given = scan.provenance.get("unit_source") == GIVEN
     least, most = (MIN_SIDE_MM, np.inf) if given else (MIN_PAGE_MM, MAX_PAGE_MM)
     if not least <= long <= most:
@@ -88,19 +88,32 @@ def fit_sheet(segmented: SegmentedScan, *, precision: float = PRECISION) -> Shee
 
     precision is the least standard deviation of the noise that is assumed, as a share of the depth.
     """
-    scan, rays = _with_margin(segmented.scan, segmented.rays)
-    samples, inside = np.pad(segmented.samples, MARGIN), np.pad(segmented.inside, MARGIN)
-    inverse_depth = np.where(samples, -1.0 / np.where(samples, scan.points[..., 2], -1.0), np.nan)
-    facets = fit_facets(inverse_depth, samples, inside, _laser_signal(scan), precision=precision)
-    return make_sheet(rays, facets, samples, inside, _texture_positions(scan), scan)
+    page = _around_page(segmented)
+    inverse_depth = np.where(page.samples, -1.0 / np.where(page.samples, page.scan.points[..., 2], -1.0), np.nan)
+    facets = fit_facets(inverse_depth, page.samples, page.inside, _laser_signal(page.scan), precision=precision)
+    return make_sheet(page.rays, facets, page.samples, page.inside, _texture_positions(page.scan), page.scan)
 
 
-def _with_margin(scan: RangeScan, rays: Rays) -> tuple[RangeScan, Rays]:
-    """The scan padded by MARGIN empty samples: a sheet at the border of its grid ends half a sample beyond."""
+def _around_page(segmented: SegmentedScan) -> SegmentedScan:
+    """What lies round the sheet, MARGIN samples to every side: at the border of its grid it ends half a sample out.
+
+    The rest of the scan has no part in the page, and would take as long.
+    """
+    inside = np.pad(segmented.inside, MARGIN)
+    rows, cols = (np.flatnonzero(inside.any(axis=axis))[[0, -1]] for axis in (1, 0))
+    window = slice(rows[0] - MARGIN, rows[1] + MARGIN + 1), slice(cols[0] - MARGIN, cols[1] + MARGIN + 1)
+    scan, rays = segmented.scan, segmented.rays
     margin = ((MARGIN, MARGIN), (MARGIN, MARGIN), (0, 0))
-    points, texture_xy = (np.pad(a, margin, constant_values=np.nan) for a in (scan.points, scan.texture_xy))
-    rays = replace(rays, x0=rays.x0 - MARGIN * rays.dx, y0=rays.y0 - MARGIN * rays.dy)
-    return replace(scan, points=points, texture_xy=texture_xy), rays
+    points, texture_xy = (
+        np.pad(values, margin, constant_values=np.nan)[window] for values in (scan.points, scan.texture_xy)
+    )
+    down, right = window[0].start - MARGIN, window[1].start - MARGIN
+    return SegmentedScan(
+        replace(scan, points=points, texture_xy=texture_xy),
+        replace(rays, x0=rays.x0 + right * rays.dx, y0=rays.y0 + down * rays.dy),
+        np.pad(segmented.samples, MARGIN)[window],
+        inside[window],
+    )
 
 
 def _laser_signal(scan: RangeScan) -> Floats | None:

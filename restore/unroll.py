@@ -25,7 +25,7 @@ from restore.subdivide import subdivide
 MAX_SOLVED_POINTS = 10_000  # vertices; more gain no accuracy and cost seconds
 # Samples from node to node of the lattice that is decimated → nodes for each requested point, at least. The facets
 # average 7×7 samples; the time of decimation is that of its nodes, and the widest step leaves it a choice of nodes.
-STRIDES = {1: 1.0, 2: 1.0, 3: 1.0, 4: 1.0, 6: 6.0}
+STRIDES = {1: 1.0, 2: 1.0, 3: 1.0, 4: 1.0, 5: 6.0, 6: 6.0}
 
 Clock = Callable[[str], AbstractContextManager[None]]
 
