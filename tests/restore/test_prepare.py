@@ -7,7 +7,9 @@ import pytest
 
 from restore.errors import BadInput, NotEnoughSurface
 from restore.mesh.ordered_grid import grid_faces
-from restore.prepare import MARGIN, prepare
+from restore.prepare import MARGIN, fit_sheet, prepare
+from restore.range_image.camera import find_rays
+from restore.range_image.segment import segment
 from restore.range_image.sheet import Sheet
 from restore.scan import InterpolatedMesh, RangeScan, SurfaceMesh
 
@@ -37,8 +39,8 @@ def sheet(scan) -> Sheet:
 
 
 def on_grid(mask):
-    """Where the prepared sheet has a mask of the scan's grid."""
-    return np.pad(mask, MARGIN)
+    """Where the prepared sheet has a mask of the scan's grid: round the page and MARGIN samples beyond."""
+    return mask[tuple(slice(span.start - MARGIN, span.stop + MARGIN) for span in PAGE)]
 
 
 def test_the_sheet_is_inside_where_the_page_is_and_its_hole_too(camera, sheet):
@@ -61,8 +63,21 @@ def test_points_lie_on_the_plane_in_the_hole_as_elsewhere(sheet):
 
 def test_texture_positions_are_continued_into_the_hole(sheet):
     rows, cols = np.nonzero(sheet.inside)
-    wanted = np.stack([cols, rows], axis=1) - MARGIN  # the camera here has one texture pixel for each sample
+    first = PAGE[1].start - MARGIN, PAGE[0].start - MARGIN
+    wanted = np.stack([cols, rows], axis=1) + first  # the camera here has one texture pixel for each sample
     np.testing.assert_allclose(sheet.pixels[rows, cols], wanted, atol=TEXTURE_PX)
+
+
+def test_a_sheet_that_fills_the_grid_ends_beyond_it(camera):
+    scan = camera.shot(camera.plane(TILT))
+    rays = find_rays(scan)
+    assert rays is not None
+    sheet = fit_sheet(segment(scan, rays, scan.measured))
+    rows, cols = camera.shape
+    assert sheet.inside.shape == (rows + 2 * MARGIN, cols + 2 * MARGIN)
+    corner = np.array([[MARGIN, MARGIN]])
+    np.testing.assert_allclose(sheet.pixels[MARGIN, MARGIN], [0.0, 0.0], atol=TEXTURE_PX)
+    np.testing.assert_allclose(sheet.points(corner.astype(float))[0], scan.points[0, 0], atol=EXACT_MM)
 
 
 def test_the_scan_that_came_in_is_not_changed(scan):
