@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
+from scipy.spatial import cKDTree
 
 from restore.mesh.adjacency import border_of
 from restore.mesh.measures import signed_areas
@@ -53,13 +54,30 @@ def straighten(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
     if not fills_rectangle(outline, area):
         return page
     jacobians = _grid_jacobians(page, border)
-    lines = [_fit_side(outline, jacobians[border], *side) for side in ((0, -1), (1, -1), (0, 1), (1, 1))]
+    dense = _dense_outline(sheet, page, border, jacobians[border])
+    lines = [_fit_side(*dense, *side) for side in ((0, -1), (1, -1), (0, 1), (1, 1))]
     target = np.full_like(page.flat, np.nan)
     target[border] = _project_to_sides(outline, jacobians[border], lines)
     flat, faces = _move_border(page.flat, page.faces, target)
     nodes = _update_grid_positions(sheet, page.nodes, jacobians, page.flat, flat, edges_of(faces))
     used = np.unique(faces)
     return PageOnGrid(flat[used], np.searchsorted(used, faces), nodes[used])
+
+
+def _dense_outline(sheet: Sheet, page: PageOnGrid, border: Ints, jacobians: Floats) -> tuple[Floats, Floats]:
+    """(k, 2) mm: where the outline passes between two neighbouring samples, and the Jacobians (k, 2, 2) there.
+
+    Vertices of the border stand where the nearest sample beyond tells, mostly one that sticks out. Halfway between
+    every two samples the outline is neither too wide nor too narrow. jacobians (b, 2, 2) are those at the border (b,).
+    """
+    crossings = [
+        np.argwhere(np.diff(sheet.inside, axis=axis)) + shift for axis, shift in ((0, [0.5, 0.0]), (1, [0.0, 0.5]))
+    ]
+    places = np.concatenate(crossings)
+    _, nearest = cKDTree(page.nodes[border]).query(places)
+    off = places - page.nodes[border][nearest]
+    on_page = np.linalg.pinv(jacobians)[nearest]
+    return page.flat[border][nearest] + np.einsum("nij,nj->ni", on_page, off), jacobians[nearest]
 
 
 def _update_grid_positions(

@@ -20,6 +20,7 @@ LOST_SHARE = 0.08  # of the samples on the border
 # Samples: an outline midway between samples is off by half of one at most, evenly spread; a line through fifty points
 # of it by 0.29 / √50, four times that at worst; and lost samples draw it in by their share of a sample.
 SIDE_SAMPLES = 0.16 + LOST_SHARE
+PAGES, MEAN_SAMPLES = 100, 0.02  # four standard errors of two sides of 0.29 / √(100 samples · 100 pages); 0.04 by vertices
 EXACT_MM = 1e-6  # the page lies in a plane before the scanner: grid, surface and flat page are alike but for rounding
 
 LEFT, TOP, RIGHT, BOTTOM = 14.3, 12.8, 183.6, 146.1  # sides in samples of the camera's 160 × 200
@@ -82,6 +83,21 @@ def test_the_border_of_a_ragged_page_is_on_its_true_sides(camera, box, turn_deg,
     size = np.ptp(straight.mesh.flat, axis=0) / camera.pitch_mm
     np.testing.assert_allclose(size, [box[2] - box[0], box[3] - box[1]], atol=2 * SIDE_SAMPLES)
     assert flipped_faces(straight.mesh.flat, straight.mesh.faces) == 0
+
+
+def test_turned_pages_are_neither_too_large_nor_too_small_in_the_mean(camera):
+    random, off = np.random.default_rng(3), []
+    rows, cols = camera.indices
+    for _ in range(PAGES):
+        angle, shift = np.radians(random.uniform(1.0, 4.0)), random.uniform(-0.5, 0.5, 2)
+        cos, sin = np.cos(angle), np.sin(angle)
+        x, y = cols - 99.5 - shift[0], rows - 79.5 - shift[1]
+        x, y = x * cos - y * sin, x * sin + y * cos
+        page = cut(camera, (np.abs(x) < 80.0) & (np.abs(y) < 60.0))
+        flat = page.mesh.flat @ np.array([[cos, -sin], [sin, cos]])
+        straight = straighten(page.sheet, page.mesh._replace(flat=flat))
+        off.append(np.ptp(straight.flat, axis=0) / camera.pitch_mm - [160.0, 120.0])
+    assert np.abs(np.mean(off, axis=0)).max() < MEAN_SAMPLES
 
 
 def test_the_whole_outline_is_on_the_sides_and_reaches_the_corners(camera):
