@@ -20,7 +20,8 @@ LOST_SHARE = 0.08  # of the samples on the border
 # Samples: an outline midway between samples is off by half of one at most, evenly spread; a line through fifty points
 # of it by 0.29 / √50, four times that at worst; and lost samples draw it in by their share of a sample.
 SIDE_SAMPLES = 0.16 + LOST_SHARE
-PAGES, MEAN_SAMPLES = 100, 0.02  # four standard errors of two sides of 0.29 / √(100 samples · 100 pages); 0.04 by vertices
+PAGES = 100
+MEAN_SAMPLES = 0.02  # of sides of 100 samples four standard errors are 4 · 0.29 / √(100 · 100); 0.04 by vertices
 EXACT_MM = 1e-6  # the page lies in a plane before the scanner: grid, surface and flat page are alike but for rounding
 
 LEFT, TOP, RIGHT, BOTTOM = 14.3, 12.8, 183.6, 146.1  # sides in samples of the camera's 160 × 200
