@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from restore.flattening.fans import face_signs
 from restore.mesh.adjacency import border_of, components
 from restore.mesh.measures import (
     edge_strain,
+    face_signs,
     face_strain,
     flipped_faces,
     signed_areas,

@@ -14,7 +14,7 @@ import numba
 import numpy as np
 
 from restore.mesh.adjacency import Sides
-from restore.mesh.measures import corner_angles, face_normals, vertex_normals
+from restore.mesh.measures import corner_angles
 from restore.numerics import SMALL
 from restore.scan import Floats, Ints, Mask
 
@@ -34,23 +34,6 @@ class Fans(NamedTuple):
     fans: Ints
     angles: Floats
     edge: Ints
-
-
-@numba.njit(cache=True)
-def face_signs(vertices: Floats, faces: Ints) -> Floats:
-    """(m,) −1 where a face is folded over in space, as decimators leave them: it runs against its corners' normals.
-
-    vertices (n, 3), faces (m, 3). The normal of a corner is the mean of its faces, weighed by area.
-    """
-    normals, planes, signs = vertex_normals(vertices, faces), face_normals(vertices, faces), np.ones(len(faces))
-    for f in range(len(faces)):
-        along = 0.0
-        for corner in range(3):
-            for axis in range(3):
-                along += planes[f, axis] * normals[faces[f, corner], axis]
-        if along < 0.0:
-            signs[f] = -1.0
-    return signs
 
 
 @numba.njit(cache=True)

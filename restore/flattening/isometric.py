@@ -14,13 +14,13 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.flattening.angle_synchronisation import flat_from_lengths
-from restore.flattening.conformal import flatten_conformal, unfolded
-from restore.flattening.fans import angle_fans, closing_signs, face_signs
+from restore.flattening.conformal import flatten_conformal
+from restore.flattening.fans import angle_fans, closing_signs
 from restore.flattening.gauss_newton import ROUGHLY, least_absolute_strain, mean_strain, minimise_strain
 from restore.flattening.least_distortion import is_disc, least_distorted_page
 from restore.flattening.repair import inverted_count, repaired
 from restore.flattening.solution import Follow, Solution
-from restore.mesh.measures import rms_strain
+from restore.mesh.measures import face_signs, rms_strain
 from restore.mesh.network import Network
 from restore.mesh.pose import PosedSheet
 from restore.scan import Floats
@@ -54,8 +54,6 @@ def flatten_by_least_squares(posed: PosedSheet, network: Network, follow: Follow
 
 def _least_squares(posed: PosedSheet, network: Network) -> tuple[Solution, Floats]:
     """The page of least squared strain near the start that misses the lengths least, and the signs (m,) of faces."""
-    if len(network.faces) == 1:
-        return Solution(triangle(network), 1), np.ones(1)
     start, signs = _start(posed, network)
     found = minimise_strain(start, network, least_decrease=ROUGHLY)
     if inverted_count(found.flat, network.faces, signs):
@@ -63,14 +61,6 @@ def _least_squares(posed: PosedSheet, network: Network) -> tuple[Solution, Float
             again = minimise_strain(other, network, least_decrease=ROUGHLY)
             found = again if mean_strain(again.flat, network) < mean_strain(found.flat, network) else found
     return found._replace(iterations=1 + found.iterations), signs
-
-
-def triangle(network: Network) -> Floats:
-    """(3, 2) mm: the one face of a network, its first corner at 0 and its second on the x axis."""
-    corners = unfolded(network)[0]
-    flat: Floats = np.zeros((3, 2))
-    flat[network.faces[0]] = np.column_stack([corners.real, corners.imag])
-    return flat
 
 
 def _start(posed: PosedSheet, network: Network) -> tuple[Floats, Floats]:

@@ -14,12 +14,11 @@ from math import sqrt
 
 import numpy as np
 
-from restore.flattening.fans import face_signs
 from restore.flattening.interleaved import interleave
 from restore.flattening.kernels import advance, relax
 from restore.flattening.repair import least_strain_page
 from restore.flattening.solution import Follow, Solution
-from restore.mesh.measures import surface_area
+from restore.mesh.measures import face_signs, surface_area
 from restore.mesh.network import Network
 from restore.mesh.pose import PosedSheet
 from restore.scan import Floats

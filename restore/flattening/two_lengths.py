@@ -10,10 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from restore.flattening.fans import face_signs
 from restore.flattening.gauss_newton import ROUGHLY, least_absolute_strain, mean_strain, minimise_strain
 from restore.flattening.repair import repaired
 from restore.flattening.solution import Solution
+from restore.mesh.measures import face_signs
 from restore.mesh.network import Network, make_network
 from restore.mesh.surface_lengths import surface_lengths
 from restore.mesh.validate import ValidMesh

@@ -13,7 +13,7 @@ import numba
 import numpy as np
 
 from restore.mesh.adjacency import Adjacency, faces_around, neighbours_of
-from restore.mesh.measures import face_normals, vertex_normals
+from restore.mesh.measures import face_normals, face_signs
 from restore.numerics import SQUARE_TINY
 from restore.scan import Floats, Ints
 
@@ -52,25 +52,12 @@ class Rings(NamedTuple):
 def rings_of(vertices: Floats, faces: Ints, edges: Ints) -> Rings:
     """The rings of vertices (n, 3) with faces (m, 3) and edges (e, 2)."""
     count, planes = len(vertices), face_normals(vertices, faces)
+    signs = face_signs(vertices, faces)
     for f in range(len(planes)):
         length = max(sqrt(planes[f, 0] ** 2 + planes[f, 1] ** 2 + planes[f, 2] ** 2), SQUARE_TINY)
         for k in range(3):
-            planes[f, k] /= length
-    _turn_folded(planes, vertex_normals(vertices, faces), faces)
+            planes[f, k] *= signs[f] / length
     return Rings(neighbours_of(edges, count), faces_around(faces, count), planes)
-
-
-@numba.njit(cache=True)
-def _turn_folded(planes: Floats, normals: Floats, faces: Ints) -> None:
-    """Turn the planes (m, 3) of faces round, in place, that run against the normals (n, 3) of their corners."""
-    for f in range(len(planes)):
-        total = 0.0
-        for c in range(3):
-            for k in range(3):
-                total += planes[f, k] * normals[faces[f, c], k]
-        if total < 0.0:
-            for k in range(3):
-                planes[f, k] = -planes[f, k]
 
 
 def fit_jets(vertices: Floats, rings: Rings, chosen: Ints, noise: float, known_noise: float = 0.0) -> Jets:

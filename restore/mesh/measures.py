@@ -175,6 +175,23 @@ def vertex_normals(vertices: Floats, faces: Ints) -> Floats:
 
 
 @numba.njit(cache=True)
+def face_signs(vertices: Floats, faces: Ints) -> Floats:
+    """(m,) −1 where a face is folded over in space, as decimators leave them: it runs against its corners' normals.
+
+    vertices (n, 3), faces (m, 3). The normal of a corner is the mean of its faces, weighed by area.
+    """
+    normals, planes, signs = vertex_normals(vertices, faces), face_normals(vertices, faces), np.ones(len(faces))
+    for f in range(len(faces)):
+        along = 0.0
+        for corner in range(3):
+            for axis in range(3):
+                along += planes[f, axis] * normals[faces[f, corner], axis]
+        if along < 0.0:
+            signs[f] = -1.0
+    return signs
+
+
+@numba.njit(cache=True)
 def surface_area(vertices: Floats, faces: Ints) -> float:
     """Area in mm² of faces (m, 3) over vertices (n, 3) mm, or (n, 2) in the plane, whatever their orientation."""
     total = 0.0

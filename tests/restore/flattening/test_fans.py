@@ -6,9 +6,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from restore.flattening.fans import angle_fans, closing_signs, face_signs
+from restore.flattening.fans import angle_fans, closing_signs
 from restore.mesh.adjacency import sides_of
-from restore.mesh.measures import signed_areas, straight_lengths
+from restore.mesh.measures import face_signs, signed_areas, straight_lengths
 
 ROUNDING = 1e-9  # rad
 
