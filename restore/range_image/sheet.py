@@ -12,8 +12,10 @@ from scipy.ndimage import distance_transform_edt, map_coordinates
 
 from restore.bands import in_bands
 from restore.mesh.raster import rasterise
+from restore.numerics import TINY
 from restore.range_image.camera import LensTerms, Rays, distortion_factor
 from restore.range_image.facet_model import Facets
+from restore.range_image.slope_noise import slope_variances
 from restore.scan import Floats, Ints, Mask, RangeScan
 
 # Slopes that differ by more than this many times the noise are two sides of a crease, not noise of one facet.
@@ -29,6 +31,7 @@ class Sheet:
     inside   (rows, cols) True on the sheet, interior holes included.
     measured (rows, cols) True where the surface was measured and not filled in.
     planes   (rows, cols, 3) inverse depth and its change per column and per row.
+    scatter  (rows, cols, 2) variance of the change per column and of that per row, (1/mm)².
     noise    standard deviation of one measured sample, 1/mm.
     pixels   (rows, cols, 2) texture position of every grid position.
     scan     the source of the surface, with its texture and provenance.
@@ -38,6 +41,7 @@ class Sheet:
     inside: Mask
     measured: Mask
     planes: Floats
+    scatter: Floats
     noise: float
     pixels: Floats
     scan: RangeScan
@@ -68,12 +72,14 @@ class Sheet:
         """(e,) mm: lengths along the surface of edges (e, 2) between grid positions (n, 2).
 
         The path is straight in the picture; on each sample it runs in that sample's facet, and where two facets meet
-        at an angle it runs over their line of intersection, not along the chord.
+        at an angle it runs over their line of intersection, not along the chord. By what the scatter of the slopes
+        makes it longer in the mean it is shortened.
         """
         lengths = np.empty(len(edges))
 
         def measure(part: slice) -> None:
-            lengths[part] = _path_lengths(self.planes, nodes, edges[part], self.rays.lens, CREASE_SIGMAS * self.noise)
+            tolerance = CREASE_SIGMAS * self.noise
+            lengths[part] = _path_lengths(self.planes, self.scatter, nodes, edges[part], self.rays.lens, tolerance)
 
         in_bands(measure, len(edges))
         return lengths
@@ -97,7 +103,8 @@ def make_sheet(rays: Rays, facets: Facets, samples: Mask, inside: Mask, pixels: 
     own_rows, own_cols = np.indices(known.shape)
     slope = facets.slope[rows, cols]
     value = facets.value[rows, cols] + slope[..., 0] * (own_cols - cols) + slope[..., 1] * (own_rows - rows)
-    return Sheet(rays, inside, samples, np.dstack([value, slope]), facets.noise, pixels, scan)
+    scatter = slope_variances(facets, inside)
+    return Sheet(rays, inside, samples, np.dstack([value, slope]), scatter, facets.noise, pixels, scan)
 
 
 def depth_distance(sheet: Sheet, nodes: Floats, faces: Ints) -> dict[str, float]:
@@ -158,7 +165,9 @@ def _distance(ra: float, ca: float, wa: float, rb: float, cb: float, wb: float, 
 
 
 @numba.njit(cache=True, nogil=True)
-def _path_lengths(planes: Floats, nodes: Floats, edges: Ints, lens: LensTerms, tolerance: float) -> Floats:
+def _path_lengths(
+    planes: Floats, scatter: Floats, nodes: Floats, edges: Ints, lens: LensTerms, tolerance: float
+) -> Floats:
     rows, cols, _ = planes.shape
     lengths = np.zeros(len(edges))
     for e in range(len(edges)):
@@ -178,6 +187,10 @@ def _path_lengths(planes: Floats, nodes: Floats, edges: Ints, lens: LensTerms, t
             bend = sa - sb
             t = min(max((wb - sb - wa) / bend, 0.0), 1.0) if abs(bend) > tolerance else 0.5
             rm, cm = ra + t * dr, ca + t * dc
-            lengths[e] += _distance(ra, ca, wa, rm, cm, wa + t * sa, lens)
-            lengths[e] += _distance(rm, cm, wb - (1.0 - t) * sb, rb, cb, wb, lens)
+            way = _distance(ra, ca, wa, rm, cm, wa + t * sa, lens)
+            way += _distance(rm, cm, wb - (1.0 - t) * sb, rb, cb, wb, lens)
+            # A depth that scatters by ε makes the way √(across² + (deep + ε)²) longer by ε² · across² / (2 · way³).
+            across2 = max(way * way - (1.0 / wb - 1.0 / wa) ** 2, 0.0)
+            epsilon2 = (dc * dc * scatter[i, j, 0] + dr * dr * scatter[i, j, 1]) / (wa * wb) ** 2
+            lengths[e] += way - 0.5 * epsilon2 * across2 / (way * way * way + TINY)
     return lengths

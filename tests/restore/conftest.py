@@ -102,7 +102,8 @@ class Camera:
         """A prepared sheet of these facets (rows, cols, 3), with a texture pixel for each sample."""
         rows, cols = self.indices
         inside = np.ones(self.shape, bool) if inside is None else inside
-        return Sheet(self.rays, inside, inside, planes, LEAST_NOISE, np.dstack([cols, rows]), self.shot(planes[..., 0]))
+        still, pixels = np.zeros((*inside.shape, 2)), np.dstack([cols, rows])
+        return Sheet(self.rays, inside, inside, planes, still, LEAST_NOISE, pixels, self.shot(planes[..., 0]))
 
 
 @pytest.fixture(scope="session")

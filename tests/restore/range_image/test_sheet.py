@@ -128,7 +128,8 @@ def test_compiled_and_plain_python_measure_the_same(camera):
     folded = roof(camera, walls)
     ends = np.random.default_rng(1).uniform(10, 150, (12, 2))
     edges = np.stack([np.arange(11), np.arange(1, 12)], axis=1)
-    operands = folded.planes, ends, edges, camera.rays.lens, folded.noise
+    scatter = np.random.default_rng(2).uniform(0.0, folded.noise**2, folded.scatter.shape)
+    operands = folded.planes, scatter, ends, edges, camera.rays.lens, folded.noise
     compiled, plain = (run(*operands) for run in (_path_lengths, _path_lengths.py_func))
     np.testing.assert_allclose(compiled, plain, atol=EXACT)
 
