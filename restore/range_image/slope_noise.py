@@ -16,7 +16,7 @@ from restore.scan import Floats, Mask
 APART = 2 * WIDE_RADIUS + 1  # samples from one window to the next
 SQUARED = 1.0 + 9.0 + 9.0 + 1.0  # coefficients of a third difference: its variance over that of a slope
 FROM_CREASE = 4  # samples: nearer, windows are shifted and their slopes scatter otherwise
-MOST = 30.0  # medians of the squares: a bend that was not found to be a crease; of normal noise all but one in 5,000
+MOST = 12.0  # medians of the squares: a bend that was not found to be a crease; of normal noise all but one in 50
 AVERAGED = 61  # samples: side of the square of which the mean is taken
 OF_PAGE = 100.0  # squares by which the mean of the whole page counts besides
 

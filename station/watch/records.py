@@ -131,7 +131,7 @@ def _put(path: Path, data: bytes) -> None:
             part.replace(path)
             sync_folder(path.parent)
             return
-        except FileNotFoundError:  # another process has just removed the empty folder
+        except (FileNotFoundError, FileExistsError):  # another process has removed the empty folder meanwhile
             if attempt == MAX_TRIES - 1:
                 raise
 
