@@ -17,8 +17,9 @@ APART = 2 * WIDE_RADIUS + 1  # samples from one window to the next
 SQUARED = 1.0 + 9.0 + 9.0 + 1.0  # coefficients of a third difference: its variance over that of a slope
 FROM_CREASE = 4  # samples: nearer, windows are shifted and their slopes scatter otherwise
 MOST = 12.0  # medians of the squares: a bend that was not found to be a crease; of normal noise all but one in 50
-AVERAGED = 61  # samples: side of the square of which the mean is taken
-OF_PAGE = 100.0  # squares by which the mean of the whole page counts besides
+LINES = 4  # from row to row that is looked at: windows of those between share most of their samples with them
+AVERAGED = 61  # samples along a row, and the same across in every LINES-th: the square of which the mean is taken
+OF_PAGE = 25.0  # squares by which the mean of the whole page counts besides
 
 
 def slope_variances(facets: Facets, inside: Mask) -> Floats:
@@ -28,9 +29,15 @@ def slope_variances(facets: Facets, inside: Mask) -> Floats:
     """
     sound = inside & ~facets.crease & np.isfinite(facets.value)
     sound = cv2.distanceTransform(sound.astype(np.uint8), cv2.DIST_L2, 5) > FROM_CREASE
-    across = _averaged(_squares_along_rows(facets.slope[..., 0], sound))
-    down = _averaged(_squares_along_rows(facets.slope[..., 1].T, sound.T).T)
+    across = _along_rows(facets.slope[..., 0], sound)
+    down = _along_rows(facets.slope[..., 1].T, sound.T).T
     return np.stack([across, down], axis=-1)
+
+
+def _along_rows(slope: Floats, sound: Mask) -> Floats:
+    """(rows, cols) variance of the slope along the rows; every row has that of the last row which was looked at."""
+    found = _averaged(_squares_along_rows(slope[::LINES], sound[::LINES]))
+    return np.repeat(found, LINES, axis=0)[: len(slope)]
 
 
 def _squares_along_rows(slope: Floats, sound: Mask) -> Floats:
@@ -51,7 +58,9 @@ def _averaged(squares: Floats) -> Floats:
     known &= squares <= MOST * np.median(squares[known])
     mean = float(squares[known].mean())
     total, count = (
-        cv2.boxFilter(values, cv2.CV_64F, (AVERAGED, AVERAGED), normalize=False, borderType=cv2.BORDER_CONSTANT)
+        cv2.boxFilter(
+            values, cv2.CV_64F, (AVERAGED, AVERAGED // LINES), normalize=False, borderType=cv2.BORDER_CONSTANT
+        )
         for values in (np.where(known, squares, 0.0), known.astype(float))
     )
     return np.asarray((total + OF_PAGE * mean) / (count + OF_PAGE))
