@@ -50,15 +50,15 @@ def closing_signs(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> 
             inner[sides.edges[e, 0]] = inner[sides.edges[e, 1]] = False
     for corner in range(len(angles)):
         gaps[faces[corner // 3, corner % 3]] += signs[corner // 3] * angles[corner]
-    pairs = np.full((len(faces) + len(sides.edges), 2), -1)
-    pairs[: len(faces), 0] = np.arange(len(faces))
+    pairs, found = np.full((len(faces) + len(sides.edges), 2), -1), len(faces)
+    pairs[:found, 0] = np.arange(found)
     for e in range(len(sides.edges)):
         if sides.first[e + 1] - sides.first[e] == 2:
-            pairs[len(faces) + e] = sides.at[sides.first[e] : sides.first[e + 1]] // 3
+            pairs[found], found = sides.at[sides.first[e] : sides.first[e + 1]] // 3, found + 1
     after, turned = gaps.copy(), 1
     while turned:  # a sign that is turned may free those of its neighbours; each closes the fans further
         turned = 0
-        for pair in pairs:
+        for pair in pairs[:found]:
             turned += _turned(pair, faces, angles, inner, signs, gaps, after)
     return signs
 
