@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import cv2
 import numpy as np
@@ -99,20 +100,20 @@ def _around_page(segmented: SegmentedScan) -> SegmentedScan:
 
     The rest of the scan has no part in the page, and would take as long.
     """
-    inside = np.pad(segmented.inside, MARGIN)
-    rows, cols = (np.flatnonzero(inside.any(axis=axis))[[0, -1]] for axis in (1, 0))
-    window = slice(rows[0] - MARGIN, rows[1] + MARGIN + 1), slice(cols[0] - MARGIN, cols[1] + MARGIN + 1)
-    scan, rays = segmented.scan, segmented.rays
-    margin = ((MARGIN, MARGIN), (MARGIN, MARGIN), (0, 0))
-    points, texture_xy = (
-        np.pad(values, margin, constant_values=np.nan)[window] for values in (scan.points, scan.texture_xy)
-    )
-    down, right = window[0].start - MARGIN, window[1].start - MARGIN
+    scan, rays, inside = segmented.scan, segmented.rays, segmented.inside
+    spans = [np.flatnonzero(inside.any(axis=1 - axis))[[0, -1]] + (-MARGIN, MARGIN + 1) for axis in (0, 1)]
+    window = tuple(slice(max(first, 0), last) for first, last in spans)
+    beyond = [(max(-first, 0), max(last - size, 0)) for (first, last), size in zip(spans, inside.shape, strict=True)]
+
+    def cut(values: Any, empty: Any) -> Any:
+        return np.pad(values[window], beyond + [(0, 0)] * (values.ndim - 2), constant_values=empty)
+
+    (down, _), (right, _) = spans
     return SegmentedScan(
-        replace(scan, points=points, texture_xy=texture_xy),
+        replace(scan, points=cut(scan.points, np.nan), texture_xy=cut(scan.texture_xy, np.nan)),
         replace(rays, x0=rays.x0 + right * rays.dx, y0=rays.y0 + down * rays.dy),
-        np.pad(segmented.samples, MARGIN)[window],
-        inside[window],
+        cut(segmented.samples, False),
+        cut(inside, False),
     )
 
 
