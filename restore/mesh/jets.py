@@ -186,7 +186,13 @@ def _own_face(
 def _squared_slope(planes: Floats, face: int, points: Floats, nearness: Floats, k: int, grain: float) -> float:
     """How steeply neighbour k stands off the plane of a face, squared, in units of STAND_OFF and of the noise."""
     off = planes[face, 0] * points[0, k] + planes[face, 1] * points[1, k] + planes[face, 2] * points[2, k]
-    return off**2 / ((STAND_OFF / nearness[k]) ** 2 + (SIGMAS * grain) ** 2)
+    return _squared(off, nearness[k], grain)
+
+
+@numba.njit(cache=True, error_model="numpy", inline="always")
+def _squared(off: float, nearness: float, grain: float) -> float:
+    """A height off a plane or a patch, squared, over what is told from it: a slope of STAND_OFF, and the noise."""
+    return off**2 / ((STAND_OFF / nearness) ** 2 + (SIGMAS * grain) ** 2)
 
 
 @numba.njit(cache=True, error_model="numpy", inline="always")
@@ -250,7 +256,7 @@ def _weigh(points: Floats, nearness: Floats, far: int, jet: Floats, weights: Flo
     for k in range(far):
         x, y = points[0, k], points[1, k]
         off = points[2, k] - jet[0] - (jet[1] + 0.5 * jet[3] * x) * x - (jet[2] + jet[4] * x + 0.5 * jet[5] * y) * y
-        weights[k] = 1.0 / (1.0 + off**2 / ((STAND_OFF / nearness[k]) ** 2 + (SIGMAS * grain) ** 2)) ** 2
+        weights[k] = 1.0 / (1.0 + _squared(off, nearness[k], grain)) ** 2
 
 
 @numba.njit(cache=True, error_model="numpy")
