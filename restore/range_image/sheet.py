@@ -103,7 +103,7 @@ def make_sheet(rays: Rays, facets: Facets, samples: Mask, inside: Mask, pixels: 
     own_rows, own_cols = np.indices(known.shape)
     slope = facets.slope[rows, cols]
     value = facets.value[rows, cols] + slope[..., 0] * (own_cols - cols) + slope[..., 1] * (own_rows - rows)
-    scatter = slope_variances(facets, inside)
+    scatter = slope_variances(facets, known)
     return Sheet(rays, inside, samples, np.dstack([value, slope]), scatter, facets.noise, pixels, scan)
 
 

@@ -22,12 +22,12 @@ AVERAGED = 61  # samples along a row, and the same across in every LINES-th: the
 OF_PAGE = 25.0  # squares by which the mean of the whole page counts besides
 
 
-def slope_variances(facets: Facets, inside: Mask) -> Floats:
-    """(rows, cols, 2) variance of the slope per column and of the slope per row, (1/mm)², within inside (rows, cols).
+def slope_variances(facets: Facets, known: Mask) -> Floats:
+    """(rows, cols, 2) variance of the slope per column and of the slope per row, (1/mm)², where facets are known.
 
     0 on a page too narrow for a third difference.
     """
-    sound = inside & ~facets.crease & np.isfinite(facets.value)
+    sound = known & ~facets.crease
     sound = cv2.distanceTransform(sound.astype(np.uint8), cv2.DIST_L2, 5) > FROM_CREASE
     across = _along_rows(facets.slope[..., 0], sound)
     down = _along_rows(facets.slope[..., 1].T, sound.T).T
