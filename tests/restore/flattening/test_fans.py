@@ -54,13 +54,19 @@ def test_a_folded_face_counts_backwards(warped):
     assert max(np.abs(wrapped(np.array(turns) - turns[0])).max() for turns in blind) > 0.1
 
 
-def test_fans_that_do_not_close_give_a_wrong_sign_away(warped, rng):
+def folded_over(warped):
+    """A page with a vertex moved over its opposite side: flat, faces, true signs, sides."""
     page = warped(count=400)
     flat, faces = page.flat.copy(), page.mesh.faces
     middle = int(np.argmin(np.linalg.norm(flat, axis=1)))
     face = next(f for f in faces if middle in f)
     flat[middle] += 1.2 * (flat[face[face != middle]].mean(axis=0) - flat[middle])
     true, sides = np.sign(signed_areas(flat, faces)), sides_of(faces)
+    return flat, faces, true, sides
+
+
+def test_fans_that_do_not_close_give_a_wrong_sign_away(warped, rng):
+    flat, faces, true, sides = folded_over(warped)
     assert (true < 0).any()
     lengths = straight_lengths(flat, sides.edges)
     np.testing.assert_array_equal(closing_signs(faces, sides, lengths, true), true)
@@ -71,13 +77,8 @@ def test_fans_that_do_not_close_give_a_wrong_sign_away(warped, rng):
         np.testing.assert_array_equal(closing_signs(faces, sides, lengths, signs), true)
 
 
-def test_two_neighbours_with_each_other_s_signs_are_given_away(warped, rng):
-    page = warped(count=400)
-    flat, faces = page.flat.copy(), page.mesh.faces
-    middle = int(np.argmin(np.linalg.norm(flat, axis=1)))
-    face = next(f for f in faces if middle in f)
-    flat[middle] += 1.2 * (flat[face[face != middle]].mean(axis=0) - flat[middle])
-    true, sides = np.sign(signed_areas(flat, faces)), sides_of(faces)
+def test_two_neighbours_with_each_other_s_signs_are_given_away(warped):
+    flat, faces, true, sides = folded_over(warped)
     lengths = straight_lengths(flat, sides.edges)
     beside = [sides.at[a:b] // 3 for a, b in pairwise(sides.first) if b - a == 2]
     swapped = [pair for pair in beside if true[pair].sum() == 0]
