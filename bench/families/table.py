@@ -117,8 +117,9 @@ def _line(row: Row) -> str:
 
 def verdicts(rows: list[Row]) -> None:
     """Print how many meshes are worse than the best peer and than chords, and the ratios of the times."""
-    ours, whole = (np.array(x) for x in ([row.rms_mm[OURS] for row in rows], [not row.torn_up for row in rows]))
-    print(f"{MOST_FOLDED:.0%} of faces or area are folded over, or more: {(~whole).sum()} of {len(rows)} meshes")
+    ours = np.array([row.rms_mm[OURS] for row in rows])
+    whole = np.array([not row.torn_up for row in rows])
+    print(f"more than {MOST_FOLDED:.0%} of faces or area folded over: {(~whole).sum()} of {len(rows)} meshes")
     for name, bound in (
         ("the best of ARAP and SLIM", np.array([row.best_peer_mm for row in rows])),
         ("its own chords", np.array([row.rms_mm[CHORDS] for row in rows])),
