@@ -1,13 +1,14 @@
 """Denoise a range grid without rounding its creases: the facet model.
 
-Every sample gets the quadratic that fits inverse depth best in a window round it (Haralick & Watson, "A facet model
-for image data", 1981). Near a crease it takes the quadratic of a window that ends at the crease, from its own side
-(shiftable windows, after Kuwahara 1976).
+Every sample gets the polynomial that fits inverse depth best in a window round it (Haralick & Watson, "A facet model
+for image data", 1981): a quadratic, and where the surface bends too fast for one, a cubic. Near a crease it takes that
+of a window that ends at the crease, from its own side (shiftable windows, after Kuwahara 1976).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numba
@@ -16,20 +17,40 @@ import numpy as np
 from restore.errors import NotEnoughSurface
 from restore.numerics import TINY
 from restore.range_image.creases import find_creases
-from restore.range_image.quadratic_fit import MIN_SAMPLES, Quadratics, fit_quadratics
+from restore.range_image.polynomial_fit import CUBIC, MAX_LEVERAGE, QUADRATIC, TERMS, Polynomials, fit_polynomials
 from restore.robust import robust_sigma
 from restore.scan import Floats, Ints, Mask
 
 WIDE_RADIUS = 3  # 7×7 samples: the slope's noise is 1/14 of the depth's, per sample
-NARROW_RADIUS = 2  # 5×5 samples where the surface bends too fast for the wide window, as beside the spine of a book
+NARROW_RADIUS = 2  # 5×5 samples between creases that leave no room for more
 MAX_BEND_SIGMAS = 6.0  # σ of the noise: rise of the quadratic over the wide window, beyond which cubic terms matter
 MAX_MISFIT_SIGMAS = 1.5  # residual over the noise; with 43 degrees of freedom noise alone stays below 1.3
 PASSES = 3  # the first is biased by the outliers that it detects; the third changes slopes by less than the noise
 OUTLIER_SIGMAS = 4.0
 PRECISION = 3e-6  # of the depth, a quarter of the scanner's best: least noise, or exact data would be all outliers
+MIN_MEMBERS = 12  # samples of a signal class, to tell its noise
 SIGNAL_CLASSES = 8  # enough to separate ink, half-tones and paper
 SHIFT_PENALTY = 0.02  # of the merit, per sample of shift
+QUADRATIC_TERMS = TERMS[QUADRATIC]
 FACET_FIELDS = 6  # value, slope per column, slope per row, variance, bend, 1 when on one side of a crease
+
+
+class Windows(NamedTuple):
+    """Where the facets come from.
+
+    leverage   of a window, at most: see fit_polynomials.
+    fallbacks  for where the wide quadratic does not fit, in turn: radius, degree, and the misfit at which it is taken.
+    """
+
+    leverage: float
+    fallbacks: tuple[tuple[int, int, float], ...]
+
+
+NARROW = (NARROW_RADIUS, QUADRATIC, np.inf)
+# Until the creases are known there are no cubics, which would round them off and so hide them, and none of the windows
+# at the border whose quadratic passes three columns exactly, and so would pass a column of the table (leverage 0.3).
+BEFORE_CREASES = Windows(0.25, (NARROW,))
+BETWEEN_CREASES = Windows(MAX_LEVERAGE, ((WIDE_RADIUS, CUBIC, MAX_MISFIT_SIGMAS), NARROW))
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,13 +90,12 @@ def fit_facets(
     weight, floor = measured.astype(float), precision * level
     no_crease = np.zeros_like(inside)
     for _ in range(PASSES):
-        facets, _ = _fit_windows(data, weight, inside, no_crease, floor)
+        facets, _ = _fit_windows(data, weight, inside, no_crease, floor, BEFORE_CREASES)
         weight, deviation = _weights(np.where(measured, data - facets[..., 0], np.nan), classes, floor)
     clean = np.where(weight > 0, data, facets[..., 0])
     crease = find_creases(np.where(inside, clean, 0.0), np.where(weight > 0, deviation, 0.0), inside)
-    facets, noise = _fit_windows(
-        data, np.where(crease, 0.0, weight), inside, crease, floor
-    )  # samples on a crease belong to neither side
+    sided = np.where(crease, 0.0, weight)  # samples on a crease belong to neither side
+    facets, noise = _fit_windows(data, sided, inside, crease, floor, BETWEEN_CREASES)
     return Facets(np.where(inside, facets[..., 0] + level, np.nan), facets[..., 1:3], crease, noise)
 
 
@@ -94,7 +114,7 @@ def _weights(residual: Floats, classes: Ints, floor: float) -> tuple[Floats, Flo
     best = np.inf
     for k in range(classes.max() + 1):
         members = (classes == k) & np.isfinite(residual)
-        if members.sum() < MIN_SAMPLES:
+        if members.sum() < MIN_MEMBERS:
             continue
         sigma = max(robust_sigma(residual[members]), floor)
         best = min(best, sigma)
@@ -103,29 +123,37 @@ def _weights(residual: Floats, classes: Ints, floor: float) -> tuple[Floats, Flo
     return weight, deviation
 
 
-def _fit_windows(data: Floats, weight: Floats, inside: Mask, crease: Mask, floor: float) -> tuple[Floats, float]:
+def _fit_windows(
+    data: Floats, weight: Floats, inside: Mask, crease: Mask, floor: float, windows: Windows
+) -> tuple[Floats, float]:
     """The facet (rows, cols, FIELDS) of every sample, and the noise, 1/mm. Unknown creases show as misfit."""
-    fit = fit_quadratics(data, weight, inside, WIDE_RADIUS)
+    fit = fit_polynomials(data, weight, inside, WIDE_RADIUS, QUADRATIC, windows.leverage)
     variance = fit.variance[inside & (weight > 0)]
     if not np.isfinite(variance).any():
         raise NotEnoughSurface("the samples lie too far apart", "raise the laser power for dark paper, and scan again")
     noise2 = max(float(np.nanmedian(variance)), floor**2)
     limit = MAX_MISFIT_SIGMAS**2 * noise2
     distance = cv2.distanceTransform((~crease).astype(np.uint8), cv2.DIST_L2, 5) if crease.any() else None
-    wide = _shift_windows(fit, distance, limit, inside, WIDE_RADIUS)
-    unfit = inside & ~(
-        (wide[..., 3] <= limit) & (wide[..., 4] <= MAX_BEND_SIGMAS * np.sqrt(noise2)) & (wide[..., 5] > 0)
-    )
-    window = np.ones((2 * NARROW_RADIUS + 1, 2 * NARROW_RADIUS + 1), np.uint8)
-    near_unfit = inside & cv2.dilate(unfit.astype(np.uint8), window).astype(bool)
-    narrow = _shift_windows(
-        fit_quadratics(data, weight, near_unfit, NARROW_RADIUS), distance, limit, unfit, NARROW_RADIUS
-    )
-    narrow_is_better = unfit & ((narrow[..., 5] > 0) | np.isnan(wide[..., 0]))
-    return np.where(narrow_is_better[..., None], narrow, wide), float(np.sqrt(noise2))
+    facets = _shift_windows(fit, distance, limit, inside, WIDE_RADIUS)
+    bent = facets[..., 4] > MAX_BEND_SIGMAS * np.sqrt(noise2)
+    unfit = inside & (bent | ~_fits(facets, limit))
+    for radius, degree, misfit in windows.fallbacks:
+        window = np.ones((2 * radius + 1, 2 * radius + 1), np.uint8)
+        near = inside & cv2.dilate(unfit.astype(np.uint8), window).astype(bool)
+        fit = fit_polynomials(data, weight, near, radius, degree, windows.leverage)
+        others = _shift_windows(fit, distance, limit, unfit, radius)
+        better = unfit & (_fits(others, misfit**2 * noise2) | np.isnan(facets[..., 0]))
+        facets = np.where(better[..., None], others, facets)
+        unfit &= ~better
+    return facets, float(np.sqrt(noise2))
 
 
-def _shift_windows(fit: Quadratics, distance: Floats | None, limit: float, inside: Mask, radius: int) -> Floats:
+def _fits(facets: Floats, variance: float) -> Mask:
+    """(rows, cols) True where a facet has at most a variance, and lies on one side of a crease."""
+    return np.asarray((facets[..., 3] <= variance) & (facets[..., 5] > 0))
+
+
+def _shift_windows(fit: Polynomials, distance: Floats | None, limit: float, inside: Mask, radius: int) -> Floats:
     """(rows, cols, FACET_FIELDS) of the best window that contains each sample: its own, or near a crease a shifted one.
 
     With distances from the creases it is the window farthest from them, without the one of least misfit.
@@ -160,6 +188,10 @@ def _choose_windows(
             chosen[r, c, 0] = f[0] + f[1] * x + f[2] * y + f[3] * x * x + f[4] * x * y + f[5] * y * y
             chosen[r, c, 1] = f[1] + 2 * f[3] * x + f[4] * y
             chosen[r, c, 2] = f[2] + f[4] * x + 2 * f[5] * y
+            if terms.shape[2] > QUADRATIC_TERMS:
+                chosen[r, c, 0] += f[6] * x**3 + f[7] * x * x * y + f[8] * x * y * y + f[9] * y**3
+                chosen[r, c, 1] += 3 * f[6] * x * x + 2 * f[7] * x * y + f[8] * y * y
+                chosen[r, c, 2] += f[7] * x * x + 2 * f[8] * x * y + 3 * f[9] * y * y
             chosen[r, c, 3] = variance[best_r, best_c]
             chosen[r, c, 4] = (abs(f[3]) + abs(f[4]) + abs(f[5])) * WIDE_RADIUS * WIDE_RADIUS
             chosen[r, c, 5] = 1.0 if merit[best_r, best_c] >= one_sided_merit else 0.0

@@ -6,7 +6,7 @@ import pytest
 from restore.errors import NotEnoughSurface
 from restore.range_image.creases import BORDER_MARGIN, HALF_LENGTH, HALF_WIDTH
 from restore.range_image.facet_model import WIDE_RADIUS, fit_facets
-from restore.range_image.quadratic_fit import POWERS, fit_quadratics
+from restore.range_image.polynomial_fit import POWERS, QUADRATIC, TERMS, fit_polynomials
 
 SAMPLING_ERROR = 0.03  # relative; 30,000 samples in overlapping windows are 600 windows that do not overlap
 OUTLIERS = 0.02  # of the samples, on edges of ink
@@ -18,6 +18,13 @@ MAX_ERROR_BESIDE = 3.0  # standard deviations: noise alone, in windows with the 
 MAX_ONE_SIDED_ERROR = 0.6  # standard deviations for each sample: the slope at the border of a window, not at its centre
 MAX_ERROR_RATIO = 0.65  # of the error that windows across the ridge leave; at 45° half of that is noise
 MAX_ERROR = 5.0  # standard deviations of the best of 50,000 samples that are each right to half of one
+SPINE_SIGMAS = 40.0  # slope of the walls at a spine, standard deviations for each sample
+SPINE_REACH = 7.0  # samples over which it falls to 1/e
+MAX_SPINE_ERROR = 0.05  # of the slope, in the mean
+TABLE_SIGMAS = 80.0  # standard deviations that the table lies behind the border of the page: 2.8 mm at 0.9 m
+MAX_BORDER_SLOPE = (
+    10.0  # standard deviations for each sample: of three columns' noise; facets that pass the table have 80
+)
 FAINT_FOLD_DEG = 20.0  # half of its samples stand out as a crease, the others are smoothed over
 MAX_FAINT_FOLD_ERROR = 4.0  # standard deviations, 0.14 mm at 0.9 m
 
@@ -35,7 +42,7 @@ def everywhere(camera):
 def centre_noise(radius):
     """Standard deviation of a window's fitted value at its centre, and of its slope, for samples with deviation 1."""
     rows, cols = (part.ravel() for part in np.mgrid[-radius : radius + 1, -radius : radius + 1])
-    design = np.stack([cols**p * rows**q for p, q in POWERS], axis=1)
+    design = np.stack([cols**p * rows**q for p, q in POWERS[: TERMS[QUADRATIC]]], axis=1)
     covariance = np.linalg.inv(design.T @ design)
     return np.sqrt(covariance[0, 0]), np.sqrt(covariance[1, 1])
 
@@ -93,7 +100,7 @@ def test_outliers_do_not_move_the_surface(camera, noise, everywhere, sign):
     exact, here = camera.cylinder(100.0), inner(camera)
     clean, spoilt = (fit_facets(exact + noise + extra, everywhere, everywhere) for extra in (0.0, outliers))
     assert rms((spoilt.value - exact)[here]) < (1 + MAX_ERROR_RISE) * rms((clean.value - exact)[here])
-    once = fit_quadratics(exact + noise + outliers, np.ones(camera.shape), everywhere, WIDE_RADIUS).terms[..., 0]
+    once = fit_polynomials(exact + noise + outliers, np.ones(camera.shape), everywhere, WIDE_RADIUS).terms[..., 0]
     assert rms((once - exact)[here]) > 5 * rms((clean.value - exact)[here])  # what least squares alone would do
     assert not spoilt.crease.any()
 
@@ -106,7 +113,7 @@ def test_slopes_beside_creases_are_one_sided(camera, noise, everywhere, fold_deg
     across, _ = camera.about_ridge(angle_deg, 100.3)
     beside = inner(camera, 2 * WIDE_RADIUS) & (np.abs(across) < NEAR_RIDGE) & ~facets.crease
     errors = (facets.value - exact) / camera.noise
-    rounded = fit_quadratics(exact + noise, np.ones(camera.shape), everywhere, WIDE_RADIUS).terms[..., 0]
+    rounded = fit_polynomials(exact + noise, np.ones(camera.shape), everywhere, WIDE_RADIUS).terms[..., 0]
     assert rms(errors[beside]) < MAX_ERROR_RATIO * rms(((rounded - exact) / camera.noise)[beside])
     assert np.abs(errors[beside & inner(camera, BORDER_MARGIN + HALF_WIDTH + HALF_LENGTH)]).max() < MAX_ERROR_BESIDE
     assert np.abs(errors[beside]).max() < 2 * MAX_ERROR_BESIDE  # nearer to the border the crease is known to a sample
@@ -127,6 +134,29 @@ def test_between_curved_walls_slopes_are_evaluated_at_the_sample(camera, noise, 
     own = np.where(left < right, camera.facets(left)[..., 1], camera.facets(right)[..., 1]) + 2 * bend * across
     beside = inner(camera, 2 * WIDE_RADIUS) & (np.abs(across) < NEAR_RIDGE) & ~facets.crease
     assert rms((facets.slope[..., 0] - own)[beside]) < MAX_ONE_SIDED_ERROR * camera.noise
+
+
+def test_beside_a_spine_slopes_are_right_though_the_walls_bend_fast(camera, noise, everywhere):
+    """The walls get steeper towards the spine like those of an open book, faster than any quadratic."""
+    across = np.abs(camera.about_ridge(0.0, 100.3)[0])
+    exact = camera.plane() - SPINE_SIGMAS * camera.noise * SPINE_REACH * np.exp(-across / SPINE_REACH)
+    own = np.sign(camera.about_ridge(0.0, 100.3)[0]) * SPINE_SIGMAS * camera.noise * np.exp(-across / SPINE_REACH)
+    facets = fit_facets(exact + noise, everywhere, everywhere)
+    beside = inner(camera, 2 * WIDE_RADIUS) & (across < NEAR_RIDGE) & ~facets.crease
+    share = (facets.slope[..., 0] / own)[beside]
+    assert np.mean(share) == pytest.approx(1.0, abs=MAX_SPINE_ERROR)
+
+
+@pytest.mark.parametrize("share", [0.5, 0.7, 1.0])
+def test_a_column_of_the_table_at_the_border_does_not_turn_the_facets(camera, noise, everywhere, share):
+    """Seen beside a page that lies a little higher; no window is bent to pass it."""
+    random = np.random.default_rng(3)
+    page = camera.plane()
+    data = page + noise
+    data[:, 0] -= TABLE_SIGMAS * camera.noise * (random.random(len(data)) < share)
+    facets = fit_facets(data, everywhere, everywhere)
+    right = np.gradient(page, axis=1)
+    assert np.abs(facets.slope[..., 0] - right)[:, :WIDE_RADIUS].max() < MAX_BORDER_SLOPE * camera.noise
 
 
 def test_an_undetected_fold_is_rounded_only_slightly(camera, noise, everywhere):
