@@ -99,6 +99,11 @@ def fit_facets(
     return Facets(np.where(inside, facets[..., 0] + level, np.nan), facets[..., 1:3], crease, noise)
 
 
+def in_whole_windows(known: Mask) -> Mask:
+    """(rows, cols) True where what is known reaches so far that a facet is that of a window in its own middle."""
+    return np.asarray(cv2.distanceTransform(known.astype(np.uint8), cv2.DIST_L2, 5) > WIDE_RADIUS + 1)
+
+
 def _signal_classes(signal: Floats | None, measured: Mask) -> Ints:
     """(rows, cols) class of each sample by its signal, 0 the strongest; −1 where nothing was measured."""
     if signal is None:
@@ -143,7 +148,7 @@ def _fit_windows(
         fit = fit_polynomials(data, weight, near, radius, degree, windows.leverage)
         others = _shift_windows(fit, distance, limit, unfit, radius)
         better = unfit & (_fits(others, misfit**2 * noise2) | np.isnan(facets[..., 0]))
-        facets = np.where(better[..., None], others, facets)
+        facets[better] = others[better]
         unfit &= ~better
     return facets, float(np.sqrt(noise2))
 

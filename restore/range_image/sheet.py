@@ -14,7 +14,8 @@ from restore.bands import in_bands
 from restore.mesh.raster import rasterise
 from restore.numerics import TINY
 from restore.range_image.camera import LensTerms, Rays, distortion_factor
-from restore.range_image.facet_model import Facets
+from restore.range_image.facet_model import Facets, in_whole_windows
+from restore.range_image.slope_bias import unbiased
 from restore.range_image.slope_noise import slope_variances
 from restore.scan import Floats, Ints, Mask, RangeScan
 
@@ -101,9 +102,11 @@ def make_sheet(rays: Rays, facets: Facets, samples: Mask, inside: Mask, pixels: 
     known = inside & np.isfinite(facets.value)
     rows, cols = distance_transform_edt(~known, return_distances=False, return_indices=True)
     own_rows, own_cols = np.indices(known.shape)
-    slope = facets.slope[rows, cols]
+    sound = in_whole_windows(known & ~facets.crease)
+    slopes = unbiased(facets.slope, sound)
+    slope = slopes[rows, cols]
     value = facets.value[rows, cols] + slope[..., 0] * (own_cols - cols) + slope[..., 1] * (own_rows - rows)
-    scatter = slope_variances(facets, known)
+    scatter = slope_variances(slopes, sound)
     return Sheet(rays, inside, samples, np.dstack([value, slope]), scatter, facets.noise, pixels, scan)
 
 

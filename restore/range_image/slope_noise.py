@@ -10,27 +10,25 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from restore.range_image.facet_model import WIDE_RADIUS, Facets
+from restore.range_image.facet_model import WIDE_RADIUS
 from restore.scan import Floats, Mask
 
 APART = 2 * WIDE_RADIUS + 1  # samples from one window to the next
 SQUARED = 1.0 + 9.0 + 9.0 + 1.0  # coefficients of a third difference: its variance over that of a slope
-FROM_CREASE = 4  # samples: nearer, windows are shifted and their slopes scatter otherwise
 MOST = 12.0  # medians of the squares: a bend that was not found to be a crease; of normal noise all but one in 50
 LINES = 4  # from row to row that is looked at: windows of those between share most of their samples with them
 AVERAGED = 61  # samples along a row, and the same across in every LINES-th: the square of which the mean is taken
 OF_PAGE = 25.0  # squares by which the mean of the whole page counts besides
 
 
-def slope_variances(facets: Facets, known: Mask) -> Floats:
-    """(rows, cols, 2) variance of the slope per column and of the slope per row, (1/mm)², where facets are known.
+def slope_variances(slope: Floats, sound: Mask) -> Floats:
+    """(rows, cols, 2) variance of the slope per column and of the slope per row, (1/mm)².
 
-    0 on a page too narrow for a third difference.
+    slope (rows, cols, 2) of facets; sound (rows, cols): those in the middle of whole windows. 0 on a page too narrow
+    for a third difference.
     """
-    sound = known & ~facets.crease
-    sound = cv2.distanceTransform(sound.astype(np.uint8), cv2.DIST_L2, 5) > FROM_CREASE
-    across = _along_rows(facets.slope[..., 0], sound)
-    down = _along_rows(facets.slope[..., 1].T, sound.T).T
+    across = _along_rows(slope[..., 0], sound)
+    down = _along_rows(slope[..., 1].T, sound.T).T
     return np.stack([across, down], axis=-1)
 
 
