@@ -193,6 +193,9 @@ def test_words_lie_over_the_page_and_are_found(show, canned):
     page.get_by_role("button", name="Page 2").click()
     page.wait_for_selector(".words .chosen")
     assert page.get_by_role("heading", level=1).inner_text() == "Page 2"
+    tool(page, "Look")
+    tool(page, "Words")  # drawn once more: what was chosen stays so
+    page.wait_for_selector(".words .chosen")
 
 
 def test_before_and_after_lie_over_each_other(show, canned):

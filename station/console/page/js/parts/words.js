@@ -50,10 +50,11 @@ export class Words {
 
   draw() {
     const wanted = plain(this.query).split(/\s+/).filter(Boolean);
-    this.layer.replaceChildren(...this.words.flatMap((word) => {
+    const chosen = this.chosen?.page === this.row?.page ? this.chosen?.words ?? [] : [];
+    this.layer.replaceChildren(...this.words.flatMap((word, at) => {
       const hit = wanted.some((one) => plain(word.text).includes(one));
       const text = h("text", { x: word.x, y: word.y + word.h * HEIGHT, textLength: Math.max(word.w, 1), lengthAdjust: "spacingAndGlyphs", "font-size": word.h, text: `${word.text} ` });
-      return [h("rect", { x: word.x - 2, y: word.y - 2, width: word.w + 4, height: word.h + 4, class: hit ? "hit" : "word" }), text];
+      return [h("rect", { x: word.x - 2, y: word.y - 2, width: word.w + 4, height: word.h + 4, class: `${hit ? "hit" : "word"}${chosen.includes(at) ? " chosen" : ""}` }), text];
     }));
   }
 
@@ -77,12 +78,13 @@ export class Words {
     return undefined;
   }
 
+  // What is chosen is drawn with the words: they may be drawn again at any time, as when the page is told to have changed.
   async visit(hit) {
+    this.chosen = hit;
     if (hit.page !== this.row.page) await this.go(hit.page);
     const word = this.words[hit.words[0]];
     if (word) this.viewer.reveal(word);
-    for (const rect of this.layer.querySelectorAll("rect.chosen")) rect.classList.remove("chosen");
-    for (const at of hit.words) this.layer.querySelectorAll("rect")[at]?.classList.add("chosen");
+    this.draw();
     set(this.layer, "data-page", hit.page);
   }
 }
