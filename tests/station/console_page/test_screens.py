@@ -196,6 +196,8 @@ def test_words_lie_over_the_page_and_are_found(show, canned):
     tool(page, "Look")
     tool(page, "Words")  # drawn once more: what was chosen stays so
     page.wait_for_selector(".words .chosen")
+    page.get_by_label("Search the volume").fill("another")
+    page.wait_for_selector(".words .chosen", state="detached")  # of the search before
 
 
 def test_before_and_after_lie_over_each_other(show, canned):

@@ -60,7 +60,7 @@ export class Words {
 
   later() {
     clearTimeout(this.timer);
-    this.timer = setTimeout(() => { this.query = this.input.value.trim(); this.search(); }, TYPING_MS);
+    this.timer = setTimeout(() => { this.query = this.input.value.trim(); this.chosen = null; this.search(); }, TYPING_MS);
   }
 
   async search() {
