@@ -22,6 +22,7 @@ from restore.robust import robust_sigma
 from restore.scan import Floats, Ints, Mask
 
 WIDE_RADIUS = 3  # 7×7 samples: the slope's noise is 1/14 of the depth's, per sample
+APART = 2 * WIDE_RADIUS + 1  # samples from a wide window to the next that shares none with it
 NARROW_RADIUS = 2  # 5×5 samples between creases that leave no room for more
 MAX_BEND_SIGMAS = 6.0  # σ of the noise: rise of the quadratic over the wide window, beyond which cubic terms matter
 MAX_MISFIT_SIGMAS = 1.5  # residual over the noise; with 43 degrees of freedom noise alone stays below 1.3
@@ -100,7 +101,7 @@ def fit_facets(
 
 
 def in_whole_windows(known: Mask) -> Mask:
-    """(rows, cols) True where what is known reaches so far that a facet is that of a window in its own middle."""
+    """(rows, cols) True where the wide window is centred on its sample: all of it is known, without a crease."""
     return np.asarray(cv2.distanceTransform(known.astype(np.uint8), cv2.DIST_L2, 5) > WIDE_RADIUS + 1)
 
 
@@ -154,7 +155,7 @@ def _fit_windows(
 
 
 def _fits(facets: Floats, variance: float) -> Mask:
-    """(rows, cols) True where a facet has at most a variance, and lies on one side of a crease."""
+    """(rows, cols) True where facets have no greater variance, (1/mm)², and a window on one side of a crease."""
     return np.asarray((facets[..., 3] <= variance) & (facets[..., 5] > 0))
 
 
@@ -184,7 +185,7 @@ def _choose_windows(
             if shifted[r, c]:
                 for i in range(max(0, r - radius), min(rows, r + radius + 1)):
                     for j in range(max(0, c - radius), min(cols, c + radius + 1)):
-                        # Of two equally good windows the nearer: its quadratic extrapolates less.
+                        # Of two equally good windows the nearer: its polynomial extrapolates less.
                         score = merit[i, j] - SHIFT_PENALTY * abs(merit[i, j]) * (abs(i - r) + abs(j - c))
                         if not np.isnan(variance[i, j]) and score > best:
                             best_r, best_c, best = i, j, score

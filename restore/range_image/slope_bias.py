@@ -1,7 +1,7 @@
-"""What quadratics take off the slopes of a surface that bends to and fro, and how it is given back.
+"""Correct the bias of slopes that are fitted by quadratics.
 
-Where the surface is a cubic the slope of a quadratic is off, by so much of the third derivatives as the moments of the
-window say. These are the second derivatives of the slopes: slopes a window away tell them with hardly any noise.
+A cubic term biases the slope of a quadratic by the third derivatives of the surface, times moments of the window. They
+are the second derivatives of the slopes, estimated from mean slopes a window apart, which adds little noise.
 """
 
 from __future__ import annotations
@@ -9,19 +9,18 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from restore.range_image.facet_model import WIDE_RADIUS
+from restore.range_image.facet_model import APART, WIDE_RADIUS
 from restore.scan import Floats, Mask
 
-APART = 2 * WIDE_RADIUS + 1  # samples from one window to the next
 SECOND_MOMENT = WIDE_RADIUS * (WIDE_RADIUS + 1) / 3
 FOURTH_OVER_SECOND = (3 * WIDE_RADIUS * (WIDE_RADIUS + 1) - 1) / 5
-ALONG = FOURTH_OVER_SECOND / 6  # x³/6, fitted by a quadratic in x and y, leaves so much of x
-ACROSS = SECOND_MOMENT / 2  # and x·y²/2 so much
+ALONG = FOURTH_OVER_SECOND / 6  # slope in x of the quadratic that fits x³/6 best; the true one is 0
+ACROSS = SECOND_MOMENT / 2  # the same for x·y²/2
 FULL = 1.0 - 1e-6  # share of a window
 
 
 def unbiased(slope: Floats, sound: Mask) -> Floats:
-    """(rows, cols, 2) the slopes per column and per row without their bias, where slopes a window away tell it.
+    """(rows, cols, 2) the slopes per column and per row, corrected where the slopes a window away are known.
 
     slope (rows, cols, 2) of quadratics; sound (rows, cols): those in the middle of whole windows.
     """
@@ -31,7 +30,7 @@ def unbiased(slope: Floats, sound: Mask) -> Floats:
 
 
 def _unbiased_along_rows(slope: Floats, sound: Mask) -> Floats:
-    """(rows, cols) slopes along the rows (rows, cols), without their bias."""
+    """(rows, cols) slopes along the rows (rows, cols), corrected."""
     known = np.where(sound, slope, 0.0), sound.astype(float)
     mean, share = (cv2.blur(values, (APART, APART), borderType=cv2.BORDER_CONSTANT) for values in known)
     mean[share < FULL] = np.nan

@@ -10,10 +10,9 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from restore.range_image.facet_model import WIDE_RADIUS
+from restore.range_image.facet_model import APART
 from restore.scan import Floats, Mask
 
-APART = 2 * WIDE_RADIUS + 1  # samples from one window to the next
 SQUARED = 1.0 + 9.0 + 9.0 + 1.0  # coefficients of a third difference: its variance over that of a slope
 MOST = 12.0  # medians of the squares: a bend that was not found to be a crease; of normal noise all but one in 50
 LINES = 4  # from row to row that is looked at: windows of those between share most of their samples with them
