@@ -91,7 +91,8 @@ def fit_sheet(segmented: SegmentedScan, *, precision: float = PRECISION) -> Shee
     """
     page = _around_page(segmented)
     inverse_depth = np.where(page.samples, -1.0 / np.where(page.samples, page.scan.points[..., 2], -1.0), np.nan)
-    facets = fit_facets(inverse_depth, page.samples, page.inside, _laser_signal(page.scan), precision=precision)
+    signal, spacing = _laser_signal(page.scan), abs(page.rays.dx)
+    facets = fit_facets(inverse_depth, page.samples, page.inside, spacing, signal, precision=precision)
     return make_sheet(page.rays, facets, page.samples, page.inside, _texture_positions(page.scan), page.scan)
 
 

@@ -11,7 +11,7 @@ from scipy.ndimage import label
 
 from restore.bands import in_threads
 from restore.numerics import TINY
-from restore.range_image.polynomial_fit import POWERS, QUADRATIC, TERMS
+from restore.range_image.quadratic_fit import POWERS
 from restore.robust import robust_sigma
 from restore.scan import Bytes, Floats, Mask
 
@@ -82,7 +82,7 @@ def _kink_kernel(angle: float) -> Floats:
     share = np.clip(HALF_WIDTH + 0.5 - np.abs(u), 0, 1) * np.clip(HALF_LENGTH + 0.5 - np.abs(v), 0, 1)
     support = share > 0
     weight = np.sqrt(share[support])
-    terms = np.stack([(u**p * v**q)[support] for p, q in POWERS[: TERMS[QUADRATIC]]], axis=1)
+    terms = np.stack([(u**p * v**q)[support] for p, q in POWERS], axis=1)
     fit, *_ = np.linalg.lstsq(terms * weight[:, None], np.abs(u[support]) * weight, rcond=None)
     kernel = np.zeros_like(u)
     kernel[support] = share[support] * (np.abs(u[support]) - terms @ fit)

@@ -1,14 +1,13 @@
 """Denoise a range grid without rounding its creases: the facet model.
 
-Every sample gets the polynomial that fits inverse depth best in a window round it (Haralick & Watson, "A facet model
-for image data", 1981): a quadratic, and where the surface bends too fast for one, a cubic. Near a crease it takes that
-of a window that ends at the crease, from its own side (shiftable windows, after Kuwahara 1976).
+Every sample gets the quadratic that fits inverse depth best in a window round it (Haralick & Watson, "A facet model
+for image data", 1981), or where the surface bends too fast for one, a fit over its tangent plane. Near a crease it
+takes that of a window that ends at the crease, from its own side (shiftable windows, after Kuwahara 1976).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import cv2
 import numba
@@ -17,14 +16,15 @@ import numpy as np
 from restore.errors import NotEnoughSurface
 from restore.numerics import TINY
 from restore.range_image.creases import find_creases
-from restore.range_image.polynomial_fit import CUBIC, MAX_LEVERAGE, QUADRATIC, TERMS, Polynomials, fit_polynomials
+from restore.range_image.quadratic_fit import MAX_LEVERAGE, Quadratics, fit_quadratics
+from restore.range_image.tangent_fit import fit_over_tangents
 from restore.robust import robust_sigma
 from restore.scan import Floats, Ints, Mask
 
 WIDE_RADIUS = 3  # 7×7 samples: the slope's noise is 1/14 of the depth's, per sample
 APART = 2 * WIDE_RADIUS + 1  # samples from a wide window to the next that shares none with it
 NARROW_RADIUS = 2  # 5×5 samples between creases that leave no room for more
-MAX_BEND_SIGMAS = 6.0  # σ of the noise: rise of the quadratic over the wide window, beyond which cubic terms matter
+MAX_BEND_SIGMAS = 6.0  # σ of the noise: rise of the quadratic over the wide window, beyond which higher terms matter
 MAX_MISFIT_SIGMAS = 1.5  # residual over the noise; with 43 degrees of freedom noise alone stays below 1.3
 PASSES = 3  # the first is biased by the outliers that it detects; the third changes slopes by less than the noise
 OUTLIER_SIGMAS = 4.0
@@ -32,26 +32,10 @@ PRECISION = 3e-6  # of the depth, a quarter of the scanner's best: least noise, 
 MIN_MEMBERS = 12  # samples of a signal class, to tell its noise
 SIGNAL_CLASSES = 8  # enough to separate ink, half-tones and paper
 SHIFT_PENALTY = 0.02  # of the merit, per sample of shift
-QUADRATIC_TERMS = TERMS[QUADRATIC]
+# Until the creases are known there are none of the windows at the border whose quadratic passes three columns exactly,
+# and so would pass a column of the table (leverage 0.3).
+LEVERAGE_BEFORE_CREASES = 0.25
 FACET_FIELDS = 6  # value, slope per column, slope per row, variance, bend, 1 when on one side of a crease
-
-
-class Windows(NamedTuple):
-    """Where the facets come from.
-
-    leverage   of a window, at most: see fit_polynomials.
-    fallbacks  for where the wide quadratic does not fit, in turn: radius, degree, and the misfit at which it is taken.
-    """
-
-    leverage: float
-    fallbacks: tuple[tuple[int, int, float], ...]
-
-
-NARROW = (NARROW_RADIUS, QUADRATIC, np.inf)
-# Until the creases are known there are no cubics, which would round them off and so hide them, and none of the windows
-# at the border whose quadratic passes three columns exactly, and so would pass a column of the table (leverage 0.3).
-BEFORE_CREASES = Windows(0.25, (NARROW,))
-BETWEEN_CREASES = Windows(MAX_LEVERAGE, ((WIDE_RADIUS, CUBIC, MAX_MISFIT_SIGMAS), NARROW))
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,12 +58,14 @@ def fit_facets(
     inverse_depth: Floats,
     measured: Mask,
     inside: Mask,
+    spacing: float,
     signal: Floats | None = None,
     *,
     precision: float = PRECISION,
 ) -> Facets:
     """Fit facets to inverse depth (rows, cols) 1/mm at every sample of `inside` that has enough measured neighbours.
 
+    spacing is that of the rays, from column to column at a depth of 1.
     signal (rows, cols), in any unit, is the light that each sample returned: those with little have more noise and less
     weight. Outliers, such as mixed pixels at the edges of ink, have weight 0. `precision`, a share of the depth, is the
     least noise that is assumed.
@@ -88,15 +74,14 @@ def fit_facets(
     level = float(np.median(inverse_depth[measured]))
     data = np.where(measured, inverse_depth - level, 0.0)
     classes = _signal_classes(signal, measured)
-    weight, floor = measured.astype(float), precision * level
-    no_crease = np.zeros_like(inside)
+    weight, floor, steep = measured.astype(float), precision * level, spacing * level
     for _ in range(PASSES):
-        facets, _ = _fit_windows(data, weight, inside, no_crease, floor, BEFORE_CREASES)
+        facets, _ = _fit_windows(data, weight, inside, floor, None, steep)
         weight, deviation = _weights(np.where(measured, data - facets[..., 0], np.nan), classes, floor)
     clean = np.where(weight > 0, data, facets[..., 0])
     crease = find_creases(np.where(inside, clean, 0.0), np.where(weight > 0, deviation, 0.0), inside)
     sided = np.where(crease, 0.0, weight)  # samples on a crease belong to neither side
-    facets, noise = _fit_windows(data, sided, inside, crease, floor, BETWEEN_CREASES)
+    facets, noise = _fit_windows(data, sided, inside, floor, crease, steep)
     return Facets(np.where(inside, facets[..., 0] + level, np.nan), facets[..., 1:3], crease, noise)
 
 
@@ -130,53 +115,68 @@ def _weights(residual: Floats, classes: Ints, floor: float) -> tuple[Floats, Flo
 
 
 def _fit_windows(
-    data: Floats, weight: Floats, inside: Mask, crease: Mask, floor: float, windows: Windows
+    data: Floats, weight: Floats, inside: Mask, floor: float, crease: Mask | None, steep: float
 ) -> tuple[Floats, float]:
-    """The facet (rows, cols, FIELDS) of every sample, and the noise, 1/mm. Unknown creases show as misfit."""
-    fit = fit_polynomials(data, weight, inside, WIDE_RADIUS, QUADRATIC, windows.leverage)
+    """The facet (rows, cols, FACET_FIELDS) of every sample, and the noise, 1/mm.
+
+    As long as the creases are unknown they show as misfit, and no surface is fitted over tangent planes: it would round
+    them off, and so hide them.
+    """
+    leverage = LEVERAGE_BEFORE_CREASES if crease is None else MAX_LEVERAGE
+    fit = fit_quadratics(data, weight, inside, WIDE_RADIUS, leverage)
     variance = fit.variance[inside & (weight > 0)]
     if not np.isfinite(variance).any():
         raise NotEnoughSurface("the samples lie too far apart", "raise the laser power for dark paper, and scan again")
     noise2 = max(float(np.nanmedian(variance)), floor**2)
     limit = MAX_MISFIT_SIGMAS**2 * noise2
-    distance = cv2.distanceTransform((~crease).astype(np.uint8), cv2.DIST_L2, 5) if crease.any() else None
-    facets = _shift_windows(fit, distance, limit, inside, WIDE_RADIUS)
+    distance = None if crease is None else _distance(crease)
+    facets, centres = _shift_windows(fit, distance, limit, inside, WIDE_RADIUS)
+    one_sided = facets[..., 5] > 0
     bent = facets[..., 4] > MAX_BEND_SIGMAS * np.sqrt(noise2)
-    unfit = inside & (bent | ~_fits(facets, limit))
-    for radius, degree, misfit in windows.fallbacks:
-        window = np.ones((2 * radius + 1, 2 * radius + 1), np.uint8)
-        near = inside & cv2.dilate(unfit.astype(np.uint8), window).astype(bool)
-        fit = fit_polynomials(data, weight, near, radius, degree, windows.leverage)
-        others = _shift_windows(fit, distance, limit, unfit, radius)
-        better = unfit & (_fits(others, misfit**2 * noise2) | np.isnan(facets[..., 0]))
-        facets[better] = others[better]
+    unfit = inside & (bent | ~((facets[..., 3] <= limit) & one_sided))
+    if crease is not None:
+        tangent = fit_over_tangents(data, weight, unfit, fit.terms, centres, steep, WIDE_RADIUS)
+        better = unfit & (tangent[..., 3] <= limit) & one_sided
+        facets[better, :4] = tangent[better]
         unfit &= ~better
+    window = np.ones((2 * NARROW_RADIUS + 1, 2 * NARROW_RADIUS + 1), np.uint8)
+    near = inside & cv2.dilate(unfit.astype(np.uint8), window).astype(bool)
+    fit = fit_quadratics(data, weight, near, NARROW_RADIUS, leverage)
+    narrow, _ = _shift_windows(fit, distance, limit, unfit, NARROW_RADIUS)
+    better = unfit & ((narrow[..., 5] > 0) | np.isnan(facets[..., 0]))
+    facets[better] = narrow[better]
     return facets, float(np.sqrt(noise2))
 
 
-def _fits(facets: Floats, variance: float) -> Mask:
-    """(rows, cols) True where facets have no greater variance, (1/mm)², and a window on one side of a crease."""
-    return np.asarray((facets[..., 3] <= variance) & (facets[..., 5] > 0))
+def _distance(crease: Mask) -> Floats:
+    """(rows, cols) samples from the nearest crease; more than a window's reach where there is none."""
+    if not crease.any():
+        return np.full(crease.shape, float(APART))
+    return cv2.distanceTransform((~crease).astype(np.uint8), cv2.DIST_L2, 5).astype(np.float64)
 
 
-def _shift_windows(fit: Polynomials, distance: Floats | None, limit: float, inside: Mask, radius: int) -> Floats:
-    """(rows, cols, FACET_FIELDS) of the best window that contains each sample: its own, or near a crease a shifted one.
+def _shift_windows(
+    fit: Quadratics, distance: Floats | None, limit: float, inside: Mask, radius: int
+) -> tuple[Floats, Ints]:
+    """The facet (rows, cols, FACET_FIELDS) of each sample by the best window that contains it, and that window's index.
 
-    With distances from the creases it is the window farthest from them, without the one of least misfit.
+    That is its own, or near a crease, or where its own has too few samples, a shifted one: the farthest from creases,
+    whose distances (rows, cols) are given, or where they are not known the one of least misfit.
     """
     if distance is None:
         merit, shifted, one_sided_merit = -fit.variance, ~(fit.variance < limit), -limit
     else:
-        merit, shifted, one_sided_merit = distance.astype(np.float64), distance <= radius + 1.5, float(radius)
+        near = (distance <= radius + 1.5) | np.isnan(fit.variance)
+        merit, shifted, one_sided_merit = distance, near, float(radius)
     return _choose_windows(fit.terms, fit.variance, merit, shifted & inside, inside, one_sided_merit, radius)
 
 
 @numba.njit(cache=True)
 def _choose_windows(
     terms: Floats, variance: Floats, merit: Floats, shifted: Mask, inside: Mask, one_sided_merit: float, radius: int
-) -> Floats:
+) -> tuple[Floats, Ints]:
     rows, cols = merit.shape
-    chosen = np.full((rows, cols, FACET_FIELDS), np.nan)
+    chosen, centres = np.full((rows, cols, FACET_FIELDS), np.nan), np.zeros((rows, cols), np.int64)
     for r in range(rows):
         for c in range(cols):
             if not inside[r, c]:
@@ -185,20 +185,17 @@ def _choose_windows(
             if shifted[r, c]:
                 for i in range(max(0, r - radius), min(rows, r + radius + 1)):
                     for j in range(max(0, c - radius), min(cols, c + radius + 1)):
-                        # Of two equally good windows the nearer: its polynomial extrapolates less.
+                        # Of two equally good windows the nearer: its quadratic extrapolates less.
                         score = merit[i, j] - SHIFT_PENALTY * abs(merit[i, j]) * (abs(i - r) + abs(j - c))
                         if not np.isnan(variance[i, j]) and score > best:
                             best_r, best_c, best = i, j, score
+            centres[r, c] = best_r * cols + best_c
             f = terms[best_r, best_c]
             x, y = c - best_c, r - best_r
             chosen[r, c, 0] = f[0] + f[1] * x + f[2] * y + f[3] * x * x + f[4] * x * y + f[5] * y * y
             chosen[r, c, 1] = f[1] + 2 * f[3] * x + f[4] * y
             chosen[r, c, 2] = f[2] + f[4] * x + 2 * f[5] * y
-            if terms.shape[2] > QUADRATIC_TERMS:
-                chosen[r, c, 0] += f[6] * x**3 + f[7] * x * x * y + f[8] * x * y * y + f[9] * y**3
-                chosen[r, c, 1] += 3 * f[6] * x * x + 2 * f[7] * x * y + f[8] * y * y
-                chosen[r, c, 2] += f[7] * x * x + 2 * f[8] * x * y + 3 * f[9] * y * y
             chosen[r, c, 3] = variance[best_r, best_c]
             chosen[r, c, 4] = (abs(f[3]) + abs(f[4]) + abs(f[5])) * WIDE_RADIUS * WIDE_RADIUS
             chosen[r, c, 5] = 1.0 if merit[best_r, best_c] >= one_sided_merit else 0.0
-    return chosen
+    return chosen, centres

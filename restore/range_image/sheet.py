@@ -21,6 +21,8 @@ from restore.scan import Floats, Ints, Mask, RangeScan
 
 # Slopes that differ by more than this many times the noise are two sides of a crease, not noise of one facet.
 CREASE_SIGMAS = 1.0
+OWN_SIDE = 0.3  # of the turn at a crease, at most, that one of its sides makes in the step before
+ROUNDS = 3  # of Newton's method: where two parabolas meet
 
 _distortion_factor = numba.njit(cache=True)(distortion_factor)
 
@@ -73,8 +75,8 @@ class Sheet:
         """(e,) mm: lengths along the surface of edges (e, 2) between grid positions (n, 2).
 
         The path is straight in the picture; on each sample it runs in that sample's facet, and where two facets meet
-        at an angle it runs over their line of intersection, not along the chord. By what the scatter of the slopes
-        makes it longer in the mean it is shortened.
+        at an angle it runs over the line in which their sides would meet if they went on turning, not along the chord.
+        By what the scatter of the slopes makes it longer in the mean it is shortened.
         """
         lengths = np.empty(len(edges))
 
@@ -152,6 +154,34 @@ def _evaluate(planes: Floats, nodes: Floats) -> Floats:
 
 
 @numba.njit(cache=True)
+def _turn_before(planes: Floats, r: float, c: float, dr: float, dc: float, slope: float, beyond: float) -> float:
+    """How far a side turns in the step from (r, c) to its last sample before a crease; slope: at its end.
+
+    0 where that is too much of the turn at the crease: then there is another crease, or none at all.
+    """
+    i, j = _nearest(r, planes.shape[0]), _nearest(c, planes.shape[1])
+    turn = slope - planes[i, j, 1] * dc - planes[i, j, 2] * dr
+    return turn if abs(turn) < OWN_SIDE * abs(slope - beyond) else 0.0
+
+
+@numba.njit(cache=True)
+def _along(w: float, slope: float, turn: float, t: float) -> float:
+    """Inverse depth t steps from a sample, on a side that goes on turning."""
+    return w + (slope + 0.5 * turn * t) * t
+
+
+@numba.njit(cache=True)
+def _crossing(wa: float, sa: float, turn_a: float, wb: float, sb: float, turn_b: float) -> float:
+    """At which share of a step two sides meet, by Newton's method; at its ends if they do not."""
+    t = (wb - sb - wa) / (sa - sb)
+    for _ in range(ROUNDS):
+        t = min(max(t, 0.0), 1.0)
+        apart = _along(wa, sa, turn_a, t) - _along(wb, -sb, turn_b, 1.0 - t)
+        t -= apart / (sa + turn_a * t - sb + turn_b * (1.0 - t))
+    return min(max(t, 0.0), 1.0)
+
+
+@numba.njit(cache=True)
 def _unproject(r: float, c: float, w: float, lens: LensTerms) -> tuple[float, float, float]:
     x0, dx, y0, dy, k1, k2 = lens
     u, v = x0 + dx * c, y0 + dy * r
@@ -187,11 +217,14 @@ def _path_lengths(
             wb = planes[m, n, 0] + planes[m, n, 1] * (cb - n) + planes[m, n, 2] * (rb - m)
             sa = planes[i, j, 1] * dc + planes[i, j, 2] * dr
             sb = planes[m, n, 1] * dc + planes[m, n, 2] * dr
-            bend = sa - sb
-            t = min(max((wb - sb - wa) / bend, 0.0), 1.0) if abs(bend) > tolerance else 0.5
+            t, turn_a, turn_b = 0.5, 0.0, 0.0
+            if abs(sa - sb) > tolerance:
+                turn_a = _turn_before(planes, ra - dr, ca - dc, dr, dc, sa, sb)
+                turn_b = _turn_before(planes, rb + dr, cb + dc, -dr, -dc, -sb, -sa)
+                t = _crossing(wa, sa, turn_a, wb, sb, turn_b)
             rm, cm = ra + t * dr, ca + t * dc
-            way = _distance(ra, ca, wa, rm, cm, wa + t * sa, lens)
-            way += _distance(rm, cm, wb - (1.0 - t) * sb, rb, cb, wb, lens)
+            way = _distance(ra, ca, wa, rm, cm, _along(wa, sa, turn_a, t), lens)
+            way += _distance(rm, cm, _along(wb, -sb, turn_b, 1.0 - t), rb, cb, wb, lens)
             # A depth that scatters by ε makes the way √(across² + (deep + ε)²) longer by ε² · across² / (2 · way³).
             across2 = max(way * way - (1.0 / wb - 1.0 / wa) ** 2, 0.0)
             epsilon2 = (dc * dc * scatter[i, j, 0] + dr * dr * scatter[i, j, 1]) / (wa * wb) ** 2

@@ -87,6 +87,26 @@ class Camera:
         root = np.sqrt(axis**2 - (1 + x**2) * (axis**2 - radius**2))
         return (1 + x**2) / (axis + (root if hollow else -root))
 
+    def book(self, slope_deg: float, reach_mm: float, column: float) -> tuple[Floats, Floats]:
+        """Exact facets (rows, cols, 3) of an open book, and the place (cols,) mm on the paper that each column sees.
+
+        The walls rise from the spine, at `column`, by slope_deg · exp(−way / reach_mm).
+        """
+        way = np.linspace(0.0, 120.0, 120_001)
+        rise = np.deg2rad(slope_deg) * np.exp(-way / reach_mm)
+        x, z = (np.concatenate([[0.0], np.cumsum(f(0.5 * (rise[1:] + rise[:-1])) * way[1])]) for f in (np.cos, np.sin))
+        depth = DISTANCE_MM - np.concatenate([z[:0:-1], z])
+        spine = self.directions[0, 0, 0] + column * self.rays.dx
+        sights = np.concatenate([spine * DISTANCE_MM - x[:0:-1], spine * DISTANCE_MM + x]) / depth
+        seen = self.directions[0, :, 0]
+        along = np.interp(seen, sights, np.concatenate([-way[:0:-1], way]))
+        depth = np.interp(seen, sights, depth)
+        slope = np.sign(along) * np.tan(np.deg2rad(slope_deg) * np.exp(-np.abs(along) / reach_mm))
+        # on the plane with normal (−slope, 0, 1) through (x, y, −1) · depth: see Sheet.normals
+        across = self.rays.dx * slope / (depth * (1.0 + slope * seen))
+        facets = np.stack([1.0 / depth, across, np.zeros(self.cols)], axis=-1)
+        return np.broadcast_to(facets, (*self.shape, 3)).copy(), along
+
     def shot(self, inverse_depth: Floats, texture: Bytes | None = None) -> RangeScan:
         """A scan of inverse depth (rows, cols), NaN for none, with a texture pixel for each sample."""
         rows, cols = self.indices

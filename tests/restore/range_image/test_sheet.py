@@ -22,6 +22,9 @@ MIN_CHORD_LOSS_MM = (
 SLANTING_ERROR_MM = 0.02  # mm
 MIDWAY_ERROR_MM = 2e-3  # mm: a path just midway between two samples may run in the noisy facet of either
 ARC_ERROR_MM = 1e-5  # mm: chords from sample to sample against twenty times as many along a path bent by the lens
+SPINE_REACH_MM = 25.0
+SPINE_ERROR = 0.015  # of the step: towards the spine a side turns by more than in the step before
+TIMES_SHORT = 3.0  # over that is what sides lose that do not go on turning
 ROUNDING = 1e-6  # standard deviations
 SINGLE_MM = 4e-4  # inverse depth in single precision, at 0.9 m
 
@@ -79,6 +82,20 @@ def test_across_a_ridge_between_samples_the_length_is_exact(camera, fold_deg, co
     np.testing.assert_allclose(found, exact, atol=EXACT)
     if fold_deg >= 90:
         assert (exact[:2] - chords[:2] > MIN_CHORD_LOSS_MM).all()
+
+
+@pytest.mark.parametrize("column", [100.01, 100.3, 100.5, 100.99])
+@pytest.mark.parametrize("slope_deg", [50.0, 66.0])
+def test_walls_go_on_turning_up_to_the_spine_between_two_samples(camera, slope_deg, column):
+    facets, along = camera.book(slope_deg, SPINE_REACH_MM, column)
+    middle, last = (camera.rows - 1) / 2, int(np.flatnonzero(along < 0)[-1])
+    ends = np.array([[middle, last], [middle, last + 1]])
+    found = camera.sheet(facets).lengths(ends, np.array([[0, 1]]))[0]
+    exact = along[last + 1] - along[last]
+    assert found == pytest.approx(exact, rel=SPINE_ERROR)
+    straight = camera.sheet(np.where(along[:, None] < 0, facets[:, [last]], facets[:, [last + 1]]))
+    straight.planes[..., 0] = facets[..., 0]
+    assert exact - straight.lengths(ends, np.array([[0, 1]]))[0] > TIMES_SHORT * abs(found - exact)
 
 
 @settings(deadline=None)

@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from restore.range_image.facet_model import WIDE_RADIUS, in_whole_windows
-from restore.range_image.polynomial_fit import POWERS, fit_polynomials
+from restore.range_image.quadratic_fit import fit_quadratics
 from restore.range_image.slope_bias import APART, unbiased
+from restore.range_image.tangent_fit import ALL_POWERS
 
 ROWS, COLS = 50, 60
 EVERYWHERE = np.ones((ROWS, COLS), bool)
@@ -20,7 +21,7 @@ LEFT = 0.1  # of the bias on such a wave: the fifth derivatives
 
 
 def quadratic_slopes(data):
-    return fit_polynomials(data, np.ones(data.shape), EVERYWHERE, WIDE_RADIUS).terms[..., 1:3]
+    return fit_quadratics(data, np.ones(data.shape), EVERYWHERE, WIDE_RADIUS).terms[..., 1:3]
 
 
 def inner(values):
@@ -31,9 +32,9 @@ def inner(values):
 @given(st.lists(st.floats(-1.0, 1.0), min_size=10, max_size=10))
 def test_cubics_have_their_own_slopes(terms):
     rows, cols = (grid / 20.0 - 1.0 for grid in np.indices((ROWS, COLS)).astype(float))
-    data = sum(f * cols**p * rows**q for f, (p, q) in zip(terms, POWERS, strict=True))
-    across = sum(f * p * cols ** max(p - 1, 0) * rows**q for f, (p, q) in zip(terms, POWERS, strict=True)) / 20.0
-    down = sum(f * q * cols**p * rows ** max(q - 1, 0) for f, (p, q) in zip(terms, POWERS, strict=True)) / 20.0
+    data = sum(f * cols**p * rows**q for f, (p, q) in zip(terms, ALL_POWERS, strict=True))
+    across = sum(f * p * cols ** max(p - 1, 0) * rows**q for f, (p, q) in zip(terms, ALL_POWERS, strict=True)) / 20.0
+    down = sum(f * q * cols**p * rows ** max(q - 1, 0) for f, (p, q) in zip(terms, ALL_POWERS, strict=True)) / 20.0
     found = unbiased(quadratic_slopes(data), SOUND)
     scale = np.abs(across).max() + np.abs(down).max() + SMALLEST
     np.testing.assert_allclose(inner(found), inner(np.stack([across, down], axis=-1)), atol=EXACT * scale)

@@ -20,7 +20,7 @@ def noisy(camera):
     depth = 1.0 / camera.cylinder(60.0)
     samples = 1.0 / (depth + np.random.default_rng(SEED).normal(0.0, NOISE_MM, depth.shape))
     inside = np.ones(depth.shape, bool)
-    return inside, fit_facets(samples, inside, inside), camera.facets(1.0 / depth)
+    return inside, fit_facets(samples, inside, inside, camera.rays.dx), camera.facets(1.0 / depth)
 
 
 def variances(facets, inside):
@@ -82,7 +82,7 @@ def test_ways_over_noisy_facets_are_as_long_as_without_noise_in_the_mean(camera,
     count = np.arange(len(starts))
     edges = np.concatenate([np.stack([count, count + k * len(starts)], axis=1) for k in (1, 2)])
     true = camera.sheet(camera.facets(1.0 / depth)).lengths(nodes, edges)
-    facets = fit_facets(samples, inside, inside)
+    facets = fit_facets(samples, inside, inside, camera.rays.dx)
     sheet = make_sheet(camera.rays, facets, inside, inside, np.zeros((*depth.shape, 2)), camera.shot(samples))
     plain = camera.sheet(sheet.planes).lengths(nodes, edges)  # as if nothing scattered
     grown, left = plain.sum() / true.sum() - 1.0, sheet.lengths(nodes, edges).sum() / true.sum() - 1.0
