@@ -15,6 +15,7 @@ from restore.formats import (
     load_scan,
     read_bytes,
     read_picture,
+    referenced_files,
     save_scan,
     scan_stem,
 )
@@ -89,6 +90,7 @@ __all__ = [
     "read_bytes",
     "read_photograph",
     "read_picture",
+    "referenced_files",
     "read_regular",
     "read_toml",
     "read_video",

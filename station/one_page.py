@@ -26,6 +26,7 @@ from restore import (
     load_phone_capture,
     load_scan,
     read_photograph,
+    referenced_files,
     restore,
     save_scan,
     scan_stem,
@@ -86,6 +87,8 @@ def restore_file(
     recover(destination.folder)
     stem, destination = stem or stem_of(source), destination.with_implied_outputs(settings)
     input_files = [source, *([] if texture is None else [texture]), *photos, *shots]
+    if destination.force:  # without it nothing at all is overwritten
+        input_files += [file for scan in (source, *shots) for file in referenced_files(scan)]
     check_outputs(destination.files(stem), input_files, force=destination.force)
     start = clock()
     try:

@@ -16,6 +16,7 @@ from restore.formats.obj import read_obj, write_obj
 from restore.formats.picture import SUFFIXES as PICTURE_SUFFIXES
 from restore.formats.picture import encode_png, read_picture
 from restore.formats.ply import read_ply, write_ply
+from restore.formats.references import referenced_files
 from restore.formats.source import is_file, is_folder, read_bytes, scan_stem
 from restore.formats.stl import read_stl
 from restore.formats.tifxyz import is_tifxyz, read_tifxyz
@@ -36,6 +37,7 @@ __all__ = [
     "load_scan",
     "read_bytes",
     "read_picture",
+    "referenced_files",
     "save_scan",
     "scan_stem",
 ]

@@ -110,7 +110,7 @@ def _materials(path: Path, name: str) -> dict[bytes, str]:
         if key == b"newmtl":
             material = value
         elif key == b"map_Kd":
-            pictures[material] = _file_name(value.decode("utf-8", "replace"))
+            pictures[material] = picture_name(value.decode("utf-8", "replace"))
     return pictures
 
 
@@ -121,7 +121,7 @@ def _settings(text: bytes) -> Iterator[tuple[bytes, bytes]]:
         yield key, value.strip()
 
 
-def _file_name(value: str) -> str:
+def picture_name(value: str) -> str:
     """The name behind options like "-s 1 1 1" and "-clamp on", which may stand before it."""
     words = value.split(" ")
     at = 0

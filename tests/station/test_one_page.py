@@ -100,6 +100,16 @@ def test_the_original_stays_as_it_was(library, scan_file, tmp_path):
     assert (scan_file.read_bytes(), scan_file.stat().st_mtime_ns) == before
 
 
+def test_the_picture_that_a_scan_refers_to_is_an_original_too(library, scan_file, tmp_path):
+    (tmp_path / "tex").mkdir()
+    (tmp_path / "tex" / "book.png").write_bytes(b"of the scanner")
+    source = tmp_path / "book.ply"
+    source.write_bytes(b"ply\ncomment TextureFile tex/book.png\n")
+    with pytest.raises(OverwriteError, match="is the original"):
+        restore_file(source, Destination(tmp_path / "tex", force=True), settings=Settings())
+    assert (tmp_path / "tex" / "book.png").read_bytes() == b"of the scanner"
+
+
 def test_a_page_that_loses_its_light_leaves_its_master(library, scan_file, tmp_path):
     for shading, expected in (("keep", False), ("remove", True)):
         folder = tmp_path / shading

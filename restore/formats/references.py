@@ -1,0 +1,43 @@
+"""Which files a scan refers to: its material files and its picture. They are originals like the scan itself."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from restore.errors import BadInput
+from restore.formats.obj import picture_name
+from restore.formats.source import is_file, read_bytes, resolve_reference
+
+# By the end of a file's name: where the name of another file stands in it.
+_REFERENCES = {
+    ".mtl": re.compile(rb"^[ \t]*map_Kd[ \t]+([^\r\n]*)", re.MULTILINE),
+    ".obj": re.compile(rb"^[ \t]*mtllib[ \t]+([^\r\n]*)", re.MULTILINE),
+    ".ply": re.compile(rb"^comment[ \t]+TextureFile[ \t]+([^\r\n]*)", re.MULTILINE | re.IGNORECASE),
+    ".wrl": re.compile(rb'\bfilename\s+"([^"]*)"'),
+}
+
+
+def referenced_files(path: Path) -> list[Path]:
+    """The files that a scan file refers to, and those that these refer to, as far as they are there.
+
+    Raises BadInput when one of them cannot be read.
+    """
+    known = [path.resolve()]
+    for file in known:  # grows on the way
+        for other in _referred_by(file):
+            if other not in known:
+                known.append(other)
+    return known[1:]
+
+
+def _referred_by(path: Path) -> Iterator[Path]:
+    pattern = _REFERENCES.get(path.suffix.lower())
+    for match in pattern.finditer(read_bytes(path)) if pattern and is_file(path) else ():
+        try:
+            file = resolve_reference(path, picture_name(match[1].strip().decode("utf-8", "replace")))
+        except BadInput:
+            continue  # the reader tells what is wrong with it
+        if is_file(file):
+            yield file
