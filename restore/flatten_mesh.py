@@ -11,6 +11,7 @@ from restore.flattening.layout import arrange_pieces
 from restore.flattening.methods import DEFAULT, METHODS, OnStep, flatten_points
 from restore.flattening.ordered_grid import flatten_grid
 from restore.flattening.repair import least_absolute_page, uninverted
+from restore.flattening.solution import Solution
 from restore.mesh.clean import select
 from restore.mesh.decimate import patch_and_smooth
 from restore.mesh.jets import rings_of
@@ -58,16 +59,17 @@ def flatten(
     mesh = validated(mesh)
     network = make_network(mesh.vertices, mesh.faces, sides=mesh.sides)
     parts = list(pieces(network))
-    flat, rest, steps = np.zeros((len(mesh.vertices), 2)), network.lengths.copy(), 0
+    flat, rest = np.zeros((len(mesh.vertices), 2)), network.lengths.copy()
+    worst = Solution(flat, 0)
     seen = pose_on_table(mesh.vertices, mesh.faces).seen  # from one side for all pieces
     for part in parts:
         piece = _flatten_piece(select(mesh, part.vertices[part.faces]), method, on_step)
         posed = pose_on_table(piece.vertices, piece.faces)
         flat[part.vertices] = move_upright(piece.flat, replace(posed, seen=seen[part.vertices]))
         rest[np.isin(network.edges[:, 0], part.vertices)] = piece.lengths
-        steps = max(steps, piece.steps)
+        worst = worst.joined(Solution(piece.flat, piece.steps, piece.residual, piece.converged))
     arrange_pieces(flat, [(part.vertices, part.faces) for part in parts])
-    return FlatMesh.of(mesh, flat, rest, steps)
+    return FlatMesh.of(mesh, flat, rest, worst.iterations, residual=worst.residual, converged=worst.converged)
 
 
 def _flatten_piece(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMesh:
@@ -95,7 +97,7 @@ def _over_grid(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMe
         flat = least_absolute_page(flat, make_network(mesh.vertices, mesh.faces, lengths)).flat
     if flipped_faces(flat, mesh.faces):  # noise has put a vertex beyond its neighbours
         flat = uninverted(flat, make_network(mesh.vertices, mesh.faces, lengths), np.ones(len(mesh.faces)))
-    return FlatMesh.of(mesh, flat, lengths, unrolled.coarse.steps)
+    return FlatMesh.of(mesh, flat, lengths, unrolled.coarse.steps, **unrolled.fine.convergence)
 
 
 def _over_points(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMesh:

@@ -41,8 +41,8 @@ def refine(sheet: Sheet, coarse: FlatMesh, nodes: Floats) -> tuple[FlatMesh, Flo
         texcoords=texcoords,
         flat=found.flat,
         lengths=network.lengths,
-        residual=found.residual,
-        converged=found.converged,
+        residual=max(coarse.residual, found.residual),
+        converged=coarse.converged and found.converged,
     )
     return fine, fine_nodes
 

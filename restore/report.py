@@ -16,7 +16,7 @@ from restore.mesh.measures import (
     straight_lengths,
     surface_area,
 )
-from restore.mesh.network import edges_of
+from restore.mesh.network import SHORTEST, edges_of
 from restore.outline.rectangle import page_size
 from restore.range_image.sheet import Sheet
 from restore.scan import FlatMesh, Ints, SurfaceMesh
@@ -48,7 +48,7 @@ def describe(
         "area_ratio": float(np.abs(signed_areas(fine.flat, fine.faces)).sum())
         / surface_area(fine.vertices, fine.faces),
         "folded_faces": int((face_signs(fine.vertices, fine.faces) < 0.0).sum()),
-        "convergence": {"converged": fine.converged, "residual": fine.residual},
+        "convergence": fine.convergence,
         "strain": {
             "rms": rms,
             "max": float(np.abs(strain).max()),
@@ -83,7 +83,8 @@ def _face_strain_statistics(mesh: FlatMesh, edges: Ints) -> dict[str, dict[str, 
 
 def _chord_strain(mesh: FlatMesh, edges: Ints) -> dict[str, Any]:
     """Strain against the straight lengths of the edges, and how far the rest lengths differ from those, and where."""
-    chords = np.maximum(straight_lengths(mesh.vertices, edges), np.finfo(float).tiny)
+    chords = straight_lengths(mesh.vertices, edges)
+    chords = np.maximum(chords, SHORTEST * chords.mean())
     strain, estimated = edge_strain(mesh.flat, edges, chords), mesh.lengths / chords - 1.0
     farthest = edges[np.argmax(np.abs(mesh.lengths - chords))]
     return {

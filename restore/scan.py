@@ -90,6 +90,11 @@ class FlatMesh(SurfaceMesh):
     residual: float = 0.0
     converged: bool = True
 
+    @property
+    def convergence(self) -> dict[str, Any]:
+        """`residual` and `converged` by their names."""
+        return {"residual": self.residual, "converged": self.converged}
+
     @classmethod
     def of(cls, mesh: SurfaceMesh, flat: Floats, lengths: Floats, steps: int, **convergence: Any) -> Self:
         """A flat mesh from a surface mesh, its flat positions (n, 2) mm and its rest lengths (e,) mm.

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -94,7 +94,7 @@ def _joined_over_gaps(mesh: ValidMesh, pieces: list[Ints]) -> list[Ints]:
     borders = [_border(mesh.vertices, faces) for faces in pieces]
     near = [
         (a, b)
-        for a, b in combinations(range(len(pieces)), 2)
+        for a, b in _near_boxes(borders, reach)
         if borders[a].query(borders[b].data, distance_upper_bound=reach)[0].min() < reach
     ]
     label = components(np.array(near, np.int64).reshape(-1, 2), len(pieces))
@@ -102,6 +102,15 @@ def _joined_over_gaps(mesh: ValidMesh, pieces: list[Ints]) -> list[Ints]:
         np.concatenate([faces for faces, of in zip(pieces, label, strict=True) if of == sheet])
         for sheet in range(label.max() + 1)
     ]
+
+
+def _near_boxes(borders: list[cKDTree], reach: float) -> Iterator[tuple[int, int]]:
+    """Every two pieces whose bounding boxes come within reach of each other, in mm."""
+    low, high = (np.array([getattr(border, name) for border in borders]) for name in ("mins", "maxes"))
+    for a in range(len(borders)):
+        near = (low[a + 1 :] < high[a] + reach).all(axis=1) & (high[a + 1 :] > low[a] - reach).all(axis=1)
+        for b in np.flatnonzero(near) + a + 1:
+            yield a, int(b)
 
 
 def _border(vertices: Floats, faces: Ints) -> cKDTree:

@@ -65,7 +65,7 @@ def unroll(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnStep | Non
         fine = _on_sheet(sheet, fine, page)
         if requested > MAX_SOLVED_POINTS:
             mesh, nodes = decimate_sheet(sheet, requested)
-        points = _interpolated(sheet, page, mesh, nodes, coarse.steps)
+        points = _interpolated(sheet, page, mesh, nodes, fine)
     return Unrolled(points, fine, page.nodes, distance)
 
 
@@ -86,12 +86,12 @@ def _on_sheet(sheet: Sheet, solved: FlatMesh, page: PageOnGrid) -> FlatMesh:
     return replace(solved, vertices=points, faces=faces, texcoords=texcoords, flat=flat, lengths=lengths)
 
 
-def _interpolated(sheet: Sheet, page: PageOnGrid, mesh: SurfaceMesh, nodes: Floats, steps: int) -> FlatMesh:
-    """A mesh at grid positions nodes (n, 2) flattened by interpolation of the page."""
+def _interpolated(sheet: Sheet, page: PageOnGrid, mesh: SurfaceMesh, nodes: Floats, solved: FlatMesh) -> FlatMesh:
+    """A mesh at grid positions nodes (n, 2) flattened by interpolation of the page, which was solved."""
     edges = edges_of(mesh.faces)
     flat = interpolate_flat_positions(sheet.inside.shape, page.nodes, page.faces, page.flat, nodes)
     lengths = sheet.lengths(nodes, edges)
-    return FlatMesh.of(mesh, flat, lengths, steps)
+    return FlatMesh.of(mesh, flat, lengths, solved.steps, **solved.convergence)
 
 
 def square_to_picture(flat: FlatMesh) -> FlatMesh:

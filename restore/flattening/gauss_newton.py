@@ -27,9 +27,9 @@ GRADIENT_TOLERANCE = 3e-5  # rms strain that a vertex could be relieved of alone
 # along the whole page alone a vertex feels one part in √n. What is left moves a vertex by a ten-thousandth of an edge
 LEAST_DECREASE = 1e-6  # of the squared strains: less in an iteration is rounding of an energy at its minimum
 ROUGHLY = 1e-2  # the same where weights change, and steps get slowly shorter, or where the page is only a start
+STUCK = 0.01  # rms strain that a vertex could be relieved of alone: what stands still there has not found its page
 INEXACTNESS = 0.1  # of the gradient may be left by a linear solve: the next step starts from there
 HALVINGS = 8  # of a step, before the iteration stops
-LEAST_AREA = 0.01  # of the mean
 
 
 def minimise_strain(
@@ -92,14 +92,14 @@ def rest_areas(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
 def edge_areas(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
     """(e,) a third of the areas of the faces at each edge, from edge lengths (e,) mm, with a mean of 1.
 
-    None is less than LEAST_AREA: an edge of slivers alone would hold nothing.
+    None is 0: an edge of slivers alone would hold nothing.
     """
     of_faces, areas = rest_areas(faces, sides, lengths), np.zeros(len(lengths))
     for f in range(len(faces)):
         for k in range(3):
             if sides.edge[3 * f + k] >= 0:
                 areas[sides.edge[3 * f + k]] += of_faces[f] / 3.0
-    return np.maximum(areas / max(areas.mean(), TINY), LEAST_AREA)
+    return np.maximum(areas / max(areas.mean(), TINY), SMALL)
 
 
 @numba.njit(cache=True)
@@ -132,7 +132,7 @@ def _minimise(
             jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots, corner)
         residual = sqrt(_preconditioned(gradient, inverse, step_only) / len(flat))
         if energy > (1.0 - least_decrease) * last:
-            return iteration + 1, residual, True
+            return iteration + 1, residual, residual <= STUCK
     return most, residual, False
 
 

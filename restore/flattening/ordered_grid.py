@@ -21,12 +21,12 @@ from restore.flattening.least_distortion import embedded
 from restore.flattening.methods import flatten_with
 from restore.mesh.adjacency import components
 from restore.mesh.grid_patches import fit_patches
-from restore.mesh.measures import straight_lengths
-from restore.mesh.network import edges_of
+from restore.mesh.measures import straight_lengths, surface_area
+from restore.mesh.network import SHORTEST, edges_of
 from restore.mesh.ordered_grid import GridMesh, grid_faces
 from restore.mesh.surface_lengths import bent_lengths
 from restore.mesh.validate import validated
-from restore.numerics import TINY
+from restore.numerics import SMALL, TINY
 from restore.robust import robust_sigma
 from restore.scan import FlatMesh, Floats, Ints, Mask, SurfaceMesh
 
@@ -89,8 +89,10 @@ def flatten_grid(mesh: GridMesh, most: int | None = None) -> FlatMesh:
     """The page of an ordered grid, or of about `most` of its points, with the grid's rows and columns as its own.
 
     The rest lengths are those between the points moved onto the surface; over a jump they are those in space.
-    Raises NotEnoughSurface where no node has enough points round it.
+    Raises NotEnoughSurface for a grid without area, and where no node has enough points round it.
     """
+    if surface_area(mesh.vertices, mesh.faces) <= SMALL * np.ptp(mesh.vertices) ** 2:
+        raise NotEnoughSurface("the points of the grid lie on a line", "export the segment as a surface")
     points = points_on_grid(mesh)
     links = typical_links(points)
     pieces = _pieces(points, *links)
@@ -105,7 +107,7 @@ def flatten_grid(mesh: GridMesh, most: int | None = None) -> FlatMesh:
     flat = _between(nodes, displacement, mesh.shape) + _plane(mesh.shape, along, down)
     surface = _moved_onto_surface(points, pieces, nodes)
     lengths = straight_lengths(surface.reshape(-1, 3)[kept.places], edges_of(kept.faces))
-    lengths = np.maximum(lengths, TINY)
+    lengths = np.maximum(lengths, SHORTEST * lengths.mean())
     convergence = {"residual": page.residual, "converged": page.converged}
     return FlatMesh.of(kept, flat.reshape(-1, 2)[kept.places], lengths, page.steps, **convergence)
 

@@ -12,6 +12,7 @@ from restore.errors import BadInput
 from restore.mesh.adjacency import Sides, components, sides_of
 from restore.mesh.hinges import hinges_of
 from restore.mesh.measures import lengths_between, straight_lengths
+from restore.numerics import TINY
 from restore.scan import Floats, Ints, Mask
 
 SHORTEST = 1e-9  # of the mean edge: shorter edges would divide by zero
@@ -76,15 +77,17 @@ def make_network(vertices: Floats, faces: Ints, lengths: Floats | None = None, s
     """Join vertices (n, 3) mm along the edges of faces (m, 3); lengths (e,) as in `edges_of`, or measured here.
 
     sides are those of the faces when they are known already.
-    Raises BadInput when the lengths are not one for each edge.
+    Raises BadInput when the lengths are not one positive number for each edge.
     """
     sides = sides or sides_of(faces)
     if lengths is None:
         lengths = straight_lengths(vertices, sides.edges)
-    count = len(sides.edges)
-    if lengths.shape != (count,) or not lengths.min(initial=0.0) >= 0.0 or not 0.0 < (total := lengths.sum()) < np.inf:
-        raise BadInput(f"{count} edges need {count} finite lengths", "give them in the order of `edges_of`")
-    lengths = np.maximum(lengths, SHORTEST * total / count)
+    count, lengths = len(sides.edges), np.asarray(lengths)
+    fit = lengths.shape == (count,) and lengths.dtype.kind in "fiu" and lengths.min(initial=0.0) >= 0.0
+    mean = float(lengths.mean(dtype=float)) if fit else 0.0
+    if not TINY < mean * mean * mean * mean < 1.0 / TINY:  # as they are multiplied for the areas of faces
+        raise BadInput(f"{count} edges need {count} finite lengths", "give them in mm, in the order of `edges_of`")
+    lengths = np.maximum(lengths, SHORTEST * mean)
     return Network(faces, sides, lengths)
 
 

@@ -12,6 +12,8 @@ from restore.mesh.measures import face_normals, surface_area
 from restore.mesh.orient import orient
 from restore.scan import Floats, Ints, SurfaceMesh
 
+FARTHEST_MM = 1e60  # whatever the unit: lengths are multiplied by each other up to four times
+
 
 @dataclass(frozen=True, eq=False)
 class ValidMesh(SurfaceMesh):
@@ -55,6 +57,8 @@ def _checked(mesh: SurfaceMesh) -> SurfaceMesh:
     vertices, faces = _declared_types(mesh)
     if not np.isfinite(vertices).all():
         raise BadInput("the mesh has vertices that are not finite", "remove them and try again")
+    if np.abs(vertices).max() > FARTHEST_MM:
+        raise BadInput("the mesh has vertices beyond every page", "the file is damaged: export it again")
     if faces.min() < 0 or faces.max() >= len(vertices):
         raise BadInput("the mesh has faces that name vertices it does not have", "the file is damaged: export it again")
     if mesh.texcoords is not None and mesh.texcoords.shape != (len(vertices), 2):

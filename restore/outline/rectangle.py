@@ -36,10 +36,10 @@ def page_size(outline: Floats) -> tuple[float, float]:
     low, high = outline.min(axis=0), outline.max(axis=0)
     extent = high - low
     for along, across in ((0, 1), (1, 0)):
+        band = _band(extent[across])
         inner = np.abs(outline[:, along] - (low + high)[along] / 2) < (0.5 - CORNER_SHARE) * (high - low)[along]
         sides = [
-            outline[inner & (np.abs(outline[:, across] - side) < SIDE_BAND_MM), across]
-            for side in (low[across], high[across])
+            outline[inner & (np.abs(outline[:, across] - side) < band), across] for side in (low[across], high[across])
         ]
         if min(map(len, sides)) >= 3:
             extent[across] = np.median(sides[1]) - np.median(sides[0])
@@ -57,6 +57,11 @@ def _without_tips(outline: Floats) -> Floats:
     return kept if len(kept) >= (1.0 - TIP_SHARE) * len(outline) else outline
 
 
+def _band(extent: float) -> float:
+    """mm from a side within which outline points belong to it: on a narrow page those of the other side are near."""
+    return min(SIDE_BAND_MM, extent / 4)
+
+
 def _rotation(angle: float) -> Floats:
     return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
 
@@ -66,11 +71,11 @@ def _mean_tilt(outline: Floats) -> float:
     low, high = outline.min(axis=0), outline.max(axis=0)
     tilts, weights = [0.0], [1e-9]
     for along, across in ((0, 1), (1, 0)):
-        margin = CORNER_SHARE * (high - low)[along]
+        margin, band = CORNER_SHARE * (high - low)[along], _band((high - low)[across])
         middle = (outline[:, along] > low[along] + margin) & (outline[:, along] < high[along] - margin)
         for side in (low[across], high[across]):
-            near = outline[middle & (np.abs(outline[:, across] - side) < SIDE_BAND_MM)]
-            if len(near) >= 3 and np.ptp(near[:, along]) > SIDE_BAND_MM:  # of a shorter row the slope is not determined
+            near = outline[middle & (np.abs(outline[:, across] - side) < band)]
+            if len(near) >= 3 and np.ptp(near[:, along]) > band:  # of a shorter row the slope is not determined
                 slope = np.polyfit(near[:, along], near[:, across], 1)[0]
                 tilts.append(slope if along == 0 else -slope)
                 weights.append(float(len(near)))

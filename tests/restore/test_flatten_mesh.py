@@ -12,6 +12,7 @@ from drivers.simulated.sheets import Curl, Sheet
 from oracles.exact import ExactSheet, exact_sheet
 from oracles.markers import rigid_residual
 from restore import BadInput, NotEnoughSurface, flatten, flatten_mesh
+from restore.flattening import springs
 from restore.flattening.methods import flatten_points
 from restore.mesh.measures import flipped_faces
 from restore.mesh.network import edges_of, make_network
@@ -122,6 +123,15 @@ def test_given_lengths_are_kept_at_any_size(curl, monkeypatch):
     page = flatten(few.mesh, lengths=stretched)
     np.testing.assert_array_equal(page.lengths, stretched)
     assert rms_mm(page.flat / 1.01, few.flat) < SAME_MM
+
+
+def test_convergence_is_told_at_any_size(curl, monkeypatch):
+    """Steps of springs that are ended early."""
+    assert flatten(curl.mesh).converged
+    monkeypatch.setattr(springs, "MAX_STEPS", 3)
+    page = flatten(curl.mesh, "springs")
+    assert not page.converged
+    assert page.residual > 0.0
 
 
 def test_below_the_limit_all_vertices_settle():

@@ -1,5 +1,7 @@
 """Flat positions over the grid: exact for affine fields, inside the mesh and past its border."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -66,3 +68,6 @@ def test_a_plane_is_refined_to_its_own_lengths(camera):
     residual, scale = rigid_residual(fine.flat, sheet.points(fine_nodes) @ axes.T)
     assert np.sqrt((residual**2).sum(axis=1).mean()) < PLANE_MM
     assert scale == pytest.approx(1.0, abs=1e-4)  # PLANE_MM over the 94 mm of the sheet
+    assert fine.converged
+    astray = replace(coarse, residual=0.5, converged=False)  # whatever is made of it
+    assert refine(sheet, astray, nodes)[0].convergence == astray.convergence

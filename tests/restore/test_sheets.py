@@ -4,12 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from restore import Settings, restore
 from restore.errors import BadInput
 from restore.mesh.measures import surface_area
 from restore.scan import SurfaceMesh
-from restore.sheets import is_rectangular, separate_sheets
+from restore.sheets import _near_boxes, is_rectangular, separate_sheets
 
 SPACING_MM = 7.0
 ROUNDING = 1e-9  # relative, of sums of areas
@@ -64,6 +65,14 @@ def test_one_sheet_is_the_scan_itself():
 def test_pieces_on_both_sides_of_a_gap_of_drop_outs_are_one_sheet():
     (only,) = separate_sheets(sheet(keep=lambda x, _: np.abs(x - 52.5) > SPACING_MM))
     assert only.size < surface_area(sheet().vertices, sheet().faces)
+
+
+def test_only_pieces_whose_boxes_come_near_are_compared():
+    rng = np.random.default_rng(0)
+    borders = [cKDTree(rng.uniform(0, 5, (4, 3)) + rng.uniform(0, 60, 3)) for _ in range(60)]
+    gap = [[np.maximum(a.mins - b.maxes, b.mins - a.maxes).max() for b in borders] for a in borders]
+    expected = [(a, b) for a in range(60) for b in range(a + 1, 60) if gap[a][b] < 3.0]
+    assert list(_near_boxes(borders, 3.0)) == expected != []
 
 
 def test_debris_is_no_sheet():

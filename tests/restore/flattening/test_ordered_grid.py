@@ -146,6 +146,18 @@ def test_a_grid_of_loose_cells_is_refused():
         flatten(mesh)
 
 
+def test_a_grid_whose_points_lie_on_a_line_is_refused():
+    line = np.stack(np.broadcast_arrays(np.arange(30.0), 3.0, np.ones((20, 1))), axis=-1)
+    with pytest.raises(NotEnoughSurface, match="on a line"):
+        flatten(mesh_of(line))
+
+
+def test_rows_that_are_stored_twice_leave_lengths_to_divide_by():
+    points, _ = spiral()
+    page = flatten(mesh_of(np.concatenate([points[:20], points[19:]])))
+    assert np.isfinite(edge_strain(page.flat, edges_of(page.faces), page.lengths)).all()
+
+
 def test_other_methods_take_a_grid_as_any_mesh():
     rows, cols = np.indices((12, 12))
     mesh = mesh_of(np.dstack([5.0 * cols, 5.0 * rows, np.full(rows.shape, 100.0)]))

@@ -30,10 +30,18 @@ def test_two_vertices_at_one_place_leave_a_length_to_divide_by():
     assert np.isfinite(network.spans).all()
 
 
-@pytest.mark.parametrize("lengths", [[], [1.0], [1, 1, np.nan], [1, 1, np.inf], [1, 1, -1], [0, 0, 0], [[1, 1, 1]]])
+NO_LENGTHS = [[], [1.0], [1, 1, np.nan], [1, 1, np.inf], [1, 1, -1], [0, 0, 0], [[1, 1, 1]]]
+NO_LENGTHS += [3 * [length] for length in (1e300, 1e-300, "1", 1j)]
+
+
+@pytest.mark.parametrize("lengths", NO_LENGTHS)
 def test_lengths_that_are_not_one_for_each_edge_are_bad_input(lengths):
     with pytest.raises(BadInput, match="3 edges need 3 finite lengths"):
-        make_network(np.eye(3), np.array([[0, 1, 2]]), np.array(lengths, float))
+        make_network(np.eye(3), np.array([[0, 1, 2]]), lengths)
+
+
+def test_lengths_may_come_as_a_list():
+    np.testing.assert_array_equal(make_network(np.eye(3), np.array([[0, 1, 2]]), [1, 2, 2]).lengths, [1.0, 2.0, 2.0])
 
 
 def test_pieces_come_largest_first_with_their_own_numbers(warped):

@@ -65,6 +65,7 @@ def test_other_types_of_numbers_become_the_declared_ones(kind):
     [
         (QUAD, np.empty((0, 3), int), None, NotEnoughSurface, "no faces"),
         (QUAD * np.nan, TWO, None, BadInput, "not finite"),
+        (QUAD * 1e150, TWO, None, BadInput, "beyond every page"),
         (QUAD, TWO + 9, None, BadInput, "vertices it does not have"),
         (QUAD, TWO - 1, None, BadInput, "vertices it does not have"),
         (QUAD, TWO, np.zeros((3, 2)), BadInput, "no texture coordinate"),

@@ -89,6 +89,11 @@ def test_the_size_of_a_page_is_the_distance_of_its_sides(width, height, shift):
     np.testing.assert_allclose(found, [width, height], atol=SIZE_MM)
 
 
+@pytest.mark.parametrize("height", [0.5, 1.9, 3.0])
+def test_on_a_strip_the_sides_are_told_apart(height):
+    np.testing.assert_allclose(page_size(rectangle(width=500.0, height=height)), [500.0, height], atol=SIZE_MM)
+
+
 def test_a_tag_a_dent_and_rough_sides_do_not_change_the_size():
     outline = rectangle() + np.random.default_rng(1).normal(0, 0.1, (400, 2))
     outline[150:155, 1] += 1.5  # a tag on the upper side
