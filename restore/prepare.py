@@ -21,6 +21,7 @@ from restore.range_image.resample import resample
 from restore.range_image.segment import SegmentedScan, find_sheet, segment
 from restore.range_image.sheet import Sheet, make_sheet
 from restore.scan import Floats, InterpolatedMesh, RangeScan, SurfaceMesh
+from restore.scan_check import refuse_unusable
 
 EXTRAPOLATION_BLUR = 3.0  # samples: Gaussian σ, wider than a drop-out
 MIN_PAGE_MM = 20.0  # mm of the longest side: a postage stamp has 24, an A3 page in inches 16.5
@@ -34,13 +35,14 @@ AFFINE_SUBSET = 7  # every seventh sample determines three unknowns well enough
 def prepare(scan: RangeScan | SurfaceMesh | SegmentedScan) -> Sheet | SurfaceMesh:
     """The sheet on its range grid; the validated mesh, when no single view shows all of it; an ordered grid as it is.
 
-    Raises NotEnoughSurface when the scan holds no piece of surface that could be a page, BadInput for a broken mesh.
+    Raises NotEnoughSurface when the scan holds no piece of surface that could be a page, BadInput for a broken one.
     """
     if isinstance(scan, GridMesh):
         return scan
     if isinstance(scan, SegmentedScan):
         _check_size(scan.scan)
         return fit_sheet(scan)
+    refuse_unusable(scan)
     _check_size(scan)
     if isinstance(scan, RangeScan):
         rays = find_rays(scan)

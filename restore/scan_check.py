@@ -1,0 +1,45 @@
+"""Refuse scans whose arrays do not fit together, before any work."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from restore.errors import BadInput
+from restore.scan import Bytes, RangeScan, SurfaceMesh
+
+HINT = "read the scan with load_scan, or give arrays as RangeScan and SurfaceMesh describe them"
+
+
+def refuse_unusable(scan: RangeScan | SurfaceMesh) -> None:
+    """Raise BadInput for arrays of other shapes or types than RangeScan and SurfaceMesh tell, and for a picture that
+    shows nothing of the scan. The vertices and faces of a mesh are checked where it is validated."""
+    if scan.texture is not None:
+        _check_picture(scan.texture)
+    if isinstance(scan, RangeScan):
+        _check_grid(scan)
+    elif scan.texcoords is not None and not np.isfinite(scan.texcoords).all():
+        raise BadInput("some vertices have texture coordinates that are not finite", HINT)
+
+
+def _check_picture(texture: Bytes) -> None:
+    if texture.dtype != np.uint8 or texture.ndim != 3 or texture.shape[2] != 3 or texture.size == 0:
+        raise BadInput(f"a colour image {_described(texture)} is no picture: (h, w, 3) of uint8 is one", HINT)
+
+
+def _check_grid(scan: RangeScan) -> None:
+    points, places = scan.points, scan.texture_xy
+    if points.ndim != 3 or points.shape[2] != 3 or points.dtype.kind != "f":
+        raise BadInput(f"points {_described(points)} are no range grid: (rows, cols, 3) of floats is one", HINT)
+    if places.shape != (*points.shape[:2], 2):
+        raise BadInput(f"texture_xy {_described(places)} does not fit points {_described(points)}", HINT)
+    if scan.texture is not None:
+        height, width = scan.texture.shape[:2]
+        seen = (places >= -0.5).all(axis=2) & (places <= [width - 0.5, height - 0.5]).all(axis=2)
+        if scan.measured.any() and not (seen & scan.measured).any():
+            raise BadInput("no sample of the scan lies in its colour image", HINT)
+
+
+def _described(array: Any) -> str:
+    return f"{array.shape} of {array.dtype}"
