@@ -17,6 +17,7 @@ from restore.formats.picture import SUFFIXES as PICTURE_SUFFIXES
 from restore.formats.picture import encode_png, read_picture
 from restore.formats.ply import read_ply, write_ply
 from restore.formats.references import referenced_files
+from restore.formats.seams import without_seams
 from restore.formats.source import is_file, is_folder, read_bytes, scan_stem
 from restore.formats.stl import read_stl
 from restore.formats.tifxyz import is_tifxyz, read_tifxyz
@@ -74,7 +75,8 @@ def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str 
              same name in its folder.
     unit     of a mesh's coordinates: mm, cm, m, in, the edge of a voxel as 7.91um, or auto for the unit of the format,
              mm where it has none.
-    A segment of a CT volume comes back as a GridMesh. Doubled faces are merged. `provenance` names the unit, and
+    A segment of a CT volume comes back as a GridMesh. Doubled faces are merged, and the charts of a texture atlas put
+    together. `provenance` names the unit, and
     warnings for the report.
     Raises BadInput for a missing, damaged or unknown file.
 
@@ -130,7 +132,10 @@ def _in_its_unit(path: Path, scan: RangeScan, unit: str) -> RangeScan:
 
 
 def _on_range_grid(mesh: SurfaceMesh) -> RangeScan | SurfaceMesh:
-    """The scan on the range grid of a mesh; without a grid the mesh, its texture dropped if it has no coordinates."""
+    """The scan on the range grid of a mesh; without a grid the mesh without seams.
+
+    Its texture is dropped if it has no coordinates.
+    """
     scan = organise(mesh, colours=mesh.colours if isinstance(mesh, PaintedMesh) else None)
     texture = None if mesh.texcoords is None else mesh.texture
-    return scan or SurfaceMesh(mesh.vertices, mesh.faces, mesh.texcoords, texture, mesh.provenance)
+    return scan or without_seams(SurfaceMesh(mesh.vertices, mesh.faces, mesh.texcoords, texture, mesh.provenance))

@@ -23,7 +23,7 @@ def merge_copies(mesh: SurfaceMesh) -> SurfaceMesh:
 
     A warning in its provenance counts the others. Vertices that no face uses any more are left out.
     """
-    first = _first_of_equal(_hash_faces(mesh.faces, _first_of_equal(_hash_places(mesh))))
+    first = _first_of_equal(_hash_faces(mesh.faces, first_at_place(mesh)))
     kept = first == np.arange(len(first))
     if kept.all():
         return mesh
@@ -40,6 +40,11 @@ def merge_copies(mesh: SurfaceMesh) -> SurfaceMesh:
         provenance={**mesh.provenance, "warnings": [*mesh.provenance.get("warnings", ()), warning]},
         **colours,
     )
+
+
+def first_at_place(mesh: SurfaceMesh) -> Ints:
+    """(n,) the first of the vertices that lie where each one does."""
+    return _first_of_equal(_hash_places(mesh))
 
 
 def _hash_places(mesh: SurfaceMesh) -> Hashes:

@@ -1,0 +1,54 @@
+"""A picture in one piece for a mesh whose texture is an atlas of charts, as photogrammetry and mesh editors write it.
+
+At the seams between charts a place has several vertices, one for each chart. Left so, the sheet would fall apart into
+the charts. It is laid out once by angles, over the places, and the charts are painted there side by side.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from restore.errors import RestoreError
+from restore.flattening.methods import flatten_points
+from restore.formats.copies import first_at_place
+from restore.mesh.adjacency import components
+from restore.mesh.network import edges_of
+from restore.mesh.triangulate import compact
+from restore.mesh.validate import validated
+from restore.scan import SurfaceMesh
+from restore.texture.page import MM_PER_INCH, page_map, sample, sampling_ppi
+
+SAME_PIXELS = 1.0  # of the picture: vertices at one place that differ by less are in one chart
+OVERSAMPLING = 1.5  # of the charts, so that to paint them twice does not blur them
+
+
+def without_seams(mesh: SurfaceMesh) -> SurfaceMesh:
+    """The mesh with one vertex for each place and a picture without seams; unchanged where it has none.
+
+    Unchanged, too, where its places do not make a sheet that can be laid out: a tube is cut open at a seam.
+    """
+    if mesh.texture is None or mesh.texcoords is None:
+        return mesh
+    place = first_at_place(mesh)
+    if (np.abs(mesh.texcoords - mesh.texcoords[place]) < SAME_PIXELS).all():
+        return mesh
+    try:
+        charts = validated(mesh).faces  # turned to the side that the charts show
+        used, faces = compact(np.arange(len(mesh.vertices)), place[charts])
+        flat = flatten_points(SurfaceMesh(mesh.vertices[used], faces), "conformal").flat
+        number = np.zeros(len(mesh.vertices), np.int64)
+        number[used] = np.arange(len(used))
+        of_charts = flat[number[place]]
+        ppi = OVERSAMPLING * sampling_ppi(of_charts, charts, mesh.texcoords)
+        picture = sample(mesh.texture, page_map(of_charts, charts, mesh.texcoords, ppi))
+    except RestoreError:
+        return mesh
+    corner = np.array([of_charts[:, 0].min(), of_charts[:, 1].max()])
+    texcoords = (flat - corner) * (np.array([1.0, -1.0]) * ppi / MM_PER_INCH) - 0.5  # as in page_map
+    label = components(edges_of(charts), len(mesh.vertices))[charts[:, 0]]
+    provenance = {**mesh.provenance, "charts": len(np.unique(label))}
+    return replace(
+        mesh, vertices=mesh.vertices[used], faces=faces, texcoords=texcoords, texture=picture, provenance=provenance
+    )
