@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 import numpy as np
 
@@ -90,18 +90,18 @@ def _picture(path: Path, text: ObjText) -> Bytes | None:
     """The picture of the materials that the faces use, None when no material names one."""
     if len(text.libraries) > MAX_LIBRARIES:
         raise BadInput(f"{path} uses {len(text.libraries)} material files, a scan has one", ONE_SHOT)
-    pictures: dict[bytes, str] = {}
+    pictures: dict[bytes, tuple[str, str]] = {}
     for library in text.libraries:
-        pictures |= _materials(path, library.decode("utf-8", "replace"))
+        pictures |= _materials(path, file_name(library))
     used = set(text.materials)
     names = {name for material, name in pictures.items() if material in used or not used}
     if len(names) > 1:
         raise BadInput(f"{path} uses {len(names)} pictures, a scan has one", ONE_SHOT)
-    return _read(path, names.pop()) if names else None
+    return _read(path, *names.pop()) if names else None
 
 
-def _materials(path: Path, name: str) -> dict[bytes, str]:
-    """The picture of each material of a material file that has one."""
+def _materials(path: Path, name: str) -> dict[bytes, tuple[str, str]]:
+    """The picture of each material of a material file that has one, with the folder of that file."""
     file = resolve_reference(path, name)
     if not is_file(file):
         raise BadInput(f"{path}: its material file {name!r} is missing", MISSING)
@@ -110,7 +110,7 @@ def _materials(path: Path, name: str) -> dict[bytes, str]:
         if key == b"newmtl":
             material = value
         elif key == b"map_Kd":
-            pictures[material] = picture_name(value.decode("utf-8", "replace"))
+            pictures[material] = picture_name(value), str(PurePosixPath(name).parent)
     return pictures
 
 
@@ -121,23 +121,34 @@ def _settings(text: bytes) -> Iterator[tuple[bytes, bytes]]:
         yield key, value.strip()
 
 
-def picture_name(value: str) -> str:
+def file_name(value: bytes) -> str:
+    """The name of a file, which may be quoted, and in Latin-1 where it is no UTF-8."""
+    try:
+        name = value.decode("utf-8")
+    except UnicodeDecodeError:
+        name = value.decode("latin-1")
+    return name[1:-1] if len(name) > 1 and name[0] == name[-1] == '"' else name
+
+
+def picture_name(value: bytes) -> str:
     """The name behind options like "-s 1 1 1" and "-clamp on", which may stand before it."""
-    words = value.split(" ")
+    words = value.split(b" ")
     at = 0
-    while at < len(words) and words[at].startswith("-") and words[at][1:].isalpha():
+    while at < len(words) and words[at].startswith(b"-") and words[at][1:].isalpha():
         at += 1
         while at < len(words) - 1 and _is_argument(words[at]):
             at += 1
-    return " ".join(words[at:])
+    return file_name(b" ".join(words[at:]))
 
 
-def _is_argument(word: str) -> bool:
-    return word in ("", "on", "off") or not word.strip("-+.0123456789eE")
+def _is_argument(word: bytes) -> bool:
+    return word in (b"", b"on", b"off") or not word.strip(b"-+.0123456789eE")
 
 
-def _read(path: Path, name: str) -> Bytes:
-    file = resolve_reference(path, name)
-    if not is_file(file):
+def _read(path: Path, name: str, folder: str) -> Bytes:
+    """The picture of a name beside the mesh, or else in the folder of the material file."""
+    places = (resolve_reference(path, place) for place in (name, f"{folder}/{name}"))
+    file = next(filter(is_file, places), None)
+    if file is None:
         raise BadInput(f"{path}: its picture {name!r} is missing", MISSING)
     return read_picture(file)

@@ -26,17 +26,19 @@ def referenced_files(path: Path) -> list[Path]:
     """
     known = [path.resolve()]
     for file in known:  # grows on the way
-        for other in _referred_by(file):
-            if other not in known:
-                known.append(other)
+        for base in (file, path):  # a material file's picture lies beside it, or beside the mesh
+            for other in _referred_by(file, base):
+                if other not in known:
+                    known.append(other)
     return known[1:]
 
 
-def _referred_by(path: Path) -> Iterator[Path]:
+def _referred_by(path: Path, base: Path) -> Iterator[Path]:
+    """The files that one refers to by names that are looked for beside another."""
     pattern = _REFERENCES.get(path.suffix.lower())
     for match in pattern.finditer(read_bytes(path)) if pattern and is_file(path) else ():
         try:
-            file = resolve_reference(path, picture_name(match[1].strip().decode("utf-8", "replace")))
+            file = resolve_reference(base, picture_name(match[1].strip()))
         except BadInput:
             continue  # the reader tells what is wrong with it
         if is_file(file):

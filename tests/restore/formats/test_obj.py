@@ -55,6 +55,18 @@ def test_a_texture_coordinate_counts_from_the_lower_left(written):
     assert mesh.texture.shape == (10, 20, 3)
 
 
+@pytest.mark.parametrize(
+    "name, coding", [("bild ü.png", "latin-1"), ("bild ü.png", "utf-8"), ('"picture.png"', "utf-8"), ("b.png", "utf-8")]
+)
+def test_pictures_are_found_by_names_as_editors_write_them(written, name, coding):
+    """In Latin-1, quoted, and beside a material file in a folder of its own."""
+    path = written('mtllib "tex/a.mtl"\nusemtl page\n' + SQUARE + FACE)
+    (path.parent / "tex").mkdir()
+    (path.parent / "tex" / "a.mtl").write_bytes(f"newmtl page\nmap_Kd {name}\n".encode(coding))
+    (path.parent / "picture.png").rename(path.parent / "tex" / name.strip('"'))
+    assert load_scan(path).texture.shape == (10, 20, 3)
+
+
 def test_a_vertex_on_a_seam_is_split_and_unused_ones_are_left_out(written):
     mesh = read_obj(written("mtllib a.mtl\nusemtl page\n" + SQUARE + FACE + "f 1/5 2/2 3/3\n"))
     assert len(mesh.vertices) == len(mesh.texcoords) == 4

@@ -48,7 +48,7 @@ def test_texture_coordinates_of_faces_split_the_seam(tmp_path):
     head = HEAD + "comment TextureFile a.png\n" + POINTS + FACES + "property list uchar float texcoord\n"
     (tmp_path / "a.ply").write_text(text(*SQUARE, "3 0 1 2 6 0 0 1 0 1 1", "3 0 2 3 6 0.5 0.5 1 1 0 1", head=head))
     Image.new("RGB", (20, 10)).save(tmp_path / "a.png")
-    mesh = load_scan(tmp_path / "a.ply")
+    mesh = read_ply(tmp_path / "a.ply")
     at_origin = np.all(mesh.vertices[:, :2] == 0, axis=1)
     assert sorted(map(tuple, mesh.texcoords[at_origin])) == [(-0.5, 9.5), (9.5, 4.5)]
 

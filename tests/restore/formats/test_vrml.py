@@ -56,7 +56,7 @@ def test_texture_coordinates_and_the_picture_they_name(tmp_path):
     )
     (tmp_path / "a.wrl").write_text(SQUARE % node)
     Image.new("RGB", (20, 10), (1, 2, 3)).save(tmp_path / "a#1.png")
-    mesh = load_scan(tmp_path / "a.wrl")
+    mesh = read_vrml(tmp_path / "a.wrl")
     corners = {tuple(v) + tuple(t) for v, t in zip(mesh.vertices[:, :2], mesh.texcoords, strict=True)}
     # Vertex 0 is on a seam: it has two places in the picture.
     assert corners == {(0, 0, -0.5, 9.5), (0, 0, 9.5, 4.5), (9, 0, 19.5, 9.5), (9, 9, 19.5, -0.5), (0, 9, -0.5, -0.5)}
