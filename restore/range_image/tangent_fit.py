@@ -18,7 +18,7 @@ QUADRATIC, CUBIC = len(POWERS), len(ALL_POWERS)  # terms
 MAX_BEND = 16.0  # standard deviations of the samples: rise of the quadratic, beyond which cubic terms matter
 BY_CHANCE = 6.0  # F of four more terms and 39 degrees of freedom: noise alone exceeds it once in 1,400 windows
 ROUNDS = 4  # of Newton's method, from the tangent plane to the surface
-EDGE_ON = 0.1  # of the plane's own share of the line of sight: surfaces that are turned farther away are not seen
+MAX_TURN = 1.0  # slope over the plane, 45°: what turns by more within a window is two sides, or extrapolated too far
 FIELDS = 4  # value, slope per column, slope per row, variance
 
 
@@ -48,7 +48,7 @@ def _fit_rows(
     """Write the facets of the rows from first to end."""
     cols = data.shape[1]
     normal, right = np.empty(CUBIC * (CUBIC + 1) // 2), np.empty(CUBIC)
-    factor, surface = np.zeros((CUBIC, CUBIC)), np.empty(CUBIC)
+    factor, solution, surface = np.zeros((CUBIC, CUBIC)), np.empty(CUBIC), np.empty(CUBIC)
     for r in range(first, end):
         for c in range(cols):
             i, j = centres[r, c] // cols, centres[r, c] % cols
@@ -56,12 +56,16 @@ def _fit_rows(
                 continue
             level, axes = terms[i, j, 0], _tangent_axes(terms[i, j, 1] / steep, terms[i, j, 2] / steep, radius)
             count, square = _moments(data, weight, i, j, radius, level, steep, axes, normal, right)
-            variance = _solve(normal, right, count, square, factor, surface)
-            if not np.isnan(variance):
-                height, across, down = _on_line_of_sight(c - j, r - i, axes, surface)
-                facets[r, c, 0] = level + steep * height
-                facets[r, c, 1], facets[r, c, 2] = steep * across, steep * down
-                facets[r, c, 3] = variance * (steep / axes[2, 2]) ** 2
+            most, variances = _solve(normal, right, count, square, factor, solution, surface)
+            for number, variance in zip((CUBIC, QUADRATIC), variances):
+                if number <= most:
+                    _substitute_back(factor, solution, number, surface)
+                    height, across, down = _on_line_of_sight(c - j, r - i, axes, surface)
+                    facets[r, c, 0] = level + steep * height
+                    facets[r, c, 1], facets[r, c, 2] = steep * across, steep * down
+                    facets[r, c, 3] = variance * (steep / axes[2, 2]) ** 2
+                    if not np.isnan(height):
+                        break
 
 
 @numba.njit(cache=True, nogil=True)
@@ -125,13 +129,19 @@ def _set_basis(a: float, b: float, basis: Floats) -> None:
 
 
 @numba.njit(cache=True, nogil=True)
-def _solve(normal: Floats, right: Floats, count: int, square: float, factor: Floats, surface: Floats) -> float:
-    """Write the coefficients (CUBIC,) of the surface; the variance of the samples about it, or NaN for no surface."""
+def _solve(
+    normal: Floats, right: Floats, count: int, square: float, factor: Floats, solution: Floats, surface: Floats
+) -> tuple[int, tuple[float, float]]:
+    """Write the factor (CUBIC, CUBIC) and what its triangle makes of the right side (CUBIC,).
+
+    Returns how many terms the surface needs, 0 where the samples determine none, and the variances about a cubic and
+    about a quadratic.
+    """
     full = count >= 2 * CUBIC and cholesky(normal, factor, ALL_POWERS)
     if not full and (count < MIN_SAMPLES or not cholesky(normal, factor, POWERS)):
-        return np.nan
-    solution, unit = np.zeros(CUBIC), np.zeros(CUBIC)
-    unit[0] = 1.0
+        return 0, (np.nan, np.nan)
+    unit = np.zeros(CUBIC)
+    solution[:], unit[0] = 0.0, 1.0
     for p in range(CUBIC if full else QUADRATIC):
         entry, trace = right[p], unit[p]
         for q in range(p):
@@ -139,19 +149,17 @@ def _solve(normal: Floats, right: Floats, count: int, square: float, factor: Flo
             trace -= factor[p, q] * unit[q]
         solution[p], unit[p] = entry * factor[p, p], trace * factor[p, p]
     leverage, explained = unit * unit * normal[0], solution * solution
-    if leverage[:QUADRATIC].sum() > MAX_LEVERAGE * count:
-        return np.nan
     left = max(square - explained[:QUADRATIC].sum(), 0.0)
     variance = left / (count - QUADRATIC)
-    _substitute_back(factor, solution, QUADRATIC, surface)
+    if leverage[:QUADRATIC].sum() > MAX_LEVERAGE * count:
+        return 0, (np.nan, np.nan)
     if not full or leverage.sum() > MAX_LEVERAGE * count:
-        return variance
+        return QUADRATIC, (np.nan, variance)
+    _substitute_back(factor, solution, QUADRATIC, surface)
     gain, rise = explained[QUADRATIC:].sum(), np.abs(surface[3:QUADRATIC]).sum()
     rest = max(left - gain, 0.0) / (count - CUBIC)
-    if rise * rise <= MAX_BEND * MAX_BEND * variance and gain <= (CUBIC - QUADRATIC) * BY_CHANCE * rest:
-        return variance
-    _substitute_back(factor, solution, CUBIC, surface)
-    return rest
+    rises, misses = rise * rise > MAX_BEND * MAX_BEND * variance, gain > (CUBIC - QUADRATIC) * BY_CHANCE * rest
+    return CUBIC if rises or misses else QUADRATIC, (rest, variance)
 
 
 @numba.njit(cache=True, nogil=True)
@@ -167,7 +175,7 @@ def _substitute_back(factor: Floats, solution: Floats, terms: int, surface: Floa
 
 @numba.njit(cache=True, nogil=True)
 def _on_line_of_sight(col: int, row: int, axes: Floats, s: Floats) -> tuple[float, float, float]:
-    """Depth of the surface s (CUBIC,) on a line of sight, and its change per column and row; NaN where it is edge-on.
+    """Depth of the surface s (CUBIC,) on a line of sight, and its change per column and row; NaN where it turns too far.
 
     By Newton's method on the height over the plane, whose slopes in (col, row, depth) are those of the surface.
     """
@@ -179,7 +187,7 @@ def _on_line_of_sight(col: int, row: int, axes: Floats, s: Floats) -> tuple[floa
         along_a = s[1] + 2 * s[3] * a + s[4] * b + 3 * s[6] * a * a + 2 * s[7] * a * b + s[8] * b * b
         along_b = s[2] + s[4] * a + 2 * s[5] * b + s[7] * a * a + 2 * s[8] * a * b + 3 * s[9] * b * b
         slopes = axes[2] - along_a * axes[0] - along_b * axes[1]
-        if slopes[2] < EDGE_ON * axes[2, 2]:
+        if slopes[2] <= 0.0 or along_a * along_a + along_b * along_b > MAX_TURN * MAX_TURN:
             return np.nan, np.nan, np.nan
         depth -= (over - height) / slopes[2]
     return depth, -slopes[0] / slopes[2], -slopes[1] / slopes[2]
