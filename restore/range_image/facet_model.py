@@ -102,6 +102,7 @@ def _signal_classes(signal: Floats | None, measured: Mask) -> Ints:
 def _weights(residual: Floats, classes: Ints, floor: float) -> tuple[Floats, Floats]:
     """(rows, cols) inverse variance of each sample's class over the best, 0 for outliers; and its sigma, 1/mm."""
     weight, deviation = np.zeros(residual.shape), np.zeros(residual.shape)
+    around = cv2.medianBlur(np.abs(np.nan_to_num(residual)).astype(np.float32), 2 * NARROW_RADIUS + 1)
     best = np.inf
     for k in range(classes.max() + 1):
         members = (classes == k) & np.isfinite(residual)
@@ -110,7 +111,8 @@ def _weights(residual: Floats, classes: Ints, floor: float) -> tuple[Floats, Flo
         sigma = max(robust_sigma(residual[members]), floor)
         best = min(best, sigma)
         deviation[members] = sigma
-        weight[members & (np.abs(residual) < OUTLIER_SIGMAS * sigma)] = (best / sigma) ** 2
+        limit = OUTLIER_SIGMAS * np.maximum(sigma, around)  # where all are off, it is the quadratic that does not fit
+        weight[members & (np.abs(residual) < limit)] = (best / sigma) ** 2
     return weight, deviation
 
 

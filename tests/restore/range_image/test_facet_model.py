@@ -20,6 +20,7 @@ MAX_ONE_SIDED_ERROR = 0.6  # standard deviations for each sample: the slope at t
 MAX_ERROR_RATIO = 0.65  # of the error that windows across the ridge leave; at 45° half of that is noise
 MAX_ERROR = 5.0  # standard deviations of the best of 50,000 samples that are each right to half of one
 SPINE_DEG, SPINE_REACH_MM = 66.0, 25.0  # slope of the walls at a spine, and the way in which it falls to 1/e
+STEEP_DEG, NARROW_REACH_MM = 75.0, 10.0
 NEAR_SPINE_MM = 6.0  # four samples
 MAX_SPINE_ERROR = 0.02  # of the slope, in the mean; quadratics over the grid are 5 % too flat
 TABLE_SIGMAS = 80.0  # standard deviations that the table lies behind the border of the page: 2.8 mm at 0.9 m
@@ -147,6 +148,19 @@ def test_beside_a_spine_slopes_are_right_though_the_walls_bend_fast(camera, nois
     facets = fit_facets(exact[..., 0] + noise, everywhere, everywhere, camera.rays.dx)
     beside = inner(camera, 2 * WIDE_RADIUS) & (np.abs(along) < NEAR_SPINE_MM) & ~facets.crease
     assert np.mean((facets.slope[..., 0] / exact[..., 1])[beside]) == pytest.approx(1.0, abs=MAX_SPINE_ERROR)
+
+
+@pytest.mark.parametrize("quiet", [0.0, 0.02, 0.1])
+def test_a_quieter_scanner_makes_no_worse_slopes(camera, noise, everywhere, quiet):
+    """What its quadratics miss beside a narrow spine is many times its noise, and yet no outlier."""
+    exact, along = camera.book(STEEP_DEG, NARROW_REACH_MM, 100.3)
+    near = inner(camera, 2 * WIDE_RADIUS) & (np.abs(along) < NEAR_SPINE_MM)
+
+    def error(share):
+        facets = fit_facets(exact[..., 0] + share * noise, everywhere, everywhere, camera.rays.dx)
+        return rms((facets.slope[..., 0] - exact[..., 1])[near & ~facets.crease])
+
+    assert error(quiet) < 0.5 * error(1.0)
 
 
 @pytest.mark.parametrize("share", [0.5, 0.7, 1.0])
