@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import cv2
 import numba
 import numpy as np
+from numpy.typing import NDArray
 
 from restore.errors import NotEnoughSurface
 from restore.numerics import TINY
@@ -102,7 +103,7 @@ def _signal_classes(signal: Floats | None, measured: Mask) -> Ints:
 def _weights(residual: Floats, classes: Ints, floor: float) -> tuple[Floats, Floats]:
     """(rows, cols) inverse variance of each sample's class over the best, 0 for outliers; and its sigma, 1/mm."""
     weight, deviation = np.zeros(residual.shape), np.zeros(residual.shape)
-    around = cv2.medianBlur(np.abs(np.nan_to_num(residual)).astype(np.float32), 2 * NARROW_RADIUS + 1)
+    around = _median_around(np.abs(np.nan_to_num(residual)))
     best = np.inf
     for k in range(classes.max() + 1):
         members = (classes == k) & np.isfinite(residual)
@@ -114,6 +115,14 @@ def _weights(residual: Floats, classes: Ints, floor: float) -> tuple[Floats, Flo
         limit = OUTLIER_SIGMAS * np.maximum(sigma, around)  # where all are off, it is the quadratic that does not fit
         weight[members & (np.abs(residual) < limit)] = (best / sigma) ** 2
     return weight, deviation
+
+
+def _median_around(values: Floats) -> NDArray[np.float32]:
+    """(rows, cols) median of values (rows, cols) in narrow windows; beyond the border they count as 0."""
+    radius = NARROW_RADIUS
+    return np.asarray(
+        cv2.medianBlur(np.pad(values.astype(np.float32), radius), 2 * radius + 1)[radius:-radius, radius:-radius]
+    )
 
 
 def _fit_windows(

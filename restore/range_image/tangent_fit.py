@@ -57,7 +57,7 @@ def _fit_rows(
             level, axes = terms[i, j, 0], _tangent_axes(terms[i, j, 1] / steep, terms[i, j, 2] / steep, radius)
             count, square = _moments(data, weight, i, j, radius, level, steep, axes, normal, right)
             most, variances = _solve(normal, right, count, square, factor, solution, surface)
-            for number, variance in zip((CUBIC, QUADRATIC), variances):
+            for number, variance in zip((CUBIC, QUADRATIC), variances):  # noqa: B905 (compiled)
                 if number <= most:
                     _substitute_back(factor, solution, number, surface)
                     height, across, down = _on_line_of_sight(c - j, r - i, axes, surface)
@@ -175,7 +175,7 @@ def _substitute_back(factor: Floats, solution: Floats, terms: int, surface: Floa
 
 @numba.njit(cache=True, nogil=True)
 def _on_line_of_sight(col: int, row: int, axes: Floats, s: Floats) -> tuple[float, float, float]:
-    """Depth of the surface s (CUBIC,) on a line of sight, and its change per column and row; NaN where it turns too far.
+    """Depth of the surface s (CUBIC,) on a line of sight, and its change per column and row; NaN for too far a turn.
 
     By Newton's method on the height over the plane, whose slopes in (col, row, depth) are those of the surface.
     """
