@@ -58,14 +58,15 @@ def _fit_rows(
             count, square = _moments(data, weight, i, j, radius, level, steep, axes, normal, right)
             most, variances = _solve(normal, right, count, square, factor, solution, surface)
             for number, variance in zip((CUBIC, QUADRATIC), variances):  # noqa: B905 (compiled)
-                if number <= most:
-                    _substitute_back(factor, solution, number, surface)
-                    height, across, down = _on_line_of_sight(c - j, r - i, axes, surface)
+                if number > most:
+                    continue
+                _substitute_back(factor, solution, number, surface)
+                height, across, down = _on_line_of_sight(c - j, r - i, axes, surface)
+                if not np.isnan(height):
                     facets[r, c, 0] = level + steep * height
                     facets[r, c, 1], facets[r, c, 2] = steep * across, steep * down
                     facets[r, c, 3] = variance * (steep / axes[2, 2]) ** 2
-                    if not np.isnan(height):
-                        break
+                    break
 
 
 @numba.njit(cache=True, nogil=True)

@@ -94,6 +94,15 @@ def test_three_columns_determine_a_quadratic_but_no_cubic(camera, steep):
     assert np.isfinite(facets[20:-20, 11]).all()
 
 
+def test_where_the_surface_turns_too_far_nothing_is_told_at_all(camera, steep):
+    """A step of ten columns' depth: the window of one side knows nothing of the other."""
+    data = camera.plane() + 10.0 * steep * (np.indices(camera.shape)[1] > 100)
+    noise = np.random.default_rng(1).normal(0.0, camera.noise, data.shape)
+    _, facets = fitted(data + noise, np.ones(data.shape), steep)
+    known = np.isfinite(facets)
+    np.testing.assert_array_equal(known.all(axis=2), known.any(axis=2))
+
+
 def test_a_surface_that_is_seen_edge_on_has_no_facet():
     axes, surface = _tangent_axes(1.0, 0.0, WIDE_RADIUS), np.zeros(CUBIC)
     assert _on_line_of_sight(0, 0, axes, surface) == pytest.approx((0.0, 1.0, 0.0))
