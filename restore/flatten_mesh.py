@@ -67,9 +67,9 @@ def flatten(
         posed = pose_on_table(piece.vertices, piece.faces)
         flat[part.vertices] = move_upright(piece.flat, replace(posed, seen=seen[part.vertices]))
         rest[np.isin(network.edges[:, 0], part.vertices)] = piece.lengths
-        worst = worst.joined(Solution(piece.flat, piece.steps, piece.residual, piece.converged))
+        worst = worst.joined(Solution(piece.flat, piece.steps, **piece.convergence))
     arrange_pieces(flat, [(part.vertices, part.faces) for part in parts])
-    return FlatMesh.of(mesh, flat, rest, worst.iterations, residual=worst.residual, converged=worst.converged)
+    return FlatMesh.of(mesh, flat, rest, worst.iterations, **worst.convergence)
 
 
 def _flatten_piece(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMesh:

@@ -36,8 +36,9 @@ def _check_grid(scan: RangeScan) -> None:
         raise BadInput(f"texture_xy {_described(places)} does not fit points {_described(points)}", HINT)
     if scan.texture is not None:
         height, width = scan.texture.shape[:2]
-        seen = (places >= -0.5).all(axis=2) & (places <= [width - 0.5, height - 0.5]).all(axis=2)
-        if scan.measured.any() and not (seen & scan.measured).any():
+        x, y, measured = places[..., 0], places[..., 1], scan.measured
+        seen = (x >= -0.5) & (x <= width - 0.5) & (y >= -0.5) & (y <= height - 0.5)
+        if measured.any() and not (seen & measured).any():
             raise BadInput("no sample of the scan lies in its colour image", HINT)
 
 

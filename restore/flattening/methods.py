@@ -95,8 +95,7 @@ def flatten_with(mesh: ValidMesh, solver: Solver, lengths: Floats, on_step: OnSt
         flat[piece.vertices], worst = found.flat, worst.joined(found)
         arranged.append((piece.vertices, piece.faces))
     arrange_pieces(flat, arranged)
-    steps, convergence = worst.iterations, {"residual": worst.residual, "converged": worst.converged}
-    return FlatMesh.of(mesh, flat, network.lengths, steps, **convergence)
+    return FlatMesh.of(mesh, flat, network.lengths, worst.iterations, **worst.convergence)
 
 
 def _follower(on_step: OnStep, mesh: SurfaceMesh, vertices: Ints) -> Callable[[int, Floats], None]:

@@ -108,8 +108,7 @@ def flatten_grid(mesh: GridMesh, most: int | None = None) -> FlatMesh:
     surface = _moved_onto_surface(points, pieces, nodes)
     lengths = straight_lengths(surface.reshape(-1, 3)[kept.places], edges_of(kept.faces))
     lengths = np.maximum(lengths, SHORTEST * lengths.mean())
-    convergence = {"residual": page.residual, "converged": page.converged}
-    return FlatMesh.of(kept, flat.reshape(-1, 2)[kept.places], lengths, page.steps, **convergence)
+    return FlatMesh.of(kept, flat.reshape(-1, 2)[kept.places], lengths, page.steps, **page.convergence)
 
 
 def points_on_grid(mesh: GridMesh) -> Floats:

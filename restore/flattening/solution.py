@@ -24,6 +24,11 @@ class Solution(NamedTuple):
     residual: float = 0.0
     converged: bool = True
 
+    @property
+    def convergence(self) -> dict[str, float | bool]:
+        """`residual` and `converged` by their names, as `FlatMesh` has them."""
+        return {"residual": self.residual, "converged": self.converged}
+
     def joined(self, other: Solution) -> Solution:
         """This solution with the greater figures of another, solved beside it."""
         worst = max(self.iterations, other.iterations), max(self.residual, other.residual)

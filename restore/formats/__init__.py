@@ -76,8 +76,7 @@ def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str 
     unit     of a mesh's coordinates: mm, cm, m, in, the edge of a voxel as 7.91um, or auto for the unit of the format,
              mm where it has none.
     A segment of a CT volume comes back as a GridMesh. Doubled faces are merged, and the charts of a texture atlas put
-    together. `provenance` names the unit, and
-    warnings for the report.
+    together. `provenance` names the unit, and warnings for the report.
     Raises BadInput for a missing, damaged or unknown file.
 
     >>> from tempfile import TemporaryDirectory
