@@ -18,7 +18,7 @@ from restore.errors import NotEnoughSurface
 from restore.numerics import TINY
 from restore.range_image.creases import find_creases
 from restore.range_image.quadratic_fit import MAX_LEVERAGE, Quadratics, fit_quadratics
-from restore.range_image.tangent_fit import fit_over_tangents
+from restore.range_image.tangent_fit import FIELDS, fit_over_tangents
 from restore.robust import robust_sigma
 from restore.scan import Floats, Ints, Mask
 
@@ -103,7 +103,6 @@ def _signal_classes(signal: Floats | None, measured: Mask) -> Ints:
 def _weights(residual: Floats, classes: Ints, floor: float) -> tuple[Floats, Floats]:
     """(rows, cols) inverse variance of each sample's class over the best, 0 for outliers; and its sigma, 1/mm."""
     weight, deviation = np.zeros(residual.shape), np.zeros(residual.shape)
-    around = _median_around(np.abs(np.nan_to_num(residual)))
     best = np.inf
     for k in range(classes.max() + 1):
         members = (classes == k) & np.isfinite(residual)
@@ -111,10 +110,10 @@ def _weights(residual: Floats, classes: Ints, floor: float) -> tuple[Floats, Flo
             continue
         sigma = max(robust_sigma(residual[members]), floor)
         best = min(best, sigma)
-        deviation[members] = sigma
-        limit = OUTLIER_SIGMAS * np.maximum(sigma, around)  # where all are off, it is the quadratic that does not fit
-        weight[members & (np.abs(residual) < limit)] = (best / sigma) ** 2
-    return weight, deviation
+        deviation[members], weight[members] = sigma, (best / sigma) ** 2
+    off = np.abs(np.nan_to_num(residual))
+    limit = OUTLIER_SIGMAS * np.maximum(deviation, _median_around(off))  # where all are off, the quadratic does not fit
+    return np.where(off < limit, weight, 0.0), deviation
 
 
 def _median_around(values: Floats) -> NDArray[np.float32]:
@@ -148,7 +147,7 @@ def _fit_windows(
     if crease is not None:
         tangent = fit_over_tangents(data, weight, unfit, fit.terms, centres, steep, WIDE_RADIUS)
         better = unfit & (tangent[..., 3] <= limit) & one_sided
-        facets[better, :4] = tangent[better]
+        facets[better, :FIELDS] = tangent[better]
         unfit &= ~better
     window = np.ones((2 * NARROW_RADIUS + 1, 2 * NARROW_RADIUS + 1), np.uint8)
     near = inside & cv2.dilate(unfit.astype(np.uint8), window).astype(bool)
