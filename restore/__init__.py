@@ -19,10 +19,11 @@ from restore.formats import (
     save_scan,
     scan_stem,
 )
-from restore.mesh.measures import average_at_vertices, face_strain, vertex_normals
+from restore.mesh.measures import vertex_normals
 from restore.mesh.network import edges_of
 from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.raster import rasterise
+from restore.mesh.strain import average_at_vertices, face_strain
 from restore.native import SYSTEM_LIBRARIES, SystemLibrary, missing_libraries
 from restore.phones import PhoneCapture, is_phone_capture, load_phone_capture
 from restore.photo import Photograph, is_video, read_photograph, read_video

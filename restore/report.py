@@ -10,13 +10,13 @@ from restore.mesh.adjacency import border_of, components
 from restore.mesh.measures import (
     edge_strain,
     face_signs,
-    face_strain,
     flipped_faces,
     signed_areas,
     straight_lengths,
     surface_area,
 )
 from restore.mesh.network import SHORTEST, edges_of
+from restore.mesh.strain import face_strain
 from restore.outline.rectangle import page_size
 from restore.range_image.sheet import Sheet
 from restore.scan import FlatMesh, Ints, SurfaceMesh

@@ -42,23 +42,12 @@ def rms_strain(flat: Floats, edges: Ints, lengths: Floats, cap: float) -> float:
     return sqrt(total / len(edges))
 
 
-def face_strain(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
-    """(m, 2) stretch and shear of every face from its shape on the surface to its flat one.
-
-    edges (e, 2) in ascending order and lengths (e,) mm give the shape on the surface, flat (n, 2) mm that on the page.
-    With σ₁ ≥ σ₂ the principal stretches, stretch is √(σ₁ σ₂) − 1, shear (σ₁ − σ₂) / 2.
-    """
-    total, difference = _stretches(flat, faces, edges, lengths)
-    stretch = np.sqrt(np.abs(total**2 - difference**2)) / 2.0 - 1.0
-    return np.stack([stretch, difference / 2.0], axis=1)
-
-
 def symmetric_dirichlet(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> float:
     """Mean of σ₁² + σ₂² + 1/σ₁² + 1/σ₂² over the faces, by area (Smith & Schaefer 2015); 4 is the least there is.
 
-    flat (n, 2), faces (m, 3), edges (e, 2) and lengths (e,) as for `face_strain`. Infinite where a face has no area.
+    flat (n, 2), faces (m, 3), edges (e, 2) and lengths (e,) as for `stretches`. Infinite where a face has no area.
     """
-    total, difference = _stretches(flat, faces, edges, lengths)
+    total, difference = stretches(flat, faces, edges, lengths)
     first, second = ((total + sign * difference) / 2.0 for sign in (1.0, -1.0))
     base, _, height = face_shapes(faces, edges, lengths)
     with np.errstate(divide="ignore"):
@@ -66,8 +55,11 @@ def symmetric_dirichlet(flat: Floats, faces: Ints, edges: Ints, lengths: Floats)
     return float(np.average(energy, weights=base * height))
 
 
-def _stretches(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> tuple[Floats, Floats]:
-    """Sum and difference (m,) of the principal stretches of every face, σ₁ + σ₂ and σ₁ − σ₂."""
+def stretches(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> tuple[Floats, Floats]:
+    """Sum and difference (m,) of the principal stretches of every face, σ₁ + σ₂ and σ₁ − σ₂.
+
+    edges (e, 2) in ascending order and lengths (e,) mm give the shape on the surface, flat (n, 2) mm that on the page.
+    """
     base, along, height = face_shapes(faces, edges, lengths, MIN_STRAIN_HEIGHT_RATIO)
     first, second = (flat[faces[:, k]] - flat[faces[:, 0]] for k in (1, 2))
     right = first / base[:, None]
@@ -88,13 +80,6 @@ def face_shapes(
     base, near, far = (lengths_between(faces[:, a], faces[:, b], edges, lengths) for a, b in ((0, 1), (0, 2), (1, 2)))
     along = (base**2 + near**2 - far**2) / (2.0 * base)
     return base, along, np.sqrt(np.maximum(near**2 - along**2, (min_height_ratio * base) ** 2))
-
-
-def average_at_vertices(values: Floats, faces: Ints, count: int) -> Floats:
-    """(count, k) mean of the values (m, k) of the faces at each of `count` vertices, 0 for a vertex without faces."""
-    total = np.zeros((count, values.shape[1]))
-    np.add.at(total, faces.ravel(), np.repeat(values, 3, axis=0))
-    return total / np.maximum(np.bincount(faces.ravel(), minlength=count), 1)[:, None]
 
 
 def lengths_between(a: Ints, b: Ints, edges: Ints, lengths: Floats) -> Floats:

@@ -1,15 +1,11 @@
-"""Lengths, areas, normals and strain of triangles against values by hand."""
+"""Lengths, areas and normals of triangles against values by hand."""
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from restore.mesh.measures import (
-    average_at_vertices,
     edge_strain,
     face_normals,
-    face_strain,
     flipped_faces,
     signed_areas,
     straight_lengths,
@@ -80,28 +76,3 @@ def test_normals_are_twice_as_long_as_the_areas():
 )
 def test_compiled_and_plain_python_agree(kernel, work):
     np.testing.assert_allclose(kernel(*work), kernel.py_func(*work), atol=PARITY)
-
-
-LENGTHS = np.array([3.0, 4.0, 5.0, 4.0, 3.0])  # of the edges of the rectangle and its diagonal
-EDGES = np.array([[0, 1], [0, 2], [1, 2], [1, 3], [2, 3]])
-angles, factors = st.floats(-np.pi, np.pi), st.floats(0.5, 2.0)
-
-
-@given(angles, angles, factors, factors)
-def test_stretch_and_shear_are_those_of_the_principal_stretches(before, after, first, second):
-    def turn(angle):
-        return np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-
-    flat = SQUARE @ (turn(after) @ np.diag([first, second]) @ turn(before)).T
-    expected = [np.sqrt(first * second) - 1.0, abs(first - second) / 2.0]
-    np.testing.assert_allclose(face_strain(flat, FACES, EDGES, LENGTHS), [expected, expected], atol=1e-7)
-
-
-def test_a_face_without_area_has_finite_strain():
-    lengths = np.array([3.0, 4.0, 7.0, 4.0, 3.0])
-    assert np.isfinite(face_strain(SQUARE, FACES, EDGES, lengths)).all()
-
-
-def test_the_value_at_a_vertex_is_the_mean_of_its_faces():
-    values = average_at_vertices(np.array([[1.0, 0.0], [3.0, 2.0]]), FACES, 5)
-    np.testing.assert_allclose(values, [[1, 0], [2, 1], [2, 1], [3, 2], [0, 0]])
