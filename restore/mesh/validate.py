@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+import numba
 import numpy as np
 
 from restore.errors import BadInput, NotEnoughSurface
 from restore.mesh.adjacency import Sides, sides_of
 from restore.mesh.measures import face_normals, surface_area
 from restore.mesh.orient import orient
-from restore.scan import Floats, Ints, SurfaceMesh
+from restore.scan import Floats, Ints, Mask, SurfaceMesh
 
 FARTHEST_MM = 1e60  # whatever the unit: lengths are multiplied by each other up to four times
 
@@ -32,9 +33,12 @@ class ValidMesh(SurfaceMesh):
 
     def __post_init__(self) -> None:
         mesh = _checked(self)
-        sides = sides_of(mesh.faces)
-        faces = orient(mesh.faces, mesh.texcoords, sides)
-        if faces is not mesh.faces:
+        proper, sides = mesh.faces, sides_of(mesh.faces)
+        if (left_out := _improper(proper, sides)).any():
+            proper = proper[~left_out]
+            sides = sides_of(proper)
+        faces = orient(proper, mesh.texcoords, sides)
+        if faces is not proper:
             sides = sides_of(faces)
         derived = {"sides": sides, "normals": face_normals(mesh.vertices, faces)}
         for name, value in {"vertices": mesh.vertices, "faces": faces, **derived}.items():
@@ -65,21 +69,21 @@ def _checked(mesh: SurfaceMesh) -> SurfaceMesh:
         raise BadInput("the mesh has no texture coordinate for some vertices", "the file is damaged: export it again")
     if surface_area(vertices, faces) == 0.0:
         raise NotEnoughSurface("the faces of the mesh have no area", "scan the page again or give a mesh of a surface")
-    return SurfaceMesh(vertices, _proper(faces), mesh.texcoords)
+    return SurfaceMesh(vertices, faces, mesh.texcoords)
 
 
-def _proper(faces: Ints) -> Ints:
-    """The faces (m, 3) with three vertices each, of several with the same three the first."""
-    a, b, c = np.sort(faces, axis=1).T
-    proper = (a != b) & (b != c)
-    # One number for each edge a, b and each face: sorting single numbers is much faster than sorting rows.
-    edge = np.unique(a * (faces.max() + 1) + b, return_inverse=True)[1]
-    _, first = np.unique(edge * (faces.max() + 1) + c, return_index=True)
-    if proper.all() and len(first) == len(faces):
-        return faces
-    kept = np.zeros(len(faces), bool)
-    kept[first] = True
-    return faces[kept & proper]
+@numba.njit(cache=True)
+def _improper(faces: Ints, sides: Sides) -> Mask:
+    """(m,) the faces that name a vertex twice, and those with the same three vertices as one before them."""
+    improper = np.zeros(len(faces), np.bool_)
+    for side in range(len(sides.edge)):
+        improper[side // 3] |= sides.edge[side] < 0
+    for e in range(len(sides.edges)):
+        for k in range(sides.first[e], sides.first[e + 1]):
+            for earlier in range(sides.first[e], k):
+                f, g = sides.at[k] // 3, sides.at[earlier] // 3
+                improper[f] |= f != g and faces[f].sum() == faces[g].sum()  # of an edge in common: the third, too
+    return improper
 
 
 def _declared_types(mesh: SurfaceMesh) -> tuple[Floats, Ints]:
