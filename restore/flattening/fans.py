@@ -40,27 +40,42 @@ class Fans(NamedTuple):
 def closing_signs(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> Floats:
     """(m,) the signs of faces with which the fans of inner vertices close best: to 2π, or 0 outside their neighbours.
 
-    The signs of one face, or of two that share an edge, are turned where that closes the fans at their corners by at
-    least half as much as it would if no other were wrong; the other half speaks for the normals, which gave the signs.
+    They are looked for from the signs by the normals, and where those are contradicted from a sheet without folds too.
     """
-    angles, signs = corner_angles(faces, sides, lengths), signs.copy()
-    gaps, inner = np.zeros(faces.max() + 1), np.ones(faces.max() + 1, np.bool_)
-    for e in range(len(sides.edges)):
-        if sides.first[e + 1] - sides.first[e] != 2:
-            inner[sides.edges[e, 0]] = inner[sides.edges[e, 1]] = False
-    for corner in range(len(angles)):
-        gaps[faces[corner // 3, corner % 3]] += signs[corner // 3] * angles[corner]
+    angles, inner = corner_angles(faces, sides, lengths), np.ones(faces.max() + 1, np.bool_)
     pairs, found = np.full((len(faces) + len(sides.edges), 2), -1), len(faces)
     pairs[:found, 0] = np.arange(found)
     for e in range(len(sides.edges)):
         if sides.first[e + 1] - sides.first[e] == 2:
             pairs[found], found = sides.at[sides.first[e] : sides.first[e + 1]] // 3, found + 1
+        else:
+            inner[sides.edges[e, 0]] = inner[sides.edges[e, 1]] = False
+    by_normals, upright = signs.copy(), np.ones(len(signs))
+    open_by = _close(by_normals, faces, angles, inner, pairs[:found])
+    if (by_normals == signs).all() or open_by <= _close(upright, faces, angles, inner, pairs[:found]):
+        return by_normals
+    return upright
+
+
+@numba.njit(cache=True)
+def _close(signs: Floats, faces: Ints, angles: Floats, inner: Mask, pairs: Ints) -> float:
+    """By how much, rad, the fans of all inner vertices (n,) stay open when signs (m,) are turned, in place.
+
+    Those of one face, or of a pair that shares an edge, are turned where that closes the fans at their corners by at
+    least half as much as it would if no other were wrong; the other half speaks for the signs as they were.
+    """
+    gaps = np.zeros(len(inner))
+    for corner in range(len(angles)):
+        gaps[faces[corner // 3, corner % 3]] += signs[corner // 3] * angles[corner]
     after, turned = gaps.copy(), 1
     while turned:  # a sign that is turned may free those of its neighbours; each closes the fans further
         turned = 0
-        for pair in pairs[:found]:
+        for pair in pairs:
             turned += _turned(pair, faces, angles, inner, signs, gaps, after)
-    return signs
+    total = 0.0
+    for i in range(len(gaps)):
+        total += _gap(gaps[i]) if inner[i] else 0.0
+    return total
 
 
 @numba.njit(cache=True)

@@ -23,12 +23,12 @@ from restore.robust import robust_sigma
 from restore.scan import Floats, Ints
 
 MOST_ITERATIONS = 50  # a developable sheet needs two to five
-GRADIENT_TOLERANCE = 3e-5  # rms strain that a vertex could be relieved of alone, times √n: of a strain that changes
-# along the whole page alone a vertex feels one part in √n. What is left moves a vertex by a ten-thousandth of an edge
+GRADIENT_TOLERANCE = 3e-6  # rms strain that a vertex could be relieved of alone, times √n: of a strain that changes
+# along the whole page alone a vertex feels one part in √n. What is left moves a vertex by 10⁻⁵ of an edge
 LEAST_DECREASE = 1e-6  # of the squared strains: less in an iteration is rounding of an energy at its minimum
 ROUGHLY = 1e-2  # the same where weights change, and steps get slowly shorter, or where the page is only a start
 STUCK = 0.01  # rms strain that a vertex could be relieved of alone: what stands still there has not found its page
-INEXACTNESS = 0.1  # of the gradient may be left by a linear solve: the next step starts from there
+INEXACTNESS = 0.03  # of the gradient may be left by a linear solve: with more, what bends the whole page is left
 HALVINGS = 8  # of a step, before the iteration stops
 
 

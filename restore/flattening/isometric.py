@@ -18,7 +18,7 @@ from restore.flattening.conformal import flatten_conformal
 from restore.flattening.fans import angle_fans, closing_signs
 from restore.flattening.gauss_newton import ROUGHLY, least_absolute_strain, mean_strain, minimise_strain
 from restore.flattening.least_distortion import is_disc, least_distorted_page
-from restore.flattening.repair import inverted_count, repaired
+from restore.flattening.repair import inverted_count, opened, repaired
 from restore.flattening.solution import Follow, Solution
 from restore.mesh.measures import face_signs, rms_strain
 from restore.mesh.network import Network
@@ -26,6 +26,8 @@ from restore.mesh.pose import PosedSheet
 from restore.scan import Floats
 
 MOST_STRAIN = 0.03  # rms: no paper stretches so far; what does is not developable, or not a mesh of one sheet
+
+TRIED = 4  # iterations of another start: by then it is strained less than the page that is found, or never is
 
 CAP = 0.1  # of the strain of an edge that counts there: a few edges of slivers do not make a surface undevelopable
 
@@ -58,8 +60,10 @@ def _least_squares(posed: PosedSheet, network: Network) -> tuple[Solution, Float
     found = minimise_strain(start, network, least_decrease=ROUGHLY)
     if inverted_count(found.flat, network.faces, signs):
         for other in _other_starts(posed, network):
-            again = minimise_strain(other, network, least_decrease=ROUGHLY)
-            found = again if mean_strain(again.flat, network) < mean_strain(found.flat, network) else found
+            again = minimise_strain(other, network, TRIED, least_decrease=ROUGHLY)
+            if mean_strain(again.flat, network) < mean_strain(found.flat, network):
+                found = minimise_strain(again.flat, network, least_decrease=ROUGHLY)
+    found = opened(found, network, signs, ROUGHLY)
     return found._replace(iterations=1 + found.iterations), signs
 
 

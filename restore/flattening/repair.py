@@ -10,7 +10,15 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from restore.flattening.gauss_newton import ROUGHLY, least_absolute_strain, minimise_strain, rest_areas
+from restore.flattening.gauss_newton import (
+    GRADIENT_TOLERANCE,
+    LEAST_DECREASE,
+    ROUGHLY,
+    least_absolute_strain,
+    mean_strain,
+    minimise_strain,
+    rest_areas,
+)
 from restore.flattening.solution import Solution
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import Network
@@ -28,10 +36,7 @@ def least_strain_page(flat: Floats, network: Network, signs: Floats | None = Non
     signs (m,) are −1 for the faces that are folded in space; all are 1 when None.
     """
     signs = np.ones(len(network.faces)) if signs is None else signs
-    found = minimise_strain(flat, network)
-    if inverted := inverted_count(found.flat, network.faces, signs):  # corners of the border, perhaps
-        again = minimise_strain(uninverted(found.flat, network, signs), network)
-        found = again if inverted_count(again.flat, network.faces, signs) < inverted else found
+    found = opened(minimise_strain(flat, network), network, signs)
     return found._replace(flat=repaired(found.flat, network, signs))
 
 
@@ -43,6 +48,21 @@ def least_absolute_page(flat: Floats, network: Network, signs: Floats | None = N
     signs = np.ones(len(network.faces)) if signs is None else signs
     found = least_absolute_strain(minimise_strain(flat, network, least_decrease=ROUGHLY), network)
     return found._replace(flat=repaired(found.flat, network, signs))
+
+
+def opened(found: Solution, network: Network, signs: Floats, least_decrease: float = LEAST_DECREASE) -> Solution:
+    """The page of least strain near one whose inverted faces are opened, if fewer are and it is strained no more.
+
+    Corners of the border invert, whose mirror images have the same lengths, and vertices that a start has put on the
+    wrong side. signs (m,) and least_decrease as for `least_strain_page` and `minimise_strain`.
+    """
+    inverted = inverted_count(found.flat, network.faces, signs)
+    if not inverted:
+        return found
+    again = minimise_strain(uninverted(found.flat, network, signs), network, least_decrease=least_decrease)
+    fewer = inverted_count(again.flat, network.faces, signs) < inverted
+    most = mean_strain(found.flat, network) + GRADIENT_TOLERANCE
+    return again if fewer and mean_strain(again.flat, network) < most else found
 
 
 def repaired(flat: Floats, network: Network, signs: Floats) -> Floats:

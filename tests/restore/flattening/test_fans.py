@@ -89,6 +89,16 @@ def test_two_neighbours_with_each_other_s_signs_are_given_away(warped):
         np.testing.assert_array_equal(closing_signs(faces, sides, lengths, signs), true)
 
 
+def test_wrong_signs_all_round_a_vertex_are_told_from_a_sheet_without_folds(warped):
+    page = warped(count=400)
+    faces, sides = page.mesh.faces, sides_of(page.mesh.faces)
+    middle = int(np.argmin(np.linalg.norm(page.flat, axis=1)))
+    ring = np.unique(faces[(faces == middle).any(axis=1)])
+    signs = np.where(np.isin(faces, ring).sum(axis=1) >= 2, -1.0, 1.0)
+    found = closing_signs(faces, sides, straight_lengths(page.flat, sides.edges), signs)
+    np.testing.assert_array_equal(found, np.ones(len(faces)))
+
+
 def test_a_vertex_where_two_squares_touch_has_two_fans():
     flat = np.array([[0, 0], [1, 0], [1, 1], [0, 1], [2, 1], [2, 2], [1, 2]], float)
     fans = fans_of(flat, np.array([[0, 1, 2], [0, 2, 3], [2, 4, 5], [2, 5, 6]]))

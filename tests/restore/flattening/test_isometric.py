@@ -36,6 +36,20 @@ def test_a_tangled_start_is_replaced_by_a_conformal_one(warped, monkeypatch, rng
     assert page.error(solved(page).flat) < TRUE_MM
 
 
+@pytest.mark.parametrize("shape", ["curl", "gutter"])
+def test_a_corner_that_starts_on_the_wrong_side_of_its_face_comes_back(warped, shape, monkeypatch):
+    page = warped(shape, count=500)
+    faces, start = page.mesh.faces, page.flat.copy()
+    corner = int(np.flatnonzero(np.bincount(faces.ravel()) == 1)[0])  # of one face
+    face = next(f for f in faces if corner in f)
+    inner, outer = start[face[face != corner]]
+    along = (outer - inner) / np.linalg.norm(outer - inner)
+    start[corner] = inner + 2 * ((start[corner] - inner) @ along) * along - (start[corner] - inner)
+    monkeypatch.setattr(isometric, "flat_from_lengths", lambda *_: start)
+    monkeypatch.setattr(isometric, "_other_starts", lambda *_: iter([]))
+    assert page.error(solved(page).flat) < TRUE_MM
+
+
 def test_loose_triangles_keep_their_shape_and_lie_apart(rng):
     corners = rng.uniform(0, 100, (60, 1, 3)) + rng.normal(0, 5, (60, 3, 3))
     mesh = SurfaceMesh(corners.reshape(-1, 3), np.arange(180).reshape(-1, 3))

@@ -4,7 +4,8 @@ from importlib import import_module
 
 import numpy as np
 
-from restore.flattening.repair import least_absolute_page, least_strain_page, uninverted
+from restore.flattening.gauss_newton import minimise_strain
+from restore.flattening.repair import inverted_count, least_absolute_page, least_strain_page, opened, uninverted
 from restore.flattening.repair import repaired as repaired_page
 from restore.mesh.measures import edge_strain, flipped_faces, signed_areas
 from restore.mesh.network import edges_of, make_network
@@ -81,6 +82,19 @@ def test_mirrored_corners_of_the_border_come_back(warped):
         found = least_strain_page(flat, network).flat
         assert flipped_faces(found, faces) == 0
         assert np.abs(edge_strain(found, network.edges, page.lengths)).max() < EASED
+
+
+def test_a_fold_that_lengths_ask_for_is_not_opened_at_the_price_of_strain(warped):
+    page = warped(count=400)
+    faces, flat = page.mesh.faces, page.flat.copy()
+    middle = int(np.argmin(np.linalg.norm(flat, axis=1)))
+    face = next(f for f in faces if middle in f)
+    flat[middle] += 1.2 * (flat[face[face != middle]].mean(axis=0) - flat[middle])
+    lengths = np.linalg.norm(np.diff(flat[edges_of(faces)], axis=1)[:, 0], axis=1)
+    network = make_network(page.mesh.vertices, faces, lengths)
+    found = minimise_strain(flat, network)
+    assert inverted_count(found.flat, faces, np.ones(len(faces))) > 0
+    assert opened(found, network, np.ones(len(faces))) is found
 
 
 def test_a_face_that_its_lengths_turn_over_is_folded(warped):
