@@ -1,8 +1,9 @@
 """Signed angle fans: the directions of all edges round a vertex, from the edge lengths alone.
 
 The faces round a vertex are laid out one after the other, each by the angle that its lengths give. A face that is
-folded over in space counts backwards. Where the fan closes, its angles are scaled to 2π. A vertex at which faces meet
-that share no edge there (a non-manifold vertex) has several fans, each with a frame of its own.
+folded over in space counts backwards. Where the fan closes, its angles are scaled to 2π, unless their sum is nearer to
+0: that of a vertex that lies outside its neighbours. A vertex at which faces meet that share no edge there (a
+non-manifold vertex) has several fans, each with a frame of its own.
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ from restore.mesh.measures import corner_angles
 from restore.numerics import SMALL
 from restore.scan import Floats, Ints, Mask
 
-LEAST_ANGLE = 1.0  # rad: a closed fan of less is made of slivers or folded faces, and scaling it would invent angles
 EVIDENCE = 0.5  # of what a sign that is wrong alone would close
 
 
@@ -156,7 +156,7 @@ def _laid_out(faces: Ints, opposite: Ints, angles: Floats) -> tuple[Ints, Ints, 
                 total += angles[at]
                 at = opposite[at - at % 3 + (at + 2) % 3]
             closed = not bordered and at == corner
-            scale, turned, at = 2.0 * pi / total if closed and total > LEAST_ANGLE else 1.0, 0.0, corner
+            scale, turned, at = 2.0 * pi / total if closed and total > pi else 1.0, 0.0, corner
             while at >= 0 and fan[at] == found:
                 start[at] = turned
                 turned += scale * angles[at]

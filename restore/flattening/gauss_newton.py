@@ -25,8 +25,8 @@ from restore.scan import Floats, Ints
 MOST_ITERATIONS = 50  # a developable sheet needs two to five
 GRADIENT_TOLERANCE = 3e-6  # rms strain that a vertex could be relieved of alone, times √n: of a strain that changes
 # along the whole page alone a vertex feels one part in √n. What is left moves a vertex by 10⁻⁵ of an edge
-LEAST_DECREASE = 1e-6  # of the squared strains: less in an iteration is rounding of an energy at its minimum
-ROUGHLY = 1e-2  # the same where weights change, and steps get slowly shorter, or where the page is only a start
+LEAST_DECREASE = 0.01  # of the energy in an iteration: steps to exact lengths decrease it by nearly all, and where
+# lengths contradict each other they get slowly shorter
 STUCK = 0.01  # rms strain that a vertex could be relieved of alone: what stands still there has not found its page
 INEXACTNESS = 0.03  # of the gradient may be left by a linear solve: with more, what bends the whole page is left
 HALVINGS = 8  # of a step, before the iteration stops
@@ -39,21 +39,20 @@ def minimise_strain(
     *,
     corner: float = np.inf,
     other: Floats | None = None,
-    least_decrease: float = LEAST_DECREASE,
 ) -> Solution:
     """Flat positions (n, 2) mm of least Σ area · ρ(length / rest length − 1) over the edges of a network.
 
     The area is that of the faces at an edge: the sum stands for the integral over the page. ρ(s) is s², and beyond the
     corner, a strain, becomes 2 · corner · |s| (pseudo-Huber): a few wrong rest lengths then hardly move the page.
     Where other (e,) mm are given, each edge has two rest lengths: any length between them costs nearly the same.
-    An iteration that decreases the sum by a smaller share than least_decrease is the last.
+    An iteration that decreases the sum by a smaller share than LEAST_DECREASE is the last.
     """
     flat = np.array(flat, order="C")
     edges, lengths = network.edges, network.lengths
     roots = np.sqrt(edge_areas(network.faces, network.sides, lengths))
     if other is not None:
         edges, roots, lengths = np.r_[edges, edges], np.r_[roots, roots], np.r_[lengths, other]
-    iterations, residual, converged = _minimise(flat, edges, lengths, roots, corner, most, least_decrease)
+    iterations, residual, converged = _minimise(flat, edges, lengths, roots, corner, most)
     return Solution(flat, iterations, residual, converged)
 
 
@@ -65,7 +64,7 @@ def least_absolute_strain(found: Solution, network: Network, other: Floats | Non
     """
     sigma = robust_sigma(edge_strain(found.flat, network.edges, network.lengths))
     corner = max(sigma, SMALL)
-    again = minimise_strain(found.flat, network, corner=corner, other=other, least_decrease=ROUGHLY)
+    again = minimise_strain(found.flat, network, corner=corner, other=other)
     return again._replace(iterations=found.iterations + again.iterations)
 
 
@@ -104,7 +103,7 @@ def edge_areas(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
 
 @numba.njit(cache=True)
 def _minimise(
-    flat: Floats, edges: Ints, lengths: Floats, roots: Floats, corner: float, most: int, least_decrease: float
+    flat: Floats, edges: Ints, lengths: Floats, roots: Floats, corner: float, most: int
 ) -> tuple[int, float, bool]:
     """As `minimise_strain`, flat (n, 2) mm in place. A step that would strain the page more is halved."""
     tolerance = GRADIENT_TOLERANCE / sqrt(len(flat))
@@ -131,7 +130,7 @@ def _minimise(
             flat += further * step
             jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots, corner)
         residual = sqrt(_preconditioned(gradient, inverse, step_only) / len(flat))
-        if energy > (1.0 - least_decrease) * last:
+        if energy > (1.0 - LEAST_DECREASE) * last:
             return iteration + 1, residual, residual <= STUCK
     return most, residual, False
 

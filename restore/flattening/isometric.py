@@ -16,7 +16,7 @@ from restore.errors import BadInput
 from restore.flattening.angle_synchronisation import flat_from_lengths
 from restore.flattening.conformal import flatten_conformal
 from restore.flattening.fans import angle_fans, closing_signs
-from restore.flattening.gauss_newton import ROUGHLY, least_absolute_strain, mean_strain, minimise_strain
+from restore.flattening.gauss_newton import least_absolute_strain, mean_strain, minimise_strain
 from restore.flattening.least_distortion import is_disc, least_distorted_page
 from restore.flattening.repair import inverted_count, opened, repaired
 from restore.flattening.solution import Follow, Solution
@@ -57,13 +57,13 @@ def flatten_by_least_squares(posed: PosedSheet, network: Network, follow: Follow
 def _least_squares(posed: PosedSheet, network: Network) -> tuple[Solution, Floats]:
     """The page of least squared strain near the start that misses the lengths least, and the signs (m,) of faces."""
     start, signs = _start(posed, network)
-    found = minimise_strain(start, network, least_decrease=ROUGHLY)
+    found = minimise_strain(start, network)
     if inverted_count(found.flat, network.faces, signs):
         for other in _other_starts(posed, network):
-            again = minimise_strain(other, network, TRIED, least_decrease=ROUGHLY)
+            again = minimise_strain(other, network, TRIED)
             if mean_strain(again.flat, network) < mean_strain(found.flat, network):
-                found = minimise_strain(again.flat, network, least_decrease=ROUGHLY)
-    found = opened(found, network, signs, ROUGHLY)
+                found = minimise_strain(again.flat, network)
+    found = opened(found, network, signs)
     return found._replace(iterations=1 + found.iterations), signs
 
 

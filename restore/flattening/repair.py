@@ -12,8 +12,6 @@ import numpy as np
 
 from restore.flattening.gauss_newton import (
     GRADIENT_TOLERANCE,
-    LEAST_DECREASE,
-    ROUGHLY,
     least_absolute_strain,
     mean_strain,
     minimise_strain,
@@ -46,20 +44,20 @@ def least_absolute_page(flat: Floats, network: Network, signs: Floats | None = N
     signs (m,) as for `least_strain_page`.
     """
     signs = np.ones(len(network.faces)) if signs is None else signs
-    found = least_absolute_strain(minimise_strain(flat, network, least_decrease=ROUGHLY), network)
+    found = least_absolute_strain(minimise_strain(flat, network), network)
     return found._replace(flat=repaired(found.flat, network, signs))
 
 
-def opened(found: Solution, network: Network, signs: Floats, least_decrease: float = LEAST_DECREASE) -> Solution:
+def opened(found: Solution, network: Network, signs: Floats) -> Solution:
     """The page of least strain near one whose inverted faces are opened, if fewer are and it is strained no more.
 
     Corners of the border invert, whose mirror images have the same lengths, and vertices that a start has put on the
-    wrong side. signs (m,) and least_decrease as for `least_strain_page` and `minimise_strain`.
+    wrong side. signs (m,) as for `least_strain_page`.
     """
     inverted = inverted_count(found.flat, network.faces, signs)
     if not inverted:
         return found
-    again = minimise_strain(uninverted(found.flat, network, signs), network, least_decrease=least_decrease)
+    again = minimise_strain(uninverted(found.flat, network, signs), network)
     fewer = inverted_count(again.flat, network.faces, signs) < inverted
     most = mean_strain(found.flat, network) + GRADIENT_TOLERANCE
     return again if fewer and mean_strain(again.flat, network) < most else found

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from restore.flattening.gauss_newton import ROUGHLY, least_absolute_strain, mean_strain, minimise_strain
+from restore.flattening.gauss_newton import least_absolute_strain, mean_strain, minimise_strain
 from restore.flattening.repair import repaired
 from restore.flattening.solution import Solution
 from restore.mesh.measures import face_signs
@@ -33,7 +33,7 @@ def with_surface_lengths(page: FlatMesh, mesh: ValidMesh) -> FlatMesh:
     edges = mesh.sides.edges
     straight = make_network(mesh.vertices, mesh.faces, page.lengths, mesh.sides)
     along = make_network(mesh.vertices, mesh.faces, surface_lengths(mesh.vertices, mesh.faces, edges), mesh.sides)
-    squares = minimise_strain(page.flat, along, least_decrease=ROUGHLY)
+    squares = minimise_strain(page.flat, along)
     if mean_strain(squares.flat, along) <= CLEARLY * mean_strain(page.flat, straight):
         start = squares._replace(iterations=page.steps + squares.iterations)
         return _page(page, mesh, least_absolute_strain(start, along), along)

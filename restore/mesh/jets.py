@@ -24,9 +24,7 @@ SIGMAS = 3.0  # of the noise: nothing that lies so near to a plane or a patch is
 ROUNDS = 3  # of reweighting
 PRIOR = 1e-2  # of one neighbour's weight: holds slopes and curvatures that too few neighbours leave open near zero
 TERMS = 6  # height, two slopes, three second derivatives
-PRODUCTS = TERMS * (TERMS + 1) // 2 + TERMS  # of the terms with each other and with the height
 LANES = 4  # points added up at a time; beyond the last are so many of no weight
-MOST_TIED = 1e9  # weight of its own vertex in a patch of a surface without noise
 
 
 class Jets(NamedTuple):
@@ -83,8 +81,8 @@ def _fit_all(
     normals, offsets, forms = np.zeros((count, 3)), np.zeros(count), np.zeros((count, 3, 3))
     met, found, weights = np.full(count, -1), np.empty(MOST_FOUND, np.int64), np.empty(MOST_NEIGHBOURS + LANES)
     points, nearness = np.empty((3, MOST_NEIGHBOURS)), np.empty(MOST_NEIGHBOURS)
-    products, sums = np.empty((MOST_NEIGHBOURS + LANES, PRODUCTS)), np.empty(PRODUCTS)
-    jet, frame = np.empty(TERMS), np.eye(3)
+    jet, frame, sums = np.empty(TERMS), np.eye(3), np.empty(row_of(TERMS) + TERMS)
+    products = np.empty((MOST_NEIGHBOURS + LANES, len(sums)))  # of the terms with each other and with the height
     for i in chosen:
         near, far = _two_rings(i, neighbours, met, found)
         if far > MOST_NEIGHBOURS:
@@ -95,7 +93,7 @@ def _fit_all(
         grain = known_noise / reach
         _set_frame(planes[_own_face(i, around, planes, points, nearness, far, weights, grain)], frame)
         _turn(points, far, frame)
-        own = min(1.0 + (STAND_OFF * reach / max(3.0 * noise, SQUARE_TINY)) ** 2, MOST_TIED)
+        own = 1.0 + (STAND_OFF * reach / max(SIGMAS * noise, SQUARE_TINY)) ** 2
         _fit(points, nearness, far, products, weights, own, sums, jet, grain)
         steep = 1.0 / sqrt(1.0 + jet[1] ** 2 + jet[2] ** 2)
         offsets[i] = steep * jet[0] * reach
@@ -230,7 +228,7 @@ def _fit(
 ) -> None:
     """Write height, slopes and second derivatives of a patch through points (3, far) and, weighing own, the origin.
 
-    products (·, PRODUCTS) and sums (PRODUCTS,) are written over.
+    products (·, p) of the terms with each other and with the height, and their sums (p,), are written over.
     """
     for k in range(far):
         _multiply(points, k, products)
@@ -280,7 +278,7 @@ def _multiply(points: Floats, k: int, products: Floats) -> None:
 def _solve(triangle: Floats, found: Floats) -> None:
     """Solve a symmetric positive definite system by Cholesky's method.
 
-    triangle (PRODUCTS,) is its lower half row by row, with the right side as one row more; it is written over.
+    triangle (p,) is its lower half row by row, with the right side as one row more; it is written over.
     """
     for p in range(TERMS + 1):
         row = row_of(p)

@@ -5,7 +5,7 @@ import pytest
 
 from oracles.exact import scatter_points
 from restore.mesh import jets as module
-from restore.mesh.jets import MOST_NEIGHBOURS, PRODUCTS, TERMS, fit_jets, rings_of
+from restore.mesh.jets import MOST_NEIGHBOURS, TERMS, fit_jets, rings_of, row_of
 from restore.mesh.network import edges_of
 
 PATCH_MM = (60.0, 40.0)
@@ -115,7 +115,7 @@ def test_the_linear_solver_solves():
 def test_the_products_are_those_of_the_normal_equations():
     x, y, z = 0.7, -1.3, 0.4
     terms = np.array([1.0, x, y, x * x / 2, x * y, y * y / 2])
-    table = np.empty((1, PRODUCTS))
+    table = np.empty((1, row_of(TERMS) + TERMS))
     module._multiply(np.array([[x], [y], [z]]), 0, table)
     products = table[0]
     np.testing.assert_allclose(products[:-TERMS], np.outer(terms, terms)[np.tril_indices(TERMS)], atol=PARITY)
