@@ -28,14 +28,17 @@ Complex = NDArray[np.complex128]
 def flatten_conformal(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
     """Flat positions (n, 2) mm of a sheet laid over the table, after one linear solve.
 
-    follow(step, positions (n, 3) mm) is called after it. Raises BadInput for a sheet that
-    hangs together by single points, whose parts could turn and grow as they like.
+    follow(step, positions (n, 3) mm) is called after it. Raises BadInput for a sheet that hangs together by single
+    points, whose parts could turn and grow as they like, and for one that is closed, whose map covers nothing.
     """
     corners = unfolded(network)
     area = float(corners[:, 2].imag @ corners[:, 1].real / 2.0)
     mapped = conformal_map(network.faces, corners, far_apart(posed.positions))
     flat = np.stack([mapped.real, mapped.imag], axis=1)
-    flat *= sqrt(area / abs(float(signed_areas(flat, network.faces).sum())))
+    covered = abs(float(signed_areas(flat, network.faces).sum()))
+    if covered < SINGULAR:  # of the square between the held vertices
+        raise BadInput("a part of the surface is closed all round", "use the method isometric, or clean the mesh")
+    flat *= sqrt(area / covered)
     if follow:
         follow(1, np.column_stack([flat, np.zeros(len(flat))]))
     return Solution(flat, 1)

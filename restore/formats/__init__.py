@@ -117,7 +117,7 @@ def _reader(path: Path) -> Reader:
         if name.endswith(extension):
             return reader
     if not is_file(path):
-        raise BadInput(f"{path} does not exist", "check the name and the folder")
+        read_bytes(path)  # raises what is wrong with it
     kinds = ", ".join(sorted(READERS))
     hint = WAYS_ROUND.get(path.suffix.lower(), f"use a scan folder or one of: {kinds}")
     raise BadInput(f"{path}: scans of this kind are not known", hint)

@@ -26,6 +26,8 @@ def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     Raises BadInput.
     """
     data = read_bytes(path)
+    if b"\n" not in data:  # lines end with carriage returns alone
+        data = data.replace(b"\r", b"\n")
     text = parse_obj(path, data)
     starts = np.cumsum(text.sizes) - text.sizes
     faces, uv_faces = fan_triangles(text.corners, starts, text.sizes), fan_triangles(text.uvs, starts, text.sizes)

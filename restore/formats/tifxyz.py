@@ -15,7 +15,7 @@ import warnings
 from pathlib import Path
 
 import numpy as np
-from PIL import Image
+from PIL import Image, UnidentifiedImageError
 from pydantic import BaseModel, ValidationError
 
 from restore.errors import BadInput
@@ -117,4 +117,6 @@ def _kept(path: Path, shape: tuple[int, ...]) -> Mask:
 def _unreadable(path: Path, error: Exception) -> BadInput:
     if "truncated" in str(error).lower():
         return BadInput(f"{path} seems cut short: it does not hold all its pixels", CUT_SHORT)
+    if isinstance(error, UnidentifiedImageError):  # its text is the address of an object
+        return BadInput(f"{path} is no TIFF, or has pixels of double precision", "export it in single precision")
     return BadInput(f"{path} is no readable picture: {error}", DAMAGED)

@@ -107,6 +107,13 @@ def test_sheets_that_meet_in_a_single_point_are_refused():
         flatten_conformal(pose_on_table(vertices, faces), make_network(vertices, faces))
 
 
+def test_a_closed_surface_is_refused_as_its_map_covers_nothing():
+    corners = np.array([[0.0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, 9]])
+    faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+    with pytest.raises(BadInput, match="closed all round"):
+        flatten_conformal(pose_on_table(corners, faces), make_network(corners, faces))
+
+
 def test_lengths_that_no_triangle_has_give_a_finite_page():
     sheet = exact_sheet(Flat(), 200)
     lengths = sheet.lengths.copy()

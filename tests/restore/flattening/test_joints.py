@@ -71,3 +71,14 @@ def test_a_sheet_cut_through_but_for_a_point_keeps_its_halves_in_line(hourglass)
     angle = np.arctan2((a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum(), (a * b).sum())
     turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     assert np.linalg.norm(a @ turn - b, axis=1).max() < TURN_MM
+
+
+def test_a_closed_bubble_that_hangs_on_a_page_does_not_keep_it_from_its_place(warped):
+    page = warped("curl", count=300)
+    vertices, count = page.mesh.vertices, len(page.flat)
+    bubble = vertices[0] + np.array([[9.0, 0, 0], [0, 9, 0], [0, 0, 9]])
+    a, b, c = range(count, count + 3)
+    faces = np.concatenate([page.mesh.faces, [[0, b, a], [0, a, c], [a, b, c], [0, c, b]]])
+    found = flatten_points(SurfaceMesh(np.concatenate([vertices, bubble]), faces))
+    assert page.error(found.flat[:count]) < TRUE_MM
+    assert np.isfinite(found.flat).all()

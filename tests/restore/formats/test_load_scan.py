@@ -33,6 +33,12 @@ def test_an_unknown_kind_is_told_the_known_ones(tmp_path):
     assert all(extension in caught.value.hint for extension in READERS)
 
 
+def test_what_is_no_regular_file_is_told(tmp_path):
+    os.mkfifo(tmp_path / "pipe")
+    with pytest.raises(BadInput, match="pipe is no regular file"):
+        load_scan(tmp_path / "pipe")
+
+
 def test_a_missing_folder_is_named(tmp_path):
     with pytest.raises(BadInput, match="session_1 does not exist"):
         load_scan(tmp_path / "session_1")

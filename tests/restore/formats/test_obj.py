@@ -39,6 +39,15 @@ def written(tmp_path):
     return write
 
 
+def test_lines_may_end_with_carriage_returns_alone(written):
+    path = written("mtllib a.mtl\nusemtl page\n" + SQUARE + FACE)
+    expected = load_scan(path)
+    path.write_bytes(path.read_bytes().replace(b"\n", b"\r"))
+    found = load_scan(path)
+    np.testing.assert_array_equal(found.vertices, expected.vertices)
+    np.testing.assert_array_equal(found.texcoords, expected.texcoords)
+
+
 def test_a_mesh_comes_back_on_its_grid(mesh, shot, tmp_path):
     write_obj(mesh(rows=24, cols=32), tmp_path / "page.obj")
     back, scan = load_scan(tmp_path / "page.obj"), shot(24, 32)

@@ -2,6 +2,7 @@
 
 import json
 
+import cv2
 import numpy as np
 import pytest
 from PIL import Image
@@ -106,6 +107,7 @@ def test_a_folder_of_another_kind_is_none(tmp_path, folder):
         ("meta.json", b'{"format": "zarr"}', "'zarr'"),
         ("meta.json", b'{"area_vx2": "x"}', "area_vx2|validation"),
         ("y.tif", b"x", "y.tif"),
+        ("y.tif", cv2.imencode(".tif", np.zeros((3, 4)))[1].tobytes(), "double precision"),
         ("z.tif", None, "does not exist"),
     ],
 )
