@@ -16,7 +16,7 @@ from restore.mesh.measures import (
     surface_area,
 )
 from restore.mesh.network import SHORTEST, edges_of
-from restore.mesh.strain import face_strain
+from restore.mesh.strain import face_strain, smooth_rms_strain
 from restore.outline.rectangle import page_size
 from restore.range_image.sheet import Sheet
 from restore.scan import FlatMesh, Ints, SurfaceMesh
@@ -24,7 +24,8 @@ from restore.settings import Settings
 from restore.texture.page import Painting
 from restore.unroll import Unrolled
 
-NOT_DEVELOPABLE = 0.01  # rms strain: paper stretches by less than half a per cent before it tears
+NOT_DEVELOPABLE = 0.005  # rms of the smooth strain: paper stretches by less before it tears
+ESTIMATED = 0.01  # of its straight length: an edge whose rest length differs by more bends much
 MOSTLY = 0.5  # of the edges: the rest lengths of fewer are checked by those that need no estimate
 
 
@@ -35,7 +36,7 @@ def describe(
     fine = unrolled.fine
     edges = edges_of(fine.faces)
     strain = edge_strain(fine.flat, edges, fine.lengths)
-    rms = float(np.sqrt(np.mean(strain**2)))
+    smooth = smooth_rms_strain(fine.flat, edges, fine.lengths)
     chords = _chord_strain(fine, edges)
     width, height = page_size(fine.flat[border_of(fine.faces)])
     report: dict[str, Any] = {
@@ -50,7 +51,8 @@ def describe(
         "folded_faces": int((face_signs(fine.vertices, fine.faces) < 0.0).sum()),
         "convergence": fine.convergence,
         "strain": {
-            "rms": rms,
+            "rms": float(np.sqrt(np.mean(strain**2))),
+            "smooth_rms": smooth,
             "max": float(np.abs(strain).max()),
             "faces": _face_strain_statistics(fine, edges),
             "against_chords": chords,
@@ -58,7 +60,7 @@ def describe(
         "page_mm": [width, height],
         **painting.resolution.described(),
         "decimation": unrolled.distance,
-        "warnings": _warnings(fine, rms, chords["estimated_share"]),
+        "warnings": _warnings(fine, smooth, chords["estimated_share"]),
     }
     if isinstance(surface, Sheet):
         report["samples"] = int(surface.measured.sum())
@@ -91,7 +93,7 @@ def _chord_strain(mesh: FlatMesh, edges: Ints) -> dict[str, Any]:
         "rms": float(np.sqrt(np.mean(strain**2))),
         "max": float(np.abs(strain).max()),
         "estimate_rms": float(np.sqrt(np.mean(estimated**2))),
-        "estimated_share": float((np.abs(estimated) > NOT_DEVELOPABLE).mean()),
+        "estimated_share": float((np.abs(estimated) > ESTIMATED).mean()),
         "farthest_at_mm": mesh.flat[farthest].mean(axis=0).tolist(),
     }
 
@@ -101,15 +103,15 @@ def connected_pieces(faces: Ints) -> int:
     return len(np.unique(components(edges_of(faces), int(faces.max()) + 1)[faces[:, 0]]))
 
 
-def _warnings(fine: SurfaceMesh, rms_strain: float, estimated_share: float) -> list[str]:
+def _warnings(fine: SurfaceMesh, smooth_strain: float, estimated_share: float) -> list[str]:
     warnings = [str(text) for text in fine.provenance.get("warnings", ())]
     if fine.texture is None or fine.texcoords is None:
         warnings.append("the scan has no colour image: the page shows the relief of its surface")
     count = connected_pieces(fine.faces)
     if count > 1:
         warnings.append(f"the surface is in {count} pieces, laid out beside each other in one picture")
-    if rms_strain > NOT_DEVELOPABLE:
-        warnings.append(f"the surface cannot be laid flat without stretching: {rms_strain:.1%} rms strain remains")
+    if smooth_strain > NOT_DEVELOPABLE:
+        warnings.append(f"the surface cannot be laid flat without stretching: {smooth_strain:.1%} rms strain remains")
     if estimated_share > MOSTLY:
         warnings.append(
             f"{estimated_share:.0%} of the edges bend by so much that their lengths are estimates: "

@@ -26,7 +26,7 @@ PAGE_MM = 280.0
 CONVERGED = 1e-5  # of the page, that exact lengths may leave
 SLOW = {ARAP: (8.0, 3.0), SLIM: (15.0, 5.0)}  # median and least time of a peer over ours that is asked for
 ROUNDS = 2  # of all methods in turn; the least time counts
-ROW = "{:<6}{:<15}{:<20}{:>6}{:>7} " + "{:>14}" * 6 + "{:>9}" * 3
+ROW = "{:<12}{:<15}{:<20}{:>6}{:>7} " + "{:>14}" * 6 + "{:>9}" * 3
 
 Method = Callable[[SurfaceMesh], Floats]
 

@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from restore.mesh.measures import stretches
+from restore.mesh.measures import edge_strain, stretches
+from restore.numerics import SMALL
 from restore.scan import Floats, Ints
+
+MOST_CELLS = 20  # of the longer side of a page
+EDGES = 100  # of a square cell, in the mean: what a few of them have wrong does not count
+LOOSE = 1e-3  # of the weight of a cell: holds the strain near zero in a direction that too few of its edges tell
 
 
 def face_strain(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floats:
@@ -24,3 +29,26 @@ def average_at_vertices(values: Floats, faces: Ints, count: int) -> Floats:
     total = np.zeros((count, values.shape[1]))
     np.add.at(total, faces.ravel(), np.repeat(values, 3, axis=0))
     return total / np.maximum(np.bincount(faces.ravel(), minlength=count), 1)[:, None]
+
+
+def smooth_rms_strain(flat: Floats, edges: Ints, lengths: Floats) -> float:
+    """Root mean square over all directions and the page of the strain that cells of it have as a whole.
+
+    flat (n, 2) and lengths (e,) mm of edges (e, 2). A length that is wrong, as over a crease or in noise, strains its
+    own edge, and hardly its cell; a surface that is not developable strains all edges of a cell alike.
+    """
+    ways = flat[edges[:, 1]] - flat[edges[:, 0]]
+    ways /= np.maximum(np.linalg.norm(ways, axis=1), SMALL)[:, None]
+    terms = ways[:, 0] ** 2, 2.0 * ways[:, 0] * ways[:, 1], ways[:, 1] ** 2  # of a symmetric tensor
+    low, count = flat.min(axis=0), min(max(round(np.sqrt(len(edges) / EDGES)), 1), MOST_CELLS)
+    size = float(np.ptp(flat, axis=0).max()) / count + SMALL
+    across, up = np.floor((flat[edges].mean(axis=1) - low) / size).astype(int).T
+    cell = np.unique(across * (count + 1) + up, return_inverse=True)[1]
+    weights = lengths**2  # as the area that an edge stands for
+    of_cells, strain = np.bincount(cell, weights), edge_strain(flat, edges, lengths)
+    right = np.stack([np.bincount(cell, weights * strain * term) for term in terms], axis=1)
+    products = [np.bincount(cell, weights * one * other) for one in terms for other in terms]
+    gram = np.stack(products, axis=1).reshape(-1, 3, 3) + LOOSE * of_cells[:, None, None] * np.eye(3)
+    xx, xy, yy = np.linalg.solve(gram, right[..., None])[..., 0].T
+    squares = (3.0 * xx**2 + 3.0 * yy**2 + 2.0 * xx * yy + 4.0 * xy**2) / 8.0  # mean over all directions
+    return float(np.sqrt(np.average(squares, weights=of_cells)))

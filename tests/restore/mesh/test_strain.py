@@ -4,10 +4,16 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from restore.mesh.strain import average_at_vertices, face_strain
+from restore import SurfaceMesh, flatten
+from restore.mesh.measures import straight_lengths
+from restore.mesh.network import edges_of
+from restore.mesh.strain import average_at_vertices, face_strain, smooth_rms_strain
+from restore.mesh.triangulate import lattice
+from restore.report import NOT_DEVELOPABLE
 
 SQUARE = np.array([[0.0, 0.0], [3.0, 0.0], [0.0, 4.0], [3.0, 4.0]])
 FACES = np.array([[0, 1, 2], [1, 3, 2]])
+SECOND_ORDER = 1e-3  # strains of 2 % squared, and what holds loose cells
 LENGTHS = np.array([3.0, 4.0, 5.0, 4.0, 3.0])  # of the edges of the rectangle and its diagonal
 EDGES = np.array([[0, 1], [0, 2], [1, 2], [1, 3], [2, 3]])
 angles, factors = st.floats(-np.pi, np.pi), st.floats(0.5, 2.0)
@@ -31,3 +37,33 @@ def test_a_face_without_area_has_finite_strain():
 def test_the_value_at_a_vertex_is_the_mean_of_its_faces():
     values = average_at_vertices(np.array([[1.0, 0.0], [3.0, 2.0]]), FACES, 5)
     np.testing.assert_allclose(values, [[1, 0], [2, 1], [2, 1], [3, 2], [0, 0]])
+
+
+def sheet():
+    """A lattice of 120 × 80 mm: flat (n, 2), faces, edges and their lengths."""
+    nodes, faces = lattice(np.ones((81, 121), bool), 2)
+    flat, edges = nodes[:, ::-1].astype(float), edges_of(faces)
+    return flat, faces, edges, straight_lengths(flat, edges)
+
+
+@given(st.floats(-0.02, 0.02), st.floats(-0.02, 0.02), angles)
+def test_an_even_strain_is_the_smooth_strain(first, second, turn):
+    flat, _, edges, lengths = sheet()
+    axes = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    stretched = flat @ axes.T @ np.diag([1.0 + first, 1.0 + second]) @ axes
+    over_all_ways = np.sqrt((3 * first**2 + 3 * second**2 + 2 * first * second) / 8)
+    assert abs(smooth_rms_strain(stretched, edges, lengths) - over_all_ways) < SECOND_ORDER
+
+
+def test_wrong_lengths_of_single_edges_are_hardly_smooth_strain(rng):
+    flat, _, edges, lengths = sheet()
+    wrong = np.where(rng.random(len(lengths)) < 0.02, rng.choice([0.8, 1.2], len(lengths)), 1.0)
+    assert np.sqrt(np.mean((1 / wrong - 1) ** 2)) > 5 * NOT_DEVELOPABLE
+    assert smooth_rms_strain(flat, edges, wrong * lengths) < NOT_DEVELOPABLE
+
+
+def test_a_dome_is_strained_smoothly():
+    flat, faces, _, _ = sheet()
+    height = 20.0 * np.exp(-((flat - flat.mean(axis=0)) ** 2).sum(axis=1) / (2 * 30.0**2))
+    page = flatten(SurfaceMesh(np.column_stack([flat, height]), faces))
+    assert smooth_rms_strain(page.flat, edges_of(page.faces), page.lengths) > NOT_DEVELOPABLE
