@@ -35,7 +35,7 @@ def measure(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> Measures:
         "hole_mm": widest_place(inside & ~measured) * MM_PER_INCH / page.dpi,
         "cut_share": None if texture is None else cut_share(inside, page.page_map, texture.shape[:2]),
         "depth_share": depth_share(scan) if isinstance(scan, RangeScan) else None,
-        "strain_rms": float(report["strain"]["rms"]),
+        "strain_rms": float(report["strain"]["smooth_rms"]),
         "effective_ppi": None if texture is None else report["sampling_ppi"],
         "blur_px": None if texture is None else blur_px(texture, seen_in(page.page_map, texture.shape[:2])),
         "clipped_share": None if texture is None else clipped_share(page.image, measured),

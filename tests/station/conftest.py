@@ -65,7 +65,7 @@ def restored(scan: RangeScan, settings: Settings) -> RestoredPage:
         "steps": 40,
         "flipped_faces": 0,
         "area_ratio": 1.0,
-        "strain": {"rms": 0.001, "max": 0.012},
+        "strain": {"rms": 0.002, "smooth_rms": 0.001, "max": 0.012},
         "page_mm": [WIDTH_MM, HEIGHT_MM],
         "effective_ppi": 20.3,
         "seconds": dict.fromkeys(("prepare", "decimate", "flatten", "texture", "shade"), 0.5),

@@ -92,7 +92,7 @@ def test_all_measures_of_a_page():
     coverage[100:110, 100:110] = Seen.HIDDEN
     points = np.zeros((4, 4, 3)) - 900.0
     scan = RangeScan(points, page, np.zeros((4, 4, 2)), {})
-    report = {"strain": {"rms": 0.001}, **PPI}
+    report = {"strain": {"rms": 0.02, "smooth_rms": 0.001}, **PPI}
     flat = FlatMesh(np.empty((0, 3)), np.empty((0, 3), int))
     restored = RestoredPage(page, 25.4, coverage > 0, flat, report, page_map, flat, page, coverage)
     measured = measure(restored, scan)
