@@ -27,8 +27,8 @@ COUNT = 3
 MOST_PIXELS = 200_000  # of a page are compared
 PAGE_WIDTH_MM = 280.0
 TILT_DEG = 5.0  # at most, as pages lie
-ROW = "{:<12} {:>10} {:>10} {:>10} {:>10} {:>10}"
-HEADINGS = ("sheet", "wanted mm", "median mm", "worst mm", "p99 mm", "page size")
+ROW = "{:<12} {:>10} {:>10} {:>10} {:>10} {:>10} {:>7}"
+HEADINGS = ("sheet", "wanted mm", "median mm", "worst mm", "p99 mm", "page size", "warned")
 
 # sheet → most rms mm that is wanted, and how one is drawn.
 SHEETS: dict[str, tuple[float, Callable[[np.random.Generator], Sheet]]] = {
@@ -68,15 +68,15 @@ def main(count: int = COUNT, seed: int | None = None, mode: str = "fine") -> Non
         print(_line(kind, wanted, [measured(draw(rng), rng, mode) for rng in drawn]), flush=True)
 
 
-def measured(sheet: Sheet, rng: np.random.Generator, mode: str) -> tuple[float, float, float]:
-    """rms and 99th percentile of the error, mm, and the greater relative error of the page's width and height."""
+def measured(sheet: Sheet, rng: np.random.Generator, mode: str) -> tuple[float, float, float, bool]:
+    """rms and 99th percentile of the error, mm, the greater relative error of the sides, and whether the page warns."""
     pose = Pose(tilt_deg=rng.uniform(-TILT_DEG, TILT_DEG), turn_deg=rng.uniform(-TILT_DEG, TILT_DEG))
     fine = mode == "fine"
     scan, truth = shoot(sheet, seed=int(rng.integers(2**31)), pose=pose, mode="fine" if fine else "fast")
     page = restore(scan, Settings())
     error = np.linalg.norm(layout_error(page, scan, truth), axis=1)
     sizes = [abs(found / true - 1) for found, true in zip(page.report["page_mm"], truth.page_mm, strict=True)]
-    return float(np.sqrt((error**2).mean())), float(np.quantile(error, 0.99)), max(sizes)
+    return float(np.sqrt((error**2).mean())), float(np.quantile(error, 0.99)), max(sizes), bool(page.report["warnings"])
 
 
 def layout_error(page: RestoredPage, scan: RangeScan, truth: Truth) -> Floats:
@@ -98,14 +98,15 @@ def _grid_positions(pixels: Floats, scan: RangeScan) -> Floats:
     return np.stack([share[:, 1] * (scan.points.shape[0] - 1), share[:, 0] * (scan.points.shape[1] - 1)])
 
 
-def _line(kind: str, wanted: float, found: list[tuple[float, float, float]]) -> str:
-    rms, high, sizes = zip(*found, strict=True)
+def _line(kind: str, wanted: float, found: list[tuple[float, float, float, bool]]) -> str:
+    rms, high, sizes, warned = zip(*found, strict=True)
     figures = (
         "–" if np.isnan(wanted) else f"{wanted:.3f}",
         f"{statistics.median(rms):.4f}",
         f"{max(rms):.4f}",
         f"{max(high):.3f}",
         f"{max(sizes):.3%}",
+        sum(warned),
     )
     return ROW.format(kind, *figures)
 
