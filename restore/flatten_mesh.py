@@ -9,8 +9,9 @@ import numpy as np
 
 from restore.flattening.layout import arrange_pieces
 from restore.flattening.methods import DEFAULT, METHODS, OnStep, flatten_points
+from restore.flattening.near_page import least_absolute_page
 from restore.flattening.ordered_grid import flatten_grid
-from restore.flattening.repair import least_absolute_page, uninverted
+from restore.flattening.repair import uninverted
 from restore.flattening.solution import Solution
 from restore.mesh.clean import select
 from restore.mesh.decimate import patch_and_smooth

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.ndimage import distance_transform_edt, map_coordinates
 
-from restore.flattening.repair import least_absolute_page
+from restore.flattening.near_page import least_absolute_page
 from restore.mesh.adjacency import sides_of
 from restore.mesh.network import make_network
 from restore.mesh.raster import rasterise

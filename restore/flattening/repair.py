@@ -10,13 +10,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from restore.flattening.gauss_newton import (
-    GRADIENT_TOLERANCE,
-    least_absolute_strain,
-    mean_strain,
-    minimise_strain,
-    rest_areas,
-)
+from restore.flattening.gauss_newton import GRADIENT_TOLERANCE, mean_strain, minimise_strain, rest_areas
 from restore.flattening.solution import Solution
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import Network
@@ -28,31 +22,11 @@ CONTRADICTED = 0.5  # of its area on the surface: a face that lengths invert by 
 SWEEPS = 50  # over inverted faces, as opening one may close its neighbours
 
 
-def least_strain_page(flat: Floats, network: Network, signs: Floats | None = None) -> Solution:
-    """The flat positions (n, 2) mm of least strain near a start, without inverted faces where that can be had.
-
-    signs (m,) are −1 for the faces that are folded in space; all are 1 when None.
-    """
-    signs = np.ones(len(network.faces)) if signs is None else signs
-    found = opened(minimise_strain(flat, network), network, signs)
-    return found._replace(flat=repaired(found.flat, network, signs))
-
-
-def least_absolute_page(flat: Floats, network: Network, signs: Floats | None = None) -> Solution:
-    """The flat positions (n, 2) mm of least absolute strain near a start: a few wrong lengths hardly move them.
-
-    signs (m,) as for `least_strain_page`.
-    """
-    signs = np.ones(len(network.faces)) if signs is None else signs
-    found = least_absolute_strain(minimise_strain(flat, network), network)
-    return found._replace(flat=repaired(found.flat, network, signs))
-
-
 def opened(found: Solution, network: Network, signs: Floats) -> Solution:
     """The page of least strain near one whose inverted faces are opened, if fewer are and it is strained no more.
 
     Corners of the border invert, whose mirror images have the same lengths, and vertices that a start has put on the
-    wrong side. signs (m,) as for `least_strain_page`.
+    wrong side. signs (m,) as for `repaired`.
     """
     inverted = inverted_count(found.flat, network.faces, signs)
     if not inverted:

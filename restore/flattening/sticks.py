@@ -16,7 +16,7 @@ import numpy as np
 
 from restore.flattening.interleaved import interleave
 from restore.flattening.kernels import advance, relax
-from restore.flattening.repair import least_strain_page
+from restore.flattening.near_page import least_strain_page
 from restore.flattening.solution import Follow, Solution
 from restore.mesh.measures import face_signs, surface_area
 from restore.mesh.network import Network

@@ -5,7 +5,8 @@ from importlib import import_module
 import numpy as np
 
 from restore.flattening.gauss_newton import minimise_strain
-from restore.flattening.repair import inverted_count, least_absolute_page, least_strain_page, opened, uninverted
+from restore.flattening.near_page import least_absolute_page, least_strain_page
+from restore.flattening.repair import inverted_count, opened, uninverted
 from restore.flattening.repair import repaired as repaired_page
 from restore.mesh.measures import edge_strain, flipped_faces, signed_areas
 from restore.mesh.network import edges_of, make_network
