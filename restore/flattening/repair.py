@@ -25,8 +25,8 @@ SWEEPS = 50  # over inverted faces, as opening one may close its neighbours
 def opened(found: Solution, network: Network, signs: Floats) -> Solution:
     """The page of least strain near one whose inverted faces are opened, if fewer are and it is strained no more.
 
-    Corners of the border invert, whose mirror images have the same lengths, and vertices that a start has put on the
-    wrong side. signs (m,) as for `repaired`.
+    No more but for what the solver leaves. Corners of the border invert, whose mirror images have the same lengths, and
+    vertices that a start has put on the wrong side. signs (m,) as for `repaired`.
     """
     inverted = inverted_count(found.flat, network.faces, signs)
     if not inverted:
@@ -57,10 +57,10 @@ def inverted_count(flat: Floats, faces: Ints, signs: Floats) -> int:
 
 def uninverted(flat: Floats, network: Network, signs: Floats) -> Floats:
     """Flat positions (n, 2) mm with fewer inverted faces, if that can be; only the corners of such faces are moved."""
-    opened, least = flat.copy(), OPEN * rest_areas(network.faces, network.sides, network.lengths)
-    open_inverted(opened, network.faces, signs, least)
-    fewer = inverted_count(opened, network.faces, signs) < inverted_count(flat, network.faces, signs)
-    return opened if fewer else flat
+    turned, least = flat.copy(), OPEN * rest_areas(network.faces, network.sides, network.lengths)
+    open_inverted(turned, network.faces, signs, least)
+    fewer = inverted_count(turned, network.faces, signs) < inverted_count(flat, network.faces, signs)
+    return turned if fewer else flat
 
 
 @numba.njit(cache=True)

@@ -14,6 +14,7 @@ from math import sqrt
 
 import numpy as np
 
+from restore.errors import BadInput
 from restore.flattening.interleaved import interleave
 from restore.flattening.kernels import advance, relax
 from restore.flattening.near_page import least_strain_page
@@ -38,7 +39,8 @@ SWEEPS = 0.25  # in each step, of √n: a pull crosses a sheet of n in √n swee
 def flatten_sticks(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
     """Flat positions (n, 2) mm of a sheet laid over the table; the iterations are the time steps.
 
-    follow(step, positions (n, 3) mm) is called after each time step.
+    follow(step, positions (n, 3) mm) is called after each time step. Raises BadInput when lengths that are far from the
+    sheet's own make the particles diverge.
     """
     landed, steps = simulate_drop(posed, network, follow)
     signs = face_signs(posed.positions, network.faces)
@@ -62,6 +64,8 @@ def simulate_drop(posed: PosedSheet, network: Network, follow: Follow | None) ->
             follow(step, now / scale)
         height = float(now[:, 2].max())
         previous, area = area, surface_area(now[:, :2], network.faces)
+        if not np.isfinite(area):
+            raise BadInput(f"the sticks of the sheet diverge in step {step}", "use the method isometric")
         if height < LANDED * start or abs(area - previous) < AREA_CHANGE * area:
             break
     return now[:, :2] / scale, step

@@ -11,7 +11,15 @@ from restore.errors import BadInput
 from restore.formats.mesh import check_vertices, checked_mesh, fan_triangles, split_seams, texture_uv
 from restore.formats.obj_text import ObjText, parse_obj
 from restore.formats.picture import encode_png, read_picture
-from restore.formats.source import CUT_SHORT, MISSING, ONE_SHOT, is_file, read_bytes, resolve_reference
+from restore.formats.source import (
+    CUT_SHORT,
+    MISSING,
+    ONE_SHOT,
+    is_file,
+    read_bytes,
+    resolve_reference,
+    with_newlines,
+)
 from restore.scan import Bytes, Ints, SurfaceMesh
 
 MAX_MATERIAL_BYTES = 2**20  # a material file is a page of text
@@ -25,9 +33,7 @@ def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
 
     Raises BadInput.
     """
-    data = read_bytes(path)
-    if b"\n" not in data:  # lines end with carriage returns alone
-        data = data.replace(b"\r", b"\n")
+    data = with_newlines(read_bytes(path))
     text = parse_obj(path, data)
     starts = np.cumsum(text.sizes) - text.sizes
     faces, uv_faces = fan_triangles(text.corners, starts, text.sizes), fan_triangles(text.uvs, starts, text.sizes)
@@ -118,7 +124,7 @@ def _materials(path: Path, name: str) -> dict[bytes, tuple[str, str]]:
 
 def _settings(text: bytes) -> Iterator[tuple[bytes, bytes]]:
     """The lines of a material file, each as its first word and the rest."""
-    for line in text.split(b"\n"):
+    for line in with_newlines(text).split(b"\n"):
         key, _, value = line.strip().replace(b"\t", b" ").partition(b" ")
         yield key, value.strip()
 

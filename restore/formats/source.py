@@ -39,7 +39,7 @@ def read_bytes(path: Path, limit: int = MAX_FILE_BYTES) -> bytes:
     except OSError as error:
         if error.errno == errno.EFBIG:
             raise BadInput(f"{path} is larger than {limit} bytes", ONE_SHOT) from error
-        if error.errno in (errno.EISDIR, errno.EINVAL):
+        if error.errno in (errno.EISDIR, errno.EINVAL, errno.ENXIO):
             raise BadInput(f"{path} is no regular file", "give the file itself") from error
         raise BadInput(
             f"{path} cannot be read: {error.strerror}", "check the file's permissions and its disk"
@@ -49,6 +49,13 @@ def read_bytes(path: Path, limit: int = MAX_FILE_BYTES) -> bytes:
     if not data:
         raise BadInput(f"{path} is empty", "export or copy the scan again")
     return data
+
+
+def with_newlines(text: bytes) -> bytes:
+    """The same lines, all ended by newlines where some end with carriage returns alone."""
+    if text.count(b"\r") == text.count(b"\r\n"):
+        return text
+    return text.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
 
 
 def is_file(path: Path) -> bool:

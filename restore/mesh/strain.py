@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from restore.mesh.measures import edge_strain, stretches
-from restore.numerics import SMALL
+from restore.numerics import TINY
 from restore.scan import Floats, Ints
 
 MOST_CELLS = 20  # of the longer side of a page
@@ -38,10 +38,12 @@ def smooth_rms_strain(flat: Floats, edges: Ints, lengths: Floats) -> float:
     own edge, and hardly its cell; a surface that is not developable strains all edges of a cell alike.
     """
     ways = flat[edges[:, 1]] - flat[edges[:, 0]]
-    ways /= np.maximum(np.linalg.norm(ways, axis=1), SMALL)[:, None]
-    terms = ways[:, 0] ** 2, 2.0 * ways[:, 0] * ways[:, 1], ways[:, 1] ** 2  # of a symmetric tensor
+    apart = np.hypot(*ways.T)
+    x, y = ways.T / np.maximum(apart, TINY)
+    every = 0.5 * (apart == 0.0)  # an edge that has collapsed is as short in every direction
+    terms = x**2 + every, 2.0 * x * y, y**2 + every  # of a symmetric tensor
     low, count = flat.min(axis=0), min(max(round(np.sqrt(len(edges) / EDGES)), 1), MOST_CELLS)
-    size = float(np.ptp(flat, axis=0).max()) / count + SMALL
+    size = float(np.ptp(flat, axis=0).max()) / count + TINY
     across, up = np.floor((flat[edges].mean(axis=1) - low) / size).astype(int).T
     cell = np.unique(across * (count + 1) + up, return_inverse=True)[1]
     weights = lengths**2  # as the area that an edge stands for

@@ -75,14 +75,15 @@ def _checked(mesh: SurfaceMesh) -> SurfaceMesh:
 @numba.njit(cache=True)
 def _improper(faces: Ints, sides: Sides) -> Mask:
     """(m,) the faces that name a vertex twice, and those with the same three vertices as one before them."""
-    improper = np.zeros(len(faces), np.bool_)
+    improper, met = np.zeros(len(faces), np.bool_), np.full(faces.max() + 1, -1)  # third vertices, by the last edge
     for side in range(len(sides.edge)):
         improper[side // 3] |= sides.edge[side] < 0
     for e in range(len(sides.edges)):
-        for k in range(sides.first[e], sides.first[e + 1]):
-            for earlier in range(sides.first[e], k):
-                f, g = sides.at[k] // 3, sides.at[earlier] // 3
-                improper[f] |= f != g and faces[f].sum() == faces[g].sum()  # of an edge in common: the third, too
+        for side in sides.at[sides.first[e] : sides.first[e + 1]]:
+            a, b, c = faces[side // 3]
+            third = a + b + c - sides.edges[e, 0] - sides.edges[e, 1]
+            improper[side // 3] |= met[third] == e
+            met[third] = e
     return improper
 
 

@@ -6,6 +6,7 @@ import pytest
 from oracles.exact import exact_sheet
 from oracles.markers import rigid_residual
 from oracles.warped import SHAPES, make_warped
+from restore.errors import BadInput
 from restore.flattening.sticks import MAX_STEPS, flatten_sticks
 from restore.mesh.measures import flipped_faces, rms_strain
 from restore.mesh.network import make_network
@@ -67,3 +68,16 @@ def test_rest_lengths_rule_over_distances():
     _, scale = rigid_residual(flat, sheet.flat)
     assert scale == pytest.approx((sheet.lengths / network.lengths).mean(), abs=2e-3)
     assert scale > 1.0
+
+
+@pytest.mark.parametrize("factor", [1e6, 1e40])
+def test_lengths_far_from_those_of_the_sheet_are_refused_when_the_particles_diverge(factor):
+    page = make_warped("curl", count=100)
+    lengths = page.lengths * np.where(np.arange(len(page.lengths)) == 9, factor, 1.0)
+    network = make_network(page.mesh.vertices, page.mesh.faces, lengths)
+    try:
+        found = flatten_sticks(pose_on_table(page.mesh.vertices, page.mesh.faces), network)
+    except BadInput as error:
+        assert "diverge" in str(error)
+    else:
+        assert np.isfinite(found.flat).all()

@@ -14,6 +14,7 @@ from restore.errors import BadInput
 from restore.formats import load_scan, write_obj
 from restore.formats.obj import read_obj
 from restore.formats.obj_text import parse_obj
+from restore.formats.references import referenced_files
 from restore.scan import RangeScan
 
 SIZE = 200_000  # bytes: a parser that looks back over all of them takes seconds
@@ -39,13 +40,17 @@ def written(tmp_path):
     return write
 
 
-def test_lines_may_end_with_carriage_returns_alone(written):
-    path = written("mtllib a.mtl\nusemtl page\n" + SQUARE + FACE)
+@pytest.mark.parametrize("first", [b"", b"# of another program\n", b"# of another program\r\n"])
+def test_lines_may_end_with_carriage_returns_alone(written, first):
+    path = written("mtllib a.mtl\nusemtl page\n" + SQUARE + FACE + "f 1/1 3/3 4/4\n")
     expected = load_scan(path)
-    path.write_bytes(path.read_bytes().replace(b"\n", b"\r"))
+    for file in (path, path.with_suffix(".mtl")):
+        file.write_bytes(first + file.read_bytes().replace(b"\n", b"\r"))
     found = load_scan(path)
     np.testing.assert_array_equal(found.vertices, expected.vertices)
     np.testing.assert_array_equal(found.texcoords, expected.texcoords)
+    np.testing.assert_array_equal(found.texture, expected.texture)
+    assert {file.name for file in referenced_files(path)} == {"a.mtl", "picture.png"}
 
 
 def test_a_mesh_comes_back_on_its_grid(mesh, shot, tmp_path):

@@ -67,3 +67,8 @@ def test_a_dome_is_strained_smoothly():
     height = 20.0 * np.exp(-((flat - flat.mean(axis=0)) ** 2).sum(axis=1) / (2 * 30.0**2))
     page = flatten(SurfaceMesh(np.column_stack([flat, height]), faces))
     assert smooth_rms_strain(page.flat, edges_of(page.faces), page.lengths) > NOT_DEVELOPABLE
+
+
+def test_a_page_that_has_collapsed_is_strained_wholly():
+    flat, _, edges, lengths = sheet()
+    assert abs(smooth_rms_strain(np.zeros_like(flat), edges, lengths) - 1) < 2 * SECOND_ORDER

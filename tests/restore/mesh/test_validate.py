@@ -4,6 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from restore.errors import BadInput, NotEnoughSurface
 from restore.mesh.adjacency import sides_of
@@ -52,6 +54,22 @@ def test_a_face_that_names_a_vertex_twice_is_left_out():
 def test_of_several_faces_with_the_same_vertices_the_first_is_kept(copy):
     mesh = validated(SurfaceMesh(QUAD, np.concatenate([TWO, [copy]])))
     np.testing.assert_array_equal(mesh.faces, TWO)
+
+
+@given(st.lists(st.tuples(*[st.integers(0, 5)] * 3), min_size=1, max_size=40))
+def test_of_any_faces_the_first_of_every_three_vertices_is_kept(drawn):
+    faces, kept, met = np.array(drawn), [], set()
+    for face in drawn:
+        if len(set(face)) == 3 and frozenset(face) not in met:
+            kept.append(sorted(face))
+            met.add(frozenset(face))
+    if kept:
+        corners = np.random.default_rng(0).normal(size=(6, 3))
+        assert np.sort(validated(SurfaceMesh(corners, faces)).faces, axis=1).tolist() == kept
+
+
+def test_a_hundred_thousand_copies_are_left_out():
+    assert validated(SurfaceMesh(QUAD, np.tile([[0, 1, 2]], (100_000, 1)))).faces.tolist() == [[0, 1, 2]]
 
 
 @pytest.mark.parametrize("kind", [np.float32, np.int32])

@@ -108,6 +108,12 @@ def test_the_size_of_an_outline_without_sides_is_its_extent():
     assert page_size(corners) == (80.0, 60.0)
 
 
+@given(st.floats(0, 360))
+def test_an_outline_of_three_points_has_a_size(degrees):
+    turn = np.deg2rad(degrees + np.array([0.0, 120.0, 240.0]))
+    assert min(page_size(60.0 * np.stack([np.cos(turn), np.sin(turn)], axis=1))) > 0
+
+
 def test_pointed_corners_are_no_tips():
     outline, _ = triangle()
     assert page_size(outline) == pytest.approx((280.0, 200.0), abs=SIDE_BAND_MM)
