@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from restore.mesh.measures import edge_strain, stretches
+from restore.mesh.measures import edge_strain, lengths_between, stretches
 from restore.numerics import TINY
 from restore.scan import Floats, Ints
 
@@ -17,9 +17,12 @@ def face_strain(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floa
     """(m, 2) stretch and shear of every face from its shape on the surface to its flat one.
 
     flat (n, 2), edges (e, 2) and lengths (e,) as for `stretches`. With σ₁ ≥ σ₂ the principal stretches, stretch is
-    √(σ₁ σ₂) − 1, shear (σ₁ − σ₂) / 2.
+    √(σ₁ σ₂) − 1, shear (σ₁ − σ₂) / 2. Lengths that no triangle has are those of a flat one on its longest side,
+    whatever corner the face names first.
     """
-    total, difference = stretches(flat, faces, edges, lengths)
+    sides = [lengths_between(faces[:, k], faces[:, (k + 1) % 3], edges, lengths) for k in range(3)]
+    order = (np.argmax(sides, axis=0)[:, None] + np.arange(3)) % 3
+    total, difference = stretches(flat, np.take_along_axis(faces, order, axis=1), edges, lengths)
     stretch = np.sqrt(np.abs(total**2 - difference**2)) / 2.0 - 1.0
     return np.stack([stretch, difference / 2.0], axis=1)
 

@@ -34,6 +34,13 @@ def test_a_face_without_area_has_finite_strain():
     assert np.isfinite(face_strain(SQUARE, FACES, EDGES, lengths)).all()
 
 
+def test_lengths_that_no_triangle_has_are_strained_the_same_whatever_corner_comes_first():
+    lengths = np.array([3.0, 4.0, 7.5, 4.0, 3.0])
+    strain = face_strain(SQUARE, FACES, EDGES, lengths)
+    for turn in (1, 2):
+        np.testing.assert_allclose(face_strain(SQUARE, np.roll(FACES, turn, axis=1), EDGES, lengths), strain)
+
+
 def test_the_value_at_a_vertex_is_the_mean_of_its_faces():
     values = average_at_vertices(np.array([[1.0, 0.0], [3.0, 2.0]]), FACES, 5)
     np.testing.assert_allclose(values, [[1, 0], [2, 1], [2, 1], [3, 2], [0, 0]])
