@@ -26,14 +26,13 @@ def encode_report(report: Report) -> str:
 def summary(report: Report, files: Iterable[Path]) -> str:
     """The summary of a report, one line a value."""
     width, height = report["page_mm"]
-    strain = report["strain"]
     rows = [
         ("page", f"{width:.1f} × {height:.1f} mm at {report['dpi']:g} dpi, shading: {report['shading']}"),
         *(("white", text) for text in _white(report.get("white", {}))),
         ("source", _resolution(report)),
         *(("samples", text) for key, text in ASSURANCES.items() if report.get("source", {}).get("assurance") == key),
         ("flattened", f"{report['points']} points by {report['method']} in {report['steps']} steps"),
-        ("strain", f"rms {strain['rms'] * 100:.3f} %, max {strain['max'] * 100:.2f} %"),
+        ("strain", _strain(**report["strain"])),
         ("area", f"ratio {report['area_ratio']:.4f}, {report['flipped_faces']} flipped faces"),
         ("seconds", ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in report["seconds"].items())),
         *(("photo", _photo(photo)) for photo in report.get("photos", ()) if photo["accepted"]),
@@ -42,6 +41,11 @@ def summary(report: Report, files: Iterable[Path]) -> str:
         *(("file", str(path)) for path in files),
     ]
     return "\n".join(f"{name:<10} {text}" for name, text in rows)
+
+
+def _strain(*, smooth_rms: float, rms: float, **_: Any) -> str:
+    """What is strained as a whole, and single edges, whose lengths over creases are estimates."""
+    return f"{smooth_rms:.3%} rms of the page as a whole, {rms:.3%} rms of its edges"
 
 
 def _resolution(report: Report) -> str:
