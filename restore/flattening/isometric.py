@@ -27,7 +27,7 @@ from restore.scan import Floats
 
 MOST_STRAIN = 0.03  # rms: no paper stretches so far; what does is not developable, or not a mesh of one sheet
 
-TRIED = 4  # iterations of another start: by then it is strained less than the page that is found, or never is
+TRIED = 4  # iterations of another start: by then it is strained less than the page that is found, or hardly ever is
 
 CAP = 0.1  # of the strain of an edge that counts there: a few edges of slivers do not make a surface undevelopable
 
