@@ -53,6 +53,21 @@ class Warped:
         turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
         return float(np.linalg.norm(found @ turn - true, axis=1).max())
 
+    def folded_over(self, far: float = 1.2) -> Floats:
+        """The flat truth but for its middle vertex: moved to the opposite side of a face and, beyond 1, over it."""
+        flat, middle = self.flat.copy(), int(np.argmin(np.linalg.norm(self.flat, axis=1)))
+        face = next(f for f in self.mesh.faces if middle in f)
+        flat[middle] += far * (flat[face[face != middle]].mean(axis=0) - flat[middle])
+        return flat
+
+    def mirrored_at(self, corner: int) -> Floats:
+        """The flat truth but for a vertex of one face: mirrored at the opposite side, with its lengths as they were."""
+        flat, face = self.flat.copy(), next(f for f in self.mesh.faces if corner in f)
+        start, end = flat[face[face != corner]]
+        along, offset = (end - start) / np.linalg.norm(end - start), flat[corner] - start
+        flat[corner] = start + 2 * (offset @ along) * along - offset
+        return flat
+
 
 def scattered(count: int, seed: int, size: tuple[float, float] = PAGE_MM) -> tuple[Floats, Ints]:
     """About `count` irregular points on a page, (n, 2) mm from its middle, joined counter-clockwise."""

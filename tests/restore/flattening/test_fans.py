@@ -43,10 +43,7 @@ def test_directions_of_a_flat_mesh_differ_from_the_true_ones_by_one_turn_for_eac
 
 def test_a_folded_face_counts_backwards(warped):
     page = warped(count=200)
-    flat, faces = page.flat.copy(), page.mesh.faces
-    middle = int(np.argmin(np.linalg.norm(flat, axis=1)))
-    face = next(f for f in faces if middle in f)
-    flat[middle] += 1.2 * (flat[face[face != middle]].mean(axis=0) - flat[middle])
+    flat, faces = page.folded_over(), page.mesh.faces
     assert (signed_areas(flat, faces) < 0).any()
     for turns in frames(fans_of(flat, faces), flat):
         assert np.abs(wrapped(np.array(turns) - turns[0])).max() < ROUNDING
@@ -57,10 +54,7 @@ def test_a_folded_face_counts_backwards(warped):
 def folded_over(warped):
     """A page with a vertex moved over its opposite side: flat, faces, true signs, sides."""
     page = warped(count=400)
-    flat, faces = page.flat.copy(), page.mesh.faces
-    middle = int(np.argmin(np.linalg.norm(flat, axis=1)))
-    face = next(f for f in faces if middle in f)
-    flat[middle] += 1.2 * (flat[face[face != middle]].mean(axis=0) - flat[middle])
+    flat, faces = page.folded_over(), page.mesh.faces
     true, sides = np.sign(signed_areas(flat, faces)), sides_of(faces)
     return flat, faces, true, sides
 

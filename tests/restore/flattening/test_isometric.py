@@ -39,12 +39,8 @@ def test_a_tangled_start_is_replaced_by_a_conformal_one(warped, monkeypatch, rng
 @pytest.mark.parametrize("shape", ["curl", "gutter"])
 def test_a_corner_that_starts_on_the_wrong_side_of_its_face_comes_back(warped, shape, monkeypatch):
     page = warped(shape, count=500)
-    faces, start = page.mesh.faces, page.flat.copy()
-    corner = int(np.flatnonzero(np.bincount(faces.ravel()) == 1)[0])  # of one face
-    face = next(f for f in faces if corner in f)
-    inner, outer = start[face[face != corner]]
-    along = (outer - inner) / np.linalg.norm(outer - inner)
-    start[corner] = inner + 2 * ((start[corner] - inner) @ along) * along - (start[corner] - inner)
+    corner = int(np.flatnonzero(np.bincount(page.mesh.faces.ravel()) == 1)[0])  # of one face
+    start = page.mirrored_at(corner)
     monkeypatch.setattr(isometric, "flat_from_lengths", lambda *_: start)
     monkeypatch.setattr(isometric, "_other_starts", lambda *_: iter([]))
     assert page.error(solved(page).flat) < TRUE_MM

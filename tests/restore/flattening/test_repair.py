@@ -8,7 +8,7 @@ from restore.flattening.gauss_newton import minimise_strain
 from restore.flattening.near_page import least_absolute_page, least_strain_page
 from restore.flattening.repair import inverted_count, opened, uninverted
 from restore.flattening.repair import repaired as repaired_page
-from restore.mesh.measures import edge_strain, flipped_faces, signed_areas
+from restore.mesh.measures import edge_strain, flipped_faces, signed_areas, straight_lengths
 from restore.mesh.network import edges_of, make_network
 
 EXACT = 1e-12
@@ -22,6 +22,12 @@ SLIVER_MM = 0.01  # ten times the sliver's height
 def repaired(page, flat):
     network = make_network(page.mesh.vertices, page.mesh.faces, page.lengths)
     return uninverted(flat, network, np.ones(len(page.mesh.faces)))
+
+
+def network_of(page, flat):
+    """The network of a page that lies flat (n, 2) without strain."""
+    lengths = straight_lengths(flat, edges_of(page.mesh.faces))
+    return make_network(page.mesh.vertices, page.mesh.faces, lengths)
 
 
 def unknotted(page, flat):
@@ -74,11 +80,7 @@ def test_mirrored_corners_of_the_border_come_back(warped):
     corners = np.flatnonzero(np.bincount(faces.ravel()) == 1)  # of one face
     assert len(corners) > 0
     for corner in corners:
-        face, flat = next(f for f in faces if corner in f), page.flat.copy()
-        start, end = flat[face[face != corner]]
-        along = (end - start) / np.linalg.norm(end - start)
-        offset = flat[corner] - start
-        flat[corner] = start + 2 * (offset @ along) * along - offset  # as far from both as it was
+        flat = page.mirrored_at(corner)
         assert flipped_faces(flat, faces) == 1
         found = least_strain_page(flat, network).flat
         assert flipped_faces(found, faces) == 0
@@ -87,12 +89,8 @@ def test_mirrored_corners_of_the_border_come_back(warped):
 
 def test_a_fold_that_lengths_ask_for_is_not_opened_at_the_price_of_strain(warped):
     page = warped(count=400)
-    faces, flat = page.mesh.faces, page.flat.copy()
-    middle = int(np.argmin(np.linalg.norm(flat, axis=1)))
-    face = next(f for f in faces if middle in f)
-    flat[middle] += 1.2 * (flat[face[face != middle]].mean(axis=0) - flat[middle])
-    lengths = np.linalg.norm(np.diff(flat[edges_of(faces)], axis=1)[:, 0], axis=1)
-    network = make_network(page.mesh.vertices, faces, lengths)
+    faces, flat = page.mesh.faces, page.folded_over()
+    network = network_of(page, flat)
     found = minimise_strain(flat, network)
     assert inverted_count(found.flat, faces, np.ones(len(faces))) > 0
     assert opened(found, network, np.ones(len(faces))) is found
@@ -100,29 +98,20 @@ def test_a_fold_that_lengths_ask_for_is_not_opened_at_the_price_of_strain(warped
 
 def test_a_face_that_its_lengths_turn_over_is_folded(warped):
     page = warped(count=400)
-    faces, flat = page.mesh.faces, page.flat.copy()
-    middle = int(np.argmin(np.linalg.norm(flat, axis=1)))
-    face = next(f for f in faces if middle in f)
-    flat[middle] += 1.8 * (flat[face[face != middle]].mean(axis=0) - flat[middle])
-    edges = edges_of(faces)
-    network = make_network(page.mesh.vertices, faces, np.linalg.norm(np.diff(flat[edges], axis=1)[:, 0], axis=1))
+    faces, flat = page.mesh.faces, page.folded_over(1.8)
+    network = network_of(page, flat)
     np.testing.assert_array_equal(repaired_page(flat, network, np.ones(len(faces))), flat)
 
 
 def test_a_face_that_is_folded_in_space_stays_inverted(warped):
     page = warped(count=400)
-    faces, flat = page.mesh.faces, page.flat.copy()
-    middle = int(np.argmin(np.linalg.norm(flat, axis=1)))
-    face = next(f for f in faces if middle in f)
-    beyond = flat[face[face != middle]].mean(axis=0)
-    flat[middle] += 1.2 * (beyond - flat[middle])
+    faces, flat = page.mesh.faces, page.folded_over()
     signs = np.where(signed_areas(flat, faces) < 0, -1.0, 1.0)
     assert (signs < 0).any()
-    lengths = np.linalg.norm(np.diff(flat[edges_of(faces)], axis=1)[:, 0], axis=1)
-    network = make_network(page.mesh.vertices, faces, lengths)
+    network = network_of(page, flat)
     found = least_strain_page(flat + 0.01, network, signs).flat
     np.testing.assert_array_equal(np.sign(signed_areas(found, faces)), signs)
-    assert np.abs(edge_strain(found, network.edges, lengths)).max() < EXACT
+    assert np.abs(edge_strain(found, network.edges, network.lengths)).max() < EXACT
 
 
 def test_a_few_wrong_lengths_hardly_move_a_page_of_least_absolute_strain(warped):
