@@ -1,9 +1,9 @@
 """Signed angle fans: the directions of all edges round a vertex, from the edge lengths alone.
 
 The faces round a vertex are laid out one after the other, each by the angle that its lengths give. A face that is
-folded over in space counts backwards. Where the fan closes, its angles are scaled to 2π, if their sum is nearer to that
-than to 0, as of a vertex that lies outside its neighbours. A vertex at which faces meet that share no edge there (a
-non-manifold vertex) has several fans, each with a frame of its own.
+folded over in space counts backwards. Where the fan closes, its angles are scaled to 2π, unless their sum is
+less than π: round a vertex that lies outside its neighbours they add up to 0. A vertex at which faces meet that share
+no edge there (a non-manifold vertex) has several fans, each with a frame of its own.
 """
 
 from __future__ import annotations

@@ -21,11 +21,7 @@ def least_strain_page(flat: Floats, network: Network, signs: Floats | None = Non
     return found._replace(flat=repaired(found.flat, network, signs))
 
 
-def least_absolute_page(flat: Floats, network: Network, signs: Floats | None = None) -> Solution:
-    """The flat positions (n, 2) mm of least absolute strain near a start: a few wrong lengths hardly move them.
-
-    signs (m,) as for `least_strain_page`.
-    """
-    signs = np.ones(len(network.faces)) if signs is None else signs
+def least_absolute_page(flat: Floats, network: Network) -> Solution:
+    """The flat positions (n, 2) mm of least absolute strain near a start: a few wrong lengths hardly move them."""
     found = least_absolute_strain(minimise_strain(flat, network), network)
-    return found._replace(flat=repaired(found.flat, network, signs))
+    return found._replace(flat=repaired(found.flat, network, np.ones(len(network.faces))))

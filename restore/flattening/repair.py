@@ -25,8 +25,8 @@ SWEEPS = 50  # over inverted faces, as opening one may close its neighbours
 def opened(found: Solution, network: Network, signs: Floats) -> Solution:
     """The page of least strain near one whose inverted faces are opened, if fewer are and it is strained no more.
 
-    No more but for what the solver leaves. Corners of the border invert, whose mirror images have the same lengths, and
-    vertices that a start has put on the wrong side. signs (m,) as for `repaired`.
+    Strains that differ by less than GRADIENT_TOLERANCE count as equal. Corners of the border invert, whose mirror
+    images have the same lengths, and vertices that a start has put on the wrong side. signs (m,) as for `repaired`.
     """
     inverted = inverted_count(found.flat, network.faces, signs)
     if not inverted:

@@ -45,10 +45,7 @@ def smooth_rms_strain(flat: Floats, edges: Ints, lengths: Floats) -> float:
     x, y = ways.T / np.maximum(apart, TINY)
     every = 0.5 * (apart == 0.0)  # an edge that has collapsed is as short in every direction
     terms = x**2 + every, 2.0 * x * y, y**2 + every  # of a symmetric tensor
-    low, count = flat.min(axis=0), min(max(round(np.sqrt(len(edges) / EDGES)), 1), MOST_CELLS)
-    size = float(np.ptp(flat, axis=0).max()) / count + TINY
-    across, up = np.floor((flat[edges].mean(axis=1) - low) / size).astype(int).T
-    cell = np.unique(across * (count + 1) + up, return_inverse=True)[1]
+    cell = _cells(flat, edges)
     weights = lengths**2  # as the area that an edge stands for
     of_cells, strain = np.bincount(cell, weights), edge_strain(flat, edges, lengths)
     right = np.stack([np.bincount(cell, weights * strain * term) for term in terms], axis=1)
@@ -57,3 +54,11 @@ def smooth_rms_strain(flat: Floats, edges: Ints, lengths: Floats) -> float:
     xx, xy, yy = np.linalg.solve(gram, right[..., None])[..., 0].T
     squares = (3.0 * xx**2 + 3.0 * yy**2 + 2.0 * xx * yy + 4.0 * xy**2) / 8.0  # mean over all directions
     return float(np.sqrt(np.average(squares, weights=of_cells)))
+
+
+def _cells(flat: Floats, edges: Ints) -> Ints:
+    """(e,) in which square cell of the page the middle of each edge lies; cells without an edge have no number."""
+    low, count = flat.min(axis=0), min(max(round(np.sqrt(len(edges) / EDGES)), 1), MOST_CELLS)
+    size = float(np.ptp(flat, axis=0).max()) / count + TINY
+    across, up = np.floor((flat[edges].mean(axis=1) - low) / size).astype(int).T
+    return np.unique(across * (count + 1) + up, return_inverse=True)[1]

@@ -54,9 +54,9 @@ def _without_tips(outline: Floats) -> Floats:
         turned = kept @ _rotation(-np.deg2rad(angle)).T
         low, high = np.quantile(turned, [TIP_SHARE, 1.0 - TIP_SHARE], axis=0)
         kept = kept[((turned > low - SIDE_BAND_MM) & (turned < high + SIDE_BAND_MM)).all(axis=1)]
-        if len(kept) == 0:
+        if len(kept) < (1.0 - TIP_SHARE) * len(outline):
             return outline
-    return kept if len(kept) >= (1.0 - TIP_SHARE) * len(outline) else outline
+    return kept
 
 
 def _band(extent: float) -> float:
