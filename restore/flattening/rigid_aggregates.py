@@ -26,16 +26,15 @@ STIFFEN = 1e-6  # of the stiffness: the page as a whole has none, nor has a sing
 class Aggregates(NamedTuple):
     """owner (n,): the aggregate of each particle; arms (n, 2): where it lies from the middle, in units of the size.
 
-    blocks (·, 3, 3): their stiffness as a symmetric matrix of blocks, one for each pair of them, factorised by
-    Cholesky's method, those of the diagonal inverted. Only the lower half is kept: of row i what stands from column
-    first[i] to the diagonal, as blocks start[i] to start[i + 1].
+    factor (·,): the Cholesky factor of their stiffness, by MODES rows for each, its diagonal inverted. Of row i it has
+    what stands from column first[i] to the diagonal, as start[i] to start[i + 1].
     """
 
     owner: Ints
     arms: Floats
     first: Ints
     start: Ints
-    blocks: Floats
+    factor: Floats
 
 
 @numba.njit(cache=True)
@@ -46,9 +45,9 @@ def aggregate(flat: Floats, edges: Ints, gradients: Floats) -> Aggregates:
     """
     owner, arms, count = _cells(flat)
     first, start = _profile(owner, edges, count)
-    blocks = _stiffness(owner, arms, first, start, edges, gradients)
-    _factorise(blocks, first, start)
-    return Aggregates(owner, arms, first, start, blocks)
+    matrix = _stiffness(owner, arms, first, start, edges, gradients)
+    _factorise(matrix, first, start)
+    return Aggregates(owner, arms, first, start, matrix)
 
 
 @numba.njit(cache=True)
@@ -96,131 +95,74 @@ def _own_frame(flat: Floats) -> tuple[Floats, Floats]:
 
 @numba.njit(cache=True)
 def _profile(owner: Ints, edges: Ints, count: int) -> tuple[Ints, Ints]:
-    """First column (count,) of every row of the matrix, and where the row begins (count + 1,)."""
-    first, start = np.arange(count), np.zeros(count + 1, np.int64)
+    """First column (MODES · count,) of every row of the matrix, and where the row begins, and the last ends."""
+    lowest = np.arange(count)
     for k in range(len(edges)):
         a, b = owner[edges[k, 0]], owner[edges[k, 1]]
-        first[max(a, b)] = min(first[max(a, b)], a, b)
-    for i in range(count):
-        start[i + 1] = start[i] + i - first[i] + 1
+        lowest[max(a, b)] = min(lowest[max(a, b)], a, b)
+    first = np.repeat(MODES * lowest, MODES)
+    start = np.zeros(len(first) + 1, np.int64)
+    start[1:] = np.cumsum(np.arange(len(first)) - first + 1)
     return first, start
 
 
 @numba.njit(cache=True)
 def _stiffness(owner: Ints, arms: Floats, first: Ints, start: Ints, edges: Ints, gradients: Floats) -> Floats:
-    """(·, 3, 3) the blocks before they are factorised."""
-    blocks, moved = np.zeros((start[-1], MODES, MODES)), np.empty((2, MODES))
+    """(·,) the lower half of the matrix, row by row: what the strain of an edge does to the modes of both its ends."""
+    matrix, strain, row = np.zeros(start[-1]), np.empty(2 * MODES), np.empty(2 * MODES, np.int64)
     for k in range(len(edges)):
-        a, b = owner[edges[k, 0]], owner[edges[k, 1]]
-        if a == b:  # nothing within is strained
+        if owner[edges[k, 0]] == owner[edges[k, 1]]:  # nothing within is strained
             continue
-        x, y = gradients[k, 0], gradients[k, 1]
-        for end in range(2):
-            i = edges[k, end]
-            moved[end, 0], moved[end, 1], moved[end, 2] = x, y, y * arms[i, 0] - x * arms[i, 1]
-        _add(blocks[start[a + 1] - 1], moved[0], moved[0], 1.0)
-        _add(blocks[start[b + 1] - 1], moved[1], moved[1], 1.0)
-        if a > b:
-            _add(blocks[start[a] + b - first[a]], moved[0], moved[1], -1.0)
-        else:
-            _add(blocks[start[b] + a - first[b]], moved[1], moved[0], -1.0)
-    return blocks
+        for end, sign in ((0, -1.0), (1, 1.0)):
+            i, x, y = edges[k, end], sign * gradients[k, 0], sign * gradients[k, 1]
+            for mode, moved in enumerate((x, y, y * arms[i, 0] - x * arms[i, 1])):
+                row[MODES * end + mode], strain[MODES * end + mode] = MODES * owner[i] + mode, moved
+        for p in range(2 * MODES):
+            for q in range(2 * MODES):
+                if row[p] >= row[q]:
+                    matrix[start[row[p]] + row[q] - first[row[p]]] += strain[p] * strain[q]
+    return matrix
 
 
-@numba.njit(cache=True)
-def _factorise(blocks: Floats, first: Ints, start: Ints) -> None:
+@numba.njit(cache=True, fastmath={"reassoc"})
+def _factorise(matrix: Floats, first: Ints, start: Ints) -> None:
+    """The Cholesky factor, in place; 0 on the diagonal for a mode that nothing holds: it does not move."""
     for i in range(len(first)):
+        own = matrix[start[i] : start[i + 1]]
+        stiffness = own[-1] * (1.0 + STIFFEN)
+        own[-1] = stiffness
         for j in range(first[i], i + 1):
-            block = blocks[start[i] + j - first[i]]
-            if i == j:
-                for p in range(MODES):
-                    block[p, p] += STIFFEN * block[p, p]
-            for k in range(max(first[i], first[j]), j):
-                _subtract(block, blocks[start[i] + k - first[i]], blocks[start[j] + k - first[j]])
-            if j < i:
-                _divide(block, blocks[start[j + 1] - 1])
-            else:
-                _invert(block)
+            low, other = max(first[i], first[j]), matrix[start[j] : start[j + 1]]
+            rest, column = own[j - first[i]], other[low - first[j] :]
+            for k in range(j - low):
+                rest -= own[low - first[i] + k] * column[k]
+            own[j - first[i]] = rest * other[-1]
+        own[-1] = 1.0 / sqrt(rest) if rest > STIFFEN * STIFFEN * stiffness else 0.0
 
 
-@numba.njit(cache=True)
-def _add(block: Floats, left: Floats, right: Floats, sign: float) -> None:
-    for p in range(MODES):
-        for q in range(MODES):
-            block[p, q] += sign * left[p] * right[q]
-
-
-@numba.njit(cache=True)
-def _subtract(block: Floats, left: Floats, right: Floats) -> None:
-    """block − left · rightᵀ."""
-    for p in range(MODES):
-        for q in range(MODES):
-            block[p, q] -= left[p, 0] * right[q, 0] + left[p, 1] * right[q, 1] + left[p, 2] * right[q, 2]
-
-
-@numba.njit(cache=True)
-def _divide(block: Floats, inverse: Floats) -> None:
-    """block · inverseᵀ, inverse lower triangular."""
-    for p in range(MODES):
-        x, y, z = block[p, 0], block[p, 1], block[p, 2]
-        block[p, 0] = inverse[0, 0] * x
-        block[p, 1] = inverse[1, 0] * x + inverse[1, 1] * y
-        block[p, 2] = inverse[2, 0] * x + inverse[2, 1] * y + inverse[2, 2] * z
-
-
-@numba.njit(cache=True)
-def _invert(block: Floats) -> None:
-    """The inverse of the lower triangle L of block = L · Lᵀ; 0 for a mode that nothing holds: it does not move."""
-    least = STIFFEN * STIFFEN * (block[0, 0] + block[1, 1] + block[2, 2])
-    a = _inverse_root(block[0, 0], least)
-    b, c = block[1, 0] * a, block[2, 0] * a
-    d = _inverse_root(block[1, 1] - b * b, least)
-    e = (block[2, 1] - b * c) * d
-    f = _inverse_root(block[2, 2] - c * c - e * e, least)
-    block[0, 0], block[1, 1], block[2, 2] = a, d, f
-    block[1, 0], block[2, 1], block[2, 0] = -b * a * d, -e * d * f, (b * e * d - c) * a * f
-    block[0, 1], block[0, 2], block[1, 2] = 0.0, 0.0, 0.0
-
-
-@numba.njit(cache=True)
-def _inverse_root(pivot: float, least: float) -> float:
-    return 1.0 / sqrt(pivot) if pivot > least else 0.0
-
-
-@numba.njit(cache=True)
+@numba.njit(cache=True, fastmath={"reassoc"})
 def correct_rigidly(aggregates: Aggregates, force: Floats, way: Floats) -> float:
     """Add to the way (n, 2) that of the rigid aggregates under forces (n, 2); the force along it."""
-    owner, arms, first, start, blocks = aggregates
-    modes = np.zeros((len(first), MODES))
+    owner, arms, first, start, factor = aggregates
+    modes = np.zeros(len(first))
     for i in range(len(force)):
-        mode = modes[owner[i]]
+        mode = modes[MODES * owner[i] : MODES * owner[i] + MODES]
         mode[0] += force[i, 0]
         mode[1] += force[i, 1]
         mode[2] += force[i, 1] * arms[i, 0] - force[i, 0] * arms[i, 1]
     for i in range(len(first)):
-        x, y, z = modes[i]
-        for k in range(first[i], i):
-            block, mode = blocks[start[i] + k - first[i]], modes[k]
-            x -= block[0, 0] * mode[0] + block[0, 1] * mode[1] + block[0, 2] * mode[2]
-            y -= block[1, 0] * mode[0] + block[1, 1] * mode[1] + block[1, 2] * mode[2]
-            z -= block[2, 0] * mode[0] + block[2, 1] * mode[1] + block[2, 2] * mode[2]
-        own = blocks[start[i + 1] - 1]
-        modes[i, 0] = own[0, 0] * x
-        modes[i, 1] = own[1, 0] * x + own[1, 1] * y
-        modes[i, 2] = own[2, 0] * x + own[2, 1] * y + own[2, 2] * z
+        row, before, rest = factor[start[i] : start[i + 1]], modes[first[i] :], modes[i]
+        for k in range(len(row) - 1):
+            rest -= row[k] * before[k]
+        modes[i] = rest * row[-1]
     work = (modes * modes).sum()
     for i in range(len(first) - 1, -1, -1):
-        own, (x, y, z) = blocks[start[i + 1] - 1], modes[i]
-        x = own[0, 0] * x + own[1, 0] * y + own[2, 0] * z
-        y = own[1, 1] * y + own[2, 1] * z
-        z = own[2, 2] * z
-        modes[i, 0], modes[i, 1], modes[i, 2] = x, y, z
-        for k in range(first[i], i):
-            block, mode = blocks[start[i] + k - first[i]], modes[k]
-            for q in range(MODES):
-                mode[q] -= block[0, q] * x + block[1, q] * y + block[2, q] * z
+        row, before, found = factor[start[i] : start[i + 1]], modes[first[i] :], modes[i] * factor[start[i + 1] - 1]
+        for k in range(len(row) - 1):
+            before[k] -= row[k] * found
+        modes[i] = found
     for i in range(len(force)):
-        mode = modes[owner[i]]
+        mode = modes[MODES * owner[i] : MODES * owner[i] + MODES]
         way[i, 0] += mode[0] - mode[2] * arms[i, 1]
         way[i, 1] += mode[1] + mode[2] * arms[i, 0]
-    return work
+    return float(work)
