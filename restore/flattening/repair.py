@@ -75,7 +75,7 @@ def open_inverted(flat: Floats, faces: Ints, signs: Floats, least: Floats) -> No
         areas = signed_areas(flat, faces) * signs
         below, inverted = np.flatnonzero(areas < least), 0
         for f in below[np.argsort(areas[below])]:
-            area = _signed_area(f, flat, faces, signs)
+            area = signs[f] * signed_areas(flat, faces[f : f + 1])[0]  # those before may have changed it
             if area >= 0.0:
                 continue
             inverted += 1
@@ -91,12 +91,3 @@ def open_inverted(flat: Floats, faces: Ints, signs: Floats, least: Floats) -> No
                 flat[i, 1] += step * way[k, 1]
         if inverted == 0:
             break
-
-
-@numba.njit(cache=True)
-def _signed_area(f: int, flat: Floats, faces: Ints, signs: Floats) -> float:
-    """The area of face f, mm², negative where it lies against its sign."""
-    a, b, c = faces[f]
-    ux, uy = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
-    vx, vy = flat[c, 0] - flat[a, 0], flat[c, 1] - flat[a, 1]
-    return float(0.5 * signs[f] * (ux * vy - uy * vx))
