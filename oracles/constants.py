@@ -14,9 +14,10 @@ ENGINE = tuple(
     f"restore/{name}.py"
     for name in (
         *("mesh/jets", "mesh/surface_lengths", "mesh/network", "mesh/pose", "mesh/measures"),
-        *("flattening/fans", "flattening/angle_synchronisation", "flattening/conformal", "flattening/gauss_newton"),
-        *("flattening/rigid_aggregates", "flattening/isometric", "flattening/two_lengths", "flattening/repair"),
-        *("flattening/least_distortion", "flattening/joints", "flattening/layout", "flattening/methods"),
+        *("flattening/closing_signs", "flattening/fans", "flattening/angle_synchronisation", "flattening/conformal"),
+        *("flattening/gauss_newton", "flattening/rigid_aggregates", "flattening/isometric", "flattening/two_lengths"),
+        *("flattening/repair", "flattening/least_distortion", "flattening/joints", "flattening/layout"),
+        "flattening/methods",
     )
 )
 

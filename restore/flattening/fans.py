@@ -16,17 +16,15 @@ import numpy as np
 
 from restore.mesh.adjacency import Sides
 from restore.mesh.measures import corner_angles
-from restore.numerics import SMALL
-from restore.scan import Floats, Ints, Mask
-
-EVIDENCE = 0.5  # of what a sign that is wrong alone would close
+from restore.scan import Floats, Ints
 
 
 class Fans(NamedTuple):
-    """owner (k,): the vertex of each fan. For every joint, an edge seen from the same face at both of its ends:
+    """owner (k,): the vertex of each fan. For every joint, an edge seen from a face at either of its ends:
 
     ends (j, 2): its vertices; fans (j, 2): the fans there; angles (j, 2) rad: its direction outward in their frames;
-    edge (j,): which edge it is. An inner edge is one joint, an edge of three faces three of them.
+    edge (j,): which edge it is. An inner edge is one joint. One of three faces, whose fans are others at each of them,
+    is five: one for each face, and one from each to the next.
     """
 
     owner: Ints
@@ -37,95 +35,24 @@ class Fans(NamedTuple):
 
 
 @numba.njit(cache=True)
-def closing_signs(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> Floats:
-    """(m,) the signs of faces with which the fans of inner vertices close best: to 2π, or 0 outside their neighbours.
-
-    They are looked for from the signs by the normals, and where those are contradicted from a sheet without folds too.
-    """
-    angles, inner = corner_angles(faces, sides, lengths), np.ones(faces.max() + 1, np.bool_)
-    pairs, found = np.full((len(faces) + len(sides.edges), 2), -1), len(faces)
-    pairs[:found, 0] = np.arange(found)
-    for e in range(len(sides.edges)):
-        if sides.first[e + 1] - sides.first[e] == 2:
-            pairs[found], found = sides.at[sides.first[e] : sides.first[e + 1]] // 3, found + 1
-        else:
-            inner[sides.edges[e, 0]] = inner[sides.edges[e, 1]] = False
-    by_normals, upright = signs.copy(), np.ones(len(signs))
-    open_by = _close(by_normals, faces, angles, inner, pairs[:found])
-    if (by_normals == signs).all() or open_by <= _close(upright, faces, angles, inner, pairs[:found]):
-        return by_normals
-    return upright
-
-
-@numba.njit(cache=True)
-def _close(signs: Floats, faces: Ints, angles: Floats, inner: Mask, pairs: Ints) -> float:
-    """By how much, rad, the fans of all inner vertices (n,) stay open when signs (m,) are turned, in place.
-
-    Those of one face, or of a pair that shares an edge, are turned where that closes the fans at their corners by at
-    least half as much as it would if no other were wrong; the other half speaks for the signs as they were.
-    """
-    gaps = np.zeros(len(inner))
-    for corner in range(len(angles)):
-        gaps[faces[corner // 3, corner % 3]] += signs[corner // 3] * angles[corner]
-    after, turned = gaps.copy(), 1
-    while turned:  # a sign that is turned may free those of its neighbours; each closes the fans further
-        turned = 0
-        for pair in pairs:
-            turned += _turned(pair, faces, angles, inner, signs, gaps, after)
-    total = 0.0
-    for i in range(len(gaps)):
-        total += _gap(gaps[i]) if inner[i] else 0.0
-    return total
-
-
-@numba.njit(cache=True)
-def _turned(pair: Ints, faces: Ints, angles: Floats, inner: Mask, signs: Floats, gaps: Floats, after: Floats) -> bool:
-    """Turn the signs (m,) of a pair of faces, −1 where it has but one, if that closes the fans; whether it did.
-
-    gaps (n,) are the sums of signed angles round every vertex, after (n,) the same, to be written to and back.
-    """
-    count, first = 1 if pair[1] < 0 else 2, faces[pair[0]]
-    for f in pair[:count]:
-        for c in range(3):
-            after[faces[f, c]] -= 2.0 * signs[f] * angles[3 * f + c]
-    gain, most = 0.0, SMALL
-    for k in range(3 * count):
-        i = faces[pair[k // 3], k % 3]
-        if inner[i] and (k < 3 or not (i == first[0] or i == first[1] or i == first[2])):
-            gain += _gap(gaps[i]) - _gap(after[i])
-            most += _gap(gaps[i] - after[i])
-    turned = gain > EVIDENCE * most
-    for f in pair[:count]:
-        signs[f] = -signs[f] if turned else signs[f]
-        for c in range(3):
-            i = faces[f, c]
-            gaps[i], after[i] = (after[i], after[i]) if turned else (gaps[i], gaps[i])
-    return turned
-
-
-@numba.njit(cache=True)
-def _gap(angle: float) -> float:
-    """How far an angle is from the nearest multiple of 2π."""
-    return abs(angle - 2.0 * pi * round(angle / (2.0 * pi)))
-
-
-@numba.njit(cache=True)
 def angle_fans(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> Fans:
     """The fans of the vertices of faces (m, 3), all wound the same way round, and edges of lengths (e,) mm."""
     opposite = _opposite(faces, sides)
     owner, fan, start, end = _laid_out(faces, opposite, np.repeat(signs, 3) * corner_angles(faces, sides, lengths))
-    ends, fans = np.empty((len(opposite), 2), np.int64), np.empty((len(opposite), 2), np.int64)
-    angles, edge, found = np.empty((len(opposite), 2)), np.empty(len(opposite), np.int64), 0
-    for side in range(len(opposite)):
-        if sides.edge[side] < 0 or (opposite[side] >= 0 and opposite[side] < side):
-            continue
-        following = side - side % 3 + (side + 1) % 3
-        ends[found, 0], ends[found, 1] = faces[side // 3, side % 3], faces[side // 3, following % 3]
-        fans[found, 0], fans[found, 1] = fan[side], fan[following]
-        angles[found, 0], angles[found, 1] = start[side], end[following]
-        edge[found] = sides.edge[side]
-        found += 1
-    return Fans(owner, ends[:found].copy(), fans[:found].copy(), angles[:found].copy(), edge[:found].copy())
+    fans, angles = np.empty((2 * len(opposite), 2), np.int64), np.empty((2 * len(opposite), 2))
+    edge, found = np.empty(2 * len(opposite), np.int64), 0
+    for e in range(len(sides.edges)):
+        first = sides.first[e]
+        for q in range(first, sides.first[e + 1]):
+            if q > first and opposite[sides.at[q]] >= 0:
+                continue
+            for other in range(max(first, q - 1), q + 1):
+                for k, side in ((0, sides.at[q]), (1, sides.at[other])):
+                    leaves = faces[side // 3, side % 3] == sides.edges[e, k]
+                    corner = side if leaves else side - side % 3 + (side + 1) % 3
+                    fans[found, k], angles[found, k] = fan[corner], start[corner] if leaves else end[corner]
+                edge[found], found = e, found + 1
+    return Fans(owner, sides.edges[edge[:found]], fans[:found].copy(), angles[:found].copy(), edge[:found].copy())
 
 
 @numba.njit(cache=True)

@@ -14,8 +14,9 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.flattening.angle_synchronisation import flat_from_lengths
+from restore.flattening.closing_signs import closing_signs
 from restore.flattening.conformal import flatten_conformal
-from restore.flattening.fans import angle_fans, closing_signs
+from restore.flattening.fans import angle_fans
 from restore.flattening.gauss_newton import least_absolute_strain, mean_strain, minimise_strain
 from restore.flattening.least_distortion import is_disc, least_distorted_page
 from restore.flattening.repair import inverted_count, opened, repaired
@@ -37,24 +38,20 @@ def flatten_isometric(posed: PosedSheet, network: Network, follow: Follow | None
 
     follow(step, positions (n, 3) mm) is called with the page of least squares and with the result.
     """
-    found, signs = _least_squares(posed, network)
+    found, signs = _least_squares(posed, network, follow)
     again = least_absolute_strain(found, network)
     again = again._replace(flat=repaired(again.flat, network, signs))
     if follow:
-        for step, positions in enumerate((found.flat, again.flat), 1):
-            follow(step, np.column_stack([positions, np.zeros(len(positions))]))
+        follow(2, np.column_stack([again.flat, np.zeros(len(again.flat))]))
     return again
 
 
 def flatten_by_least_squares(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
     """As `flatten_isometric`, but by the squares of the strains alone: a page to go on from."""
-    found, _ = _least_squares(posed, network)
-    if follow:
-        follow(1, np.column_stack([found.flat, np.zeros(len(found.flat))]))
-    return found
+    return _least_squares(posed, network, follow)[0]
 
 
-def _least_squares(posed: PosedSheet, network: Network) -> tuple[Solution, Floats]:
+def _least_squares(posed: PosedSheet, network: Network, follow: Follow | None) -> tuple[Solution, Floats]:
     """The page of least squared strain near the start that misses the lengths least, and the signs (m,) of faces."""
     start, signs = _start(posed, network)
     found = minimise_strain(start, network)
@@ -64,6 +61,8 @@ def _least_squares(posed: PosedSheet, network: Network) -> tuple[Solution, Float
             if mean_strain(again.flat, network) < mean_strain(found.flat, network):
                 found = minimise_strain(again.flat, network)
     found = opened(found, network, signs)
+    if follow:
+        follow(1, np.column_stack([found.flat, np.zeros(len(found.flat))]))
     return found._replace(iterations=1 + found.iterations), signs
 
 

@@ -6,6 +6,7 @@ import pytest
 from restore.mesh.measures import (
     edge_strain,
     face_normals,
+    face_signs,
     flipped_faces,
     signed_areas,
     straight_lengths,
@@ -76,3 +77,28 @@ def test_normals_are_twice_as_long_as_the_areas():
 )
 def test_compiled_and_plain_python_agree(kernel, work):
     np.testing.assert_allclose(kernel(*work), kernel.py_func(*work), atol=PARITY)
+
+
+@pytest.mark.parametrize("turn", [0.0, 1.0, 2.0])
+def test_a_face_folded_over_in_space_has_a_negative_sign(warped, turn):
+    page = warped("curl", count=300)
+    vertices, faces = page.mesh.vertices.copy(), page.mesh.faces
+    middle = int(np.argmin(np.linalg.norm(page.flat, axis=1)))
+    face = int(next(f for f in range(len(faces)) if middle in faces[f]))
+    assert (face_signs(vertices, faces) == 1).all()
+    others = faces[face][faces[face] != middle]
+    vertices[middle] += 1.5 * (vertices[others].mean(axis=0) - vertices[middle])
+    cos, sin = np.cos(turn), np.sin(turn)
+    vertices = vertices @ np.array([[cos, 0, sin], [0, 1, 0], [-sin, 0, cos]])
+    assert face_signs(vertices, faces)[face] == -1
+    assert (face_signs(vertices, faces) == -1).sum() == 1
+
+
+def test_a_flap_larger_than_the_faces_it_hangs_on_is_folded_over_all_the_same():
+    x, y = np.meshgrid(np.arange(5.0), np.arange(5.0))
+    square = np.array([[0, 1, 6], [0, 6, 5]])
+    faces = np.concatenate([square + i + 5 * row for row in range(4) for i in range(4)] + [[[5, 10, 25]]])
+    outside, inside = [-6.0, 1.5, 0.1], [6.0, 1.5, 0.1]
+    for tip, sign in ((outside, 1), (inside, -1)):
+        vertices = np.vstack([np.stack([x.ravel(), y.ravel(), np.zeros(25)], axis=1), [tip]])
+        assert face_signs(vertices, faces)[-1] == sign

@@ -1,0 +1,93 @@
+"""Signs of faces from lengths alone: wrong ones, one or several round a vertex, are given away by fans left open."""
+
+from importlib import import_module
+from itertools import combinations, pairwise
+
+import numpy as np
+
+from restore.flattening.closing_signs import MOST_FACES, closing_signs
+from restore.mesh.adjacency import sides_of
+from restore.mesh.measures import signed_areas, straight_lengths
+
+
+def folded_over(warped):
+    """A page with a vertex moved over its opposite side: flat, faces, true signs, sides."""
+    page = warped(count=400)
+    flat, faces = page.folded_over(), page.mesh.faces
+    true, sides = np.sign(signed_areas(flat, faces)), sides_of(faces)
+    return flat, faces, true, sides
+
+
+def test_fans_that_do_not_close_give_a_wrong_sign_away(warped, rng):
+    flat, faces, true, sides = folded_over(warped)
+    assert (true < 0).any()
+    lengths = straight_lengths(flat, sides.edges)
+    np.testing.assert_array_equal(closing_signs(faces, sides, lengths, true), true)
+    inner = np.flatnonzero((np.abs(flat[faces]) < [100, 70]).all(axis=(1, 2)))  # at the border fans need not close
+    for wrong in rng.choice(inner, 20, replace=False):
+        signs = true.copy()
+        signs[wrong] = -signs[wrong]
+        np.testing.assert_array_equal(closing_signs(faces, sides, lengths, signs), true)
+
+
+def test_two_neighbours_with_each_other_s_signs_are_given_away(warped):
+    flat, faces, true, sides = folded_over(warped)
+    lengths = straight_lengths(flat, sides.edges)
+    beside = [sides.at[a:b] // 3 for a, b in pairwise(sides.first) if b - a == 2]
+    swapped = [pair for pair in beside if true[pair].sum() == 0]
+    assert swapped
+    for pair in swapped:
+        signs = true.copy()
+        signs[pair] = -signs[pair]
+        np.testing.assert_array_equal(closing_signs(faces, sides, lengths, signs), true)
+
+
+def test_three_wrong_signs_round_a_vertex_are_given_away(warped, rng):
+    flat, faces, true, sides = folded_over(warped)
+    lengths = straight_lengths(flat, sides.edges)
+    inner = np.flatnonzero((np.abs(flat) < [80, 50]).all(axis=1))
+    mended = list[bool]()
+    for vertex in rng.choice(inner, 20, replace=False):
+        for wrong in combinations(np.flatnonzero((faces == vertex).any(axis=1)), 3):
+            signs = true.copy()
+            signs[list(wrong)] *= -1.0
+            mended.append((closing_signs(faces, sides, lengths, signs) == true).all())
+    assert np.mean(mended) > 0.99  # now and then others close the fans as well
+
+
+def test_wrong_signs_all_round_a_vertex_are_told_from_a_sheet_without_folds(warped):
+    page = warped(count=400)
+    faces, sides = page.mesh.faces, sides_of(page.mesh.faces)
+    middle = int(np.argmin(np.linalg.norm(page.flat, axis=1)))
+    ring = np.unique(faces[(faces == middle).any(axis=1)])
+    signs = np.where(np.isin(faces, ring).sum(axis=1) >= 2, -1.0, 1.0)
+    found = closing_signs(faces, sides, straight_lengths(page.flat, sides.edges), signs)
+    np.testing.assert_array_equal(found, np.ones(len(faces)))
+
+
+def test_what_closes_by_no_more_than_chance_turns_no_sign(warped, rng):
+    page = warped(count=400)
+    faces, sides = page.mesh.faces, sides_of(page.mesh.faces)
+    noisy = straight_lengths(page.flat, sides.edges) * np.exp(0.01 * rng.normal(size=len(sides.edges)))
+    upright = np.ones(len(faces))
+    np.testing.assert_array_equal(closing_signs(faces, sides, noisy, upright), upright)
+
+
+def test_a_vertex_of_very_many_faces_is_left_to_its_neighbours():
+    angles = np.linspace(0.0, 2.0 * np.pi, 3 * MOST_FACES, endpoint=False)
+    rim = np.stack([np.cos(angles), np.sin(angles)], axis=1)
+    flat = np.vstack([np.zeros((1, 2)), rim])
+    ahead = np.roll(np.arange(1, len(flat)), -1)
+    faces = np.stack([np.zeros(len(rim), int), np.arange(1, len(flat)), ahead], axis=1)
+    sides, signs = sides_of(faces), np.ones(len(faces))
+    signs[4] = -1.0
+    np.testing.assert_array_equal(closing_signs(faces, sides, straight_lengths(flat, sides.edges), signs), signs)
+
+
+def test_compiled_and_plain_python_agree(warped, plain):
+    flat, faces, true, sides = folded_over(warped)
+    lengths, signs = straight_lengths(flat, sides.edges), np.ones(len(faces))
+    compiled = closing_signs(faces, sides, lengths, signs)
+    assert {"closing_signs", "_turned", "_closed"} <= set(plain(import_module("restore.flattening.closing_signs")))
+    np.testing.assert_array_equal(closing_signs.py_func(faces, sides, lengths, signs), compiled)
+    np.testing.assert_array_equal(compiled, true)
