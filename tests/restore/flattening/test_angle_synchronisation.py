@@ -51,6 +51,22 @@ def test_two_fans_at_a_pinched_vertex_do_no_harm(warped):
     assert np.abs(edge_strain(found, edges, lengths)).max() < EXACT
 
 
+def test_halves_that_hang_together_by_one_edge_of_three_faces_lie_as_on_the_page():
+    """Two strips of squares, one above the other, that have one edge in common, and a flap on it that lies on one."""
+    x, y = np.meshgrid(np.arange(6.0), np.arange(2.0))
+    strip = np.stack([x.ravel(), y.ravel()], axis=1)
+    flat = np.vstack([strip, strip + [3.0, 1.0], [[3.7, 1.5]]])
+    square = np.array([[0, 1, 7], [0, 7, 6]])
+    below = np.concatenate([square + i for i in range(5)])
+    above = below + 12
+    above[above == 12], above[above == 13] = 9, 10  # (3, 1) and (4, 1), the ends of the edge
+    used, faces = np.unique(np.concatenate([below, above, [[10, 9, 24]]]), return_inverse=True)
+    found, edges, lengths = solved(flat[used], faces.reshape(-1, 3).astype(np.int64))
+    assert np.abs(edge_strain(found, edges, lengths)).max() < EXACT
+    apart = np.linalg.norm(found[0] - found[-2]), np.linalg.norm(flat[used][0] - flat[used][-2])
+    assert apart[0] == pytest.approx(apart[1], rel=EXACT)
+
+
 def test_lengths_with_errors_give_a_page_near_the_truth(warped):
     page = warped(count=800)
     sides = sides_of(page.mesh.faces)
