@@ -54,6 +54,7 @@ def _close(signs: Floats, corners: Corners) -> float:
     fans, gaps = np.flatnonzero(corners.inner), np.zeros(len(corners.inner))
     for corner, i in enumerate(corners.faces.ravel()):
         gaps[i] += signs[corner // 3] * corners.angles[corner]
+    # Where most fans are open, half of what an equilateral face with a wrong sign opens at a corner.
     chance = min(SIGMAS * MAD_TO_SIGMA * np.median(np.array([_gap(gaps[i]) for i in fans])), pi / 3.0)
     after, changes, turned = gaps.copy(), np.empty(1 << MOST_FACES), 1
     while turned:  # signs that are turned may free those of their neighbours; each closes the fans further
@@ -108,20 +109,22 @@ def _turn(chosen: int, own: Ints, corners: Corners, signs: Floats, gaps: Floats)
 
 @numba.njit(cache=True)
 def _closed(chosen: int, own: Ints, corners: Corners, gaps: Floats, after: Floats, chance: float) -> float:
-    """What turning the chosen faces closes, as a share of what it would if no others were wrong; 0 if by chance.
+    """What turning the chosen faces closes, as a share of what it would if no others were wrong.
 
-    gaps (n,) before, and after, which are made equal again.
+    0 if it may be chance, or if fewer fans than signs tell, as in the corner of a grid. gaps (n,) before, and after,
+    which are made equal again.
     """
-    gain, most, by_chance = 0.0, SMALL, 0.0
+    gain, most, turned, told = 0.0, SMALL, 0, 0
     for q, f in enumerate(own):
         if chosen >> q & 1:
-            by_chance += chance
+            turned += 1
             for i in corners.faces[f]:
-                if corners.inner[i]:
+                if corners.inner[i] and after[i] != gaps[i]:
                     gain += _gap(gaps[i]) - _gap(after[i])
                     most += _gap(gaps[i] - after[i])
+                    told += 1
                 after[i] = gaps[i]  # which counts a corner of several faces once
-    return gain / most if gain > by_chance else 0.0
+    return gain / most if told >= turned and gain > turned * chance else 0.0
 
 
 @numba.njit(cache=True)

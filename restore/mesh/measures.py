@@ -164,8 +164,7 @@ def face_signs(vertices: Floats, faces: Ints) -> Floats:
     """(m,) −1 where a face is folded over in space, as decimators leave them: it runs against its corners' normals.
 
     vertices (n, 3), faces (m, 3). The normal of a corner is the mean of its faces, weighed by area; once more with the
-    signs that are found, and for a flap, at a corner of which is no other face, without its own, or it would be its own
-    witness.
+    signs that are found, and without its own for a flap, at a corner of which is no other face.
     """
     planes, signs, shared = face_normals(vertices, faces), np.ones(len(faces)), np.zeros(len(vertices))
     for i in faces.ravel():

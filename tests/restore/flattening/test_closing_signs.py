@@ -73,6 +73,19 @@ def test_what_closes_by_no_more_than_chance_turns_no_sign(warped, rng):
     np.testing.assert_array_equal(closing_signs(faces, sides, noisy, upright), upright)
 
 
+def test_faces_in_the_corner_of_a_grid_keep_their_signs_however_their_only_fan_is_open():
+    x, y = np.meshgrid(np.arange(9.0), np.arange(7.0))
+    flat = np.stack([x.ravel(), y.ravel()], axis=1)
+    squares = np.array([[0, 1, 10], [0, 10, 9]]), np.array([[0, 1, 9], [1, 10, 9]])
+    faces = np.concatenate([squares[(row + i) % 2] + 9 * row + i for row in range(6) for i in range(8)])
+    sides, upright = sides_of(faces), np.ones(len(faces))
+    lengths = straight_lengths(flat, sides.edges)
+    diagonal = np.isin(sides.edges, [0, 10, 20]).all(axis=1)
+    bent = np.where(diagonal, 1.001 * lengths, lengths)
+    # Four faces that have half of the angle round vertex 10, and no other inner corner, would close its fan.
+    np.testing.assert_array_equal(closing_signs(faces, sides, bent, upright), upright)
+
+
 def test_a_vertex_of_very_many_faces_is_left_to_its_neighbours():
     angles = np.linspace(0.0, 2.0 * np.pi, 3 * MOST_FACES, endpoint=False)
     rim = np.stack([np.cos(angles), np.sin(angles)], axis=1)
