@@ -20,7 +20,7 @@ from restore.scan import Floats, Ints, Mask
 
 EVIDENCE = 0.5  # of what wrong signs would close if no others were wrong; the rest speaks for the signs as they were
 SIGMAS = 3.0  # of the gaps of all fans: what closes less is chance
-MOST_FACES = 10  # round a vertex: of more than a thousand choices none is looked for; their other corners tell
+MOST_FACES = 10  # round a vertex that are chosen from together, in a thousand ways; of more, one ten after the other
 
 
 class Corners(NamedTuple):
@@ -51,7 +51,7 @@ def closing_signs(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> 
 @numba.njit(cache=True)
 def _close(signs: Floats, corners: Corners) -> float:
     """By how much, rad, the fans of all inner vertices stay open when signs (m,) are turned, in place."""
-    fans, gaps = np.flatnonzero(corners.inner), np.zeros(len(corners.inner))
+    fans, gaps, around = np.flatnonzero(corners.inner), np.zeros(len(corners.inner)), corners.around
     for corner, i in enumerate(corners.faces.ravel()):
         gaps[i] += signs[corner // 3] * corners.angles[corner]
     # Where most fans are open, half of what an equilateral face with a wrong sign opens at a corner.
@@ -60,32 +60,31 @@ def _close(signs: Floats, corners: Corners) -> float:
     while turned:  # signs that are turned may free those of their neighbours; each closes the fans further
         turned = 0
         for i in fans:
-            if _gap(gaps[i]) > chance:
-                turned += _turned(i, corners, signs, gaps, after, changes, chance)
+            own = around.items[around.start[i] : around.start[i + 1]]
+            for q in range(0, len(own), MOST_FACES):
+                if _gap(gaps[i]) > chance:
+                    turned += _turned(i, own[q : q + MOST_FACES], corners, signs, gaps, after, changes, chance)
     return float(np.array([_gap(gaps[i]) for i in fans]).sum())
 
 
 @numba.njit(cache=True)
 def _turned(
-    i: int, corners: Corners, signs: Floats, gaps: Floats, after: Floats, changes: Floats, chance: float
+    i: int, own: Ints, corners: Corners, signs: Floats, gaps: Floats, after: Floats, changes: Floats, chance: float
 ) -> bool:
-    """Turn the signs (m,) of those faces round vertex i that close the fans most clearly, if any do; whether they did.
+    """Turn the signs (m,) of those of own faces (k,) of vertex i that close the fans most clearly; whether any do.
 
     They must close more than chance (rad, each), and more than a share, EVIDENCE, of what is open at i and of what they
     would close if no others were wrong. gaps (n,) are the sums of signed angles round every vertex, after (n,) a copy;
     changes (·,) what turning faces takes from that at i, told by the bits of its index. Both are written over.
     """
-    faces, angles, _, around = corners
-    own, gap, found = around.items[around.start[i] : around.start[i + 1]], _gap(gaps[i]), 0
-    if len(own) > MOST_FACES:
-        return False
-    changes[0], most = 0.0, EVIDENCE
+    faces, angles, gap, found, most = corners.faces, corners.angles, _gap(gaps[i]), 0, EVIDENCE
+    changes[0] = 0.0
     for q, f in enumerate(own):
         c = 0 if faces[f, 0] == i else 1 if faces[f, 1] == i else 2
         for chosen in range(1 << q):
             changes[chosen + (1 << q)] = changes[chosen] + 2.0 * signs[f] * angles[3 * f + c]
     for chosen in range(1, 1 << len(own)):
-        if gap - _gap(gaps[i] - changes[chosen]) > most * max(gap, _gap(changes[chosen])):
+        if gap - _gap(gaps[i] - changes[chosen]) > EVIDENCE * max(gap, _gap(changes[chosen])):
             _turn(chosen, own, corners, signs, after)
             share = _closed(chosen, own, corners, gaps, after, chance)
             if share > most:

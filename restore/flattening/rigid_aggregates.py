@@ -126,18 +126,23 @@ def _stiffness(owner: Ints, arms: Floats, first: Ints, start: Ints, edges: Ints,
 
 @numba.njit(cache=True, fastmath={"reassoc"})
 def _factorise(matrix: Floats, first: Ints, start: Ints) -> None:
-    """The Cholesky factor, in place; 0 on the diagonal for a mode that nothing holds: it does not move."""
+    """The Cholesky factor, in place; 0 on the diagonal for a mode that nothing holds but rounding: it does not move.
+
+    That is told by all modes of an aggregate: particles in one line have hardly any stiffness across it, or to a turn.
+    """
+    least = np.zeros(len(first) // MODES)
+    for i in range(len(first)):
+        least[i // MODES] += STIFFEN * STIFFEN * matrix[start[i + 1] - 1]
     for i in range(len(first)):
         own = matrix[start[i] : start[i + 1]]
-        stiffness = own[-1] * (1.0 + STIFFEN)
-        own[-1] = stiffness
+        own[-1] *= 1.0 + STIFFEN
         for j in range(first[i], i + 1):
             low, other = max(first[i], first[j]), matrix[start[j] : start[j + 1]]
             rest, column = own[j - first[i]], other[low - first[j] :]
             for k in range(j - low):
                 rest -= own[low - first[i] + k] * column[k]
             own[j - first[i]] = rest * other[-1]
-        own[-1] = 1.0 / sqrt(rest) if rest > STIFFEN * STIFFEN * stiffness else 0.0
+        own[-1] = 1.0 / sqrt(rest) if rest > least[i // MODES] else 0.0
 
 
 @numba.njit(cache=True, fastmath={"reassoc"})

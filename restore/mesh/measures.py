@@ -163,27 +163,23 @@ def vertex_normals(vertices: Floats, faces: Ints) -> Floats:
 def face_signs(vertices: Floats, faces: Ints) -> Floats:
     """(m,) −1 where a face is folded over in space, as decimators leave them: it runs against its corners' normals.
 
-    vertices (n, 3), faces (m, 3). The normal of a corner is the mean of its faces, weighed by area; once more with the
-    signs that are found, and without its own for a flap, at a corner of which is no other face.
+    vertices (n, 3), faces (m, 3). The normal of a corner is the mean of its faces, weighed by area, and then once more
+    with the signs that are found.
     """
-    planes, signs, shared = face_normals(vertices, faces), np.ones(len(faces)), np.zeros(len(vertices))
-    for i in faces.ravel():
-        shared[i] += 1.0
-    for again in range(2):
-        sums, before = np.zeros((len(vertices), 3)), signs.copy()
+    planes, signs = face_normals(vertices, faces), np.ones(len(faces))
+    for _ in range(2):
+        sums = np.zeros((len(vertices), 3))
         for f in range(len(faces)):
             for corner in range(3):
                 for axis in range(3):
-                    sums[faces[f, corner], axis] += before[f] * planes[f, axis]
+                    sums[faces[f, corner], axis] += signs[f] * planes[f, axis]
         for f in range(len(faces)):
-            a, b, c = faces[f]
-            along, own = 0.0, before[f] if again and min(shared[a], shared[b], shared[c]) == 1.0 else 0.0
+            along = 0.0
             for corner in range(3):
                 product, squares = 0.0, TINY
                 for axis in range(3):
-                    normal = sums[faces[f, corner], axis] - own * planes[f, axis]
-                    product += planes[f, axis] * normal
-                    squares += normal**2
+                    product += planes[f, axis] * sums[faces[f, corner], axis]
+                    squares += sums[faces[f, corner], axis] ** 2
                 along += product / sqrt(squares)
             signs[f] = -1.0 if along < 0.0 else 1.0
     return signs

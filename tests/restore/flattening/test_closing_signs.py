@@ -4,6 +4,7 @@ from importlib import import_module
 from itertools import combinations, pairwise
 
 import numpy as np
+import pytest
 
 from restore.flattening.closing_signs import MOST_FACES, closing_signs
 from restore.mesh.adjacency import sides_of
@@ -86,15 +87,16 @@ def test_faces_in_the_corner_of_a_grid_keep_their_signs_however_their_only_fan_i
     np.testing.assert_array_equal(closing_signs(faces, sides, bent, upright), upright)
 
 
-def test_a_vertex_of_very_many_faces_is_left_to_its_neighbours():
-    angles = np.linspace(0.0, 2.0 * np.pi, 3 * MOST_FACES, endpoint=False)
-    rim = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    flat = np.vstack([np.zeros((1, 2)), rim])
-    ahead = np.roll(np.arange(1, len(flat)), -1)
-    faces = np.stack([np.zeros(len(rim), int), np.arange(1, len(flat)), ahead], axis=1)
-    sides, signs = sides_of(faces), np.ones(len(faces))
-    signs[4] = -1.0
-    np.testing.assert_array_equal(closing_signs(faces, sides, straight_lengths(flat, sides.edges), signs), signs)
+@pytest.mark.parametrize("count", [MOST_FACES, MOST_FACES + 1])
+def test_a_wrong_sign_is_told_round_a_vertex_of_many_faces(count):
+    angles = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
+    flat = np.vstack([np.zeros((1, 2)), np.stack([np.cos(angles), np.sin(angles)], axis=1)])
+    ring = np.arange(1, count + 1)
+    faces = np.stack([np.zeros(count, int), ring, np.roll(ring, -1)], axis=1)
+    sides, signs = sides_of(faces), np.ones(count)
+    signs[count // 2] = -1.0
+    found = closing_signs(faces, sides, straight_lengths(flat, sides.edges), signs)
+    np.testing.assert_array_equal(found, np.ones(count))
 
 
 def test_compiled_and_plain_python_agree(warped, plain):

@@ -84,6 +84,19 @@ def test_particles_in_one_place_or_in_a_line_give_finite_ways():
         assert np.isfinite(way).all()
 
 
+def test_particles_that_only_rounding_holds_are_not_thrown_off(rng):
+    """Nearly in one line, so that a turn, or a way across, has next to no stiffness."""
+    x, y = np.meshgrid(np.arange(40.0), np.arange(4.0))
+    edges = np.concatenate([np.stack([k, k + 1], axis=1) for k in np.arange(160).reshape(4, 40)[:, :-1]])
+    for off in (1e-9, 1e-7, 1e-6):
+        flat = np.stack([x.ravel(), off * (y.ravel() + rng.normal(size=160))], axis=1)
+        lengths = np.full(len(edges), 1.1)
+        gradients, force, _, _ = _linearised(flat, edges, lengths, np.ones(len(edges)), np.inf)
+        way = np.zeros_like(flat)
+        correct_rigidly(aggregate(flat, edges, gradients), force, way)
+        assert np.abs(way).max() < 40.0  # the length of the line
+
+
 @pytest.mark.parametrize("count", [300, 3000])
 def test_a_page_of_any_size_is_balanced_in_as_many_passes(warped, count):
     page = warped("curl", count=count)
