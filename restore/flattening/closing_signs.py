@@ -60,10 +60,10 @@ def _close(signs: Floats, corners: Corners) -> float:
     while turned:  # signs that are turned may free those of their neighbours; each closes the fans further
         turned = 0
         for i in fans:
-            own = around.items[around.start[i] : around.start[i + 1]]
-            for q in range(0, len(own), MOST_FACES):
+            for q in range(around.start[i], around.start[i + 1], MOST_FACES):
                 if _gap(gaps[i]) > chance:
-                    turned += _turned(i, own[q : q + MOST_FACES], corners, signs, gaps, after, changes, chance)
+                    own = around.items[q : min(q + MOST_FACES, around.start[i + 1])]
+                    turned += _turned(i, own, corners, signs, gaps, after, changes, chance)
     return float(np.array([_gap(gaps[i]) for i in fans]).sum())
 
 
@@ -90,10 +90,9 @@ def _turned(
             if share > most:
                 found, most = chosen, share
     _turn(found, own, corners, signs, gaps)
+    _turn(found, own, corners, signs, after)
     for q, f in enumerate(own):
         signs[f] = -signs[f] if found >> q & 1 else signs[f]
-        for k in faces[f]:
-            after[k] = gaps[k]
     return found > 0
 
 

@@ -147,16 +147,7 @@ def face_normals(vertices: Floats, faces: Ints) -> Floats:
 @numba.njit(cache=True)
 def vertex_normals(vertices: Floats, faces: Ints) -> Floats:
     """(n, 3) unit normals: the mean over the faces (m, 3) round a vertex, weighted by area."""
-    normals, weighted = np.zeros((len(vertices), 3)), face_normals(vertices, faces)
-    for f in range(len(faces)):
-        for corner in range(3):
-            for axis in range(3):
-                normals[faces[f, corner], axis] += weighted[f, axis]
-    for i in range(len(normals)):
-        length = max(sqrt(normals[i, 0] ** 2 + normals[i, 1] ** 2 + normals[i, 2] ** 2), TINY)
-        for axis in range(3):
-            normals[i, axis] /= length
-    return normals
+    return _mean_normals(face_normals(vertices, faces), faces, len(vertices))
 
 
 @numba.njit(cache=True)
@@ -168,21 +159,29 @@ def face_signs(vertices: Floats, faces: Ints) -> Floats:
     """
     planes, signs = face_normals(vertices, faces), np.ones(len(faces))
     for _ in range(2):
-        sums = np.zeros((len(vertices), 3))
-        for f in range(len(faces)):
-            for corner in range(3):
-                for axis in range(3):
-                    sums[faces[f, corner], axis] += signs[f] * planes[f, axis]
+        normals = _mean_normals(planes * signs.reshape(-1, 1), faces, len(vertices))
         for f in range(len(faces)):
             along = 0.0
             for corner in range(3):
-                product, squares = 0.0, TINY
                 for axis in range(3):
-                    product += planes[f, axis] * sums[faces[f, corner], axis]
-                    squares += sums[faces[f, corner], axis] ** 2
-                along += product / sqrt(squares)
+                    along += planes[f, axis] * normals[faces[f, corner], axis]
             signs[f] = -1.0 if along < 0.0 else 1.0
     return signs
+
+
+@numba.njit(cache=True)
+def _mean_normals(planes: Floats, faces: Ints, count: int) -> Floats:
+    """(count, 3) unit vectors: the mean of the normals (m, 3) of the faces (m, 3) at each of `count` vertices."""
+    normals = np.zeros((count, 3))
+    for f in range(len(faces)):
+        for corner in range(3):
+            for axis in range(3):
+                normals[faces[f, corner], axis] += planes[f, axis]
+    for i in range(count):
+        length = max(sqrt(normals[i, 0] ** 2 + normals[i, 1] ** 2 + normals[i, 2] ** 2), TINY)
+        for axis in range(3):
+            normals[i, axis] /= length
+    return normals
 
 
 @numba.njit(cache=True)

@@ -1,7 +1,5 @@
 """Parts that hang by a point are flattened by themselves and lie on the page as they hang on the sheet."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -13,7 +11,6 @@ from restore.scan import SurfaceMesh
 
 TRUE_MM = 0.01  # as for whole sheets
 TURN_MM = 0.5  # a part turns as the faces beside its point do, which stand off the bend a little
-PULLED_MM = 2.0  # the corner that a bubble of 9 mm hangs on, as there is no flat place for all of its edges
 
 
 @pytest.fixture
@@ -83,6 +80,5 @@ def test_a_closed_bubble_that_hangs_on_a_page_does_not_keep_it_from_its_place(wa
     a, b, c = range(count, count + 3)
     faces = np.concatenate([page.mesh.faces, [[0, b, a], [0, a, c], [a, b, c], [0, c, b]]])
     found = flatten_points(SurfaceMesh(np.concatenate([vertices, bubble]), faces))
-    assert replace(page, flat=page.flat[1:]).error(found.flat[1:count]) < TRUE_MM
-    assert page.error(found.flat[:count]) < PULLED_MM
+    assert page.error(found.flat[:count]) < TRUE_MM
     assert np.isfinite(found.flat).all()
