@@ -136,10 +136,9 @@ def figs_3_4() -> None:
     for name, (sheet, points) in FIG_3_4.items():
         warped = exact_sheet(sheet, points, seed=SEED)
         posed, network = warped.posed(), warped.network()
-        loose = replace(network, bending=False)
         solvers = [with_constants(flatten_sticks, sticks, DRAG=drag) for drag in drags.values()] + [flatten_springs]
-        for hinges, joined in (("with", network), ("without", loose)):
-            found = [outcome(solver, warped, posed, joined) for solver in solvers]
+        for hinges, bending in (("with", True), ("without", False)):
+            found = [outcome(partial(solver, bending=bending), warped, posed, network) for solver in solvers]
             print(row.format(name, hinges, *(f"{f.flips} → {f.end_flips} ({f.rms_mm:.3f})" for f in found)), flush=True)
 
 
@@ -150,9 +149,9 @@ def with_constants(solver: Solver, module: ModuleType, **constants: float) -> So
 
     values: dict[str, Any] = dict(constants)
 
-    def changed(*arguments: Any) -> Solution:
+    def changed(*arguments: Any, **options: Any) -> Solution:
         with mock.patch.multiple(module, **values):
-            return solver(*arguments)
+            return solver(*arguments, **options)
 
     return changed
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.flattening.solution import Follow, Solution
+from restore.mesh.hinges import hinges_of
 from restore.mesh.measures import rms_strain, surface_area
 from restore.mesh.network import Network
 from restore.mesh.pose import PosedSheet
@@ -39,19 +40,22 @@ QUIET_STEPS = 25  # with no more change than that; a swinging sheet stands still
 MAX_STEPS = 5000
 
 
-def flatten_springs(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
+def flatten_springs(
+    posed: PosedSheet, network: Network, follow: Follow | None = None, *, bending: bool = True
+) -> Solution:
     """Flat positions (n, 2) mm of a sheet laid over the table; iterations are time steps, the residual the rms strain.
 
-    follow(step, positions (n, 3) mm) is called after each step. Raises BadInput when the springs diverge, as they may
-    where very many edges meet.
+    follow(step, positions (n, 3) mm) is called after each step; bending tells whether there are springs over hinges.
+    Raises BadInput when the springs diverge, as they may where very many edges meet.
     """
     scale = PAGE_SIZE / sqrt(max(surface_area(posed.positions, network.faces), np.finfo(float).tiny))
-    lengths, spans = network.lengths * scale, network.spans * scale
+    hinges, spans = hinges_of(network, bending)
+    lengths, spans = network.lengths * scale, spans * scale
     now = posed.positions * scale
     velocity, force = np.zeros_like(now), np.empty_like(now)
     area, quiet, step = 0.0, 0, 0
     for step in range(1, MAX_STEPS + 1):
-        springs(now, velocity, force, network.edges, lengths, network.hinges, spans, STIFFNESS, DAMPING, BENDING)
+        springs(now, velocity, force, network.edges, lengths, hinges, spans, STIFFNESS, DAMPING, BENDING)
         advance(now, velocity, force, GRAVITY, DRAG, RESTITUTION, TIME_STEP)
         if follow:
             follow(step, now / scale)

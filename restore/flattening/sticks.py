@@ -19,6 +19,7 @@ from restore.flattening.interleaved import interleave
 from restore.flattening.kernels import advance, relax
 from restore.flattening.near_page import least_strain_page
 from restore.flattening.solution import Follow, Solution
+from restore.mesh.hinges import hinges_of
 from restore.mesh.measures import face_signs, surface_area
 from restore.mesh.network import Network
 from restore.mesh.pose import PosedSheet
@@ -36,22 +37,25 @@ FLAT_HEIGHT = 1e-6  # mm: a sheet that rises less is flat already, and gets no d
 SWEEPS = 0.25  # in each step, of √n: a pull crosses a sheet of n in √n sweeps; with half as many corners fold
 
 
-def flatten_sticks(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
+def flatten_sticks(
+    posed: PosedSheet, network: Network, follow: Follow | None = None, *, bending: bool = True
+) -> Solution:
     """Flat positions (n, 2) mm of a sheet laid over the table; the iterations are the time steps.
 
-    follow(step, positions (n, 3) mm) is called after each time step. Raises BadInput when lengths that are far from the
-    sheet's own make the particles diverge.
+    follow(step, positions (n, 3) mm) is called after each time step; bending tells whether the hinges resist. Raises
+    BadInput when lengths that are far from the sheet's own make the particles diverge.
     """
-    landed, steps = simulate_drop(posed, network, follow)
+    landed, steps = simulate_drop(posed, network, follow, bending)
     signs = face_signs(posed.positions, network.faces)
     return least_strain_page(landed, network, signs)._replace(iterations=steps)
 
 
-def simulate_drop(posed: PosedSheet, network: Network, follow: Follow | None) -> tuple[Floats, int]:
+def simulate_drop(posed: PosedSheet, network: Network, follow: Follow | None, bending: bool) -> tuple[Floats, int]:
     """Positions (n, 2) mm where the particles land on the table, and the time steps taken."""
     scale = PAGE_SIZE / sqrt(max(surface_area(posed.positions, network.faces), np.finfo(float).tiny))
     edges, lengths = interleave(network.edges, network.lengths * scale)
-    hinges, spans = interleave(network.hinges, network.spans * scale)
+    hinges, spans = hinges_of(network, bending)
+    hinges, spans = interleave(hinges, spans * scale)
     now = posed.positions * scale
     before = now.copy()
     sweeps = round(max(SWEEPS * sqrt(len(now)), 1.0))

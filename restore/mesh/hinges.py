@@ -8,15 +8,22 @@ import numba
 import numpy as np
 
 from restore.mesh.adjacency import Sides
+from restore.mesh.network import Network
 from restore.scan import Floats, Ints
 
 
-@numba.njit(cache=True)
-def hinges_of(faces: Ints, sides: Sides, lengths: Floats) -> tuple[Ints, Floats]:
-    """The two corners that face each other over every inner edge (b, 2), and their spans (b,) from five lengths.
+def hinges_of(network: Network, bending: bool = True) -> tuple[Ints, Floats]:
+    """The two corners that face each other over every inner edge (b, 2), and their spans (b,) mm from five lengths.
 
-    A span is their distance when both triangles are unfolded into one plane.
+    A span is their distance when both triangles are unfolded into one plane. Keeping them there is the bending
+    resistance of a sheet; without it there are none.
     """
+    corners, spans = _hinges_of(network.faces, network.sides, network.lengths)
+    return (corners, spans) if bending else (corners[:0], spans[:0])
+
+
+@numba.njit(cache=True)
+def _hinges_of(faces: Ints, sides: Sides, lengths: Floats) -> tuple[Ints, Floats]:
     hinges, spans, found = np.empty((len(lengths), 2), np.int64), np.empty(len(lengths)), 0
     for e in range(len(lengths)):
         pair = sides.first[e]

@@ -1,16 +1,14 @@
-"""The sticks of a mesh: which particles are joined, and how far apart they belong."""
+"""The edges of a mesh: which particles are joined, and how far apart they belong."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from restore.errors import BadInput
 from restore.mesh.adjacency import Sides, components, sides_of
-from restore.mesh.hinges import hinges_of
 from restore.mesh.measures import lengths_between, straight_lengths
 from restore.numerics import TINY
 from restore.scan import Floats, Ints, Mask
@@ -20,39 +18,16 @@ SHORTEST = 1e-9  # of the mean edge: shorter edges would divide by zero
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """Sticks and hinges.
-
-    faces          (m, 3)
-    sides          the sides of the faces.
-    edges, lengths (e, 2), (e,) mm: sticks, each edge of the mesh once.
-    hinges, spans  (b, 2), (b,) mm: the two corners that face each other over every inner edge, and how far apart they
-                   are when the hinge lies flat. Keeping them there is the bending resistance; without it none.
-    """
+    """faces (m, 3), their sides, and the lengths (e,) mm of the edges, each edge of the mesh once."""
 
     faces: Ints
     sides: Sides
     lengths: Floats
-    bending: bool = True
 
     @property
     def edges(self) -> Ints:
         """(e, 2) edges, the smaller vertex first."""
         return self.sides.edges
-
-    @cached_property
-    def _hinges(self) -> tuple[Ints, Floats]:
-        found, spans = hinges_of(self.faces, self.sides, self.lengths)
-        return (found, spans) if self.bending else (found[:0], spans[:0])
-
-    @property
-    def hinges(self) -> Ints:
-        """(b, 2) corners that face each other over an inner edge."""
-        return self._hinges[0]
-
-    @property
-    def spans(self) -> Floats:
-        """(b,) mm between them when the hinge lies flat."""
-        return self._hinges[1]
 
 
 @dataclass(frozen=True, eq=False)

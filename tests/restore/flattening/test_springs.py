@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -13,6 +11,7 @@ from oracles.markers import rigid_residual
 from restore.errors import BadInput
 from restore.flattening import springs as module
 from restore.flattening.springs import advance, flatten_springs, springs
+from restore.mesh.hinges import hinges_of
 from restore.mesh.measures import edge_strain, flipped_faces, signed_areas
 
 POINTS = 1000
@@ -65,8 +64,8 @@ def test_a_step_too_long_is_told(monkeypatch):
 def test_springs_over_hinges_keep_a_roll_from_folding_over():
     sheet = exact_sheet(Curl(radius_mm=100.0, taper=0.0), POINTS)
     network = sheet.network()
-    loose = replace(network, bending=False)
-    kept, folded = (flipped_faces(flatten_springs(sheet.posed(), n)[0], n.faces) for n in (network, loose))
+    pages = (flatten_springs(sheet.posed(), network, bending=bending) for bending in (True, False))
+    kept, folded = (flipped_faces(page.flat, network.faces) for page in pages)
     assert kept == 0 < folded
 
 
@@ -87,7 +86,7 @@ def test_compiled_and_plain_springs_agree():
     forces = [np.full_like(velocity, np.nan) for _ in range(2)]
     stretched = 1.1 * sheet.mesh.vertices
     for run, force in zip((springs, springs.py_func), forces, strict=True):
-        run(stretched, velocity, force, network.edges, network.lengths, network.hinges, network.spans, 100.0, 3.0, 0.5)
+        run(stretched, velocity, force, network.edges, network.lengths, *hinges_of(network), 100.0, 3.0, 0.5)
     np.testing.assert_allclose(*forces, rtol=0, atol=ROUNDING * np.abs(forces[0]).max() * len(velocity))
 
 
