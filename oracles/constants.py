@@ -13,7 +13,7 @@ ROOT = Path(__file__).parents[1]
 ENGINE = tuple(
     f"restore/{name}.py"
     for name in (
-        *("mesh/jets", "mesh/surface_lengths", "mesh/network", "mesh/pose", "mesh/measures"),
+        *("mesh/jets", "mesh/outside", "mesh/surface_lengths", "mesh/network", "mesh/pose", "mesh/measures"),
         *("flattening/closing_signs", "flattening/fans", "flattening/angle_synchronisation", "flattening/conformal"),
         *("flattening/gauss_newton", "flattening/rigid_aggregates", "flattening/isometric", "flattening/two_lengths"),
         *("flattening/repair", "flattening/least_distortion", "flattening/joints", "flattening/layout"),

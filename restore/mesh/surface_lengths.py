@@ -11,8 +11,9 @@ from math import asin, atan2, cos, sin, sqrt
 import numba
 import numpy as np
 
-from restore.mesh.jets import Rings, fit_jets, rings_of
+from restore.mesh.jets import Jets, Rings, fit_jets, rings_of
 from restore.mesh.measures import straight_lengths
+from restore.mesh.outside import put_back, stood_outside
 from restore.numerics import SQUARE_TINY
 from restore.robust import MAD_TO_SIGMA
 from restore.scan import Floats, Ints
@@ -31,21 +32,33 @@ BENDINGS = 3  # of the tangents towards the crease, by Newton's method; a fourth
 def surface_lengths(vertices: Floats, faces: Ints, edges: Ints) -> Floats:
     """(e,) mm between the ends of edges (e, 2), along the surface through vertices (n, 3) mm of faces (m, 3).
 
-    Noise makes every way longer, the more the closer the vertices lie. They are put on their patches, and where they
-    are grainy patches fitted to those again, but beside creases, which that would round off.
+    Vertices that decimation has put outside of a bend are put back first. Noise makes every way longer, the more the
+    closer the vertices lie. They are put on their patches, and where they are grainy patches fitted to those again. All
+    that but beside creases, which it would round off.
     """
     rings = rings_of(vertices, faces, edges)
     noise = estimate_noise_sigma(vertices, rings)
     jets = fit_jets(vertices, rings, np.arange(len(vertices)), noise, noise)
     smooth, points = _beside_no_crease(jets.normals, edges), vertices.copy()
+    inside = put_back(vertices, jets, edges, smooth)
+    again = _fitted_again(jets, inside, rings, smooth, noise)
+    if stood_outside(jets.offsets[smooth], again.offsets[smooth] - jets.offsets[smooth]):
+        points, jets = inside, again
     points[smooth] += jets.normals[smooth] * jets.offsets[smooth, None]
     grainy = noise > GRAINY * float(straight_lengths(vertices, edges).mean())
     for _ in range(SMOOTHINGS if grainy else 0):
         smooth = _beside_no_crease(jets.normals, edges)
-        again = fit_jets(points, rings_of(points, faces, edges), smooth, noise, noise)
-        jets.normals[smooth], jets.forms[smooth] = again.normals[smooth], again.forms[smooth]
-        points += again.normals * again.offsets[:, None]
+        jets = _fitted_again(jets, points, rings_of(points, faces, edges), smooth, noise)
+        points[smooth] += jets.normals[smooth] * jets.offsets[smooth, None]
     return _all_lengths(points, jets.normals, jets.forms, edges)
+
+
+def _fitted_again(jets: Jets, points: Floats, rings: Rings, chosen: Ints, noise: float) -> Jets:
+    """The jets of all vertices, those of the chosen (k,) fitted to points (n, 3) mm."""
+    fitted, again = Jets(*(of_all.copy() for of_all in jets)), fit_jets(points, rings, chosen, noise, noise)
+    for of_all, of_chosen in zip(fitted, again, strict=True):
+        of_all[chosen] = of_chosen[chosen]
+    return fitted
 
 
 def _beside_no_crease(normals: Floats, edges: Ints) -> Ints:
