@@ -22,10 +22,10 @@ from restore.flattening.solution import Follow, Solution
 from restore.flattening.springs import flatten_springs
 from restore.flattening.sticks import flatten_sticks
 from restore.flattening.two_lengths import with_surface_lengths
-from restore.mesh.measures import rms_strain, straight_lengths
+from restore.mesh.measures import rms_strain
 from restore.mesh.network import Network, Piece, make_network, pieces
 from restore.mesh.pose import PosedSheet, pose_on_table
-from restore.mesh.surface_lengths import surface_lengths
+from restore.mesh.surface_lengths import straight_and_along, surface_lengths
 from restore.mesh.topology import refuse_unflattenable
 from restore.mesh.validate import ValidMesh, validated
 from restore.scan import FlatMesh, Floats, Ints, SurfaceMesh
@@ -65,8 +65,8 @@ def flatten_points(
     mesh = validated(mesh)
     refuse_unflattenable(mesh.vertices, mesh.faces, mesh.sides)
     if lengths is None and method == DEFAULT:
-        straight = straight_lengths(mesh.vertices, mesh.sides.edges)
-        page = with_surface_lengths(flatten_with(mesh, flatten_by_least_squares, straight, on_step), mesh)
+        straight, along = straight_and_along(mesh.vertices, mesh.faces, mesh.sides.edges)
+        page = with_surface_lengths(flatten_with(mesh, flatten_by_least_squares, straight, on_step), mesh, along)
     else:
         lengths = surface_lengths(mesh.vertices, mesh.faces, mesh.sides.edges) if lengths is None else lengths
         page = flatten_with(mesh, METHODS[method], lengths, on_step)

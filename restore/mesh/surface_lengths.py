@@ -30,8 +30,14 @@ BENDINGS = 3  # of the tangents towards the crease, by Newton's method; a fourth
 
 
 def surface_lengths(vertices: Floats, faces: Ints, edges: Ints) -> Floats:
-    """(e,) mm between the ends of edges (e, 2), along the surface through vertices (n, 3) mm of faces (m, 3).
+    """(e,) mm between the ends of edges (e, 2), along the surface that vertices (n, 3) mm of faces (m, 3) sample."""
+    return straight_and_along(vertices, faces, edges)[1]
 
+
+def straight_and_along(vertices: Floats, faces: Ints, edges: Ints) -> tuple[Floats, Floats]:
+    """(e,) mm between the ends of edges (e, 2): straight, and along the surface that vertices (n, 3) mm sample.
+
+    Both between the points of the surface that the vertices stand for, by the patches round them; faces (m, 3).
     Vertices that decimation has put outside of a bend are put back first. Noise makes every way longer, the more the
     closer the vertices lie. They are put on their patches, and where they are grainy patches fitted to those again. All
     that but beside creases, which it would round off.
@@ -50,7 +56,7 @@ def surface_lengths(vertices: Floats, faces: Ints, edges: Ints) -> Floats:
         smooth = _beside_no_crease(jets.normals, edges)
         jets = _fitted_again(jets, points, rings_of(points, faces, edges), smooth, noise)
         points[smooth] += jets.normals[smooth] * jets.offsets[smooth, None]
-    return _all_lengths(points, jets.normals, jets.forms, edges)
+    return straight_lengths(points, edges), _all_lengths(points, jets.normals, jets.forms, edges)
 
 
 def _fitted_again(jets: Jets, points: Floats, rings: Rings, chosen: Ints, noise: float) -> Jets:

@@ -8,7 +8,7 @@ from oracles.exact import scatter_points
 from restore.mesh import surface_lengths as module
 from restore.mesh.jets import MOST_NEIGHBOURS, rings_of
 from restore.mesh.network import edges_of
-from restore.mesh.surface_lengths import bent_lengths, estimate_noise_sigma, surface_lengths
+from restore.mesh.surface_lengths import bent_lengths, estimate_noise_sigma, straight_and_along, surface_lengths
 
 PATCH_MM = (60.0, 40.0)
 RADIUS_MM = 60.0
@@ -104,6 +104,8 @@ def test_noise_does_not_inflate_them_as_it_does_the_chords(patch):
     grown, chords = (np.mean(x / true - 1) for x in (surface_lengths(vertices, faces, edges), length(vertices, edges)))
     assert abs(estimate_noise_sigma(vertices, rings_of(vertices, faces, edges)) / NOISE_MM - 1) < NOISE_KNOWN
     assert 0 < grown < INFLATED * chords
+    straight = straight_and_along(vertices, faces, edges)[0]
+    assert 0 < np.mean(straight / true - 1) <= grown
 
 
 def test_a_surface_without_noise_is_told(patch):
