@@ -12,7 +12,6 @@ from restore.numerics import TINY
 from restore.scan import Floats, Ints
 
 MIN_HEIGHT_RATIO = 1e-4  # of the base: least height of a face; the weights of a thinner one would have no bound
-MIN_STRAIN_HEIGHT_RATIO = 0.05  # of the base: across thinner faces the strain is not determined
 
 
 @numba.njit(cache=True)
@@ -40,34 +39,6 @@ def rms_strain(flat: Floats, edges: Ints, lengths: Floats, cap: float) -> float:
         x, y = flat[edges[k, 1], 0] - flat[edges[k, 0], 0], flat[edges[k, 1], 1] - flat[edges[k, 0], 1]
         total += min(abs(sqrt(x * x + y * y) / lengths[k] - 1.0), cap) ** 2
     return sqrt(total / len(edges))
-
-
-def symmetric_dirichlet(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> float:
-    """Mean of σ₁² + σ₂² + 1/σ₁² + 1/σ₂² over the faces, by area (Smith & Schaefer 2015); 4 is the least there is.
-
-    flat (n, 2), faces (m, 3), edges (e, 2) and lengths (e,) as for `stretches`. Infinite where a face has no area.
-    """
-    total, difference = stretches(flat, faces, edges, lengths)
-    first, second = ((total + sign * difference) / 2.0 for sign in (1.0, -1.0))
-    base, _, height = face_shapes(faces, edges, lengths)
-    with np.errstate(divide="ignore"):
-        energy = first**2 + second**2 + first**-2.0 + second**-2.0
-    return float(np.average(energy, weights=base * height))
-
-
-def stretches(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> tuple[Floats, Floats]:
-    """Sum and difference (m,) of the principal stretches of every face, σ₁ + σ₂ and σ₁ − σ₂.
-
-    edges (e, 2) in ascending order and lengths (e,) mm give the shape on the surface, flat (n, 2) mm that on the page.
-    """
-    base, along, height = face_shapes(faces, edges, lengths, MIN_STRAIN_HEIGHT_RATIO)
-    first, second = (flat[faces[:, k]] - flat[faces[:, 0]] for k in (1, 2))
-    right = first / base[:, None]
-    up = (second - along[:, None] * right) / height[:, None]
-    # The map from the surface to the page has the columns right and up.
-    total = np.hypot(right[:, 0] + up[:, 1], right[:, 1] - up[:, 0])
-    difference = np.hypot(right[:, 0] - up[:, 1], right[:, 1] + up[:, 0])
-    return total, difference
 
 
 def face_shapes(

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from restore.mesh.measures import edge_strain, lengths_between, stretches
+from restore.mesh.measures import edge_strain, face_shapes, lengths_between
 from restore.numerics import TINY
 from restore.scan import Floats, Ints
 
 MOST_CELLS = 20  # of the longer side of a page
 EDGES = 100  # of a square cell, in the mean: what a few of them have wrong does not count
+MIN_STRAIN_HEIGHT_RATIO = 0.05  # of the base: across thinner faces the strain is not determined
 LOOSE = 1e-3  # of the weight of a cell: holds the strain near zero in a direction that too few of its edges tell
 
 
@@ -25,6 +26,21 @@ def face_strain(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> Floa
     total, difference = stretches(flat, np.take_along_axis(faces, order, axis=1), edges, lengths)
     stretch = np.sqrt(np.abs(total**2 - difference**2)) / 2.0 - 1.0
     return np.stack([stretch, difference / 2.0], axis=1)
+
+
+def stretches(flat: Floats, faces: Ints, edges: Ints, lengths: Floats) -> tuple[Floats, Floats]:
+    """Sum and difference (m,) of the principal stretches of every face, σ₁ + σ₂ and σ₁ − σ₂.
+
+    edges (e, 2) in ascending order and lengths (e,) mm give the shape on the surface, flat (n, 2) mm that on the page.
+    """
+    base, along, height = face_shapes(faces, edges, lengths, MIN_STRAIN_HEIGHT_RATIO)
+    first, second = (flat[faces[:, k]] - flat[faces[:, 0]] for k in (1, 2))
+    right = first / base[:, None]
+    up = (second - along[:, None] * right) / height[:, None]
+    # The map from the surface to the page has the columns right and up.
+    total = np.hypot(right[:, 0] + up[:, 1], right[:, 1] - up[:, 0])
+    difference = np.hypot(right[:, 0] - up[:, 1], right[:, 1] + up[:, 0])
+    return total, difference
 
 
 def average_at_vertices(values: Floats, faces: Ints, count: int) -> Floats:

@@ -11,11 +11,11 @@ from math import asin, atan2, cos, sin, sqrt
 import numba
 import numpy as np
 
-from restore.mesh.jets import Jets, Rings, fit_jets, rings_of
+from restore.mesh.jets import SIGMAS, Jets, Rings, fit_jets, rings_of
 from restore.mesh.measures import straight_lengths
 from restore.mesh.outside import put_back, stood_outside
 from restore.numerics import SQUARE_TINY
-from restore.robust import MAD_TO_SIGMA
+from restore.robust import MAD_TO_SIGMA, robust_sigma
 from restore.scan import Floats, Ints
 
 PROBES = 100  # vertices that tell the noise
@@ -45,7 +45,8 @@ def straight_and_along(vertices: Floats, faces: Ints, edges: Ints) -> tuple[Floa
     rings = rings_of(vertices, faces, edges)
     noise = estimate_noise_sigma(vertices, rings)
     jets = fit_jets(vertices, rings, np.arange(len(vertices)), noise, noise)
-    smooth, points = _beside_no_crease(jets.normals, edges), vertices.copy()
+    steepest = _steepest_bend(jets, edges)
+    smooth, points = _beside_no_crease(vertices, jets, edges, steepest), vertices.copy()
     inside = put_back(vertices, jets, edges, smooth)
     again = _fitted_again(jets, inside, rings, smooth, noise)
     if stood_outside(jets.offsets[smooth], again.offsets[smooth] - jets.offsets[smooth]):
@@ -53,10 +54,12 @@ def straight_and_along(vertices: Floats, faces: Ints, edges: Ints) -> tuple[Floa
     points[smooth] += jets.normals[smooth] * jets.offsets[smooth, None]
     grainy = noise > GRAINY * float(straight_lengths(vertices, edges).mean())
     for _ in range(SMOOTHINGS if grainy else 0):
-        smooth = _beside_no_crease(jets.normals, edges)
+        smooth = _beside_no_crease(points, jets, edges, steepest)
         jets = _fitted_again(jets, points, rings_of(points, faces, edges), smooth, noise)
         points[smooth] += jets.normals[smooth] * jets.offsets[smooth, None]
-    return straight_lengths(points, edges), _all_lengths(points, jets.normals, jets.forms, edges)
+    straight, bent = straight_lengths(points, edges), bent_lengths(points, jets.normals, edges)
+    over = _over_creases(points, jets.normals, jets.forms, edges)
+    return straight, np.where(over > straight, over, bent)
 
 
 def _fitted_again(jets: Jets, points: Floats, rings: Rings, chosen: Ints, noise: float) -> Jets:
@@ -67,12 +70,32 @@ def _fitted_again(jets: Jets, points: Floats, rings: Rings, chosen: Ints, noise:
     return fitted
 
 
-def _beside_no_crease(normals: Floats, edges: Ints) -> Ints:
-    """The vertices with normals (n, 3) that turn by less than a crease along all of their edges (e, 2)."""
-    turned = (normals[edges[:, 0]] * normals[edges[:, 1]]).sum(axis=1) < LEVEL
-    beside = np.zeros(len(normals), bool)
-    beside[edges[turned]] = True
+def _steepest_bend(jets: Jets, edges: Ints) -> float:
+    """rad that a bend turns along an edge (e, 2) at most: more is taken for a crease.
+
+    Patches leave out the vertices of steep bends as they do noise; but those to one side, and then to the other. Where
+    neighbours lie to the same side of their patches no more often than by chance it is noise, which is worse than what
+    patches leave out: every turn that does not stand out among all then is a bend.
+    """
+    alike = jets.offsets[edges].prod(axis=1) > 0.0
+    if alike.mean() > 0.5 + SIGMAS * 0.5 / sqrt(len(edges)):
+        return CREASE
+    return max(CREASE, SIGMAS * robust_sigma(_turns(jets.normals, edges)))
+
+
+def _beside_no_crease(points: Floats, jets: Jets, edges: Ints, steepest: float) -> Ints:
+    """The vertices at points (n, 3) mm none of whose edges (e, 2) goes over a crease or turns by more than the steepest
+    bend, rad."""
+    over = _over_creases(points, jets.normals, jets.forms, edges) > 0.0
+    beside = np.zeros(len(points), bool)
+    beside[edges[over | (_turns(jets.normals, edges) > steepest)]] = True
     return np.flatnonzero(~beside)
+
+
+def _turns(normals: Floats, edges: Ints) -> Floats:
+    """(e,) rad between the normals (n, 3) at the ends of edges (e, 2)."""
+    cosines = (normals[edges[:, 0]] * normals[edges[:, 1]]).sum(axis=1)
+    return np.asarray(np.arccos(np.clip(cosines, -1.0, 1.0)))
 
 
 def estimate_noise_sigma(vertices: Floats, rings: Rings) -> float:
@@ -99,15 +122,17 @@ def bent_lengths(points: Floats, normals: Floats, edges: Ints) -> Floats:
 
 
 @numba.njit(cache=True, error_model="numpy")
-def _all_lengths(points: Floats, normals: Floats, forms: Floats, edges: Ints) -> Floats:
-    """(e,) mm along the surface. points, normals (n, 3), forms (n, 3, 3): the patches round every vertex."""
-    lengths, way, fold = bent_lengths(points, normals, edges), np.empty(3), np.empty(3)
+def _over_creases(points: Floats, normals: Floats, forms: Floats, edges: Ints) -> Floats:
+    """(e,) mm over the crease that each of edges (e, 2) goes over, 0 without one.
+
+    The patches round points (n, 3) mm have normals (n, 3) and forms (n, 3, 3).
+    """
+    lengths, way, fold = np.zeros(len(edges)), np.empty(3), np.empty(3)
     for k in range(len(edges)):
         a, b = edges[k, 0], edges[k, 1]
         if _dot(normals[a], normals[b]) < LEVEL:
             chord = _set_way(points[a], points[b], way)
-            broken = _over_crease(way, chord, normals[a], normals[b], forms[a], forms[b], fold)
-            lengths[k] = broken if broken > chord else lengths[k]
+            lengths[k] = _over_crease(way, chord, normals[a], normals[b], forms[a], forms[b], fold)
     return lengths
 
 

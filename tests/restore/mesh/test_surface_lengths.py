@@ -6,7 +6,7 @@ from scipy.spatial import Delaunay
 
 from oracles.exact import scatter_points
 from restore.mesh import surface_lengths as module
-from restore.mesh.jets import MOST_NEIGHBOURS, rings_of
+from restore.mesh.jets import MOST_NEIGHBOURS, Jets, fit_jets, rings_of
 from restore.mesh.network import edges_of
 from restore.mesh.surface_lengths import bent_lengths, estimate_noise_sigma, straight_and_along, surface_lengths
 
@@ -27,6 +27,10 @@ GRAINY_MM = 0.04  # among vertices 0.8 mm apart
 SMOOTHED = 0.15  # of what the chords grow; 0.05 measured, 0.41 without
 NOISE_MM = 0.02
 NOISE_KNOWN = 0.36  # of it; of 100 probes a median absolute deviation is known to 12 %, this is 3σ
+ROLL_MM = 15.0  # radius, of edges 3 mm long
+ROLL_NOISE_MM = 0.15  # a twentieth of them
+MOST_SMOOTH = 0.9  # of the vertices
+LOST = 0.1  # of those beside a crease are taken for smooth
 INFLATED = 0.75  # of what the chords grow; the patches take off-plane noise out but between near neighbours
 
 SPOKES = 40  # more neighbours than a patch takes
@@ -159,9 +163,52 @@ def test_what_lies_beside_a_crease_is_not_smoothed(patch):
     off = flat[:, 0] - CREASE_MM
     normals = np.column_stack([-np.sign(off) * np.sin(SLOPE), np.zeros(len(off)), np.full(len(off), np.cos(SLOPE))])
     over = off[edges].prod(axis=1) < 0
-    smooth = module._beside_no_crease(normals, edges)
-    np.testing.assert_array_equal(smooth, np.setdiff1d(np.arange(len(flat)), edges[over]))
+    vertices = np.column_stack([off * np.cos(SLOPE), flat[:, 1], np.abs(off) * np.sin(SLOPE)])
+    jets = Jets(normals, np.zeros(len(off)), np.zeros((len(off), 3, 3)))
+    for steepest in (module.CREASE, np.pi):  # by its turn, and as the way goes over it
+        smooth = module._beside_no_crease(vertices, jets, edges, steepest)
+        np.testing.assert_array_equal(smooth, np.setdiff1d(np.arange(len(flat)), edges[over]))
     assert len(smooth) < len(flat)
+
+
+def steep_roll(noise_mm):
+    """A roll whose edges turn by more than a crease in the mean, and what its patches make of it."""
+    flat, faces = scatter_points(300, PATCH_MM, np.random.default_rng(0))
+    noise = np.random.default_rng(1).normal(scale=noise_mm, size=len(flat))
+    turn = flat[:, 0] / ROLL_MM * (1.0 + 0.3 * flat[:, 0] / PATCH_MM[0])
+    vertices = np.column_stack([(ROLL_MM + noise) * np.sin(turn), flat[:, 1], (ROLL_MM + noise) * np.cos(turn)])
+    edges = edges_of(faces)
+    rings = rings_of(vertices, faces, edges)
+    sigma = estimate_noise_sigma(vertices, rings)
+    return vertices, edges, fit_jets(vertices, rings, np.arange(len(flat)), sigma, sigma)
+
+
+def test_steep_bends_are_no_creases_where_noise_is_worse_than_what_patches_leave_out():
+    vertices, edges, jets = steep_roll(ROLL_NOISE_MM)
+    steepest = module._steepest_bend(jets, edges)
+    turned = module._turns(jets.normals, edges)
+    assert np.median(turned) > module.CREASE
+    assert steepest > np.quantile(turned, 0.99)
+    assert len(module._beside_no_crease(vertices, jets, edges, steepest)) > MOST_SMOOTH * len(vertices)
+
+
+def test_steep_bends_without_noise_are_not_put_on_patches_that_cut_them_short():
+    _, edges, jets = steep_roll(0.0)
+    assert module._steepest_bend(jets, edges) == module.CREASE
+
+
+def test_creases_stand_out_among_noise(patch):
+    flat, faces, edges, _ = patch
+    off = flat[:, 0] - CREASE_MM
+    noise = np.random.default_rng(2).normal(scale=NOISE_MM, size=len(flat))
+    vertices = np.column_stack([off * np.cos(SLOPE), flat[:, 1], np.abs(off) * np.sin(SLOPE) + noise])
+    rings = rings_of(vertices, faces, edges)
+    sigma = estimate_noise_sigma(vertices, rings)
+    jets = fit_jets(vertices, rings, np.arange(len(flat)), sigma, sigma)
+    smooth = module._beside_no_crease(vertices, jets, edges, module._steepest_bend(jets, edges))
+    ends = np.unique(edges[off[edges].prod(axis=1) < 0])
+    assert np.isin(ends, smooth).mean() < LOST
+    assert np.isin(np.setdiff1d(np.arange(len(flat)), ends), smooth).mean() > MOST_SMOOTH
 
 
 @pytest.mark.parametrize("seed", range(3))
