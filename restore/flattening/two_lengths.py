@@ -32,14 +32,13 @@ def with_surface_lengths(page: FlatMesh, mesh: ValidMesh, along: Floats) -> Flat
     squares = minimise_strain(page.flat, surface)
     if mean_strain(squares.flat, surface) <= mean_strain(page.flat, straight):
         start = squares._replace(iterations=page.steps + squares.iterations)
-        return _page(page, mesh, least_absolute_strain(start, surface), surface)
+        return _page(mesh, least_absolute_strain(start, surface), surface)
     found = least_absolute_strain(Solution(page.flat, page.steps), straight, surface.lengths)
     between = np.linalg.norm(found.flat[edges[:, 0]] - found.flat[edges[:, 1]], axis=1)
     shorter, longer = np.sort([straight.lengths, surface.lengths], axis=0)
-    return _page(page, mesh, found, replace(straight, lengths=np.clip(between, shorter, longer)))
+    return _page(mesh, found, replace(straight, lengths=np.clip(between, shorter, longer)))
 
 
-def _page(page: FlatMesh, mesh: ValidMesh, found: Solution, network: Network) -> FlatMesh:
+def _page(mesh: ValidMesh, found: Solution, network: Network) -> FlatMesh:
     flat: Floats = repaired(found.flat, network, face_signs(mesh.vertices, mesh.faces))
-    steps, residual, converged = found.iterations, found.residual, found.converged
-    return replace(page, flat=flat, lengths=network.lengths, steps=steps, residual=residual, converged=converged)
+    return FlatMesh.of(mesh, flat, network.lengths, found.iterations, **found.convergence)

@@ -158,7 +158,14 @@ def _mean_normals(planes: Floats, faces: Ints, count: int) -> Floats:
 @numba.njit(cache=True)
 def surface_area(vertices: Floats, faces: Ints) -> float:
     """Area in mm² of faces (m, 3) over vertices (n, 3) mm, or (n, 2) in the plane, whatever their orientation."""
-    if vertices.shape[1] == 2:
-        return float(np.abs(signed_areas(vertices, faces)).sum())
-    normals = face_normals(vertices, faces)
-    return 0.5 * float(np.sqrt((normals * normals).sum(axis=1)).sum())
+    total = 0.0
+    for f in range(len(faces)):
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        ux, uy = vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1]
+        vx, vy = vertices[c, 0] - vertices[a, 0], vertices[c, 1] - vertices[a, 1]
+        x, y, z = 0.0, 0.0, ux * vy - uy * vx
+        if vertices.shape[1] == 3:
+            uz, vz = vertices[b, 2] - vertices[a, 2], vertices[c, 2] - vertices[a, 2]
+            x, y = uy * vz - uz * vy, uz * vx - ux * vz
+        total += 0.5 * sqrt(x * x + y * y + z * z)
+    return total
