@@ -6,7 +6,7 @@ that noise has moved. The patches round both ends tell the length of the way bet
 
 from __future__ import annotations
 
-from math import asin, atan2, cos, sin, sqrt
+from math import acos, asin, atan2, cos, pi, sin, sqrt
 
 import numba
 import numpy as np
@@ -24,7 +24,9 @@ SHRUNK = 0.87  # of the noise is left when a patch passes between a vertex and i
 LEAST_NOISE = 1e-7  # of the page's size: no file holds more digits
 GRAINY = 0.013  # noise in mean edges: more of it lengthens edges by more than creases do
 SMOOTHINGS = 2  # of grainy vertices: a third to two thirds of what noise adds is gone
-CREASE = 0.1  # radians, 6°: a turn that the curvature of both patches does not explain is a crease
+ROUGHER = 2.0  # the angle defect may get when vertices are put back; faces that unfold by themselves have none
+CREASE = 0.1  # radians, 6°: a turn that the curvature of both patches does not explain is a crease, or one on a sheet
+# that is not as noisy as patches are wrong at steep bends
 LEVEL = cos(CREASE)
 BENDINGS = 3  # of the tangents towards the crease, by Newton's method; a fourth changes no digit that counts
 
@@ -37,10 +39,10 @@ def surface_lengths(vertices: Floats, faces: Ints, edges: Ints) -> Floats:
 def straight_and_along(vertices: Floats, faces: Ints, edges: Ints) -> tuple[Floats, Floats]:
     """(e,) mm between the ends of edges (e, 2): straight, and along the surface that vertices (n, 3) mm sample.
 
-    Both between the points of the surface that the vertices stand for, by the patches round them; faces (m, 3).
-    Vertices that decimation has put outside of a bend are put back first. Noise makes every way longer, the more the
-    closer the vertices lie. They are put on their patches, and where they are grainy patches fitted to those again. All
-    that but beside creases, which it would round off.
+    Both between the points of the surface that the vertices of faces (m, 3) stand for. Those that decimation has put
+    outside of a bend are put back. Noise makes every way longer, the more the closer the vertices lie: if faces then
+    come nearer to unfolding, all are put on their patches, and where they are grainy patches fitted to those again. But
+    not beside creases, which that would round off.
     """
     rings = rings_of(vertices, faces, edges)
     noise = estimate_noise_sigma(vertices, rings)
@@ -48,18 +50,41 @@ def straight_and_along(vertices: Floats, faces: Ints, edges: Ints) -> tuple[Floa
     steepest = _steepest_bend(jets, edges)
     smooth, points = _beside_no_crease(vertices, jets, edges, steepest), vertices.copy()
     inside = put_back(vertices, jets, edges, smooth)
-    again = _fitted_again(jets, inside, rings, smooth, noise)
-    if stood_outside(jets.offsets[smooth], again.offsets[smooth] - jets.offsets[smooth]):
-        points, jets = inside, again
-    points[smooth] += jets.normals[smooth] * jets.offsets[smooth, None]
-    grainy = noise > GRAINY * float(straight_lengths(vertices, edges).mean())
-    for _ in range(SMOOTHINGS if grainy else 0):
-        smooth = _beside_no_crease(points, jets, edges, steepest)
-        jets = _fitted_again(jets, points, rings_of(points, faces, edges), smooth, noise)
-        points[smooth] += jets.normals[smooth] * jets.offsets[smooth, None]
+    again, defect = _fitted_again(jets, inside, rings, smooth, noise), _angle_defect(vertices, faces, rings)
+    outside = stood_outside(jets.offsets[smooth], again.offsets[smooth] - jets.offsets[smooth])
+    if outside and _angle_defect(inside, faces, rings) < ROUGHER * defect:
+        points, jets, defect = inside, again, _angle_defect(inside, faces, rings)
+    on_patches = points.copy()
+    on_patches[smooth] += jets.normals[smooth] * jets.offsets[smooth, None]
+    if _angle_defect(on_patches, faces, rings) < defect:
+        points = on_patches
+        grainy = noise > GRAINY * float(straight_lengths(vertices, edges).mean())
+        for _ in range(SMOOTHINGS if grainy else 0):
+            smooth = _beside_no_crease(points, jets, edges, steepest)
+            jets = _fitted_again(jets, points, rings_of(points, faces, edges), smooth, noise)
+            points[smooth] += jets.normals[smooth] * jets.offsets[smooth, None]
     straight, bent = straight_lengths(points, edges), bent_lengths(points, jets.normals, edges)
     over = _over_creases(points, jets.normals, jets.forms, edges)
     return straight, np.where(over > straight, over, bent)
+
+
+@numba.njit(cache=True)
+def _angle_defect(points: Floats, faces: Ints, rings: Rings) -> float:
+    """rad by which the corners of faces (m, 3) round the inner ones of points (n, 3) miss 2π, in total: 0 where the
+    faces by themselves unfold into a plane."""
+    sums, total = np.zeros(len(points)), 0.0
+    for f in range(len(faces)):
+        for k in range(3):
+            i, a, b = faces[f, k], faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
+            out, back, common = SQUARE_TINY, SQUARE_TINY, 0.0
+            for axis in range(3):
+                one, other = points[a, axis] - points[i, axis], points[b, axis] - points[i, axis]
+                out, back, common = out + one * one, back + other * other, common + one * other
+            sums[i] += acos(min(max(common / sqrt(out * back), -1.0), 1.0))
+    around, neighbours = np.diff(rings.around.start), np.diff(rings.neighbours.start)
+    for i in range(len(points)):
+        total += abs(2.0 * pi - sums[i]) if around[i] == neighbours[i] and around[i] > 0 else 0.0
+    return total
 
 
 def _fitted_again(jets: Jets, points: Floats, rings: Rings, chosen: Ints, noise: float) -> Jets:
@@ -87,7 +112,7 @@ def _beside_no_crease(points: Floats, jets: Jets, edges: Ints, steepest: float) 
     """The vertices at points (n, 3) mm none of whose edges (e, 2) goes over a crease or turns by more than the steepest
     bend, rad."""
     over = _over_creases(points, jets.normals, jets.forms, edges) > 0.0
-    beside = np.zeros(len(points), bool)
+    beside = (jets.normals == 0.0).all(axis=1)  # nor is a vertex without a face
     beside[edges[over | (_turns(jets.normals, edges) > steepest)]] = True
     return np.flatnonzero(~beside)
 
@@ -101,8 +126,9 @@ def _turns(normals: Floats, edges: Ints) -> Floats:
 def estimate_noise_sigma(vertices: Floats, rings: Rings) -> float:
     """Standard deviation of the vertices (n, 3) off the surface, mm, from patches that are not tied to their vertex."""
     size = max(float(axis.max() - axis.min()) for axis in vertices.T)
-    from_centre = ((vertices - vertices.mean(axis=0)) ** 2).sum(axis=1)  # whatever numbers the vertices have
-    chosen = np.argsort(from_centre)[:: max(len(vertices) // PROBES, 1)]
+    used = np.flatnonzero(np.diff(rings.around.start))
+    from_centre = ((vertices[used] - vertices[used].mean(axis=0)) ** 2).sum(axis=1)  # whatever their numbers are
+    chosen = used[np.argsort(from_centre)[:: max(len(used) // PROBES, 1)]]
     noise = 0.0
     for _ in range(PASSES):
         offsets = np.sort(np.abs(fit_jets(vertices, rings, chosen, size, noise).offsets[chosen]))

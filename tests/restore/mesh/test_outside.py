@@ -4,12 +4,15 @@ import numpy as np
 import pytest
 
 from oracles.exact import scatter_points
+from oracles.markers import rigid_residual
+from restore.flattening.methods import flatten_points
 from restore.mesh import surface_lengths as lengths_module
 from restore.mesh.decimate import decimate
 from restore.mesh.jets import fit_jets, rings_of
 from restore.mesh.network import edges_of
 from restore.mesh.outside import OUTSIDE, _neighbour_heights, put_back, stood_outside
 from restore.mesh.surface_lengths import estimate_noise_sigma, surface_lengths
+from restore.scan import SurfaceMesh
 
 RADIUS_MM = 60.0
 PATCH_MM = (120.0, 80.0)
@@ -17,6 +20,7 @@ POINTS = 800
 LEFT = 0.2  # of what the lengths through vertices outside are too long by; 0.06 to 0.1 measured
 BACK = 0.05  # of the distance outside; 0.011 measured, as the patches are those of a cylinder that is too wide
 NOISE_MM = 0.02  # five times as much as vertices stand outside
+PLEATED_MM = 1e-4  # of pages that are exact; the iterations end at 10⁻⁵ of an edge
 PARITY = 1e-12
 
 
@@ -118,3 +122,31 @@ def test_compiled_and_plain_heights_agree(sheet):
     edges, jets, _ = fitted(vertices, faces)
     found = _neighbour_heights(vertices, jets.forms, edges)
     np.testing.assert_allclose(_neighbour_heights.py_func(vertices, jets.forms, edges), found, rtol=PARITY, atol=PARITY)
+
+
+def pleated(columns, rows, fold_deg):
+    """A clean grid with a vertex row on every crease of an accordion, which its straight edges describe exactly."""
+    flat = np.stack(np.meshgrid(np.linspace(0, 280, columns), np.linspace(0, 200, rows)), axis=-1).reshape(-1, 2)
+    first = (np.arange(rows - 1)[:, None] * columns + np.arange(columns - 1)).ravel()
+    lower = np.stack([first, first + 1, first + columns], axis=1)
+    upper = np.stack([first + 1, first + columns + 1, first + columns], axis=1)
+    slope = np.radians(fold_deg / 2) * np.where(np.arange(columns - 1) % 2, 1.0, -1.0)
+    step = 280 / (columns - 1)
+    profile = np.concatenate([[[0, 0]], np.cumsum(step * np.stack([np.cos(slope), np.sin(slope)], axis=1), axis=0)])
+    along, height = np.tile(profile, (rows, 1)).T
+    return flat, SurfaceMesh(np.column_stack([along, flat[:, 1], height]), np.concatenate([lower, upper]))
+
+
+@pytest.mark.parametrize("columns, rows, fold_deg", [(9, 9, 10), (33, 9, 30), (33, 25, 30), (2, 12, 0)])
+def test_faces_that_unfold_by_themselves_are_left_as_they_are(columns, rows, fold_deg):
+    flat, mesh = pleated(columns, rows, fold_deg)
+    page = flatten_points(mesh)
+    assert np.abs(rigid_residual(page.flat, flat)[0]).max() < PLEATED_MM
+
+
+def test_vertices_without_a_face_tell_nothing(sheet):
+    flat, faces = sheet
+    noise = np.random.default_rng(4).normal(scale=NOISE_MM, size=len(flat))
+    vertices, edges = cylinder(flat, noise), edges_of(faces)
+    more = np.concatenate([vertices, np.random.default_rng(5).normal(size=(2 * POINTS, 3))])
+    np.testing.assert_allclose(surface_lengths(more, faces, edges), surface_lengths(vertices, faces, edges), rtol=1e-9)
