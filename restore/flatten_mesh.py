@@ -13,6 +13,7 @@ from restore.flattening.near_page import least_absolute_page
 from restore.flattening.ordered_grid import flatten_grid
 from restore.flattening.repair import uninverted
 from restore.flattening.solution import Solution
+from restore.mesh.adjacency import sides_of
 from restore.mesh.clean import select
 from restore.mesh.decimate import patch_and_smooth
 from restore.mesh.jets import rings_of
@@ -91,10 +92,10 @@ def _over_grid(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMe
     flat = interpolate_flat_positions(
         sheet.inside.shape, unrolled.nodes, unrolled.fine.faces, unrolled.fine.flat, nodes
     )
-    edges = edges_of(mesh.faces)
-    lengths = sheet.lengths(nodes, edges)
-    if _clean(mesh, edges, lengths):  # then its vertices know better
-        lengths = surface_lengths(mesh.vertices, mesh.faces, edges)
+    sides = sides_of(mesh.faces)
+    lengths = sheet.lengths(nodes, sides.edges)
+    if _clean(mesh, sides.edges, lengths):  # then its vertices know better
+        lengths = surface_lengths(mesh.vertices, mesh.faces, sides)
         flat = least_absolute_page(flat, make_network(mesh.vertices, mesh.faces, lengths)).flat
     if flipped_faces(flat, mesh.faces):  # noise has put a vertex beyond its neighbours
         flat = uninverted(flat, make_network(mesh.vertices, mesh.faces, lengths), np.ones(len(mesh.faces)))

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from restore.mesh.adjacency import Adjacency, Sides, faces_around
+from restore.mesh.adjacency import Adjacency, Sides, faces_around, inner_vertices
 from restore.mesh.measures import corner_angles
 from restore.numerics import SMALL
 from restore.robust import MAD_TO_SIGMA
@@ -38,10 +38,7 @@ def closing_signs(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> 
 
     They are looked for from the signs by the normals, and where those are contradicted from a sheet without folds too.
     """
-    inner = np.ones(faces.max() + 1, np.bool_)
-    for e in range(len(sides.edges)):
-        if sides.first[e + 1] - sides.first[e] != 2:
-            inner[sides.edges[e, 0]] = inner[sides.edges[e, 1]] = False
+    inner = inner_vertices(sides, faces.max() + 1)
     corners = Corners(faces, corner_angles(faces, sides, lengths), inner, faces_around(faces, len(inner)))
     by_normals, upright = signs.copy(), np.ones(len(signs))
     open_by = _close(by_normals, corners)

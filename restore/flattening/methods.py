@@ -65,10 +65,10 @@ def flatten_points(
     mesh = validated(mesh)
     refuse_unflattenable(mesh.vertices, mesh.faces, mesh.sides)
     if lengths is None and method == DEFAULT:
-        straight, along = straight_and_along(mesh.vertices, mesh.faces, mesh.sides.edges)
+        straight, along = straight_and_along(mesh.vertices, mesh.faces, mesh.sides)
         page = with_surface_lengths(flatten_with(mesh, flatten_by_least_squares, straight, on_step), mesh, along)
     else:
-        lengths = surface_lengths(mesh.vertices, mesh.faces, mesh.sides.edges) if lengths is None else lengths
+        lengths = surface_lengths(mesh.vertices, mesh.faces, mesh.sides) if lengths is None else lengths
         page = flatten_with(mesh, METHODS[method], lengths, on_step)
     if method == DEFAULT and rms_strain(page.flat, mesh.sides.edges, page.lengths, CAP) > MOST_STRAIN:
         return flatten_with(mesh, flatten_least_distorted, page.lengths, on_step)

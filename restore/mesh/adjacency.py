@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from restore.scan import Ints
+from restore.scan import Ints, Mask
 
 
 class Adjacency(NamedTuple):
@@ -101,6 +101,18 @@ def sides_of(faces: Ints) -> Sides:
         filled += 1
     first[e + 1] = filled
     return Sides(edges[: e + 1].copy(), at[:filled].copy(), first[: e + 2].copy(), edge)
+
+
+@numba.njit(cache=True)
+def inner_vertices(sides: Sides, count: int) -> Mask:
+    """(count,) whether a vertex has edges, and all of them two faces."""
+    inner = np.zeros(count, np.bool_)
+    for edge in sides.edges:
+        inner[edge[0]] = inner[edge[1]] = True
+    for e in range(len(sides.edges)):
+        if sides.first[e + 1] - sides.first[e] != 2:
+            inner[sides.edges[e, 0]] = inner[sides.edges[e, 1]] = False
+    return inner
 
 
 def border_of(faces: Ints) -> Ints:

@@ -47,10 +47,11 @@ def _neighbour_heights(vertices: Floats, forms: Floats, edges: Ints) -> Floats:
 
 
 def stood_outside(offsets: Floats, shifts: Floats) -> bool:
-    """Whether offsets (k,) of patches from their vertices are what comes of vertices that stand outside.
+    """Whether offsets (k,) mm of patches from their vertices are what comes of vertices that stand outside.
 
-    shifts (k,): by how much they change when the vertices are put back. The share t of that change which leaves the
-    least absolute offsets is 0 for vertices on the surface and 1 outside. It must be nearer to 1, and be known so well.
+    shifts (k,) mm: by how much they change when the vertices are put back. The share of that change which leaves the
+    least absolute offsets is 0 for vertices on the surface and 1 outside: it must be nearer to 1, and half of the way
+    between the two be SIGMAS of its standard errors. Every vertex has a patch.
     """
     told = np.abs(shifts) > TINY
     if not told.any():

@@ -6,13 +6,14 @@ that noise has moved. The patches round both ends tell the length of the way bet
 
 from __future__ import annotations
 
-from math import acos, asin, atan2, cos, pi, sin, sqrt
+from math import asin, atan2, cos, sin, sqrt
 
 import numba
 import numpy as np
 
+from restore.mesh.adjacency import Sides, inner_vertices
 from restore.mesh.jets import SIGMAS, Jets, Rings, fit_jets, rings_of
-from restore.mesh.measures import straight_lengths
+from restore.mesh.measures import corner_angles, straight_lengths
 from restore.mesh.outside import put_back, stood_outside
 from restore.numerics import SQUARE_TINY
 from restore.robust import MAD_TO_SIGMA, robust_sigma
@@ -25,66 +26,73 @@ LEAST_NOISE = 1e-7  # of the page's size: no file holds more digits
 GRAINY = 0.013  # noise in mean edges: more of it lengthens edges by more than creases do
 SMOOTHINGS = 2  # of grainy vertices: a third to two thirds of what noise adds is gone
 ROUGHER = 2.0  # the angle defect may get when vertices are put back; faces that unfold by themselves have none
-CREASE = 0.1  # radians, 6°: a turn that the curvature of both patches does not explain is a crease, or one on a sheet
-# that is not as noisy as patches are wrong at steep bends
+CREASE = 0.1  # radians, 6°: a turn that the curvature of both patches does not explain is a crease; without noise to
+# explain how patches pass by their vertices, every such turn
 LEVEL = cos(CREASE)
 BENDINGS = 3  # of the tangents towards the crease, by Newton's method; a fourth changes no digit that counts
 
 
-def surface_lengths(vertices: Floats, faces: Ints, edges: Ints) -> Floats:
-    """(e,) mm between the ends of edges (e, 2), along the surface that vertices (n, 3) mm of faces (m, 3) sample."""
-    return straight_and_along(vertices, faces, edges)[1]
+def surface_lengths(vertices: Floats, faces: Ints, sides: Sides) -> Floats:
+    """(e,) mm between the ends of the edges of faces (m, 3), along the surface that vertices (n, 3) mm sample."""
+    return straight_and_along(vertices, faces, sides)[1]
 
 
-def straight_and_along(vertices: Floats, faces: Ints, edges: Ints) -> tuple[Floats, Floats]:
-    """(e,) mm between the ends of edges (e, 2): straight, and along the surface that vertices (n, 3) mm sample.
+def straight_and_along(vertices: Floats, faces: Ints, sides: Sides) -> tuple[Floats, Floats]:
+    """(e,) mm between the ends of the edges of faces (m, 3): straight, and along the surface that vertices sample.
 
-    Both between the points of the surface that the vertices of faces (m, 3) stand for. Those that decimation has put
-    outside of a bend are put back. Noise makes every way longer, the more the closer the vertices lie: if faces then
-    come nearer to unfolding, all are put on their patches, and where they are grainy patches fitted to those again. But
-    not beside creases, which that would round off.
+    Both between the points of the surface that the vertices (n, 3) mm stand for. sides are those of the faces.
     """
-    rings = rings_of(vertices, faces, edges)
-    noise = estimate_noise_sigma(vertices, rings)
-    jets = fit_jets(vertices, rings, np.arange(len(vertices)), noise, noise)
-    steepest = _steepest_bend(jets, edges)
-    smooth, points = _beside_no_crease(vertices, jets, edges, steepest), vertices.copy()
-    inside = put_back(vertices, jets, edges, smooth)
-    again, defect = _fitted_again(jets, inside, rings, smooth, noise), _angle_defect(vertices, faces, rings)
-    outside = stood_outside(jets.offsets[smooth], again.offsets[smooth] - jets.offsets[smooth])
-    if outside and _angle_defect(inside, faces, rings) < ROUGHER * defect:
-        points, jets, defect = inside, again, _angle_defect(inside, faces, rings)
-    on_patches = points.copy()
-    on_patches[smooth] += jets.normals[smooth] * jets.offsets[smooth, None]
-    if _angle_defect(on_patches, faces, rings) < defect:
-        points = on_patches
-        grainy = noise > GRAINY * float(straight_lengths(vertices, edges).mean())
-        for _ in range(SMOOTHINGS if grainy else 0):
-            smooth = _beside_no_crease(points, jets, edges, steepest)
-            jets = _fitted_again(jets, points, rings_of(points, faces, edges), smooth, noise)
-            points[smooth] += jets.normals[smooth] * jets.offsets[smooth, None]
+    edges = sides.edges
+    points, jets = _points_of_surface(vertices, faces, sides)
     straight, bent = straight_lengths(points, edges), bent_lengths(points, jets.normals, edges)
     over = _over_creases(points, jets.normals, jets.forms, edges)
     return straight, np.where(over > straight, over, bent)
 
 
-@numba.njit(cache=True)
-def _angle_defect(points: Floats, faces: Ints, rings: Rings) -> float:
-    """rad by which the corners of faces (m, 3) round the inner ones of points (n, 3) miss 2π, in total: 0 where the
-    faces by themselves unfold into a plane."""
-    sums, total = np.zeros(len(points)), 0.0
-    for f in range(len(faces)):
-        for k in range(3):
-            i, a, b = faces[f, k], faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
-            out, back, common = SQUARE_TINY, SQUARE_TINY, 0.0
-            for axis in range(3):
-                one, other = points[a, axis] - points[i, axis], points[b, axis] - points[i, axis]
-                out, back, common = out + one * one, back + other * other, common + one * other
-            sums[i] += acos(min(max(common / sqrt(out * back), -1.0), 1.0))
-    around, neighbours = np.diff(rings.around.start), np.diff(rings.neighbours.start)
-    for i in range(len(points)):
-        total += abs(2.0 * pi - sums[i]) if around[i] == neighbours[i] and around[i] > 0 else 0.0
-    return total
+def _points_of_surface(vertices: Floats, faces: Ints, sides: Sides) -> tuple[Floats, Jets]:
+    """The points (n, 3) mm of the surface that vertices (n, 3) mm stand for, and the patches round them.
+
+    Vertices that decimation has put outside of a bend are put back. Noise makes every way longer, the more the closer
+    the vertices lie: where that brings the faces nearer to unfolding, all are put on their patches, and where they are
+    grainy patches fitted to those again. But not beside creases, which that would round off.
+    """
+    edges, rings = sides.edges, rings_of(vertices, faces, sides.edges)
+    noise = estimate_noise_sigma(vertices, rings)
+    points, jets = vertices, fit_jets(vertices, rings, np.arange(len(vertices)), noise, noise)
+    steepest, defect = _steepest_bend(jets, edges), _angle_defect(vertices, faces, sides)
+    smooth = _beside_no_crease(vertices, jets, edges, steepest)
+    inside = put_back(vertices, jets, edges, smooth)
+    again = _fitted_again(jets, inside, rings, smooth, noise)
+    if stood_outside(jets.offsets[smooth], again.offsets[smooth] - jets.offsets[smooth]):
+        defect_inside = _angle_defect(inside, faces, sides)
+        if defect_inside < ROUGHER * defect:
+            points, jets, defect = inside, again, defect_inside
+    on_patches = _on_patches(points, jets, smooth)
+    if _angle_defect(on_patches, faces, sides) >= defect:
+        return points, jets
+    grainy = noise > GRAINY * float(straight_lengths(vertices, edges).mean())
+    for _ in range(SMOOTHINGS if grainy else 0):
+        smooth = _beside_no_crease(on_patches, jets, edges, steepest)
+        jets = _fitted_again(jets, on_patches, rings_of(on_patches, faces, edges), smooth, noise)
+        on_patches = _on_patches(on_patches, jets, smooth)
+    return on_patches, jets
+
+
+def _on_patches(points: Floats, jets: Jets, chosen: Ints) -> Floats:
+    """Points (n, 3) mm with the chosen (k,) moved onto their patches."""
+    moved = points.copy()
+    moved[chosen] += jets.normals[chosen] * jets.offsets[chosen, None]
+    return moved
+
+
+def _angle_defect(points: Floats, faces: Ints, sides: Sides) -> float:
+    """rad by which the angles of faces (m, 3) round the inner ones of points (n, 3) miss 2π, in total.
+
+    0 where the faces by themselves unfold into a plane.
+    """
+    angles = corner_angles(faces, sides, straight_lengths(points, sides.edges))
+    missing = 2.0 * np.pi - np.bincount(faces.ravel(), angles, len(points))
+    return float(np.abs(missing[inner_vertices(sides, len(points))]).sum())
 
 
 def _fitted_again(jets: Jets, points: Floats, rings: Rings, chosen: Ints, noise: float) -> Jets:
@@ -96,11 +104,11 @@ def _fitted_again(jets: Jets, points: Floats, rings: Rings, chosen: Ints, noise:
 
 
 def _steepest_bend(jets: Jets, edges: Ints) -> float:
-    """rad that a bend turns along an edge (e, 2) at most: more is taken for a crease.
+    """rad by which the normals of a bend turn along an edge (e, 2) at most; more is a crease.
 
-    Patches leave out the vertices of steep bends as they do noise; but those to one side, and then to the other. Where
-    neighbours lie to the same side of their patches no more often than by chance it is noise, which is worse than what
-    patches leave out: every turn that does not stand out among all then is a bend.
+    Patches pass by their vertices because of noise, and because no quadratic follows a steep bend: of that neighbours
+    lie to the same side of their patches. Where they do so no more often than by chance, noise is the greater part, and
+    the turns of bends, too, may be more than CREASE: up to SIGMAS robust standard deviations of all turns, about 0.
     """
     alike = jets.offsets[edges].prod(axis=1) > 0.0
     if alike.mean() > 0.5 + SIGMAS * 0.5 / sqrt(len(edges)):

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_matrix
 from scipy.sparse.csgraph import connected_components
 
-from restore.mesh.adjacency import adjacency, border_of, components, order_of_pairs, sides_of
+from restore.mesh.adjacency import adjacency, border_of, components, inner_vertices, order_of_pairs, sides_of
 
 FACES = st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9), st.integers(0, 9)), min_size=1, max_size=20)
 PAIRS = st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9)), max_size=60)
@@ -67,3 +67,12 @@ def test_compiled_and_plain_python_agree_on_sides_and_components(faces):
     for one, other in zip(compiled, sides_of.py_func(faces), strict=True):
         np.testing.assert_array_equal(one, other)
     np.testing.assert_array_equal(components(compiled.edges, 10), components.py_func(compiled.edges, 10))
+
+
+@given(FACES)
+def test_inner_vertices_have_edges_of_two_faces_alone(faces):
+    sides = sides_of(np.array(faces, np.int64))
+    counts = np.diff(sides.first)
+    expected = [(at := (sides.edges == i).any(axis=1)).any() and (counts[at] == 2).all() for i in range(10)]
+    np.testing.assert_array_equal(inner_vertices(sides, 10), expected)
+    np.testing.assert_array_equal(inner_vertices.py_func(sides, 10), expected)

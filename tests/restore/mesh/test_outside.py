@@ -7,6 +7,7 @@ from oracles.exact import scatter_points
 from oracles.markers import rigid_residual
 from restore.flattening.methods import flatten_points
 from restore.mesh import surface_lengths as lengths_module
+from restore.mesh.adjacency import sides_of
 from restore.mesh.decimate import decimate
 from restore.mesh.jets import fit_jets, rings_of
 from restore.mesh.network import edges_of
@@ -31,6 +32,10 @@ def cylinder(flat, out=0.0):
 
 def unrolled(vertices):
     return np.column_stack([RADIUS_MM * np.arctan2(vertices[:, 0], vertices[:, 2]), vertices[:, 1]])
+
+
+def lengths_along(vertices, faces):
+    return surface_lengths(vertices, faces, sides_of(faces))
 
 
 def length(points, edges):
@@ -68,9 +73,9 @@ def test_lengths_through_the_vertices_of_a_decimated_mesh_are_those_of_the_surfa
     assert np.median(distance_outside(vertices)) > 0
     edges = edges_of(faces)
     true = length(unrolled(vertices), edges)
-    found = surface_lengths(vertices, faces, edges)
+    found = lengths_along(vertices, faces)
     monkeypatch.setattr(lengths_module, "stood_outside", lambda *_: False)
-    too_long = np.mean(surface_lengths(vertices, faces, edges) - true)
+    too_long = np.mean(lengths_along(vertices, faces) - true)
     assert abs(np.mean(found - true)) < LEFT * too_long
 
 
@@ -147,6 +152,6 @@ def test_faces_that_unfold_by_themselves_are_left_as_they_are(columns, rows, fol
 def test_vertices_without_a_face_tell_nothing(sheet):
     flat, faces = sheet
     noise = np.random.default_rng(4).normal(scale=NOISE_MM, size=len(flat))
-    vertices, edges = cylinder(flat, noise), edges_of(faces)
+    vertices = cylinder(flat, noise)
     more = np.concatenate([vertices, np.random.default_rng(5).normal(size=(2 * POINTS, 3))])
-    np.testing.assert_allclose(surface_lengths(more, faces, edges), surface_lengths(vertices, faces, edges), rtol=1e-9)
+    np.testing.assert_allclose(lengths_along(more, faces), lengths_along(vertices, faces), rtol=1e-9)

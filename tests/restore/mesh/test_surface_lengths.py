@@ -6,6 +6,7 @@ from scipy.spatial import Delaunay
 
 from oracles.exact import scatter_points
 from restore.mesh import surface_lengths as module
+from restore.mesh.adjacency import sides_of
 from restore.mesh.jets import MOST_NEIGHBOURS, Jets, fit_jets, rings_of
 from restore.mesh.network import edges_of
 from restore.mesh.surface_lengths import bent_lengths, estimate_noise_sigma, straight_and_along, surface_lengths
@@ -46,6 +47,10 @@ def patch():
     return flat, faces, edges, length(flat, edges)
 
 
+def lengths_along(vertices, faces):
+    return surface_lengths(vertices, faces, sides_of(faces))
+
+
 def length(points, edges):
     return np.linalg.norm(points[edges[:, 0]] - points[edges[:, 1]], axis=1)
 
@@ -55,9 +60,9 @@ def rms(values):
 
 
 def test_on_a_flat_mesh_they_are_the_straight_distances(patch):
-    flat, faces, edges, true = patch
+    flat, faces, _, true = patch
     vertices = np.column_stack([flat, np.zeros(len(flat))])
-    np.testing.assert_allclose(surface_lengths(vertices, faces, edges), true, rtol=EXACT)
+    np.testing.assert_allclose(lengths_along(vertices, faces), true, rtol=EXACT)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -65,7 +70,7 @@ def test_on_a_cylinder_they_are_the_arcs(patch, sign):
     flat, faces, edges, true = patch
     turn = flat[:, 0] / RADIUS_MM
     vertices = np.column_stack([RADIUS_MM * np.sin(turn), flat[:, 1], sign * RADIUS_MM * np.cos(turn)])
-    found = surface_lengths(vertices, faces, edges)
+    found = lengths_along(vertices, faces)
     assert rms(found / true - 1) < ARC * rms(length(vertices, edges) / true - 1)
 
 
@@ -85,7 +90,7 @@ def test_over_a_fold_they_go_over_the_crease(patch):
     flat, faces, edges, true = patch
     off = flat[:, 0] - CREASE_MM
     vertices = np.column_stack([off * np.cos(SLOPE), flat[:, 1], np.abs(off) * np.sin(SLOPE)])
-    found, over = surface_lengths(vertices, faces, edges) / true - 1, off[edges].prod(axis=1) < 0
+    found, over = lengths_along(vertices, faces) / true - 1, off[edges].prod(axis=1) < 0
     assert rms(found[over]) < OVER_CREASE * rms(length(vertices, edges)[over] / true[over] - 1)
     assert rms(found[~over]) < BESIDE
 
@@ -97,7 +102,7 @@ def test_over_a_spine_they_follow_the_pages_that_rise_to_it(patch):
     along = SPINE_BEND_MM * (np.sin(SPINE) - np.sin(slope))
     rise = SPINE_BEND_MM * (np.cos(slope) - np.cos(SPINE))
     vertices = np.column_stack([np.sign(off) * along, flat[:, 1], -rise])
-    found, over = surface_lengths(vertices, faces, edges) / true - 1, off[edges].prod(axis=1) < 0
+    found, over = lengths_along(vertices, faces) / true - 1, off[edges].prod(axis=1) < 0
     chords = length(vertices, edges) / true - 1
     assert np.median(np.abs(found[over])) < OVER_SPINE * np.median(np.abs(chords[over]))
 
@@ -105,10 +110,10 @@ def test_over_a_spine_they_follow_the_pages_that_rise_to_it(patch):
 def test_noise_does_not_inflate_them_as_it_does_the_chords(patch):
     flat, faces, edges, true = patch
     vertices = np.column_stack([flat, np.random.default_rng(1).normal(scale=NOISE_MM, size=len(flat))])
-    grown, chords = (np.mean(x / true - 1) for x in (surface_lengths(vertices, faces, edges), length(vertices, edges)))
+    grown, chords = (np.mean(x / true - 1) for x in (lengths_along(vertices, faces), length(vertices, edges)))
     assert abs(estimate_noise_sigma(vertices, rings_of(vertices, faces, edges)) / NOISE_MM - 1) < NOISE_KNOWN
     assert 0 < grown < INFLATED * chords
-    straight = straight_and_along(vertices, faces, edges)[0]
+    straight = straight_and_along(vertices, faces, sides_of(faces))[0]
     assert 0 < np.mean(straight / true - 1) <= grown
 
 
@@ -119,19 +124,18 @@ def test_a_surface_without_noise_is_told(patch):
 
 
 def test_they_scale_with_the_surface(patch):
-    flat, faces, edges, _ = patch
+    flat, faces, _, _ = patch
     vertices = np.column_stack([flat, 0.2 * np.abs(flat[:, 0] - CREASE_MM) + 0.002 * flat[:, 1] ** 2])
-    here = surface_lengths(vertices, faces, edges)
-    np.testing.assert_allclose(surface_lengths(1e3 * vertices, faces, edges), 1e3 * here, rtol=1e-6)
+    here = lengths_along(vertices, faces)
+    np.testing.assert_allclose(lengths_along(1e3 * vertices, faces), 1e3 * here, rtol=1e-6)
 
 
 def test_compiled_and_plain_python_agree(plain):
     flat, faces = scatter_points(150, PATCH_MM, np.random.default_rng(1))
     vertices = np.column_stack([flat, 0.5 * np.abs(flat[:, 0] - CREASE_MM) + 0.002 * flat[:, 1] ** 2])
-    edges = edges_of(faces)
-    compiled = surface_lengths(vertices, faces, edges)
+    compiled = lengths_along(vertices, faces)
     assert "_over_crease" in plain(module)
-    np.testing.assert_allclose(compiled, surface_lengths(vertices, faces, edges), atol=PARITY)
+    np.testing.assert_allclose(compiled, lengths_along(vertices, faces), atol=PARITY)
 
 
 @pytest.fixture(scope="module")
@@ -143,7 +147,7 @@ def dense():
 
 def growth(vertices, faces, edges, true):
     """Of the lengths along the surface, and of the chords."""
-    return tuple(np.mean(x / true - 1) for x in (surface_lengths(vertices, faces, edges), length(vertices, edges)))
+    return tuple(np.mean(x / true - 1) for x in (lengths_along(vertices, faces), length(vertices, edges)))
 
 
 @pytest.mark.parametrize("bend", [0.0, 1.0 / RADIUS_MM], ids=["flat", "cylinder"])
@@ -171,6 +175,12 @@ def test_what_lies_beside_a_crease_is_not_smoothed(patch):
     assert len(smooth) < len(flat)
 
 
+def patches(vertices, faces, edges):
+    rings = rings_of(vertices, faces, edges)
+    noise = estimate_noise_sigma(vertices, rings)
+    return fit_jets(vertices, rings, np.arange(len(vertices)), noise, noise)
+
+
 def steep_roll(noise_mm):
     """A roll whose edges turn by more than a crease in the mean, and what its patches make of it."""
     flat, faces = scatter_points(300, PATCH_MM, np.random.default_rng(0))
@@ -178,9 +188,7 @@ def steep_roll(noise_mm):
     turn = flat[:, 0] / ROLL_MM * (1.0 + 0.3 * flat[:, 0] / PATCH_MM[0])
     vertices = np.column_stack([(ROLL_MM + noise) * np.sin(turn), flat[:, 1], (ROLL_MM + noise) * np.cos(turn)])
     edges = edges_of(faces)
-    rings = rings_of(vertices, faces, edges)
-    sigma = estimate_noise_sigma(vertices, rings)
-    return vertices, edges, fit_jets(vertices, rings, np.arange(len(flat)), sigma, sigma)
+    return vertices, edges, patches(vertices, faces, edges)
 
 
 def test_steep_bends_are_no_creases_where_noise_is_worse_than_what_patches_leave_out():
@@ -202,9 +210,7 @@ def test_creases_stand_out_among_noise(patch):
     off = flat[:, 0] - CREASE_MM
     noise = np.random.default_rng(2).normal(scale=NOISE_MM, size=len(flat))
     vertices = np.column_stack([off * np.cos(SLOPE), flat[:, 1], np.abs(off) * np.sin(SLOPE) + noise])
-    rings = rings_of(vertices, faces, edges)
-    sigma = estimate_noise_sigma(vertices, rings)
-    jets = fit_jets(vertices, rings, np.arange(len(flat)), sigma, sigma)
+    jets = patches(vertices, faces, edges)
     smooth = module._beside_no_crease(vertices, jets, edges, module._steepest_bend(jets, edges))
     ends = np.unique(edges[off[edges].prod(axis=1) < 0])
     assert np.isin(ends, smooth).mean() < LOST
@@ -222,9 +228,9 @@ def test_lengths_at_a_vertex_with_many_neighbours_do_not_depend_on_their_numbers
     vertices, order = np.column_stack([flat, height]), random.permutation(len(flat))
     edges, renumbered = edges_of(faces), edges_of(np.argsort(order)[faces])
     assert np.bincount(edges.ravel()).max() > MOST_NEIGHBOURS
-    there = surface_lengths(vertices[order], np.argsort(order)[faces], renumbered)
+    there = lengths_along(vertices[order], np.argsort(order)[faces])
     found = dict(zip(map(tuple, np.sort(order[renumbered], axis=1).tolist()), there, strict=True))
-    here = surface_lengths(vertices, faces, edges)
+    here = lengths_along(vertices, faces)
     np.testing.assert_allclose([found[tuple(edge)] for edge in edges.tolist()], here, rtol=REORDERED)
 
 
@@ -235,6 +241,7 @@ def test_a_way_is_as_long_in_the_other_direction(patch, fold_deg):
     slope = np.deg2rad(fold_deg / 2)
     vertices = np.column_stack([np.cos(slope) * off, flat[:, 1], -np.sin(slope) * np.abs(off) + 0.01 * off**2])
     across = off[edges[:, 0]] * off[edges[:, 1]] < 0.0
-    there = surface_lengths(vertices, faces, edges)
+    there = lengths_along(vertices, faces)
     assert (there[across] > length(vertices, edges)[across]).mean() > MOST
-    np.testing.assert_allclose(surface_lengths(vertices, faces, edges[:, ::-1]), there, rtol=REORDERED)
+    backwards = sides_of(faces)._replace(edges=edges[:, ::-1])
+    np.testing.assert_allclose(surface_lengths(vertices, faces, backwards), there, rtol=REORDERED)
