@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 import pytest
 
 from oracles.console import CannedStation, serving
-from oracles.console.browser import chromium, find_chromium, window
+from oracles.console.browser import READY_MS, chromium, find_chromium, window
 from station.console.vendored import PAGE, missing_files
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page
 
 Open = Callable[..., "Page"]
+CONNECTED = ".laser:not([data-laser=unknown])"
 
 
 @pytest.fixture(autouse=True)
@@ -56,10 +57,7 @@ def show(browser: Browser) -> Iterator[Open]:
 
         def opened(station: CannedStation, screen: str = "shoot", **look: object) -> Page:
             page = stack.enter_context(window(browser, f"{stack.enter_context(serving(station))}/#/{screen}", **look))
-            for _ in range(250):  # keys that come before the page is connected do nothing
-                if station.listeners:
-                    break
-                page.wait_for_timeout(20)
+            page.locator(CONNECTED).wait_for(timeout=READY_MS)  # keys that come before do nothing
             page.wait_for_timeout(200)  # until it has loaded what came before
             return page
 
