@@ -20,7 +20,6 @@ from restore.numerics import SMALL
 from restore.scan import Floats, Ints
 
 SHORTEST = 1e-3  # of the mean edge: shorter ones weigh no more, or they alone would decide the digits of the rest
-GROUNDED = 1e-12  # of the mean stiffness: a component as a whole has none; it shifts, and bends by less than this
 
 
 def flat_from_lengths(fans: Fans, lengths: Floats, count: int) -> Floats:
@@ -40,7 +39,7 @@ def flat_from_lengths(fans: Fans, lengths: Floats, count: int) -> Floats:
 def _factorised(pairs: Ints, weights: Floats, count: int) -> SuperLU:
     a, b = pairs.T
     stiffness = np.bincount(a, weights, count) + np.bincount(b, weights, count)
-    stiffness += GROUNDED * stiffness.mean()
+    stiffness += SMALL * stiffness.mean()  # a component as a whole has none
     own = np.arange(count)
     entries = np.concatenate([-weights, -weights, stiffness])
     places = np.concatenate([a, b, own]), np.concatenate([b, a, own])
@@ -59,7 +58,7 @@ def _synchronised(frames: Ints, angles: Floats, weights: Floats, solver: SuperLU
         rest = turns[frames[:, 0]] + turn - turns[frames[:, 1]]
         rest -= 2.0 * np.pi * np.round(rest / (2.0 * np.pi))
         squares, before = float((weights * rest**2).sum()), squares
-        if squares > before - GROUNDED * len(rest):  # linear in the turns but for the wraps, which no longer change
+        if squares > before - SMALL * len(rest):  # linear in the turns but for the wraps, which no longer change
             break
         turns = turns + solver.solve(_divergence(frames, (weights * rest)[:, None], count))[:, 0]
     return turns

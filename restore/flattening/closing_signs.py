@@ -13,13 +13,13 @@ import numba
 import numpy as np
 
 from restore.mesh.adjacency import Adjacency, Sides, faces_around, inner_vertices
+from restore.mesh.jets import SIGMAS
 from restore.mesh.measures import corner_angles
 from restore.numerics import SMALL
 from restore.robust import MAD_TO_SIGMA
 from restore.scan import Floats, Ints, Mask
 
 EVIDENCE = 0.5  # of what wrong signs would close if no others were wrong; the rest speaks for the signs as they were
-SIGMAS = 3.0  # of the gaps of all fans: what closes less is chance
 MOST_FACES = 10  # round a vertex that are chosen from together, in a thousand ways; of more, one ten after the other
 
 

@@ -29,7 +29,6 @@ LEAST_DECREASE = 0.01  # of the energy in an iteration: steps to exact lengths d
 # lengths contradict each other they get slowly shorter
 STUCK = 0.01  # rms strain that a vertex could be relieved of alone: what stands still there has not found its page
 INEXACTNESS = 0.03  # of the gradient may be left by a linear solve: with more, what bends the whole page is left
-HALVINGS = 8  # of a step, before the iteration stops
 
 
 def minimise_strain(
@@ -116,15 +115,11 @@ def _minimise(
             return iteration, residual, True
         downhill, last = gradient.copy(), energy
         step = _solved(flat, edges, jacobian, gradient, inverse)
-        for _ in range(HALVINGS):
-            flat += step
-            jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots, corner)
-            if energy <= last:
-                break
-            flat -= step
+        jacobian, gradient, inverse, energy = _linearised(flat + step, edges, lengths, roots, corner)
+        while energy > last:  # at the latest until rounding leaves nothing of the step
             step *= 0.5
-        else:
-            jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots, corner)
+            jacobian, gradient, inverse, energy = _linearised(flat + step, edges, lengths, roots, corner)
+        flat += step
         further = _further(downhill, gradient, step) if corner < np.inf else 0.0
         if further > 0.0:
             flat += further * step

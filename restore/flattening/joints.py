@@ -20,9 +20,6 @@ from restore.mesh.network import Network, Piece, part_of
 from restore.mesh.pose import PosedSheet, move_upright, pose_on_table
 from restore.scan import Floats, Ints, Mask
 
-JOINT = 1e3  # a point in common outweighs the vertices beside it, which tell the turn alone
-FLATTEST = 1e-6  # of its mean square: neighbours in one plane have no extent across it
-
 Solve = Callable[[PosedSheet, Piece], Solution]
 
 
@@ -75,15 +72,14 @@ def _carried_on(
     own = np.concatenate([part.network.edges, part.network.edges[:, ::-1]])
     weights = np.zeros(len(seen))
     weights[own[joined[own[:, 0]], 1]] = 1.0
-    weights[joined] = JOINT
+    weights[joined] = 1.0
     return replace(posed, seen=seen, weights=weights / weights.sum())
 
 
 def _onward(flat_ways: Floats, ways: Floats) -> Floats:
-    """(2, 3): the linear map by which ways (j, 3) mm along a surface best become their flat ways (j, 2) mm."""
-    spread = ways.T @ ways
-    found: Floats = flat_ways.T @ ways @ np.linalg.inv(spread + FLATTEST * np.trace(spread) * np.eye(3))
-    return found
+    """(2, 3) right and up, unit vectors: ways (j, 3) mm along a surface are best seen there as flat ways (j, 2) mm."""
+    turned, _, axes = np.linalg.svd(flat_ways.T @ ways, full_matrices=False)
+    return np.asarray(turned @ axes)
 
 
 def parts(network: Network) -> Iterator[Piece]:

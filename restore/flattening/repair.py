@@ -10,7 +10,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from restore.flattening.gauss_newton import GRADIENT_TOLERANCE, mean_strain, minimise_strain, rest_areas
+from restore.flattening.gauss_newton import GRADIENT_TOLERANCE, MOST_ITERATIONS, mean_strain, minimise_strain, rest_areas
 from restore.flattening.solution import Solution
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import Network
@@ -19,7 +19,6 @@ from restore.scan import Floats, Ints
 
 OPEN = 0.02  # of its area on the surface is a face opened to, or rounding could turn it over
 CONTRADICTED = 0.5  # of its area on the surface: a face that lengths invert by so much is folded, whatever its normal
-SWEEPS = 50  # over inverted faces, as opening one may close its neighbours
 
 
 def opened(found: Solution, network: Network, signs: Floats) -> Solution:
@@ -71,7 +70,7 @@ def open_inverted(flat: Floats, faces: Ints, signs: Floats, least: Floats) -> No
     the most inverted come first, whatever numbers they have.
     """
     way = np.empty((3, 2))
-    for _ in range(SWEEPS):
+    for _ in range(MOST_ITERATIONS):  # as opening one may close its neighbours
         areas = signed_areas(flat, faces) * signs
         below, inverted = np.flatnonzero(areas < least), 0
         for f in below[np.argsort(areas[below])]:
