@@ -18,9 +18,8 @@ from restore.flattening.solution import Follow, Solution
 from restore.mesh.measures import face_shapes, signed_areas
 from restore.mesh.network import Network
 from restore.mesh.pose import PosedSheet
+from restore.numerics import SMALL
 from restore.scan import Floats, Ints
-
-SINGULAR = 1e-13  # smallest to largest pivot: rounding alone leaves 1e-16, sound meshes of 100,000 points 1e-8
 
 Complex = NDArray[np.complex128]
 
@@ -36,7 +35,7 @@ def flatten_conformal(posed: PosedSheet, network: Network, follow: Follow | None
     mapped = conformal_map(network.faces, corners, far_apart(posed.positions))
     flat = np.stack([mapped.real, mapped.imag], axis=1)
     covered = abs(float(signed_areas(flat, network.faces).sum()))
-    if covered < SINGULAR:  # of the square between the held vertices
+    if covered < SMALL:  # of the square between the held vertices
         raise BadInput("a part of the surface is closed all round", "use the method isometric, or clean the mesh")
     flat *= sqrt(area / covered)
     if follow:
@@ -81,7 +80,7 @@ def _solve(matrix: csc_matrix, right: Complex) -> Complex:
     except RuntimeError as error:
         raise _loose() from error
     pivots = np.abs(factors.U.diagonal())
-    if not pivots.min(initial=np.inf) > SINGULAR * pivots.max(initial=0.0):
+    if not pivots.min(initial=np.inf) > SMALL * pivots.max(initial=0.0):  # sound meshes of 100,000 points have 1e-8
         raise _loose()
     solution: Complex = factors.solve(right)
     return solution

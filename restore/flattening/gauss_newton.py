@@ -22,12 +22,13 @@ from restore.numerics import SMALL, TINY
 from restore.robust import robust_sigma
 from restore.scan import Floats, Ints
 
-MOST_ITERATIONS = 50  # a developable sheet needs two to five
+MOST_ITERATIONS = 200  # a developable sheet needs two to five, the least distorted page of another dozens
 GRADIENT_TOLERANCE = 3e-6  # rms strain that a vertex could be relieved of alone, times √n: of a strain that changes
 # along the whole page alone a vertex feels one part in √n. What is left moves a vertex by 10⁻⁵ of an edge
 LEAST_DECREASE = 0.01  # of the energy in an iteration: steps to exact lengths decrease it by nearly all, and where
 # lengths contradict each other they get slowly shorter
-STUCK = 0.01  # rms strain that a vertex could be relieved of alone: what stands still there has not found its page
+MOST_STRAIN = 0.03  # rms: no paper stretches so far. What does is not developable, or not a mesh of one sheet; and a
+# page that stands still where its vertices could be relieved of so much has not been found
 INEXACTNESS = 0.03  # of the gradient may be left by a linear solve: with more, what bends the whole page is left
 
 
@@ -126,7 +127,7 @@ def _minimise(
             jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots, corner)
         residual = sqrt(_preconditioned(gradient, inverse, step_only) / len(flat))
         if energy > (1.0 - LEAST_DECREASE) * last:
-            return iteration + 1, residual, residual <= STUCK
+            return iteration + 1, residual, residual <= MOST_STRAIN
     return most, residual, False
 
 

@@ -17,7 +17,7 @@ from restore.flattening.angle_synchronisation import flat_from_lengths
 from restore.flattening.closing_signs import closing_signs
 from restore.flattening.conformal import flatten_conformal
 from restore.flattening.fans import angle_fans
-from restore.flattening.gauss_newton import least_absolute_strain, mean_strain, minimise_strain
+from restore.flattening.gauss_newton import MOST_STRAIN, least_absolute_strain, mean_strain, minimise_strain
 from restore.flattening.least_distortion import is_disc, least_distorted_page
 from restore.flattening.repair import inverted_count, opened, repaired
 from restore.flattening.solution import Follow, Solution
@@ -26,10 +26,7 @@ from restore.mesh.network import Network
 from restore.mesh.pose import PosedSheet
 from restore.scan import Floats
 
-MOST_STRAIN = 0.03  # rms: no paper stretches so far; what does is not developable, or not a mesh of one sheet
-
 TRIED = 4  # iterations of another start: by then it is strained less than the page that is found, or hardly ever is
-
 CAP = 0.1  # of the strain of an edge that counts there: a few edges of slivers do not make a surface undevelopable
 
 

@@ -12,12 +12,12 @@ import numpy as np
 from scipy.sparse import csc_matrix, diags
 from scipy.sparse.linalg import splu
 
+from restore.flattening.gauss_newton import MOST_ITERATIONS
 from restore.flattening.solution import Solution
 from restore.mesh.measures import signed_areas, surface_area
 from restore.mesh.network import Network
 from restore.scan import Floats, Ints
 
-MOST_ITERATIONS = 200  # bounds the time where the page goes on moving slowly
 STILL = 1e-4  # of its size the page moves in an iteration, rms: it is then within half a per cent of the least energy
 
 

@@ -9,13 +9,8 @@ import numpy as np
 from restore.errors import BadInput, NotEnoughSurface
 from restore.flattening.applicable import flatten_applicable
 from restore.flattening.conformal import flatten_conformal
-from restore.flattening.isometric import (
-    CAP,
-    MOST_STRAIN,
-    flatten_by_least_squares,
-    flatten_isometric,
-    flatten_least_distorted,
-)
+from restore.flattening.gauss_newton import MOST_STRAIN
+from restore.flattening.isometric import CAP, flatten_by_least_squares, flatten_isometric, flatten_least_distorted
 from restore.flattening.joints import flatten_parts
 from restore.flattening.layout import arrange_pieces
 from restore.flattening.solution import Follow, Solution

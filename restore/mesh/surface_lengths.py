@@ -22,7 +22,6 @@ from restore.scan import Floats, Ints
 PROBES = 100  # vertices that tell the noise
 PASSES = 5  # from patches that take noise for shape to some that know it: by then it settles
 SHRUNK = 0.87  # of the noise is left when a patch passes between a vertex and its neighbours
-LEAST_NOISE = 1e-7  # of the page's size: no file holds more digits
 GRAINY = 0.013  # noise in mean edges: more of it lengthens edges by more than creases do
 SMOOTHINGS = 2  # of grainy vertices: a third to two thirds of what noise adds is gone
 ROUGHER = 2.0  # the angle defect may get when vertices are put back; faces that unfold by themselves have none
@@ -141,7 +140,7 @@ def estimate_noise_sigma(vertices: Floats, rings: Rings) -> float:
     for _ in range(PASSES):
         offsets = np.sort(np.abs(fit_jets(vertices, rings, chosen, size, noise).offsets[chosen]))
         noise = MAD_TO_SIGMA * float(offsets[len(offsets) // 2]) / SHRUNK
-    return max(noise, LEAST_NOISE * size)
+    return max(noise, float(np.finfo(np.float32).eps) * size)  # files hold single precision
 
 
 @numba.njit(cache=True, error_model="numpy")
