@@ -22,8 +22,6 @@ from restore.scan import Floats, Ints
 PROBES = 100  # vertices that tell the noise
 PASSES = 5  # from patches that take noise for shape to some that know it: by then it settles
 SHRUNK = 0.87  # of the noise is left when a patch passes between a vertex and its neighbours
-GRAINY = 0.013  # noise in mean edges: more of it lengthens edges by more than creases do
-SMOOTHINGS = 2  # of grainy vertices: a third to two thirds of what noise adds is gone
 ROUGHER = 2.0  # the angle defect may get when vertices are put back; faces that unfold by themselves have none
 CREASE = 0.1  # radians, 6°: a turn that the curvature of both patches does not explain is a crease; without noise to
 # explain how patches pass by their vertices, every such turn
@@ -52,8 +50,8 @@ def _points_of_surface(vertices: Floats, faces: Ints, sides: Sides) -> tuple[Flo
     """The points (n, 3) mm of the surface that vertices (n, 3) mm stand for, and the patches round them.
 
     Vertices that decimation has put outside of a bend are put back. Noise makes every way longer, the more the closer
-    the vertices lie: where that brings the faces nearer to unfolding, all are put on their patches, and where they are
-    grainy patches fitted to those again. But not beside creases, which that would round off.
+    the vertices lie: where that brings the faces nearer to unfolding, all are put on their patches, and on patches
+    fitted to those again. But not beside creases, which that would round off.
     """
     edges, rings = sides.edges, rings_of(vertices, faces, sides.edges)
     noise = estimate_noise_sigma(vertices, rings)
@@ -69,12 +67,9 @@ def _points_of_surface(vertices: Floats, faces: Ints, sides: Sides) -> tuple[Flo
     on_patches = _on_patches(points, jets, smooth)
     if _angle_defect(on_patches, faces, sides) >= defect:
         return points, jets
-    grainy = noise > GRAINY * float(straight_lengths(vertices, edges).mean())
-    for _ in range(SMOOTHINGS if grainy else 0):
-        smooth = _beside_no_crease(on_patches, jets, edges, steepest)
-        jets = _fitted_again(jets, on_patches, rings_of(on_patches, faces, edges), smooth, noise)
-        on_patches = _on_patches(on_patches, jets, smooth)
-    return on_patches, jets
+    smooth = _beside_no_crease(on_patches, jets, edges, steepest)
+    jets = _fitted_again(jets, on_patches, rings_of(on_patches, faces, edges), smooth, noise)
+    return _on_patches(on_patches, jets, smooth), jets
 
 
 def _on_patches(points: Floats, jets: Jets, chosen: Ints) -> Floats:
