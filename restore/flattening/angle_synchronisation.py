@@ -2,12 +2,14 @@
 
 Every fan has a frame of its own; the direction of an edge in the frames at both of its ends tells how the two frames
 are turned against each other. The turns that agree best with all edges are the least squares on the circle (angular
-synchronisation, Singer 2011), here from a spanning tree on, with residuals wrapped to ±π. Turned into one frame, the
-edges are vectors, and the positions that agree best with those solve a Poisson equation. Both systems have the same
-matrix, factorised once, unless a vertex has several fans.
+synchronisation, Singer 2011), here from the ways of least variance on (Dijkstra 1959), with residuals wrapped to ±π.
+Turned into one frame, the edges are vectors, and the positions that agree best with those solve a Poisson equation.
+Both systems have the same matrix, factorised once, unless a vertex has several fans.
 """
 
 from __future__ import annotations
+
+from heapq import heappop, heappush
 
 import numba
 import numpy as np
@@ -53,7 +55,7 @@ def _synchronised(frames: Ints, angles: Floats, weights: Floats, solver: SuperLU
     """(count,) rad by which each frame is turned."""
     turn = angles[:, 0] - angles[:, 1] - np.pi
     around = adjacency(frames.ravel(), np.repeat(np.arange(len(frames)), 2), count)
-    turns, squares = _along_tree(frames, turn, around), np.inf
+    turns, squares = along_tree(frames, turn, 1.0 / weights, around), np.inf
     while True:
         rest = turns[frames[:, 0]] + turn - turns[frames[:, 1]]
         rest -= 2.0 * np.pi * np.round(rest / (2.0 * np.pi))
@@ -65,25 +67,27 @@ def _synchronised(frames: Ints, angles: Floats, weights: Floats, solver: SuperLU
 
 
 @numba.njit(cache=True)
-def _along_tree(frames: Ints, turn: Floats, around: Adjacency) -> Floats:
-    """(n,) rad by which each frame is turned, over as few joints from the first of its component as can be."""
+def along_tree(frames: Ints, turn: Floats, variances: Floats, around: Adjacency) -> Floats:
+    """(n,) rad by which each frame is turned: over joints of the least total variance from the first of its component.
+
+    frames (j, 2) and turn (j,) rad of the joints; variances (j,): short edges tell turns better than a long one does.
+    """
     count = len(around.start) - 1
-    turns, seen, queue = np.zeros(count), np.zeros(count, np.bool_), np.empty(count, np.int64)
+    turns, seen, queue = np.zeros(count), np.zeros(count, np.bool_), [(0.0, 0, 0.0)]
     for root in range(count):
-        if seen[root]:
-            continue
-        seen[root], queue[0] = True, root
-        first, last = 0, 1
-        while first < last:
-            i = queue[first]
-            first += 1
+        if not seen[root]:
+            heappush(queue, (0.0, root, 0.0))
+        while queue:
+            variance, i, turned = heappop(queue)
+            if seen[i]:
+                continue
+            seen[i], turns[i] = True, turned
             for q in range(around.start[i], around.start[i + 1]):
                 joint = around.items[q]
                 k = frames[joint, 0] + frames[joint, 1] - i
                 if not seen[k]:
-                    turns[k] = turns[i] + (turn[joint] if frames[joint, 0] == i else -turn[joint])
-                    seen[k], queue[last] = True, k
-                    last += 1
+                    onward = turn[joint] if frames[joint, 0] == i else -turn[joint]
+                    heappush(queue, (variance + variances[joint], k, turned + onward))
     return turns
 
 

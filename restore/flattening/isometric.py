@@ -51,13 +51,12 @@ def flatten_by_least_squares(posed: PosedSheet, network: Network, follow: Follow
 def _least_squares(posed: PosedSheet, network: Network, follow: Follow | None) -> tuple[Solution, Floats]:
     """The page of least squared strain near the start that misses the lengths least, and the signs (m,) of faces."""
     start, signs = _start(posed, network)
-    found = minimise_strain(start, network)
+    found = opened(minimise_strain(start, network), network, signs)
     if inverted_count(found.flat, network.faces, signs):
         for other in _other_starts(posed, network):
             again = minimise_strain(other, network, TRIED)
             if mean_strain(again.flat, network) < mean_strain(found.flat, network):
-                found = minimise_strain(again.flat, network)
-    found = opened(found, network, signs)
+                found = opened(minimise_strain(again.flat, network), network, signs)
     if follow:
         follow(1, np.column_stack([found.flat, np.zeros(len(found.flat))]))
     return found._replace(iterations=1 + found.iterations), signs

@@ -16,8 +16,7 @@ import numpy as np
 from restore.numerics import TINY
 from restore.scan import Floats, Ints
 
-PARTICLES = 40  # in one of them: with half as many, passes are a third fewer and cost twice as much
-MOST = 2000  # of them: to factorise their stiffness takes as long as the passes that it saves
+GROWTH = 3 / 5  # c aggregates of n particles take c² to factorise, and √(n / c) passes of n: both grow as n^(6/5) then
 MODES = 3  # right, up, and a turn
 STIFFEN = 1e-6  # of the stiffness: the page as a whole has none, nor has a single particle against a turn, or across
 # edges in one line
@@ -59,7 +58,7 @@ def _cells(flat: Floats) -> tuple[Ints, Floats, int]:
     along, across = _own_frame(flat)
     low_x, high_x, low_y, high_y = along.min(), along.max(), across.min(), across.max()
     wide, high = high_x - low_x, high_y - low_y
-    count = min(max(len(flat) // PARTICLES, 1), MOST)
+    count = len(flat) ** GROWTH
     size = max(sqrt(wide * high / count), max(wide, high) / count) + TINY
     left, low = floor(low_x / size + 0.5), floor(low_y / size + 0.5)
     columns, rows = int(floor(high_x / size + 0.5) - left) + 1, int(floor(high_y / size + 0.5) - low) + 1

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from restore.flattening.angle_synchronisation import flat_from_lengths
+from restore.flattening.angle_synchronisation import along_tree, flat_from_lengths
 from restore.flattening.fans import angle_fans
-from restore.mesh.adjacency import sides_of
+from restore.mesh.adjacency import adjacency, sides_of
 from restore.mesh.measures import edge_strain, signed_areas, straight_lengths
 
 EXACT = 1e-5  # strain: the matrix is grounded by a billionth, felt along the whole page
@@ -65,6 +65,14 @@ def test_halves_that_hang_together_by_one_edge_of_three_faces_lie_as_on_the_page
     assert np.abs(edge_strain(found, edges, lengths)).max() < EXACT
     apart = np.linalg.norm(found[0] - found[-2]), np.linalg.norm(flat[used][0] - flat[used][-2])
     assert apart[0] == pytest.approx(apart[1], rel=EXACT)
+
+
+def test_turns_are_told_by_many_short_joints_and_not_by_a_long_one_that_is_wrong():
+    """As where Delaunay leaves long faces along straight borders, which cut through the windings of a rolled sheet."""
+    frames = np.array([[0, 1], [1, 2], [3, 2], [0, 3], [5, 4]])
+    turn, variances = np.array([0.1, 0.2, -0.4, 3.0, 0.3]), np.array([1.0, 1.0, 1.0, 25.0, 1.0])
+    around = adjacency(frames.ravel(), np.repeat(np.arange(len(frames)), 2), 6)
+    np.testing.assert_allclose(along_tree(frames, turn, variances, around), [0.0, 0.1, 0.3, 0.7, 0.0, -0.3])
 
 
 def test_lengths_with_errors_give_a_page_near_the_truth(warped):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from restore.flattening.gauss_newton import _linearised
-from restore.flattening.rigid_aggregates import MODES, PARTICLES, STIFFEN, aggregate, correct_rigidly
+from restore.flattening.rigid_aggregates import GROWTH, MODES, STIFFEN, aggregate, correct_rigidly
 from restore.mesh.network import edges_of
 
 EXACT = 1e-4  # of the largest way: the stiffening of 1e-6 is felt where the page as a whole may move
@@ -45,10 +45,11 @@ def test_every_particle_has_an_aggregate_of_neighbours(askew):
     owner = aggregate(flat, edges, gradients).owner
     members = np.bincount(owner)
     assert (members > 0).all()
-    assert 0.5 * PARTICLES < len(flat) / len(members) <= 2 * PARTICLES or len(flat) < 3 * PARTICLES
+    wanted = len(flat) ** GROWTH
+    assert 0.5 * wanted <= len(members) < 2.0 * wanted + 1
     extent = max(np.ptp(flat[owner == k], axis=0).max() for k in range(len(members)))
     area = np.ptp(flat, axis=0).prod()
-    assert extent < 2.0 * np.sqrt(area / max(len(flat) // PARTICLES, 1))
+    assert extent < 2.0 * np.sqrt(area / wanted)
 
 
 def test_the_way_balances_all_rigid_motions(askew):
