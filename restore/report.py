@@ -15,8 +15,9 @@ from restore.mesh.measures import (
     straight_lengths,
     surface_area,
 )
-from restore.mesh.network import SHORTEST, edges_of
+from restore.mesh.network import edges_of
 from restore.mesh.strain import face_strain, smooth_rms_strain
+from restore.numerics import SMALL
 from restore.outline.rectangle import page_size
 from restore.range_image.sheet import Sheet
 from restore.scan import FlatMesh, Ints, SurfaceMesh
@@ -86,7 +87,7 @@ def _face_strain_statistics(mesh: FlatMesh, edges: Ints) -> dict[str, dict[str, 
 def _chord_strain(mesh: FlatMesh, edges: Ints) -> dict[str, Any]:
     """Strain against the straight lengths of the edges, and how far the rest lengths differ from those, and where."""
     chords = straight_lengths(mesh.vertices, edges)
-    chords = np.maximum(chords, SHORTEST * chords.mean())
+    chords = np.maximum(chords, SMALL * chords.mean())
     strain, estimated = edge_strain(mesh.flat, edges, chords), mesh.lengths / chords - 1.0
     farthest = edges[np.argmax(np.abs(mesh.lengths - chords))]
     return {

@@ -27,8 +27,8 @@ GRADIENT_TOLERANCE = 3e-6  # rms strain that a vertex could be relieved of alone
 # along the whole page alone a vertex feels one part in √n. What is left moves a vertex by 10⁻⁵ of an edge
 LEAST_DECREASE = 0.01  # of the energy in an iteration: steps to exact lengths decrease it by nearly all, and where
 # lengths contradict each other they get slowly shorter
-MOST_STRAIN = 0.03  # rms: no paper stretches so far. What does is not developable, or not a mesh of one sheet; and a
-# page that stands still where its vertices could be relieved of so much has not been found
+MOST_STRAIN = 0.03  # in the mean: no paper stretches so far. What does is not developable, or not a mesh of one sheet;
+# and a page that stands still where its vertices could be relieved of so much has not been found
 INEXACTNESS = 0.03  # of the gradient may be left by a linear solve: with more, what bends the whole page is left
 
 
@@ -62,8 +62,7 @@ def least_absolute_strain(found: Solution, network: Network, other: Floats | Non
     The corner of the pseudo-Huber loss is the robust standard deviation of the strains that least squares leave. Where
     other lengths (e,) mm are given, both lengths of an edge count.
     """
-    sigma = robust_sigma(edge_strain(found.flat, network.edges, network.lengths))
-    corner = max(sigma, SMALL)
+    corner = max(robust_sigma(edge_strain(found.flat, network.edges, network.lengths)), SMALL)
     again = minimise_strain(found.flat, network, corner=corner, other=other)
     return again._replace(iterations=found.iterations + again.iterations)
 

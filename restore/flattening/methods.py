@@ -9,15 +9,14 @@ import numpy as np
 from restore.errors import BadInput, NotEnoughSurface
 from restore.flattening.applicable import flatten_applicable
 from restore.flattening.conformal import flatten_conformal
-from restore.flattening.gauss_newton import MOST_STRAIN
-from restore.flattening.isometric import CAP, flatten_by_least_squares, flatten_isometric, flatten_least_distorted
+from restore.flattening.gauss_newton import MOST_STRAIN, mean_strain
+from restore.flattening.isometric import flatten_by_least_squares, flatten_isometric, flatten_least_distorted
 from restore.flattening.joints import flatten_parts
 from restore.flattening.layout import arrange_pieces
 from restore.flattening.solution import Follow, Solution
 from restore.flattening.springs import flatten_springs
 from restore.flattening.sticks import flatten_sticks
 from restore.flattening.two_lengths import with_surface_lengths
-from restore.mesh.measures import rms_strain
 from restore.mesh.network import Network, Piece, make_network, pieces
 from restore.mesh.pose import PosedSheet, pose_on_table
 from restore.mesh.surface_lengths import straight_and_along, surface_lengths
@@ -65,9 +64,9 @@ def flatten_points(
     else:
         lengths = surface_lengths(mesh.vertices, mesh.faces, mesh.sides) if lengths is None else lengths
         page = flatten_with(mesh, METHODS[method], lengths, on_step)
-    if method == DEFAULT and rms_strain(page.flat, mesh.sides.edges, page.lengths, CAP) > MOST_STRAIN:
-        return flatten_with(mesh, flatten_least_distorted, page.lengths, on_step)
-    return page
+    network = make_network(mesh.vertices, mesh.faces, page.lengths, mesh.sides)
+    strained = method == DEFAULT and mean_strain(page.flat, network) > MOST_STRAIN
+    return flatten_with(mesh, flatten_least_distorted, page.lengths, on_step) if strained else page
 
 
 def flatten_with(mesh: ValidMesh, solver: Solver, lengths: Floats, on_step: OnStep | None) -> FlatMesh:

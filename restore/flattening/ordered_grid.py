@@ -22,7 +22,7 @@ from restore.flattening.methods import flatten_with
 from restore.mesh.adjacency import components
 from restore.mesh.grid_patches import fit_patches
 from restore.mesh.measures import straight_lengths, surface_area
-from restore.mesh.network import SHORTEST, edges_of
+from restore.mesh.network import edges_of
 from restore.mesh.ordered_grid import GridMesh, grid_faces
 from restore.mesh.surface_lengths import bent_lengths
 from restore.mesh.validate import validated
@@ -107,7 +107,7 @@ def flatten_grid(mesh: GridMesh, most: int | None = None) -> FlatMesh:
     flat = _between(nodes, displacement, mesh.shape) + _plane(mesh.shape, along, down)
     surface = _moved_onto_surface(points, pieces, nodes)
     lengths = straight_lengths(surface.reshape(-1, 3)[kept.places], edges_of(kept.faces))
-    lengths = np.maximum(lengths, SHORTEST * lengths.mean())
+    lengths = np.maximum(lengths, SMALL * lengths.mean())
     return FlatMesh.of(kept, flat.reshape(-1, 2)[kept.places], lengths, page.steps, **page.convergence)
 
 

@@ -10,7 +10,13 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from restore.flattening.gauss_newton import GRADIENT_TOLERANCE, MOST_ITERATIONS, mean_strain, minimise_strain, rest_areas
+from restore.flattening.gauss_newton import (
+    GRADIENT_TOLERANCE,
+    MOST_ITERATIONS,
+    mean_strain,
+    minimise_strain,
+    rest_areas,
+)
 from restore.flattening.solution import Solution
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import Network

@@ -17,7 +17,7 @@ import numpy as np
 from restore.errors import BadInput
 from restore.flattening.solution import Follow, Solution
 from restore.mesh.hinges import hinges_of
-from restore.mesh.measures import rms_strain, surface_area
+from restore.mesh.measures import edge_strain, surface_area
 from restore.mesh.network import Network
 from restore.mesh.pose import PosedSheet
 from restore.numerics import SMALL
@@ -66,7 +66,7 @@ def flatten_springs(
             raise BadInput(f"the springs of the sheet diverge in step {step}", "use the method isometric")
         if quiet == QUIET_STEPS:
             break
-    residual = rms_strain(now[:, :2], network.edges, lengths, np.inf)
+    residual = float(np.sqrt((edge_strain(now[:, :2], network.edges, lengths) ** 2).mean()))
     return Solution(now[:, :2] / scale, step, residual, quiet == QUIET_STEPS)
 
 

@@ -31,16 +31,6 @@ def edge_strain(flat: Floats, edges: Ints, lengths: Floats) -> Floats:
     return np.asarray(straight_lengths(flat, edges) / lengths - 1.0)
 
 
-@numba.njit(cache=True)
-def rms_strain(flat: Floats, edges: Ints, lengths: Floats, cap: float) -> float:
-    """Root mean square of the strains of edges (e, 2), each limited to `cap`; flat (n, 2) and lengths (e,) in mm."""
-    total = 0.0
-    for k in range(len(edges)):
-        x, y = flat[edges[k, 1], 0] - flat[edges[k, 0], 0], flat[edges[k, 1], 1] - flat[edges[k, 0], 1]
-        total += min(abs(sqrt(x * x + y * y) / lengths[k] - 1.0), cap) ** 2
-    return sqrt(total / len(edges))
-
-
 def face_shapes(
     faces: Ints, edges: Ints, lengths: Floats, min_height_ratio: float = MIN_HEIGHT_RATIO
 ) -> tuple[Floats, Floats, Floats]:
