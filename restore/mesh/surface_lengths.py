@@ -21,7 +21,7 @@ from restore.scan import Floats, Ints
 
 PROBES = 100  # vertices that tell the noise
 PASSES = 5  # from patches that take noise for shape to some that know it: by then it settles
-SHRUNK = 0.87  # of the noise is left when a patch passes between a vertex and its neighbours
+SHRUNK = 0.87  # of the noise is left between a vertex and a quadratic through it and two hexagonal rings: √(42 / 55)
 ROUGHER = 2.0  # the angle defect may get when vertices are put back; faces that unfold by themselves have none
 CREASE = 0.1  # radians, 6°: a turn that the curvature of both patches does not explain is a crease; without noise to
 # explain how patches pass by their vertices, every such turn
