@@ -5,4 +5,5 @@
 TINY = 1e-300
 SQUARE_TINY = 1e-30  # of what is squared again before it is divided by
 SMALL = 1e-12  # of lengths in mm and their squares: particles at one place
+SINGLE_PRECISION = 2.0**-23  # of a length: files of meshes hold no more digits
 SINGLE_TINY = 1e-6  # of light, shares and areas in pixels in single precision, whose least step near 1 is 1e-7

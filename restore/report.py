@@ -17,7 +17,7 @@ from restore.mesh.measures import (
 )
 from restore.mesh.network import edges_of
 from restore.mesh.strain import face_strain, smooth_rms_strain
-from restore.numerics import SMALL
+from restore.numerics import SINGLE_PRECISION
 from restore.outline.rectangle import page_size
 from restore.range_image.sheet import Sheet
 from restore.scan import FlatMesh, Ints, SurfaceMesh
@@ -87,7 +87,7 @@ def _face_strain_statistics(mesh: FlatMesh, edges: Ints) -> dict[str, dict[str, 
 def _chord_strain(mesh: FlatMesh, edges: Ints) -> dict[str, Any]:
     """Strain against the straight lengths of the edges, and how far the rest lengths differ from those, and where."""
     chords = straight_lengths(mesh.vertices, edges)
-    chords = np.maximum(chords, SMALL * chords.mean())
+    chords = np.maximum(chords, SINGLE_PRECISION * chords.mean())
     strain, estimated = edge_strain(mesh.flat, edges, chords), mesh.lengths / chords - 1.0
     farthest = edges[np.argmax(np.abs(mesh.lengths - chords))]
     return {

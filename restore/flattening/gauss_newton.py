@@ -27,7 +27,7 @@ GRADIENT_TOLERANCE = 3e-6  # rms strain that a vertex could be relieved of alone
 # along the whole page alone a vertex feels one part in √n. What is left moves a vertex by 10⁻⁵ of an edge
 LEAST_DECREASE = 0.01  # of the energy in an iteration: steps to exact lengths decrease it by nearly all, and where
 # lengths contradict each other they get slowly shorter
-MOST_STRAIN = 0.03  # in the mean: no paper stretches so far. What does is not developable, or not a mesh of one sheet;
+MOST_STRAIN = 0.03  # rms: no paper stretches so far. What does is not developable, or not a mesh of one sheet;
 # and a page that stands still where its vertices could be relieved of so much has not been found
 INEXACTNESS = 0.03  # of the gradient may be left by a linear solve: with more, what bends the whole page is left
 
@@ -111,8 +111,8 @@ def _minimise(
     jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots, corner)
     residual = sqrt(_preconditioned(gradient, inverse, step_only) / len(flat))
     for iteration in range(most):
-        if residual <= tolerance:
-            return iteration, residual, True
+        if not residual > tolerance:  # nor is it where the start has no finite strain
+            return iteration, residual, residual <= tolerance
         downhill, last = gradient.copy(), energy
         step = _solved(flat, edges, jacobian, gradient, inverse)
         jacobian, gradient, inverse, energy = _linearised(flat + step, edges, lengths, roots, corner)

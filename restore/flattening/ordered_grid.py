@@ -26,7 +26,7 @@ from restore.mesh.network import edges_of
 from restore.mesh.ordered_grid import GridMesh, grid_faces
 from restore.mesh.surface_lengths import bent_lengths
 from restore.mesh.validate import validated
-from restore.numerics import SMALL, TINY
+from restore.numerics import SINGLE_PRECISION, SMALL, TINY
 from restore.robust import robust_sigma
 from restore.scan import FlatMesh, Floats, Ints, Mask, SurfaceMesh
 
@@ -107,7 +107,7 @@ def flatten_grid(mesh: GridMesh, most: int | None = None) -> FlatMesh:
     flat = _between(nodes, displacement, mesh.shape) + _plane(mesh.shape, along, down)
     surface = _moved_onto_surface(points, pieces, nodes)
     lengths = straight_lengths(surface.reshape(-1, 3)[kept.places], edges_of(kept.faces))
-    lengths = np.maximum(lengths, SMALL * lengths.mean())
+    lengths = np.maximum(lengths, SINGLE_PRECISION * lengths.mean())
     return FlatMesh.of(kept, flat.reshape(-1, 2)[kept.places], lengths, page.steps, **page.convergence)
 
 

@@ -21,10 +21,9 @@ MOST_NEIGHBOURS = 32  # two rings have 18 on average; of more the nearest count,
 MOST_FOUND = MOST_NEIGHBOURS * MOST_NEIGHBOURS  # among which those are looked for
 STAND_OFF = 0.03  # slope, 2°: neighbours that stand off a plane or a patch by more have a quarter of their weight
 SIGMAS = 3.0  # of the noise: nothing that lies so near to a plane or a patch is told from it
-ROUNDS = 3  # of reweighting
+ROUNDS = 3  # of iterations that settle at once: reweighting, and Newton's method over a crease
 PRIOR = 1e-2  # of one neighbour's weight: holds slopes and curvatures that too few neighbours leave open near zero
 TERMS = 6  # height, two slopes, three second derivatives
-LANES = 4  # points added up at a time; beyond the last are so many of no weight
 
 
 class Jets(NamedTuple):
@@ -79,10 +78,10 @@ def _fit_all(
 ) -> tuple[Floats, Floats, Floats]:
     count = len(vertices)
     normals, offsets, forms = np.zeros((count, 3)), np.zeros(count), np.zeros((count, 3, 3))
-    met, found, weights = np.full(count, -1), np.empty(MOST_FOUND, np.int64), np.empty(MOST_NEIGHBOURS + LANES)
+    met, found, weights = np.full(count, -1), np.empty(MOST_FOUND, np.int64), np.empty(MOST_NEIGHBOURS)
     points, nearness = np.empty((3, MOST_NEIGHBOURS)), np.empty(MOST_NEIGHBOURS)
     jet, frame, sums = np.empty(TERMS), np.eye(3), np.empty(row_of(TERMS) + TERMS)
-    products = np.empty((MOST_NEIGHBOURS + LANES, len(sums)))  # of the terms with each other and with the height
+    products = np.empty((MOST_NEIGHBOURS, len(sums)))  # of the terms with each other and with the height
     for i in chosen:
         near, far = _two_rings(i, neighbours, met, found)
         if far > MOST_NEIGHBOURS:
@@ -232,18 +231,15 @@ def _fit(
     """
     for k in range(far):
         _multiply(points, k, products)
-    weights[far : far + LANES] = 0.0
-    products[far : far + LANES] = 0.0
     for _ in range(ROUNDS):
         sums[:] = 0.0
         for p in range(1, TERMS):
             sums[row_of(p) + p] = PRIOR
         sums[row_of(4) + 4] *= 2.0  # the mixed derivative counts twice in a form
         sums[row_of(0)] = own
-        for k in range(0, far, LANES):
-            a, b, c, d = weights[k], weights[k + 1], weights[k + 2], weights[k + 3]
-            for m in range(len(sums)):  # compilers do not vectorise what a constant has them unroll
-                sums[m] += a * products[k, m] + b * products[k + 1, m] + c * products[k + 2, m] + d * products[k + 3, m]
+        for k in range(far):
+            for m in range(len(sums)):
+                sums[m] += weights[k] * products[k, m]
         _solve(sums, jet)
         _weigh(points, nearness, far, jet, weights, grain)
 

@@ -10,7 +10,7 @@ import numpy as np
 from restore.errors import BadInput
 from restore.mesh.adjacency import Sides, components, sides_of
 from restore.mesh.measures import lengths_between, straight_lengths
-from restore.numerics import SMALL, TINY
+from restore.numerics import SINGLE_PRECISION, TINY
 from restore.scan import Floats, Ints, Mask
 
 
@@ -60,7 +60,7 @@ def make_network(vertices: Floats, faces: Ints, lengths: Floats | None = None, s
     mean = float(lengths.mean(dtype=float)) if fit else 0.0
     if not TINY < mean * mean * mean * mean < 1.0 / TINY:  # as they are multiplied for the areas of faces
         raise BadInput(f"{count} edges need {count} finite lengths", "give them in mm, in the order of `edges_of`")
-    return Network(faces, sides, np.maximum(lengths, SMALL * mean))  # to divide by
+    return Network(faces, sides, np.maximum(lengths, SINGLE_PRECISION * mean))  # to divide by
 
 
 def pieces(network: Network) -> Iterator[Piece]:

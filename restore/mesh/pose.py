@@ -12,6 +12,7 @@ from restore.numerics import TINY
 from restore.scan import Floats, Ints
 
 LEVEL = 0.2  # a sheet closed to a tube has no mean normal; below this share of its area we ask its principal axes
+EDGE_ON = 0.9  # cosine of the page's normal with the scanner's right
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,8 +56,7 @@ def _axes(out: Floats) -> Floats:
 
     A page that lies before the scanner keeps the scanner's right; one seen edge-on from the side takes what is left.
     """
-    edge_on = out[0] ** 2 > out[1] ** 2 + out[2] ** 2
-    right = np.array([0.0, 0.0, -np.sign(out[0])] if edge_on else [1.0, 0.0, 0.0])
+    right = np.array([1.0, 0.0, 0.0] if abs(out[0]) < EDGE_ON else [0.0, 0.0, -np.sign(out[0])])
     right -= (right @ out) * out
     right /= sqrt(right @ right)
     return np.stack([right, np.cross(out, right), out])

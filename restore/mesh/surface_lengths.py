@@ -12,10 +12,10 @@ import numba
 import numpy as np
 
 from restore.mesh.adjacency import Sides, inner_vertices
-from restore.mesh.jets import SIGMAS, Jets, Rings, fit_jets, rings_of
+from restore.mesh.jets import ROUNDS, SIGMAS, Jets, Rings, fit_jets, rings_of
 from restore.mesh.measures import corner_angles, straight_lengths
 from restore.mesh.outside import put_back, stood_outside
-from restore.numerics import SQUARE_TINY
+from restore.numerics import SINGLE_PRECISION, SQUARE_TINY
 from restore.robust import MAD_TO_SIGMA, robust_sigma
 from restore.scan import Floats, Ints
 
@@ -26,7 +26,6 @@ ROUGHER = 2.0  # the angle defect may get when vertices are put back; faces that
 CREASE = 0.1  # radians, 6°: a turn that the curvature of both patches does not explain is a crease; without noise to
 # explain how patches pass by their vertices, every such turn
 LEVEL = cos(CREASE)
-BENDINGS = 3  # of the tangents towards the crease, by Newton's method; a fourth changes no digit that counts
 
 
 def surface_lengths(vertices: Floats, faces: Ints, sides: Sides) -> Floats:
@@ -135,7 +134,7 @@ def estimate_noise_sigma(vertices: Floats, rings: Rings) -> float:
     for _ in range(PASSES):
         offsets = np.sort(np.abs(fit_jets(vertices, rings, chosen, size, noise).offsets[chosen]))
         noise = MAD_TO_SIGMA * float(offsets[len(offsets) // 2]) / SHRUNK
-    return max(noise, float(np.finfo(np.float32).eps) * size)  # files hold single precision
+    return max(noise, SINGLE_PRECISION * size)
 
 
 @numba.njit(cache=True, error_model="numpy")
@@ -228,7 +227,7 @@ def _meet(x: float, y: float, turn: float, first: float, second: float) -> tuple
     if near <= 0.0 or far <= 0.0:
         return -1.0, -1.0
     first, second = max(first, 0.0), max(second, 0.0)
-    for _ in range(BENDINGS):
+    for _ in range(ROUNDS):  # of Newton's method; one more changes no digit that counts
         # near·(1, 0) + first·near²/2·(0, 1) = (x, y) − far·(c, −s) + second·far²/2·(s, c)
         bend, back = first * near, second * far
         off_x = near - x + far * c - 0.5 * back * far * s

@@ -100,6 +100,14 @@ def test_unfolded_faces_keep_their_sides():
     assert (signed_areas(points, np.arange(len(points)).reshape(-1, 3)) > 0).all()
 
 
+def test_a_doubled_point_does_not_part_a_sheet():
+    sheet = exact_sheet(Flat(), 300)
+    vertices = sheet.mesh.vertices.copy()
+    vertices[sheet.mesh.faces[7, 1]] = vertices[sheet.mesh.faces[7, 0]]
+    flat = flatten_conformal(pose_on_table(vertices, sheet.mesh.faces), make_network(vertices, sheet.mesh.faces)).flat
+    assert rms_mm(flat, sheet) < 2.0 * A_MILLIMETRE  # one of 300 is off by its spacing, 14 mm
+
+
 def test_sheets_that_meet_in_a_single_point_are_refused():
     vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0.0]])
     faces = np.array([[0, 1, 2], [0, 3, 4]])

@@ -54,6 +54,12 @@ def test_what_stands_still_far_from_its_lengths_has_not_converged():
     assert not page.converged
 
 
+def test_a_start_that_is_nowhere_is_given_up_at_once():
+    found = minimise_strain(np.full_like(SQUARE, np.nan), NETWORK)
+    assert found.iterations == 0
+    assert not found.converged
+
+
 def test_no_page_near_by_has_less_strain(warped):
     page = warped("gutter", count=300)
     rng = np.random.default_rng(1)
