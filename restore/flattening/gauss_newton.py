@@ -111,7 +111,7 @@ def _minimise(
     jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots, corner)
     residual = sqrt(_preconditioned(gradient, inverse, step_only) / len(flat))
     for iteration in range(most):
-        if not residual > tolerance:  # nor is it where the start has no finite strain
+        if not residual > tolerance:  # or not finite
             return iteration, residual, residual <= tolerance
         downhill, last = gradient.copy(), energy
         step = _solved(flat, edges, jacobian, gradient, inverse)
