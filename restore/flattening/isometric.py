@@ -96,6 +96,6 @@ def flatten_least_distorted(posed: PosedSheet, network: Network, follow: Follow 
 
 
 def is_torn(flat: Floats, network: Network) -> bool:
-    """Whether the edges of a page are strained by more than MOST_STRAIN, root mean square."""
+    """Whether the edges of a page, flat (n, 2) mm, are strained by more than MOST_STRAIN, root mean square."""
     strain = np.minimum(np.abs(edge_strain(flat, network.edges, network.lengths)), CAP)
     return bool((strain**2).mean() > MOST_STRAIN**2)
