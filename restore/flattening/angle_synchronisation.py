@@ -73,10 +73,11 @@ def along_tree(frames: Ints, turn: Floats, variances: Floats, around: Adjacency)
     frames (j, 2) and turn (j,) rad of the joints; variances (j,): short edges tell turns better than a long one does.
     """
     count = len(around.start) - 1
-    turns, seen, queue = np.zeros(count), np.zeros(count, np.bool_), [(0.0, 0, 0.0)]
+    turns, seen = np.zeros(count), np.zeros(count, np.bool_)
     for root in range(count):
-        if not seen[root]:
-            heappush(queue, (0.0, root, 0.0))
+        if seen[root]:
+            continue
+        queue = [(0.0, root, 0.0)]
         while queue:
             variance, i, turned = heappop(queue)
             if seen[i]:

@@ -63,8 +63,7 @@ def flatten_points(
     else:
         lengths = surface_lengths(mesh.vertices, mesh.faces, mesh.sides) if lengths is None else lengths
         page = flatten_with(mesh, METHODS[method], lengths, on_step)
-    network = make_network(mesh.vertices, mesh.faces, page.lengths, mesh.sides)
-    torn = method == DEFAULT and is_torn(page.flat, network)
+    torn = method == DEFAULT and is_torn(page.flat, mesh.sides.edges, page.lengths)
     return flatten_with(mesh, flatten_least_distorted, page.lengths, on_step) if torn else page
 
 

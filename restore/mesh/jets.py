@@ -20,7 +20,7 @@ from restore.scan import Floats, Ints
 MOST_NEIGHBOURS = 32  # two rings have 18 on average; of more the nearest count, whatever numbers they have
 MOST_FOUND = MOST_NEIGHBOURS * MOST_NEIGHBOURS  # among which those are looked for
 STAND_OFF = 0.03  # slope, 2°: neighbours that stand off a plane or a patch by more have a quarter of their weight
-SIGMAS = 3.0  # of the noise: nothing that lies so near to a plane or a patch is told from it
+SIGMAS = 3.0  # of the noise, of vertices or of angles: what is off by less is not told from it
 ROUNDS = 3  # of iterations that settle at once: reweighting, and Newton's method over a crease
 PRIOR = 1e-2  # of one neighbour's weight: holds slopes and curvatures that too few neighbours leave open near zero
 TERMS = 6  # height, two slopes, three second derivatives
