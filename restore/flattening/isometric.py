@@ -27,7 +27,7 @@ from restore.mesh.pose import PosedSheet
 from restore.scan import Floats, Ints
 
 TRIED = 4  # iterations of another start: by then it is strained less than the page that is found, or hardly ever is
-CAP = 0.1  # of the strain of an edge that counts there: a few edges of slivers, or of a spike, tear no page
+CAP = 0.1  # of the strain of an edge that counts there: few edges, of slivers or a spike, do not tell of a surface
 
 
 def flatten_isometric(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
@@ -91,11 +91,11 @@ def _other_starts(posed: PosedSheet, network: Network) -> Iterator[Floats]:
 def flatten_least_distorted(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
     """As `flatten_isometric`, and a disc that is strained by more than MOST_STRAIN the least distorted page instead."""
     found = flatten_isometric(posed, network, follow)
-    torn = is_torn(found.flat, network.edges, network.lengths) and is_disc(network)
-    return least_distorted_page(posed.positions, network) if torn else found
+    strained = stretched(found.flat, network.edges, network.lengths) and is_disc(network)
+    return least_distorted_page(posed.positions, network) if strained else found
 
 
-def is_torn(flat: Floats, edges: Ints, lengths: Floats) -> bool:
+def stretched(flat: Floats, edges: Ints, lengths: Floats) -> bool:
     """Whether edges (e, 2) of flat (n, 2) mm are strained from lengths (e,) mm by more than MOST_STRAIN rms."""
     strain = np.minimum(np.abs(edge_strain(flat, edges, lengths)), CAP)
     return bool((strain**2).mean() > MOST_STRAIN**2)

@@ -72,7 +72,7 @@ def _carried_on(
     own = np.concatenate([part.network.edges, part.network.edges[:, ::-1]])
     weights = np.zeros(len(seen))
     weights[own[joined[own[:, 0]], 1]] = 1.0
-    weights[joined] = len(seen)  # a point in common is where it is; the vertices beside it tell the turn alone
+    weights[joined] = len(seen)  # a common point holds its place; the vertices beside it tell the turn
     return replace(posed, seen=seen, weights=weights / weights.sum())
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from restore.errors import BadInput, NotEnoughSurface
 from restore.flattening.applicable import flatten_applicable
 from restore.flattening.conformal import flatten_conformal
-from restore.flattening.isometric import flatten_by_least_squares, flatten_isometric, flatten_least_distorted, is_torn
+from restore.flattening.isometric import flatten_by_least_squares, flatten_isometric, flatten_least_distorted, stretched
 from restore.flattening.joints import flatten_parts
 from restore.flattening.layout import arrange_pieces
 from restore.flattening.solution import Follow, Solution
@@ -63,8 +63,8 @@ def flatten_points(
     else:
         lengths = surface_lengths(mesh.vertices, mesh.faces, mesh.sides) if lengths is None else lengths
         page = flatten_with(mesh, METHODS[method], lengths, on_step)
-    torn = method == DEFAULT and is_torn(page.flat, mesh.sides.edges, page.lengths)
-    return flatten_with(mesh, flatten_least_distorted, page.lengths, on_step) if torn else page
+    strained = method == DEFAULT and stretched(page.flat, mesh.sides.edges, page.lengths)
+    return flatten_with(mesh, flatten_least_distorted, page.lengths, on_step) if strained else page
 
 
 def flatten_with(mesh: ValidMesh, solver: Solver, lengths: Floats, on_step: OnStep | None) -> FlatMesh:
