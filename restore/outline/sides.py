@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from scipy.spatial import cKDTree
 
 from restore.mesh.adjacency import border_of
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import edges_of
-from restore.outline.rectangle import CORNER_SHARE, fills_rectangle
+from restore.outline.crossings import Crossings, crossings_of, parting_offset
+from restore.outline.rectangle import CORNER_SHARE, TIP_SHARE, fills_rectangle
 from restore.range_image.sheet import PageOnGrid, Sheet
 from restore.scan import Floats, Ints, Mask
 
@@ -54,30 +54,14 @@ def straighten(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
     if not fills_rectangle(outline, area):
         return page
     jacobians = _grid_jacobians(page, border)
-    dense = _dense_outline(sheet, page, border, jacobians[border])
-    lines = [_fit_side(*dense, *side) for side in ((0, -1), (1, -1), (0, 1), (1, 1))]
+    crossings = crossings_of(sheet, page, border, jacobians[border])
+    lines = [_fit_side(crossings, *side) for side in ((0, -1), (1, -1), (0, 1), (1, 1))]
     target = np.full_like(page.flat, np.nan)
     target[border] = _project_to_sides(outline, jacobians[border], lines)
     flat, faces = _move_border(page.flat, page.faces, target)
     nodes = _update_grid_positions(sheet, page.nodes, jacobians, page.flat, flat, edges_of(faces))
     used = np.unique(faces)
     return PageOnGrid(flat[used], np.searchsorted(used, faces), nodes[used])
-
-
-def _dense_outline(sheet: Sheet, page: PageOnGrid, border: Ints, jacobians: Floats) -> tuple[Floats, Floats]:
-    """(k, 2) mm: where the outline passes between two neighbouring samples, and the Jacobians (k, 2, 2) there.
-
-    Vertices of the border stand where the nearest sample beyond tells, mostly one that sticks out. Halfway between
-    every two samples the outline is neither too wide nor too narrow. jacobians (b, 2, 2) are those at the border (b,).
-    """
-    crossings = [
-        np.argwhere(np.diff(sheet.inside, axis=axis)) + shift for axis, shift in ((0, [0.5, 0.0]), (1, [0.0, 0.5]))
-    ]
-    places = np.concatenate(crossings)
-    _, nearest = cKDTree(page.nodes[border]).query(places)
-    off = places - page.nodes[border][nearest]
-    on_page = np.linalg.pinv(jacobians)[nearest]
-    return page.flat[border][nearest] + np.einsum("nij,nj->ni", on_page, off), jacobians[nearest]
 
 
 def _update_grid_positions(
@@ -124,35 +108,31 @@ def _grid_jacobians(page: PageOnGrid, border: Ints) -> Floats:
     return jacobians
 
 
-def _fit_side(outline: Floats, jacobians: Floats, axis: int, sign: int) -> Line | None:
-    """The line of the side at the low (−1) or high (1) end of an axis, None when the side is not straight."""
+def _fit_side(crossings: Crossings, axis: int, sign: int) -> Line | None:
+    """The line of the side at the low (−1) or high (1) end of an axis, None when the side is not straight.
+
+    Its direction is that of a line fitted to the crossings, its place parts the samples on the page from those beyond.
+    """
+    outline = crossings.samples.mean(axis=1)
     low, high = outline.min(axis=0), outline.max(axis=0)
     from_middle = (outline - (low + high) / 2) / (high - low)
     along = from_middle[:, 1 - axis]
     side = (sign * from_middle[:, axis] > np.abs(along)) & (np.abs(along) < 0.5 - CORNER_SHARE)
     if side.sum() < MIN_LINE_POINTS:
         return None
-    points, point_jacobians = outline[side], jacobians[side]
-    inliers = (
-        np.abs(_sample_distances(_fit_line(points, axis, sign, cv2.DIST_L1), points, point_jacobians)) <= MAX_SHIFT
-    )
+    points, jacobians = outline[side], crossings.jacobians[side]
+    rough = _fit_line(points, axis, sign, cv2.DIST_L1)
+    inliers = np.abs(_sample_distances(rough, points, jacobians)) <= MAX_SHIFT
     # Least squares over the inliers: an outline runs in steps of a sample, and a median would be one of the steps.
-    fitted, aligned = (
-        _fit_line(points[inliers], axis, sign, cv2.DIST_L2),
-        _axis_aligned_line(points[inliers], axis, sign),
-    )
-    distance, aligned_distance = (
-        _sample_distances(fitted, points, point_jacobians),
-        _sample_distances(aligned, points, point_jacobians),
-    )
+    fitted = _fit_line(points[inliers], axis, sign, cv2.DIST_L2)
+    aligned = _axis_aligned_line(points[inliers], axis, sign)
+    distance, aligned_distance = (_sample_distances(line, points, jacobians) for line in (fitted, aligned))
     if not _is_straight(distance):
         return None
     # Pages are cut at right angles: an oblique side must differ from the axis by more than the outline's error.
-    return (
-        aligned
-        if np.abs(distance - aligned_distance).max() <= OUTLINE_ERROR and _is_straight(aligned_distance)
-        else fitted
-    )
+    oblique = np.abs(distance - aligned_distance).max() > OUTLINE_ERROR or not _is_straight(aligned_distance)
+    normal = (fitted if oblique else aligned).normal
+    return Line(normal, parting_offset(Crossings(crossings.samples[side][inliers], jacobians[inliers]), normal))
 
 
 def _axis_aligned_line(side: Floats, axis: int, sign: int) -> Line:
@@ -160,16 +140,20 @@ def _axis_aligned_line(side: Floats, axis: int, sign: int) -> Line:
     return Line(normal, float((side @ normal).mean()))
 
 
-def _fit_line(side: Floats, axis: int, sign: int, metric: int) -> Line:
+def _fit_line(points: Floats, axis: int, sign: int, metric: int) -> Line:
     """The line fitted to points (n, 2) mm with one of OpenCV's distance types."""
-    vx, vy, x, y = cv2.fitLine(side.astype(np.float32), metric, 0, 1e-4, 1e-5).ravel().astype(float)
+    vx, vy, x, y = cv2.fitLine(points.astype(np.float32), metric, 0, 1e-4, 1e-5).ravel().astype(float)
     normal = np.array([vy, -vx]) * np.sign(vy if axis == 0 else -vx) * sign
     return Line(normal, float(normal @ [x, y]))
 
 
 def _is_straight(distance: Floats) -> bool:
-    """True when outline points at signed distances (n,) samples from a line agree with it up to the outline's error."""
-    return bool((np.abs(distance) <= INLIER_DISTANCE).mean() >= MIN_INLIERS and distance.max() <= MAX_SHIFT)
+    """True when outline points at signed distances (n,) samples from a line agree with it up to the outline's error.
+
+    A few may lie farther out, tips or specks of the table; there the border stays where it is.
+    """
+    near, far = (np.abs(distance) <= INLIER_DISTANCE).mean(), np.quantile(distance, 1.0 - TIP_SHARE)
+    return bool(near >= MIN_INLIERS and far <= MAX_SHIFT)
 
 
 def _sample_distances(line: Line, outline: Floats, jacobians: Floats) -> Floats:
