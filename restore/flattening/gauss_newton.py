@@ -73,6 +73,11 @@ def mean_strain(flat: Floats, network: Network) -> float:
     return float(missed.sum() / network.lengths.sum())
 
 
+def strained_less(flat: Floats, other: Floats, network: Network) -> bool:
+    """Whether flat (n, 2) mm is strained less than other (n, 2) mm, in the mean and by more than GRADIENT_TOLERANCE."""
+    return mean_strain(flat, network) < mean_strain(other, network) - GRADIENT_TOLERANCE
+
+
 @numba.njit(cache=True)
 def rest_areas(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
     """(m,) mm² areas of faces (m, 3) whose edges have lengths (e,) mm; 0 for one that has no two different corners."""

@@ -17,7 +17,7 @@ from restore.flattening.angle_synchronisation import flat_from_lengths
 from restore.flattening.closing_signs import closing_signs
 from restore.flattening.conformal import flatten_conformal
 from restore.flattening.fans import angle_fans
-from restore.flattening.gauss_newton import MOST_STRAIN, least_absolute_strain, mean_strain, minimise_strain
+from restore.flattening.gauss_newton import MOST_STRAIN, least_absolute_strain, minimise_strain, strained_less
 from restore.flattening.least_distortion import is_disc, least_distorted_page
 from restore.flattening.repair import inverted_count, opened, repaired
 from restore.flattening.solution import Follow, Solution
@@ -52,11 +52,12 @@ def _least_squares(posed: PosedSheet, network: Network, follow: Follow | None) -
     """The page of least squared strain near the start that misses the lengths least, and the signs (m,) of faces."""
     start, signs = _start(posed, network)
     found = opened(minimise_strain(start, network), network, signs)
-    if inverted_count(found.flat, network.faces, signs):
-        for other in _other_starts(posed, network):
-            again = minimise_strain(other, network, TRIED)
-            if mean_strain(again.flat, network) < mean_strain(found.flat, network):
-                found = opened(minimise_strain(again.flat, network), network, signs)
+    for other in _other_starts(posed, network):
+        if not inverted_count(found.flat, network.faces, signs):
+            break
+        again = minimise_strain(other, network, TRIED)
+        if strained_less(again.flat, found.flat, network):
+            found = opened(minimise_strain(again.flat, network), network, signs)
     if follow:
         follow(1, np.column_stack([found.flat, np.zeros(len(found.flat))]))
     return found._replace(iterations=1 + found.iterations), signs
@@ -73,7 +74,7 @@ def _start(posed: PosedSheet, network: Network) -> tuple[Floats, Floats]:
     if (closing == signs).all():
         return start, signs
     other = _start_with(network, closing)
-    return (other, closing) if mean_strain(other, network) < mean_strain(start, network) else (start, signs)
+    return (other, closing) if strained_less(other, start, network) else (start, signs)
 
 
 def _start_with(network: Network, signs: Floats) -> Floats:

@@ -10,13 +10,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from restore.flattening.gauss_newton import (
-    GRADIENT_TOLERANCE,
-    MOST_ITERATIONS,
-    mean_strain,
-    minimise_strain,
-    rest_areas,
-)
+from restore.flattening.gauss_newton import MOST_ITERATIONS, minimise_strain, rest_areas, strained_less
 from restore.flattening.solution import Solution
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import Network
@@ -30,7 +24,7 @@ CONTRADICTED = 0.5  # of its area on the surface: a face that lengths invert by 
 def opened(found: Solution, network: Network, signs: Floats) -> Solution:
     """The page of least strain near one whose inverted faces are opened, if fewer are and it is strained no more.
 
-    Strains that differ by less than GRADIENT_TOLERANCE count as equal. Corners of the border invert, whose mirror
+    Corners of the border invert, whose mirror
     images have the same lengths, and vertices that a start has put on the wrong side. signs (m,) as for `repaired`.
     """
     inverted = inverted_count(found.flat, network.faces, signs)
@@ -38,8 +32,7 @@ def opened(found: Solution, network: Network, signs: Floats) -> Solution:
         return found
     again = minimise_strain(uninverted(found.flat, network, signs), network)
     fewer = inverted_count(again.flat, network.faces, signs) < inverted
-    most = mean_strain(found.flat, network) + GRADIENT_TOLERANCE
-    return again if fewer and mean_strain(again.flat, network) < most else found
+    return again if fewer and not strained_less(found.flat, again.flat, network) else found
 
 
 def repaired(flat: Floats, network: Network, signs: Floats) -> Floats:
