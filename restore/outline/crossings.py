@@ -17,9 +17,7 @@ from restore.scan import Floats, Ints
 
 REACH = 1.0  # samples to either side of the mean of the crossings, which is within half of one but for lost samples
 STEP = 0.02  # samples: 0.01 mm
-RAGGED = 0.5 ** np.arange(
-    1, 7, dtype=np.float32
-)  # samples: how ragged an outline may be; the layout of no page is known to less
+RAGGED = np.array([0.5, 0.2, 0.1, 0.05, 0.02])  # samples that an outline may scatter by; no layout is surer
 WRONG = 0.2  # of the samples, at most, are lost beside ink, or are specks of the table
 
 
@@ -43,7 +41,7 @@ def crossings_of(sheet: Sheet, page: PageOnGrid, border: Ints, jacobians: Floats
     places = np.where(leaves[:, None, None], places, places[:, ::-1])
     _, nearest = cKDTree(page.nodes[border]).query(places.mean(axis=1))
     off = places - page.nodes[border][nearest][:, None]
-    samples = page.flat[border][nearest][:, None] + off @ np.linalg.pinv(jacobians)[nearest].transpose(0, 2, 1)
+    samples = page.flat[border][nearest][:, None] + np.einsum("kij,ksj->ksi", np.linalg.pinv(jacobians)[nearest], off)
     return Crossings(samples, jacobians[nearest])
 
 
@@ -54,11 +52,10 @@ def parting_offset(crossings: Crossings, normal: Floats) -> float:
     that a sample is wrong, whatever its distance, keeps lost ones from drawing the side in.
     """
     across = crossings.samples @ normal
-    per_mm = np.linalg.norm(crossings.jacobians @ normal, axis=1)
-    off = (across - across.mean()) * per_mm[:, None] * [-1.0, 1.0]  # samples, positive on the right side
-    shifts = np.arange(-REACH, REACH + STEP, STEP)
-    distance = off + np.multiply.outer(shifts, [1.0, -1.0])[:, None]
-    agree = expit(np.float32(distance) / RAGGED[:, None, None, None])
-    likelihood = np.log(WRONG + (1.0 - 2.0 * WRONG) * agree).sum(axis=(2, 3))
-    weight = np.exp(likelihood - likelihood.max()).sum(axis=0)
-    return float(across.mean() + np.average(shifts, weights=weight) / per_mm.mean())
+    per_mm = np.linalg.norm(crossings.jacobians @ normal, axis=1)[:, None]
+    places = across.mean() + np.arange(-REACH, REACH + STEP, STEP) / per_mm.mean()
+    within = (places[:, None, None] - across) * per_mm  # samples by which one lies within a side at this place
+    right = expit(within * [1.0, -1.0] / RAGGED[:, None, None, None])
+    likelihood = np.log(WRONG + (1.0 - 2.0 * WRONG) * right).sum(axis=(2, 3))
+    weights = np.exp(likelihood - likelihood.max()).sum(axis=0)
+    return float(np.average(places, weights=weights))
