@@ -9,9 +9,11 @@ from restore.range_image.slope_noise import APART, slope_variances
 
 SEED = 5
 NOISE_MM = 0.1
-TOLD = 0.25  # of the variance: MOST leaves a tenth of it out, and a page of 160 × 200 samples has 600 separate windows
+TOLD = 0.25  # of the variance: a page of 160 × 200 samples has 600 separate windows, and the mean of the squares of a
+# third as many is off by 0.1 at one standard deviation
+NORMAL = 0.05  # of the variance of slopes that scatter each by itself: 7,000 squares, 0.017 at one standard deviation
 BENT = 1e-3  # of that variance: what the bend of a cylinder of 60 mm puts into a third difference
-LEFT = 0.3  # of what noise adds to ways: TOLD, a tenth that MOST leaves out, and what is left of the ways’ own scatter
+LEFT = 0.3  # of what noise adds to ways: as TOLD, and what is left of the ways’ own scatter
 
 
 @pytest.fixture(scope="module")
@@ -37,6 +39,12 @@ def test_the_scatter_is_that_of_the_slopes(noisy):
     for k in (0, 1):
         error = inner(facets.slope[..., k] - true[..., k + 1])
         assert inner(found[..., k]).mean() == pytest.approx(np.mean(error**2), rel=TOLD)
+
+
+def test_leaving_the_largest_squares_out_does_not_make_the_scatter_smaller(camera):
+    slope = np.random.default_rng(SEED).normal(0.0, 2.0, (*camera.shape, 2))
+    found = inner(slope_variances(slope, np.ones(camera.shape, bool)))
+    np.testing.assert_allclose(found.mean(axis=(0, 1)), 4.0, rtol=NORMAL)
 
 
 def test_a_bend_is_no_scatter(camera, noisy):
