@@ -15,10 +15,11 @@ from scipy.special import expit
 from restore.range_image.sheet import PageOnGrid, Sheet
 from restore.scan import Floats, Ints
 
-REACH = 1.0  # samples to either side of the mean of the crossings, which is within half of one but for lost samples
-STEP = 0.02  # samples: 0.01 mm
+REACHES = (1.0, 0.1)  # samples to either side of the mean of the crossings, and then of the place that is found
+PLACES = 41  # within a reach: a twentieth of a sample apart, and then a two hundredth
 RAGGED = np.array([0.5, 0.2, 0.1, 0.05, 0.02])  # samples that an outline may scatter by; no layout is surer
-WRONG = 0.2  # of the samples, at most, are lost beside ink, or are specks of the table
+WRONG = 0.2  # of the samples are taken to be lost beside ink, or specks of the table, whatever their distance
+CLOSE = 0.1  # samples: the layout of a good page is known to that
 
 
 class Crossings(NamedTuple):
@@ -45,17 +46,34 @@ def crossings_of(sheet: Sheet, page: PageOnGrid, border: Ints, jacobians: Floats
     return Crossings(samples, jacobians[nearest])
 
 
-def parting_offset(crossings: Crossings, normal: Floats) -> float:
-    """mm along a unit normal (2,) that points outwards: the place of the straight side that k crossings tell.
+class Parting(NamedTuple):
+    """Where a line parts the samples of a side.
+
+    offset      mm along its normal.
+    likelihood  natural logarithm, of the likeliest place.
+    right       share of the samples that lie on their side of it, or not farther beyond it than CLOSE.
+    """
+
+    offset: float
+    likelihood: float
+    right: float
+
+
+def parted(crossings: Crossings, normal: Floats) -> Parting:
+    """Where the straight side with a unit normal (2,) that points outwards parts the samples of k crossings.
 
     The mean of all places, each as likely as what was measured is from there, however ragged the outline is. A chance
-    that a sample is wrong, whatever its distance, keeps lost ones from drawing the side in.
+    that a sample is wrong, whatever its distance, keeps lost ones from drawing a side in that stands askew.
     """
     across = crossings.samples @ normal
     per_mm = np.linalg.norm(crossings.jacobians @ normal, axis=1)[:, None]
-    places = across.mean() + np.arange(-REACH, REACH + STEP, STEP) / per_mm.mean()
-    within = (places[:, None, None] - across) * per_mm  # samples by which one lies within a side at this place
-    right = expit(within * [1.0, -1.0] / RAGGED[:, None, None, None])
-    likelihood = np.log(WRONG + (1.0 - 2.0 * WRONG) * right).sum(axis=(2, 3))
-    weights = np.exp(likelihood - likelihood.max()).sum(axis=0)
-    return float(np.average(places, weights=weights))
+    found, most = float(across.mean()), -np.inf
+    for reach in REACHES:
+        places = found + np.linspace(-reach, reach, PLACES) / per_mm.mean()
+        within = (places[:, None, None] - across) * per_mm  # samples by which one lies within a side at this place
+        agree = expit(within * [1.0, -1.0] / RAGGED[:, None, None, None])
+        likelihood = np.log(WRONG + (1.0 - 2.0 * WRONG) * agree).sum(axis=(2, 3))
+        most = float(likelihood.max())
+        found = float(np.average(places, weights=np.exp(likelihood - most).sum(axis=0)))
+    right = (found - across) * per_mm * [1.0, -1.0] > -CLOSE
+    return Parting(found, most, float(right.mean()))

@@ -1,8 +1,8 @@
 """Straighten the sides of a flat page.
 
-The outline of a scan is known to half a sample, so it is ragged. A cut side is straight, and a line fitted to the whole
-side is far more accurate than single outline points. The border of the flat page moves onto that line: faces beyond it
-are removed, and up to it the surface is extrapolated as between two samples.
+The outline of a scan is known to half a sample, so it is ragged. A cut side is straight, and the line that parts the
+samples on the page from those beyond is far more accurate than single outline points. The border of the flat page moves
+onto that line: faces beyond it are removed, and up to it the surface is extrapolated as between two samples.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ import numpy as np
 from restore.mesh.adjacency import border_of
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import edges_of
-from restore.outline.crossings import Crossings, crossings_of, parting_offset
-from restore.outline.rectangle import CORNER_SHARE, TIP_SHARE, fills_rectangle
+from restore.outline.crossings import WRONG, Crossings, crossings_of, parted
+from restore.outline.rectangle import CORNER_SHARE, fills_rectangle
 from restore.range_image.sheet import PageOnGrid, Sheet
 from restore.scan import Floats, Ints, Mask
 
 OUTLINE_ERROR = 0.5  # samples: a surface that ends between two of them is assumed to end midway
-MAX_SHIFT = 1.5  # samples: OUTLINE_ERROR, and a sample that the border lost or gained
 INLIER_DISTANCE = 0.75  # samples: OUTLINE_ERROR, and the error of the line itself
+MAX_SHIFT = 1.75  # samples: INLIER_DISTANCE, and a sample that the border lost or gained
 MIN_INLIERS = 0.75  # share of a side's outline points near its line; torn or curved sides have fewer
 MAX_CORNER_SHIFT = 4.0  # samples: morphology has rounded the corners, and nodes are as far apart
 MIN_LINE_POINTS = 8  # of the outline: fewer do not determine a line
@@ -109,10 +109,7 @@ def _grid_jacobians(page: PageOnGrid, border: Ints) -> Floats:
 
 
 def _fit_side(crossings: Crossings, axis: int, sign: int) -> Line | None:
-    """The line of the side at the low (−1) or high (1) end of an axis, None when the side is not straight.
-
-    Its direction is that of a line fitted to the crossings, its place parts the samples on the page from those beyond.
-    """
+    """The line of the side at the low (−1) or high (1) end of an axis, None when the side is not straight."""
     outline = crossings.samples.mean(axis=1)
     low, high = outline.min(axis=0), outline.max(axis=0)
     from_middle = (outline - (low + high) / 2) / (high - low)
@@ -131,8 +128,22 @@ def _fit_side(crossings: Crossings, axis: int, sign: int) -> Line | None:
         return None
     # Pages are cut at right angles: an oblique side must differ from the axis by more than the outline's error.
     oblique = np.abs(distance - aligned_distance).max() > OUTLINE_ERROR or not _is_straight(aligned_distance)
-    normal = (fitted if oblique else aligned).normal
-    return Line(normal, parting_offset(Crossings(crossings.samples[side][inliers], jacobians[inliers]), normal))
+    near = Crossings(crossings.samples[side][inliers], jacobians[inliers])
+    return _where_it_parts(near, (fitted, aligned), fitted if oblique else aligned)
+
+
+def _where_it_parts(near: Crossings, candidates: tuple[Line, ...], line: Line) -> Line:
+    """The line of a side, moved to where the likeliest of the candidates parts the samples of its crossings.
+
+    Unchanged where that would leave too many on the wrong side: they do not lie along a line.
+    """
+    partings = [parted(near, one.normal) for one in candidates]
+    best = max(range(len(candidates)), key=lambda k: partings[k].likelihood)
+    if partings[best].right < 1.0 - WRONG:
+        return line
+    across, middle = candidates[best].normal, near.samples.mean(axis=(0, 1))
+    middle = middle + (partings[best].offset - middle @ across) * across
+    return Line(line.normal, float(middle @ line.normal))
 
 
 def _axis_aligned_line(side: Floats, axis: int, sign: int) -> Line:
@@ -148,12 +159,8 @@ def _fit_line(points: Floats, axis: int, sign: int, metric: int) -> Line:
 
 
 def _is_straight(distance: Floats) -> bool:
-    """True when outline points at signed distances (n,) samples from a line agree with it up to the outline's error.
-
-    A few may lie farther out, tips or specks of the table; there the border stays where it is.
-    """
-    near, far = (np.abs(distance) <= INLIER_DISTANCE).mean(), np.quantile(distance, 1.0 - TIP_SHARE)
-    return bool(near >= MIN_INLIERS and far <= MAX_SHIFT)
+    """True when outline points at signed distances (n,) samples from a line agree with it up to the outline's error."""
+    return bool((np.abs(distance) <= INLIER_DISTANCE).mean() >= MIN_INLIERS and distance.max() <= MAX_SHIFT)
 
 
 def _sample_distances(line: Line, outline: Floats, jacobians: Floats) -> Floats:

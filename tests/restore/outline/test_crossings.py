@@ -7,10 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from restore.outline.crossings import STEP, WRONG, Crossings, parting_offset
+from restore.outline.crossings import WRONG, Crossings, parted
 
 ROWS = 400
 PITCH_MM = 0.47
+STEP = 0.01  # samples: two of the last places that are compared
 LOST = 0.1
 OUTWARDS = np.array([0.0, 1.0])
 
@@ -29,7 +30,7 @@ def crossings(edge, lost=None, ragged=0.0, seed=0):
 
 
 def offset(found):
-    return parting_offset(found, OUTWARDS) / PITCH_MM
+    return parted(found, OUTWARDS).offset / PITCH_MM
 
 
 def askew(steps, start=0.3):
@@ -37,8 +38,8 @@ def askew(steps, start=0.3):
     return start + steps * np.linspace(0.0, 1.0, ROWS)
 
 
-# Rows meet the edge at parts of a sample 1/400 · steps apart: the nearest samples on both sides tell it to that, and
-# the places that are compared are a STEP apart. The mean of the crossings is off by an eighth of a sample / steps.
+# Rows meet the edge at parts of a sample 1/400 · steps apart: the nearest samples on both sides tell it to that. The
+# mean of the crossings is off by up to an eighth of a sample / steps.
 @given(st.floats(3.0, 30.0), st.floats(0.0, 1.0))
 def test_the_steps_of_a_clean_edge_tell_its_place_to_a_hundredth_of_a_sample(steps, start):
     assert abs(offset(crossings(askew(steps, start)))) < STEP + 0.5 * steps / ROWS
@@ -67,7 +68,7 @@ def test_a_ragged_edge_is_where_its_crossings_are_in_the_mean():
 def test_normals_point_outwards():
     found = crossings(askew(9.0))
     turned = Crossings(-found.samples + [0.0, 40.0], found.jacobians)
-    assert parting_offset(turned, -OUTWARDS) == pytest.approx(-40.0, abs=STEP * PITCH_MM)
+    assert parted(turned, -OUTWARDS).offset == pytest.approx(-40.0, abs=STEP * PITCH_MM)
 
 
 def test_more_lost_samples_than_are_reckoned_with_do_less_harm_than_to_the_mean():

@@ -104,16 +104,6 @@ def test_turned_pages_have_their_true_size(camera):
     assert np.sqrt(np.mean(np.square(off))) < EACH_SAMPLES
 
 
-def test_a_speck_of_the_table_does_not_make_a_side_crooked(camera):
-    speck = gnawed(rectangle(camera))
-    speck[70, 13:15] = True  # two samples beyond the side on the left, of the table but taken for paper
-    page = cut(camera, speck).straight()
-    outline = page.nodes[border_of(page.mesh.faces)]
-    side = outline[(outline[:, 1] < LEFT + 2) & (np.abs(outline[:, 0] - 79.5) < 55)]
-    assert len(side) > 25
-    assert np.ptp(np.sort(side[:, 1])[2:]) < EXACT_MM  # all but the speck
-
-
 def test_the_whole_outline_is_on_the_sides_and_reaches_the_corners(camera):
     page = cut(camera, gnawed(rectangle(camera)))
     straight = page.straight()
