@@ -24,8 +24,8 @@ CONTRADICTED = 0.5  # of its area on the surface: a face that lengths invert by 
 def opened(found: Solution, network: Network, signs: Floats) -> Solution:
     """The page of least strain near one whose inverted faces are opened, if fewer are and it is strained no more.
 
-    Corners of the border invert, whose mirror
-    images have the same lengths, and vertices that a start has put on the wrong side. signs (m,) as for `repaired`.
+    Corners of the border invert, whose mirror images have the same lengths, and vertices that a start has put on the
+    wrong side. signs (m,) as for `repaired`.
     """
     inverted = inverted_count(found.flat, network.faces, signs)
     if not inverted:

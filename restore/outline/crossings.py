@@ -1,4 +1,4 @@
-"""Where the outline passes between samples, and where a straight side passes between them all.
+"""Where the outline passes between samples, and where a straight side separates those on the page from those beyond.
 
 Each crossing tells the side to a sample. Where the side stands askew in the picture it passes by the samples at all
 distances, and of those on the page the outermost, of those beyond the innermost tell its place to a small part of one.
@@ -46,24 +46,24 @@ def crossings_of(sheet: Sheet, page: PageOnGrid, border: Ints, jacobians: Floats
     return Crossings(samples, jacobians[nearest])
 
 
-class Parting(NamedTuple):
-    """Where a line parts the samples of a side.
+class Separation(NamedTuple):
+    """How a line separates the samples on the page from those beyond.
 
-    offset      mm along its normal.
-    likelihood  natural logarithm, of the likeliest place.
-    right       share of the samples that lie on their side of it, or not farther beyond it than CLOSE.
+    offset          mm along its normal.
+    log_likelihood  of the likeliest offset.
+    right           share of the samples that lie on their side of it, or not farther beyond it than CLOSE.
     """
 
     offset: float
-    likelihood: float
+    log_likelihood: float
     right: float
 
 
-def parted(crossings: Crossings, normal: Floats) -> Parting:
-    """Where the straight side with a unit normal (2,) that points outwards parts the samples of k crossings.
+def separate(crossings: Crossings, normal: Floats) -> Separation:
+    """How the straight side with a unit normal (2,) that points outwards separates the samples of k crossings.
 
-    The mean of all places, each as likely as what was measured is from there, however ragged the outline is. A chance
-    that a sample is wrong, whatever its distance, keeps lost ones from drawing a side in that stands askew.
+    Its offset is the mean over all places, each weighed by its likelihood, however ragged the outline is. A chance that
+    a sample is wrong, whatever its distance, keeps lost ones from drawing a side in that stands askew.
     """
     across = crossings.samples @ normal
     per_mm = np.linalg.norm(crossings.jacobians @ normal, axis=1)[:, None]
@@ -72,8 +72,8 @@ def parted(crossings: Crossings, normal: Floats) -> Parting:
         places = found + np.linspace(-reach, reach, PLACES) / per_mm.mean()
         within = (places[:, None, None] - across) * per_mm  # samples by which one lies within a side at this place
         agree = expit(within * [1.0, -1.0] / RAGGED[:, None, None, None])
-        likelihood = np.log(WRONG + (1.0 - 2.0 * WRONG) * agree).sum(axis=(2, 3))
-        most = float(likelihood.max())
-        found = float(np.average(places, weights=np.exp(likelihood - most).sum(axis=0)))
+        log_likelihood = np.log(WRONG + (1.0 - 2.0 * WRONG) * agree).sum(axis=(2, 3))
+        most = float(log_likelihood.max())
+        found = float(np.average(places, weights=np.exp(log_likelihood - most).sum(axis=0)))
     right = (found - across) * per_mm * [1.0, -1.0] > -CLOSE
-    return Parting(found, most, float(right.mean()))
+    return Separation(found, most, float(right.mean()))

@@ -1,8 +1,8 @@
 """Straighten the sides of a flat page.
 
-The outline of a scan is known to half a sample, so it is ragged. A cut side is straight, and the line that parts the
-samples on the page from those beyond is far more accurate than single outline points. The border of the flat page moves
-onto that line: faces beyond it are removed, and up to it the surface is extrapolated as between two samples.
+The outline of a scan is known to half a sample, so it is ragged. A cut side is straight, and the line that separates
+the samples on the page from those beyond is far more accurate than single outline points. The border of the flat page
+moves onto that line: faces beyond it are removed, and up to it the surface is extrapolated as between two samples.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from restore.mesh.adjacency import border_of
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import edges_of
-from restore.outline.crossings import WRONG, Crossings, crossings_of, parted
+from restore.outline.crossings import WRONG, Crossings, crossings_of, separate
 from restore.outline.rectangle import CORNER_SHARE, fills_rectangle
 from restore.range_image.sheet import PageOnGrid, Sheet
 from restore.scan import Floats, Ints, Mask
@@ -129,20 +129,20 @@ def _fit_side(crossings: Crossings, axis: int, sign: int) -> Line | None:
     # Pages are cut at right angles: an oblique side must differ from the axis by more than the outline's error.
     oblique = np.abs(distance - aligned_distance).max() > OUTLINE_ERROR or not _is_straight(aligned_distance)
     near = Crossings(crossings.samples[side][inliers], jacobians[inliers])
-    return _where_it_parts(near, (fitted, aligned), fitted if oblique else aligned)
+    return _separating(near, (fitted, aligned), fitted if oblique else aligned)
 
 
-def _where_it_parts(near: Crossings, candidates: tuple[Line, ...], line: Line) -> Line:
-    """The line of a side, moved to where the likeliest of the candidates parts the samples of its crossings.
+def _separating(near: Crossings, candidates: tuple[Line, ...], line: Line) -> Line:
+    """The line of a side, its middle moved to where the likeliest of the candidates separates the samples.
 
     Unchanged where that would leave too many on the wrong side: they do not lie along a line.
     """
-    partings = [parted(near, one.normal) for one in candidates]
-    best = max(range(len(candidates)), key=lambda k: partings[k].likelihood)
-    if partings[best].right < 1.0 - WRONG:
+    separations = [(separate(near, one.normal), one.normal) for one in candidates]
+    best, normal = max(separations, key=lambda found: found[0].log_likelihood)
+    if best.right < 1.0 - WRONG:
         return line
-    across, middle = candidates[best].normal, near.samples.mean(axis=(0, 1))
-    middle = middle + (partings[best].offset - middle @ across) * across
+    middle = near.samples.mean(axis=(0, 1))
+    middle = middle - Line(normal, best.offset).signed_distance(middle) * normal
     return Line(line.normal, float(middle @ line.normal))
 
 

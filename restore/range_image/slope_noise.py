@@ -15,7 +15,8 @@ from restore.scan import Floats, Mask
 
 SQUARED = 1.0 + 9.0 + 9.0 + 1.0  # coefficients of a third difference: its variance over that of a slope
 MOST = 12.0  # medians of the squares: a bend that was not found to be a crease; of normal noise all but one in 50
-KEPT = 0.876  # of the mean square of normal noise have those within: χ² of 3 degrees of freedom over χ² of one
+KEPT = 0.876  # of the mean square of normal noise have those within: at MOST medians, the distribution function of χ²
+# with three degrees of freedom over that with one
 LINES = 4  # from row to row that is looked at: windows of those between share most of their samples with them
 AVERAGED = 61  # samples along a row, and the same across in every LINES-th: the square of which the mean is taken
 OF_PAGE = 25.0  # squares by which the mean of the whole page counts besides

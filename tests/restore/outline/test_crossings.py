@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from restore.outline.crossings import WRONG, Crossings, parted
+from restore.outline.crossings import WRONG, Crossings, separate
 
 ROWS = 400
 PITCH_MM = 0.47
@@ -16,21 +16,21 @@ LOST = 0.1
 OUTWARDS = np.array([0.0, 1.0])
 
 
-def crossings(edge, lost=None, ragged=0.0, seed=0):
+def crossings(edge, lost=0.0, ragged=0.0, seed=0):
     """Crossings of rows of samples with an edge (n,) samples down; some end a sample early, and all where noise says.
 
     On the page the edge is at y = 0, and y points outwards.
     """
     rng = np.random.default_rng(seed)
     ends = np.floor(edge + ragged * rng.normal(size=len(edge)))
-    ends -= (rng.random(len(edge)) < lost) if lost else 0.0
+    ends -= rng.random(len(edge)) < lost
     across = np.stack([ends - edge, ends + 1.0 - edge], axis=1)
     along = np.broadcast_to(np.arange(len(edge), dtype=float)[:, None], across.shape)
     return Crossings(PITCH_MM * np.stack([along, across], axis=2), np.tile(np.eye(2) / PITCH_MM, (len(edge), 1, 1)))
 
 
 def offset(found):
-    return parted(found, OUTWARDS).offset / PITCH_MM
+    return separate(found, OUTWARDS).offset / PITCH_MM
 
 
 def askew(steps, start=0.3):
@@ -68,7 +68,7 @@ def test_a_ragged_edge_is_where_its_crossings_are_in_the_mean():
 def test_normals_point_outwards():
     found = crossings(askew(9.0))
     turned = Crossings(-found.samples + [0.0, 40.0], found.jacobians)
-    assert parted(turned, -OUTWARDS).offset == pytest.approx(-40.0, abs=STEP * PITCH_MM)
+    assert separate(turned, -OUTWARDS).offset == pytest.approx(-40.0, abs=STEP * PITCH_MM)
 
 
 def test_more_lost_samples_than_are_reckoned_with_do_less_harm_than_to_the_mean():
