@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from scipy.special import expit
 
 from restore.range_image.sheet import PageOnGrid, Sheet
-from restore.scan import Floats, Ints
+from restore.scan import Floats, Ints, Mask
 
 REACHES = (1.0, 0.1)  # samples to either side of the mean of the crossings, and then of the place that is found
 PLACES = 41  # within a reach: a twentieth of a sample apart, and then a two hundredth
@@ -25,10 +25,12 @@ CLOSE = 0.1  # samples: the layout of a good page is known to that
 class Crossings(NamedTuple):
     """Where the outline passes between two neighbouring samples.
 
+    nodes      (k, 2) grid positions half-way.
     samples    (k, 2, 2) mm: where the one on the page lies on it, and where the one beyond would.
     jacobians  (k, 2, 2) samples/mm: of grid position by flat position there.
     """
 
+    nodes: Floats
     samples: Floats
     jacobians: Floats
 
@@ -40,17 +42,30 @@ def crossings_of(sheet: Sheet, page: PageOnGrid, border: Ints, jacobians: Floats
     places = np.concatenate(first)[:, None] + np.stack([np.zeros_like(steps), steps], axis=1)
     leaves = sheet.inside[tuple(places[:, 0].T)]
     places = np.where(leaves[:, None, None], places, places[:, ::-1])
-    _, nearest = cKDTree(page.nodes[border]).query(places.mean(axis=1))
+    nodes = places.mean(axis=1)
+    _, nearest = cKDTree(page.nodes[border]).query(nodes)
     off = places - page.nodes[border][nearest][:, None]
     samples = page.flat[border][nearest][:, None] + np.einsum("kij,ksj->ksi", np.linalg.pinv(jacobians)[nearest], off)
-    return Crossings(samples, jacobians[nearest])
+    return Crossings(nodes, samples, jacobians[nearest])
+
+
+def where(crossings: Crossings, chosen: Mask) -> Crossings:
+    """Those of k crossings that are chosen (k,)."""
+    return Crossings(*(field[chosen] for field in crossings))
+
+
+class PictureEdge(NamedTuple):
+    """Where the colour picture shows a side: its offset along the side's normal, and what that may be off by, mm."""
+
+    offset: float
+    sigma: float
 
 
 class Separation(NamedTuple):
     """How a line separates the samples on the page from those beyond.
 
     offset          mm along its normal.
-    log_likelihood  of the likeliest offset.
+    log_likelihood  of the likeliest offset, comparable between normals that all were seen, or none.
     right           share of the samples that lie on their side of it, or not farther beyond it than CLOSE.
     """
 
@@ -59,11 +74,12 @@ class Separation(NamedTuple):
     right: float
 
 
-def separate(crossings: Crossings, normal: Floats) -> Separation:
+def separate(crossings: Crossings, normal: Floats, seen: PictureEdge | None = None) -> Separation:
     """How the straight side with a unit normal (2,) that points outwards separates the samples of k crossings.
 
-    Its offset is the mean over all places, each weighed by its likelihood, however ragged the outline is. A chance that
-    a sample is wrong, whatever its distance, keeps lost ones from drawing a side in that stands askew.
+    Its offset is the mean over all places, each weighed by its likelihood, however ragged the outline is, and by where
+    the side was seen. A chance that a sample is wrong, whatever its distance, keeps lost ones from drawing a side in
+    that stands askew.
     """
     across = crossings.samples @ normal
     per_mm = np.linalg.norm(crossings.jacobians @ normal, axis=1)[:, None]
@@ -73,6 +89,9 @@ def separate(crossings: Crossings, normal: Floats) -> Separation:
         within = (places[:, None, None] - across) * per_mm  # samples by which one lies within a side at this place
         agree = expit(within * [1.0, -1.0] / RAGGED[:, None, None, None])
         log_likelihood = np.log(WRONG + (1.0 - 2.0 * WRONG) * agree).sum(axis=(2, 3))
+        if seen is not None:
+            # In the right direction the steps that were seen scatter least.
+            log_likelihood -= ((places - seen.offset) / seen.sigma) ** 2 / 2 + len(across) * np.log(seen.sigma)
         most = float(log_likelihood.max())
         found = float(np.average(places, weights=np.exp(log_likelihood - most).sum(axis=0)))
     right = (found - across) * per_mm * [1.0, -1.0] > -CLOSE

@@ -15,7 +15,8 @@ import numpy as np
 from restore.mesh.adjacency import border_of
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import edges_of
-from restore.outline.crossings import WRONG, Crossings, crossings_of, separate
+from restore.outline.crossings import WRONG, Crossings, crossings_of, separate, where
+from restore.outline.picture_edge import edge_in_picture
 from restore.outline.rectangle import CORNER_SHARE, fills_rectangle
 from restore.range_image.sheet import PageOnGrid, Sheet
 from restore.scan import Floats, Ints, Mask
@@ -55,7 +56,7 @@ def straighten(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
         return page
     jacobians = _grid_jacobians(page, border)
     crossings = crossings_of(sheet, page, border, jacobians[border])
-    lines = [_fit_side(crossings, *side) for side in ((0, -1), (1, -1), (0, 1), (1, 1))]
+    lines = [_fit_side(sheet, crossings, *side) for side in ((0, -1), (1, -1), (0, 1), (1, 1))]
     target = np.full_like(page.flat, np.nan)
     target[border] = _project_to_sides(outline, jacobians[border], lines)
     flat, faces = _move_border(page.flat, page.faces, target)
@@ -108,7 +109,7 @@ def _grid_jacobians(page: PageOnGrid, border: Ints) -> Floats:
     return jacobians
 
 
-def _fit_side(crossings: Crossings, axis: int, sign: int) -> Line | None:
+def _fit_side(sheet: Sheet, crossings: Crossings, axis: int, sign: int) -> Line | None:
     """The line of the side at the low (−1) or high (1) end of an axis, None when the side is not straight."""
     outline = crossings.samples.mean(axis=1)
     low, high = outline.min(axis=0), outline.max(axis=0)
@@ -128,16 +129,20 @@ def _fit_side(crossings: Crossings, axis: int, sign: int) -> Line | None:
         return None
     # Pages are cut at right angles: an oblique side must differ from the axis by more than the outline's error.
     oblique = np.abs(distance - aligned_distance).max() > OUTLINE_ERROR or not _is_straight(aligned_distance)
-    near = Crossings(crossings.samples[side][inliers], jacobians[inliers])
-    return _separating(near, (fitted, aligned), fitted if oblique else aligned)
+    near = where(where(crossings, side), inliers)
+    return _separating(sheet, near, (fitted, aligned), fitted if oblique else aligned)
 
 
-def _separating(near: Crossings, candidates: tuple[Line, ...], line: Line) -> Line:
+def _separating(sheet: Sheet, near: Crossings, candidates: tuple[Line, ...], line: Line) -> Line:
     """The line of a side, its middle moved to where the likeliest of the candidates separates the samples.
 
     Unchanged where that would leave too many on the wrong side: they do not lie along a line.
     """
-    separations = [(separate(near, one.normal), one.normal) for one in candidates]
+    normals = [candidate.normal for candidate in candidates]
+    seen = [edge_in_picture(sheet, near, normal) for normal in normals]
+    if None in seen:
+        seen = [None] * len(normals)
+    separations = [(separate(near, normal, edge), normal) for normal, edge in zip(normals, seen, strict=True)]
     best, normal = max(separations, key=lambda found: found[0].log_likelihood)
     if best.right < 1.0 - WRONG:
         return line

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from restore.outline.crossings import WRONG, Crossings, separate
+from restore.outline.crossings import WRONG, Crossings, PictureEdge, separate
 
 ROWS = 400
 PITCH_MM = 0.47
@@ -26,7 +26,8 @@ def crossings(edge, lost=0.0, ragged=0.0, seed=0):
     ends -= rng.random(len(edge)) < lost
     across = np.stack([ends - edge, ends + 1.0 - edge], axis=1)
     along = np.broadcast_to(np.arange(len(edge), dtype=float)[:, None], across.shape)
-    return Crossings(PITCH_MM * np.stack([along, across], axis=2), np.tile(np.eye(2) / PITCH_MM, (len(edge), 1, 1)))
+    samples = np.stack([along, across], axis=2)
+    return Crossings(samples.mean(axis=1), PITCH_MM * samples, np.tile(np.eye(2) / PITCH_MM, (len(edge), 1, 1)))
 
 
 def offset(found):
@@ -58,6 +59,16 @@ def test_an_edge_along_the_rows_is_midway_even_if_samples_are_lost():
     assert offset(crossings(edge, LOST)) == pytest.approx(-0.4, abs=0.1)
 
 
+def test_where_it_was_seen_places_an_edge_along_the_rows_and_none_that_the_samples_tell():
+    seen = PictureEdge(0.0, 0.1 * PITCH_MM)
+    along = crossings(np.full(ROWS, 7.7))
+    assert offset(along) == pytest.approx(-0.2, abs=STEP)
+    # A tenth of a sample off where it was seen is two thirds as likely, and the samples are for places midway.
+    assert separate(along, OUTWARDS, seen).offset / PITCH_MM == pytest.approx(0.0, abs=0.05)
+    askew_row, off = crossings(askew(9.0)), seen._replace(offset=0.5 * PITCH_MM)
+    assert separate(askew_row, OUTWARDS, off).offset / PITCH_MM == pytest.approx(offset(askew_row), abs=2 * STEP)
+
+
 def test_a_ragged_edge_is_where_its_crossings_are_in_the_mean():
     off = [offset(crossings(askew(9.0), ragged=0.6, seed=seed)) for seed in range(20)]
     # 400 crossings that scatter by 0.67 samples have a mean within 0.034; samples that may be wrong cost some of it.
@@ -67,7 +78,7 @@ def test_a_ragged_edge_is_where_its_crossings_are_in_the_mean():
 
 def test_normals_point_outwards():
     found = crossings(askew(9.0))
-    turned = Crossings(-found.samples + [0.0, 40.0], found.jacobians)
+    turned = found._replace(samples=-found.samples + [0.0, 40.0])
     assert separate(turned, -OUTWARDS).offset == pytest.approx(-40.0, abs=STEP * PITCH_MM)
 
 

@@ -1,0 +1,70 @@
+"""Where the colour picture shows a straight side of the page.
+
+A page that lies straight under the scanner has sides along a row of samples, and no sample tells where between two rows
+one is. In the colour picture it cuts through pixels, and each is as light as the paper's share of it: the light across
+the side adds up to as much as a sharp step would, whatever the lens has blurred (partial area effect, Trujillo-Pino et
+al., "Accurate subpixel edge location based on partial area effect", 2013).
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from restore.outline.crossings import Crossings, PictureEdge
+from restore.range_image.sheet import Sheet
+from restore.robust import robust_sigma
+from restore.scan import Bytes, Floats, Mask
+
+SHOWN = 0.1  # pixels: tone curves and edge enhancement of cameras move an edge by as much, all along a side
+REACH = 4.0  # pixels, or half as many samples, to either side: a step of both, and room for two plateaus
+PROFILE = np.linspace(-1.0, 1.0, 65)  # shares of the reach: an eighth of a pixel apart
+PLATEAU = 12  # places at either end of a profile that show paper, and table: a pixel and a half
+LEVEL = 0.15  # of the step: plateaus with more range hold print or a shadow
+LEAST_STEP = 20.0  # codes: a dozen times the noise of one pixel, or more
+MOST = 1.0  # samples from the crossing: a step farther off is another
+CLEAR = 0.5  # of the crossings, at least, show a step
+
+
+def edge_in_picture(sheet: Sheet, crossings: Crossings, normal: Floats) -> PictureEdge | None:
+    """The side with a unit normal (2,) that points outwards, by the picture at k crossings; None where it is not clear.
+
+    It scatters along the side by what lies beside it, and that is no less wrong in the mean.
+    """
+    if sheet.scan.texture is None:
+        return None
+    pixels, ahead = _pixels(sheet, crossings, normal)
+    pixel = 1.0 / np.linalg.norm(ahead, axis=1)
+    sample = 1.0 / np.linalg.norm(crossings.jacobians @ normal, axis=1)
+    reach = REACH * np.maximum(pixel, sample / 2)
+    steps, clear = _steps(_profiles(sheet.scan.texture, pixels, reach[:, None] * ahead))
+    clear &= np.abs(steps) * reach < MOST * sample
+    if clear.mean() < CLEAR:
+        return None
+    places = (crossings.samples.mean(axis=1) @ normal + steps * reach)[clear]
+    offset = float(np.median(places))
+    return PictureEdge(offset, float(np.hypot(robust_sigma(places - offset), SHOWN * pixel.mean())))
+
+
+def _pixels(sheet: Sheet, crossings: Crossings, normal: Floats) -> tuple[Floats, Floats]:
+    """(k, 2) texture pixels x, y of the crossings, and (k, 2) how far they move for a millimetre along the normal."""
+    ahead = crossings.jacobians @ normal / 2
+    before, after = (sheet.texcoords(crossings.nodes + way * ahead) for way in (-1.0, 1.0))
+    return (before + after) / 2, after - before
+
+
+def _profiles(texture: Bytes, pixels: Floats, reach: Floats) -> Floats:
+    """(k, 65) the light of a texture along PROFILE at pixels (k, 2), towards a reach (k, 2) pixels away."""
+    at = (pixels[:, None] + PROFILE[:, None] * reach[:, None]).astype(np.float32)
+    grey = cv2.cvtColor(texture, cv2.COLOR_RGB2GRAY).astype(np.float32)
+    return np.asarray(cv2.remap(grey, at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.float64)
+
+
+def _steps(profiles: Floats) -> tuple[Floats, Mask]:
+    """(k,) where profiles (k, 65) step from paper to table, as shares of the reach, and which (k,) clearly do."""
+    ends = profiles[:, :PLATEAU], profiles[:, -PLATEAU:]
+    paper, table = (np.median(end, axis=1) for end in ends)
+    step = np.abs(paper - table)
+    clear = (step > LEAST_STEP) & (np.maximum(*(np.ptp(end, axis=1) for end in ends)) < LEVEL * step)
+    of_paper = (profiles - table[:, None]) / np.where(clear, paper - table, np.inf)[:, None]
+    return 2.0 * of_paper.mean(axis=1) - 1.0, clear
