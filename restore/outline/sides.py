@@ -130,25 +130,27 @@ def _fit_side(sheet: Sheet, crossings: Crossings, axis: int, sign: int) -> Line 
     # Pages are cut at right angles: an oblique side must differ from the axis by more than the outline's error.
     oblique = np.abs(distance - aligned_distance).max() > OUTLINE_ERROR or not _is_straight(aligned_distance)
     near = where(where(crossings, side), inliers)
-    return _separating(sheet, near, (fitted, aligned), fitted if oblique else aligned)
+    return _separating(sheet, near, fitted, aligned, oblique=bool(oblique))
 
 
-def _separating(sheet: Sheet, near: Crossings, candidates: tuple[Line, ...], line: Line) -> Line:
-    """The line of a side, its middle moved to where the likeliest of the candidates separates the samples.
+def _separating(sheet: Sheet, near: Crossings, fitted: Line, aligned: Line, *, oblique: bool) -> Line:
+    """The line of a side, its middle moved to where the likelier of two lines separates the samples.
 
-    Unchanged where that would leave too many on the wrong side: they do not lie along a line.
+    It stays oblique only if that is the likelier: lost samples may have turned it. Unchanged where too many samples
+    would be on its wrong side: they do not lie along a line.
     """
-    normals = [candidate.normal for candidate in candidates]
+    normals = [fitted.normal, aligned.normal]
     seen = [edge_in_picture(sheet, near, normal) for normal in normals]
     if None in seen:
-        seen = [None] * len(normals)
+        seen = [None, None]
     separations = [(separate(near, normal, edge), normal) for normal, edge in zip(normals, seen, strict=True)]
     best, normal = max(separations, key=lambda found: found[0].log_likelihood)
     if best.right < 1.0 - WRONG:
-        return line
+        return fitted if oblique else aligned
     middle = near.samples.mean(axis=(0, 1))
     middle = middle - Line(normal, best.offset).signed_distance(middle) * normal
-    return Line(line.normal, float(middle @ line.normal))
+    direction = normal if oblique else aligned.normal
+    return Line(direction, float(middle @ direction))
 
 
 def _axis_aligned_line(side: Floats, axis: int, sign: int) -> Line:
