@@ -11,6 +11,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
+from restore.numerics import TINY
 from restore.outline.crossings import Crossings, PictureEdge
 from restore.range_image.sheet import Sheet
 from restore.robust import robust_sigma
@@ -29,12 +30,13 @@ CLEAR = 0.5  # of the crossings, at least, show a step
 def edge_in_picture(sheet: Sheet, crossings: Crossings, normal: Floats) -> PictureEdge | None:
     """The side with a unit normal (2,) that points outwards, by the picture at k crossings; None where it is not clear.
 
-    It scatters along the side by what lies beside it, and that is no less wrong in the mean.
+    Its standard deviation is that of a single crossing, not of their mean: a shadow or print beside the side moves many
+    of them alike.
     """
     if sheet.scan.texture is None:
         return None
     pixels, ahead = _pixels(sheet, crossings, normal)
-    pixel = 1.0 / np.linalg.norm(ahead, axis=1)
+    pixel = 1.0 / np.maximum(np.linalg.norm(ahead, axis=1), TINY)  # a mesh may have one texture position for all
     sample = 1.0 / np.linalg.norm(crossings.jacobians @ normal, axis=1)
     reach = REACH * np.maximum(pixel, sample / 2)
     steps, clear = _steps(_profiles(sheet.scan.texture, pixels, reach[:, None] * ahead))
@@ -56,8 +58,8 @@ def _pixels(sheet: Sheet, crossings: Crossings, normal: Floats) -> tuple[Floats,
 def _profiles(texture: Bytes, pixels: Floats, reach: Floats) -> Floats:
     """(k, 65) the light of a texture along PROFILE at pixels (k, 2), towards a reach (k, 2) pixels away."""
     at = (pixels[:, None] + PROFILE[:, None] * reach[:, None]).astype(np.float32)
-    grey = cv2.cvtColor(texture, cv2.COLOR_RGB2GRAY).astype(np.float32)
-    return np.asarray(cv2.remap(grey, at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE), np.float64)
+    colours = cv2.remap(texture, at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+    return np.asarray(cv2.cvtColor(colours, cv2.COLOR_RGB2GRAY), np.float64)
 
 
 def _steps(profiles: Floats) -> tuple[Floats, Mask]:

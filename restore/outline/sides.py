@@ -118,7 +118,8 @@ def _fit_side(sheet: Sheet, crossings: Crossings, axis: int, sign: int) -> Line 
     side = (sign * from_middle[:, axis] > np.abs(along)) & (np.abs(along) < 0.5 - CORNER_SHARE)
     if side.sum() < MIN_LINE_POINTS:
         return None
-    points, jacobians = outline[side], crossings.jacobians[side]
+    beside = where(crossings, side)
+    points, jacobians = outline[side], beside.jacobians
     rough = _fit_line(points, axis, sign, cv2.DIST_L1)
     inliers = np.abs(_sample_distances(rough, points, jacobians)) <= MAX_SHIFT
     # Least squares over the inliers: an outline runs in steps of a sample, and a median would be one of the steps.
@@ -129,8 +130,7 @@ def _fit_side(sheet: Sheet, crossings: Crossings, axis: int, sign: int) -> Line 
         return None
     # Pages are cut at right angles: an oblique side must differ from the axis by more than the outline's error.
     oblique = np.abs(distance - aligned_distance).max() > OUTLINE_ERROR or not _is_straight(aligned_distance)
-    near = where(where(crossings, side), inliers)
-    return _separating(sheet, near, fitted, aligned, oblique=bool(oblique))
+    return _separating(sheet, where(beside, inliers), fitted, aligned, oblique=bool(oblique))
 
 
 def _separating(sheet: Sheet, near: Crossings, fitted: Line, aligned: Line, *, oblique: bool) -> Line:

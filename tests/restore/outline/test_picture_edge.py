@@ -30,14 +30,17 @@ def plane(camera):
     return camera.sheet(camera.facets(camera.plane()), np.ones(camera.indices[0].shape, bool))
 
 
-def found(plane, texture):
-    """Where the side is seen, in samples from the last row on the page, and what that may be off by."""
+def found(plane, texture, spread=1.0):
+    """Where the side is seen, in samples from the last row on the page, and what that may be off by.
+
+    Samples are a spread of pixels apart.
+    """
     inner = np.stack([np.full(len(COLS), ROW), COLS], axis=1).astype(float)
     samples = np.stack([inner, inner + [1.0, 0.0]], axis=1)[..., ::-1] - [0.0, ROW]
     jacobians = np.tile(np.eye(2)[::-1], (len(COLS), 1, 1))  # a sample a millimetre; y points down the rows
     crossings = Crossings(inner + [0.5, 0.0], samples, jacobians)
     rows, cols = np.indices(texture.shape[:2]).astype(float)
-    scan = replace(plane.scan, texture=texture, texture_xy=np.stack([cols, rows], axis=2))
+    scan = replace(plane.scan, texture=texture, texture_xy=spread * np.stack([cols, rows], axis=2))
     return edge_in_picture(replace(plane, scan=scan, pixels=scan.texture_xy), crossings, OUTWARDS)
 
 
@@ -62,6 +65,10 @@ def test_nothing_is_seen_beside_print(plane):
 
 def test_a_step_farther_off_is_another(plane):
     assert found(plane, picture(plane.inside.shape, ROW + 2.2)) is None
+
+
+def test_nothing_is_seen_where_all_have_one_texture_position(plane):
+    assert found(plane, picture(plane.inside.shape, ROW + 0.3), spread=0.0) is None
 
 
 def test_a_scan_without_colour_shows_nothing(plane):
