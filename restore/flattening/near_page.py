@@ -7,7 +7,7 @@ import numpy as np
 from restore.flattening.gauss_newton import least_absolute_strain, minimise_strain
 from restore.flattening.repair import opened, repaired
 from restore.flattening.solution import Solution
-from restore.mesh.network import Network
+from restore.mesh.network import Network, pieces
 from restore.scan import Floats
 
 
@@ -22,6 +22,15 @@ def least_strain_page(flat: Floats, network: Network, signs: Floats | None = Non
 
 
 def least_absolute_page(flat: Floats, network: Network) -> Solution:
-    """The flat positions (n, 2) mm of least absolute strain near a start: a few wrong lengths hardly move them."""
-    found = least_absolute_strain(minimise_strain(flat, network), network)
-    return found._replace(flat=repaired(found.flat, network, np.ones(len(network.faces))))
+    """The flat positions (n, 2) mm of least absolute strain near a start: a few wrong lengths hardly move them.
+
+    Each connected piece by itself: lengths do not tell where one lies from another, and a common solution could put it
+    anywhere.
+    """
+    whole = Solution(flat.copy(), 0)
+    for piece in pieces(network):
+        found = least_absolute_strain(minimise_strain(flat[piece.vertices], piece.network), piece.network)
+        page = repaired(found.flat, piece.network, np.ones(len(piece.faces)))
+        whole.flat[piece.vertices] = page
+        whole = whole.joined(found)
+    return whole

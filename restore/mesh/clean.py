@@ -11,11 +11,10 @@ from restore.errors import NotEnoughSurface
 from restore.mesh.adjacency import components
 from restore.mesh.decimate import decimate, patch_and_smooth
 from restore.mesh.network import make_network, pieces
-from restore.mesh.triangulate import compact
+from restore.mesh.triangulate import MIN_PIECE_SHARE, compact
 from restore.mesh.validate import ValidMesh
 from restore.scan import Ints, Mask, SurfaceMesh
 
-MIN_PIECE_SHARE = 0.02  # of the faces of the largest connected piece: smaller pieces are debris
 RAW_RATIO = 5  # times the points requested: a denser mesh is a scanner's own, a coarser one was decimated before
 
 

@@ -13,6 +13,7 @@ from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 
 MAX_SNAP_DISTANCE = 0.5  # of the stride: nodes nearer to the outline move onto it, which avoids thin triangles
 MIN_HEIGHT = 0.2  # of the stride; the shape of thinner triangles is mostly noise
+MIN_PIECE_SHARE = 0.02  # of the faces of the largest connected piece: smaller pieces are debris
 
 
 def lattice(inside: Mask, stride: int) -> tuple[Floats, Ints]:
@@ -33,7 +34,15 @@ def lattice(inside: Mask, stride: int) -> tuple[Floats, Ints]:
     outline = nodes + to_outline * (1.0 - 0.5 / np.maximum(distance, 1.0))[..., None]
     snapped = np.where(kept, distance < MAX_SNAP_DISTANCE * stride, True)
     usable = kept | (np.abs(to_outline).max(axis=2) <= stride)
-    return _triangles(np.where(snapped[..., None], outline, nodes), usable, stride)
+    nodes, faces = _triangles(np.where(snapped[..., None], outline, nodes), usable, stride)
+    return compact(nodes, faces[~_scraps(faces)])
+
+
+def _scraps(faces: Ints) -> Mask:
+    """(m,) True for the faces (m, 3) of pieces so small that they are none of the sheet: a few beside a thin tip."""
+    piece = components(np.concatenate([faces[:, :2], faces[:, 1:]]), faces.max(initial=-1) + 1)[faces[:, 0]]
+    sizes = np.bincount(piece, minlength=1)
+    return np.asarray(sizes[piece] < MIN_PIECE_SHARE * sizes.max())
 
 
 def _nearest(wanted: Mask, rows: Ints, cols: Ints) -> Floats:

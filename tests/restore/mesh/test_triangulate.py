@@ -99,6 +99,18 @@ def test_no_triangle_of_a_lattice_hangs_by_a_corner():
         assert by_edges.max() + 1 == connected_pieces(faces)
 
 
+def test_scraps_beside_a_sheet_are_left_out_and_a_large_part_is_not():
+    mask = np.zeros((130, 160), bool)
+    mask[10:120, 10:100] = True
+    mask[10:120, 114:136] = True
+    nodes, faces = lattice(mask, 4)
+    mask[40:44, 150:154] = True
+    with_scrap = lattice(mask, 4)
+    np.testing.assert_array_equal(with_scrap[0], nodes)
+    np.testing.assert_array_equal(with_scrap[1], faces)
+    assert connected_pieces(faces) == 2
+
+
 def test_a_mask_to_the_edges_of_the_grid_is_covered_to_its_last_sample():
     mask = np.ones((50, 61), bool)
     nodes, faces = lattice(mask, 4)
