@@ -34,6 +34,11 @@ class Crossings(NamedTuple):
     samples: Floats
     jacobians: Floats
 
+    @property
+    def places(self) -> Floats:
+        """(k, 2) mm: the flat positions half-way."""
+        return np.asarray(self.samples.mean(axis=1))
+
 
 def crossings_of(sheet: Sheet, page: PageOnGrid, border: Ints, jacobians: Floats) -> Crossings:
     """All k crossings of a page with vertices (b,) on its border; jacobians (b, 2, 2) are those there."""

@@ -8,11 +8,13 @@ al., "Accurate subpixel edge location based on partial area effect", 2013).
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import cv2
 import numpy as np
 
 from restore.numerics import TINY
-from restore.outline.crossings import Crossings, PictureEdge
+from restore.outline.crossings import Crossings, PictureEdge, where
 from restore.range_image.sheet import Sheet
 from restore.robust import robust_sigma
 from restore.scan import Bytes, Floats, Mask
@@ -27,12 +29,33 @@ MOST = 1.0  # samples from the crossing: a step farther off is another
 CLEAR = 0.5  # of the crossings, at least, show a step
 
 
+class PictureSteps(NamedTuple):
+    """The crossings beside which the picture steps from paper to table, moved there.
+
+    places  those crossings; either of their samples lies on the step.
+    pixel   mm of the page that one of the picture shows, in the mean.
+    """
+
+    places: Crossings
+    pixel: float
+
+
 def edge_in_picture(sheet: Sheet, crossings: Crossings, normal: Floats) -> PictureEdge | None:
     """The side with a unit normal (2,) that points outwards, by the picture at k crossings; None where it is not clear.
 
     Its standard deviation is that of a single crossing, not of their mean: a shadow or print beside the side moves many
     of them alike.
     """
+    steps = steps_in_picture(sheet, crossings, normal)
+    if steps is None:
+        return None
+    places = steps.places.places @ normal
+    offset = float(np.median(places))
+    return PictureEdge(offset, float(np.hypot(robust_sigma(places - offset), SHOWN * steps.pixel)))
+
+
+def steps_in_picture(sheet: Sheet, crossings: Crossings, normal: Floats) -> PictureSteps | None:
+    """The steps along a unit normal (2,) that points outwards; None unless CLEAR of k crossings show one."""
     if sheet.scan.texture is None:
         return None
     pixels, ahead = _pixels(sheet, crossings, normal)
@@ -41,18 +64,22 @@ def edge_in_picture(sheet: Sheet, crossings: Crossings, normal: Floats) -> Pictu
     reach = REACH * np.maximum(pixel, sample / 2)
     steps, clear = _steps(_profiles(sheet.scan.texture, pixels, reach[:, None] * ahead))
     clear &= np.abs(steps) * reach < MOST * sample
-    if clear.mean() < CLEAR:
+    if not len(clear) or clear.mean() < CLEAR:
         return None
-    places = (crossings.samples.mean(axis=1) @ normal + steps * reach)[clear]
-    offset = float(np.median(places))
-    return PictureEdge(offset, float(np.hypot(robust_sigma(places - offset), SHOWN * pixel.mean())))
+    there = crossings.places + (steps * reach)[:, None] * normal
+    moved = crossings._replace(samples=np.repeat(there[:, None], 2, axis=1))
+    return PictureSteps(where(moved, clear), float(pixel.mean()))
 
 
 def _pixels(sheet: Sheet, crossings: Crossings, normal: Floats) -> tuple[Floats, Floats]:
-    """(k, 2) texture pixels x, y of the crossings, and (k, 2) how far they move for a millimetre along the normal."""
-    ahead = crossings.jacobians @ normal / 2
-    before, after = (sheet.texcoords(crossings.nodes + way * ahead) for way in (-1.0, 1.0))
-    return (before + after) / 2, after - before
+    """(k, 2) texture pixels x, y of the crossings, and (k, 2) how far they move for a millimetre along the normal.
+
+    Told from a sample and two inside the page: a mesh has no texture positions beyond its end.
+    """
+    ahead = crossings.jacobians @ normal
+    sample = ahead / np.linalg.norm(ahead, axis=1)[:, None]
+    inner, inmost = (sheet.texcoords(crossings.nodes - samples * sample) for samples in (1.0, 2.0))
+    return 2.0 * inner - inmost, (inner - inmost) * np.linalg.norm(ahead, axis=1)[:, None]
 
 
 def _profiles(texture: Bytes, pixels: Floats, reach: Floats) -> Floats:

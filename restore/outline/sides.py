@@ -16,7 +16,7 @@ from restore.mesh.adjacency import border_of
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import edges_of
 from restore.outline.crossings import WRONG, Crossings, crossings_of, separate, where
-from restore.outline.picture_edge import edge_in_picture
+from restore.outline.picture_edge import edge_in_picture, steps_in_picture
 from restore.outline.rectangle import CORNER_SHARE, fills_rectangle
 from restore.range_image.sheet import PageOnGrid, Sheet
 from restore.scan import Floats, Ints, Mask
@@ -111,26 +111,37 @@ def _grid_jacobians(page: PageOnGrid, border: Ints) -> Floats:
 
 def _fit_side(sheet: Sheet, crossings: Crossings, axis: int, sign: int) -> Line | None:
     """The line of the side at the low (−1) or high (1) end of an axis, None when the side is not straight."""
-    outline = crossings.samples.mean(axis=1)
-    low, high = outline.min(axis=0), outline.max(axis=0)
-    from_middle = (outline - (low + high) / 2) / (high - low)
-    along = from_middle[:, 1 - axis]
-    side = (sign * from_middle[:, axis] > np.abs(along)) & (np.abs(along) < 0.5 - CORNER_SHARE)
-    if side.sum() < MIN_LINE_POINTS:
+    beside = _beside(crossings, axis, sign)
+    steps = steps_in_picture(sheet, beside, sign * np.eye(2)[axis]) if sheet.cut_out else None
+    if steps is not None:
+        # Where a mesh was cut tells nothing of where the paper ends; a scrap of what lies beyond is none of the page.
+        beside = where(steps.places, _near_line(steps.places, axis, sign))
+    if len(beside.nodes) < MIN_LINE_POINTS:
         return None
-    beside = where(crossings, side)
-    points, jacobians = outline[side], beside.jacobians
-    rough = _fit_line(points, axis, sign, cv2.DIST_L1)
-    inliers = np.abs(_sample_distances(rough, points, jacobians)) <= MAX_SHIFT
+    near = where(beside, _near_line(beside, axis, sign))
     # Least squares over the inliers: an outline runs in steps of a sample, and a median would be one of the steps.
-    fitted = _fit_line(points[inliers], axis, sign, cv2.DIST_L2)
-    aligned = _axis_aligned_line(points[inliers], axis, sign)
-    distance, aligned_distance = (_sample_distances(line, points, jacobians) for line in (fitted, aligned))
+    lines = _fit_line(near.places, axis, sign, cv2.DIST_L2), _axis_aligned_line(near.places, axis, sign)
+    distance, aligned_distance = (_sample_distances(line, beside.places, beside.jacobians) for line in lines)
     if not _is_straight(distance):
         return None
     # Pages are cut at right angles: an oblique side must differ from the axis by more than the outline's error.
-    oblique = np.abs(distance - aligned_distance).max() > OUTLINE_ERROR or not _is_straight(aligned_distance)
-    return _separating(sheet, where(beside, inliers), fitted, aligned, oblique=bool(oblique))
+    oblique = bool(np.abs(distance - aligned_distance).max() > OUTLINE_ERROR or not _is_straight(aligned_distance))
+    return lines[not oblique] if steps is not None else _separating(sheet, near, *lines, oblique=oblique)
+
+
+def _beside(crossings: Crossings, axis: int, sign: int) -> Crossings:
+    """The crossings of the side at the low (−1) or high (1) end of an axis, without those next to its corners."""
+    outline = crossings.places
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    from_middle = (outline - (low + high) / 2) / (high - low)
+    along = np.abs(from_middle[:, 1 - axis])
+    return where(crossings, (sign * from_middle[:, axis] > along) & (along < 0.5 - CORNER_SHARE))
+
+
+def _near_line(crossings: Crossings, axis: int, sign: int) -> Mask:
+    """(k,) True for crossings not farther than MAX_SHIFT from the line that most of them lie along."""
+    line = _fit_line(crossings.places, axis, sign, cv2.DIST_L1)
+    return np.asarray(np.abs(_sample_distances(line, crossings.places, crossings.jacobians)) <= MAX_SHIFT)
 
 
 def _separating(sheet: Sheet, near: Crossings, fitted: Line, aligned: Line, *, oblique: bool) -> Line:

@@ -38,6 +38,7 @@ class Sheet:
     noise    standard deviation of one measured sample, 1/mm.
     pixels   (rows, cols, 2) texture position of every grid position.
     scan     the source of the surface, with its texture and provenance.
+    cut_out  whether it ends where a mesh was cut: on the page, and not before samples of what lies beyond.
     """
 
     rays: Rays
@@ -48,6 +49,7 @@ class Sheet:
     noise: float
     pixels: Floats
     scan: RangeScan
+    cut_out: bool = False
 
     def inverse_depth(self, nodes: Floats) -> Floats:
         """(n,) 1/mm at grid positions (n, 2) (row, col), fractions allowed."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
@@ -23,6 +23,7 @@ SIDE_SAMPLES = 0.16 + LOST_SHARE
 PAGES = 100
 MEAN_SAMPLES = 0.02  # of sides of 100 samples four standard errors are 4 · 0.29 / √(100 · 100); 0.04 by vertices
 EACH_SAMPLES = 0.012  # rms; the crossings in the mean tell it to 0.018
+PICTURE_SAMPLES = 0.03  # codes are whole numbers, and a pixel's share of the paper is told to one in 180
 EXACT_MM = 1e-6  # the page lies in a plane before the scanner: grid, surface and flat page are alike but for rounding
 
 LEFT, TOP, RIGHT, BOTTOM = 14.3, 12.8, 183.6, 146.1  # sides in samples of the camera's 160 × 200
@@ -116,6 +117,40 @@ def test_the_whole_outline_is_on_the_sides_and_reaches_the_corners(camera):
     assert (off < EXACT_MM).mean() > 0.95  # beside a corner, some stay where they were
     for corner in (low, high, [low[0], high[1]], [high[0], low[1]]):
         assert np.linalg.norm(outline - corner, axis=1).min() < EXACT_MM
+
+
+def pictured(camera, page, box, *, table=40.0):
+    """The page, cut out of a mesh, in a picture of paper between the left, top, right and bottom of a box, samples."""
+    rows, cols = camera.indices
+    paper = np.clip(cols - box[0] + 0.5, 0, 1) * np.clip(box[2] - cols + 0.5, 0, 1)
+    paper = paper * np.clip(rows - box[1] + 0.5, 0, 1) * np.clip(box[3] - rows + 0.5, 0, 1)
+    texture = np.repeat(np.rint(table + (220.0 - table) * paper)[..., None], 3, axis=2).astype(np.uint8)
+    sheet = replace(page.sheet, scan=replace(page.sheet.scan, texture=texture), cut_out=True)
+    return Page(sheet, page.mesh)
+
+
+@pytest.mark.parametrize("beyond", [0.3, 0.8])
+def test_a_page_cut_out_of_a_mesh_reaches_the_edge_in_its_picture(camera, beyond):
+    box = np.array([LEFT - beyond, TOP - beyond, RIGHT + beyond, BOTTOM + beyond])
+    page = pictured(camera, cut(camera, gnawed(rectangle(camera))), box)
+    np.testing.assert_allclose(page.straight().box, box, atol=PICTURE_SAMPLES)
+    scanned = Page(replace(page.sheet, cut_out=False), page.mesh)  # there are samples of the table beyond its end
+    assert np.abs(scanned.straight().box - box).max() > beyond / 3
+
+
+def test_a_page_cut_out_of_a_mesh_ends_with_it_where_its_picture_shows_no_edge(camera):
+    page = cut(camera, rectangle(camera))
+    shown = pictured(camera, page, np.array([LEFT, TOP, RIGHT, BOTTOM]) + [-6.0, -6.0, 6.0, 6.0])
+    np.testing.assert_array_equal(shown.straight().box, page.straight().box)
+
+
+def test_a_scrap_that_hangs_from_a_page_of_a_mesh_turns_no_side(camera):
+    inside = rectangle(camera)
+    inside[100:104, int(RIGHT) + 1 : int(RIGHT) + 6] = True
+    box = np.array([LEFT, TOP, RIGHT, BOTTOM])
+    page = pictured(camera, cut(camera, inside), box).straight()
+    on_side = np.abs(page.nodes[:, 1] - RIGHT) < PICTURE_SAMPLES
+    assert on_side.sum() > 0.8 * (BOTTOM - TOP) / STRIDE
 
 
 def test_vertices_match_their_grid_positions(camera):
