@@ -10,15 +10,16 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.formats.unit import GIVEN, UNIT_MM, UNSTATED
-from restore.mesh.clean import weld
+from restore.mesh.clean import large_pieces, select, weld
 from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import validated
 from restore.numerics import TINY
 from restore.range_image.camera import find_rays
 from restore.range_image.facet_model import PRECISION, fit_facets
+from restore.range_image.off_table import off_table
 from restore.range_image.resample import resample
-from restore.range_image.segment import SegmentedScan, find_sheet, segment
+from restore.range_image.segment import SegmentedScan, find_sheet, largest_surface, segment
 from restore.range_image.sheet import Sheet, make_sheet
 from restore.scan import Floats, InterpolatedMesh, RangeScan, SurfaceMesh
 from restore.scan_check import refuse_unusable
@@ -49,13 +50,19 @@ def prepare(scan: RangeScan | SurfaceMesh | SegmentedScan) -> Sheet | SurfaceMes
         if rays is not None:
             return fit_sheet(find_sheet(scan, rays))
         scan = triangulate(scan)
+    return _prepare_mesh(scan)
+
+
+def _prepare_mesh(scan: SurfaceMesh) -> Sheet | SurfaceMesh:
+    """A mesh, without its table, as one view shows it; a mesh still where none shows all of it, or it is coarse."""
     mesh = validated(weld(validated(scan)))
-    view = resample(mesh)
-    if view is None:
-        return mesh
     alone = isinstance(scan, InterpolatedMesh)  # of the page: a flat part of it, lit otherwise, is no table
-    sheet = segment(*view, view[0].measured) if alone else find_sheet(*view, framed=False)
-    return fit_sheet(sheet, precision=MESH_PRECISION)
+    page = mesh if alone else off_table(mesh)
+    view = resample(page)
+    if view is not None:
+        sheet = segment(*view, view[0].measured) if alone else largest_surface(*view, view[0].measured)
+        return fit_sheet(sheet, precision=MESH_PRECISION, cut_out=not alone)
+    return mesh if page is mesh else select(page, page.faces[max(large_pieces(page), key=np.count_nonzero)])
 
 
 def _check_size(scan: RangeScan | SurfaceMesh) -> None:
@@ -86,16 +93,18 @@ def _metric(size: float) -> str:
     return f"{size:.3g} mm" if size < 1000.0 else f"{size / 1000:.3g} m"
 
 
-def fit_sheet(segmented: SegmentedScan, *, precision: float = PRECISION) -> Sheet:
+def fit_sheet(segmented: SegmentedScan, *, precision: float = PRECISION, cut_out: bool = False) -> Sheet:
     """The sheet of a segmented scan, smoothed and with its holes filled.
 
-    precision is the least standard deviation of the noise that is assumed, as a share of the depth.
+    precision is the least standard deviation of the noise that is assumed, as a share of the depth; cut_out as in
+    Sheet.
     """
     page = _around_page(segmented)
     inverse_depth = np.where(page.samples, -1.0 / np.where(page.samples, page.scan.points[..., 2], -1.0), np.nan)
     signal, spacing = _laser_signal(page.scan), abs(page.rays.dx)
     facets = fit_facets(inverse_depth, page.samples, page.inside, spacing, signal, precision=precision)
-    return make_sheet(page.rays, facets, page.samples, page.inside, _texture_positions(page.scan), page.scan)
+    sheet = make_sheet(page.rays, facets, page.samples, page.inside, _texture_positions(page.scan), page.scan)
+    return replace(sheet, cut_out=cut_out)
 
 
 def _around_page(segmented: SegmentedScan) -> SegmentedScan:

@@ -18,8 +18,9 @@ from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import ValidMesh, validated
 from restore.outline.rectangle import fills_rectangle
 from restore.range_image.camera import find_rays
+from restore.range_image.off_table import off_table
 from restore.range_image.segment import MAX_GAP, SegmentedScan, find_pieces
-from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
+from restore.scan import Floats, InterpolatedMesh, Ints, Mask, RangeScan, SurfaceMesh
 
 OUTLINE_POINTS = 300  # of a sheet that is flattened for its outline alone: ten on each side of a page
 
@@ -80,6 +81,9 @@ def is_rectangular(mesh: SurfaceMesh) -> bool:
 def _sheets_of_mesh(scan: SurfaceMesh) -> list[ScannedSheet]:
     mesh = validated(weld(validated(scan)))
     pieces = [mesh.faces[member] for member in large_pieces(mesh)]
+    if len(pieces) == 1 and not isinstance(scan, InterpolatedMesh):  # may be a table with sheets on it
+        mesh = off_table(mesh)
+        pieces = [mesh.faces[member] for member in large_pieces(mesh)]
     sheets = _joined_over_gaps(mesh, pieces) if len(pieces) > 1 else pieces
     if len(sheets) < 2:
         return [ScannedSheet(scan, surface_area(mesh.vertices, mesh.faces))]

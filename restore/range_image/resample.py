@@ -9,7 +9,7 @@ import numpy as np
 from restore.mesh.measures import signed_areas, surface_area
 from restore.mesh.pose import PosedSheet, pose_on_table
 from restore.mesh.raster import rasterise
-from restore.mesh.validate import validated
+from restore.mesh.validate import ValidMesh, validated
 from restore.numerics import TINY
 from restore.range_image.camera import Rays
 from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
@@ -24,14 +24,16 @@ MAX_HIDDEN = 0.01  # of the area may be turned away or occluded; more, and one v
 
 
 def resample(mesh: SurfaceMesh) -> tuple[RangeScan, Rays] | None:
+    """As `view_of`, or None when the mesh is too coarse to be prepared like a scan."""
+    return view_of(validated(mesh)) if len(mesh.vertices) >= MIN_VERTICES else None
+
+
+def view_of(mesh: ValidMesh) -> tuple[RangeScan, Rays] | None:
     """The mesh rendered to the range grid of a pinhole camera in front of the page.
 
-    Returns the scan, in the camera's frame, and its rays, in the frame of the mesh; or None when the mesh is too coarse
-    or one view does not show all of it.
+    Returns the scan, in the camera's frame, and its rays, in the frame of the mesh; or None when one view does not show
+    all of it.
     """
-    if len(mesh.vertices) < MIN_VERTICES:
-        return None
-    mesh = validated(mesh)
     faces = mesh.faces
     posed = pose_on_table(mesh.vertices, faces)
     size = float(np.ptp(posed.positions, axis=0).max())

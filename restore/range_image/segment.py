@@ -55,17 +55,24 @@ def segment(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan:
     return SegmentedScan(scan, rays, samples, fill_outline(samples))
 
 
-def find_sheet(scan: RangeScan, rays: Rays, *, framed: bool = True) -> SegmentedScan:
+def find_sheet(scan: RangeScan, rays: Rays) -> SegmentedScan:
     """The scan with the largest connected surface off the table as its sheet.
 
-    `framed` is True when the border of the grid is the border of the scanner's picture.
     Raises NotEnoughSurface when no connected surface is large enough to be a page.
     """
-    labels, sizes, measured = _label_off_table(scan, rays, framed=framed)
+    return largest_surface(scan, rays, _off_table(scan))
+
+
+def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan:
+    """The scan with the largest connected surface of some of its samples (rows, cols) as its sheet.
+
+    Raises NotEnoughSurface when none is large enough to be a page.
+    """
+    labels, sizes = _label_connected_surfaces(scan, rays, samples)
     sheet = segment(scan, rays, labels == max(int(np.argmax(sizes)), 1))
     if sheet.share < MIN_SHARE:
         count = sheet.samples.sum()
-        small = count < MIN_SHARE * labels.size and count > ONE_PIECE * measured.sum()
+        small = count < MIN_SHARE * labels.size and count > ONE_PIECE * samples.sum()
         hint = SMALL_HINT if small else SPARSE_HINT
         raise NotEnoughSurface(f"the largest connected surface covers {sheet.share:.1%} of the picture", hint)
     return sheet
@@ -73,24 +80,29 @@ def find_sheet(scan: RangeScan, rays: Rays, *, framed: bool = True) -> Segmented
 
 def find_pieces(scan: RangeScan, rays: Rays) -> list[SegmentedScan]:
     """The scan with each connected surface off the table that is large enough to be a page as its sheet."""
-    labels, sizes, _ = _label_off_table(scan, rays, framed=True)
+    labels, sizes = _label_connected_surfaces(scan, rays, _off_table(scan))
     large = np.flatnonzero(sizes >= MIN_SHARE * labels.size)
     pieces = [segment(scan, rays, labels == label) for label in large]
     return [piece for piece in pieces if piece.share >= MIN_SHARE]
 
 
-def _label_off_table(scan: RangeScan, rays: Rays, *, framed: bool) -> tuple[Ints, Ints, Mask]:
-    """Labels (rows, cols) of the connected pieces off the table, 0 for none, the samples of each, 0 for label 0.
-
-    And the samples (rows, cols) off the table.
-    """
+def _off_table(scan: RangeScan) -> Mask:
+    """(rows, cols) the samples of a scanner's picture that are not on the table."""
     measured = scan.measured
-    inverse_depth = 1.0 / np.where(measured, -scan.points[..., 2], np.nan)
-    measured = measured & ~find_table(scan, inverse_depth, measured, framed=framed)
-    labels = _label_connected(1.0 / inverse_depth, measured, rays.dx * MAX_SLOPE)
+    return measured & ~find_table(scan, inverse_depths(scan), measured)
+
+
+def inverse_depths(scan: RangeScan) -> Floats:
+    """(rows, cols) 1/mm, NaN where nothing was measured."""
+    return np.asarray(1.0 / np.where(scan.measured, -scan.points[..., 2], np.nan))
+
+
+def _label_connected_surfaces(scan: RangeScan, rays: Rays, samples: Mask) -> tuple[Ints, Ints]:
+    """Labels (rows, cols) of the connected surfaces of samples (rows, cols), 0 for none, and their sizes, 0 for it."""
+    labels = _label_connected(-scan.points[..., 2], samples, rays.dx * MAX_SLOPE)
     sizes = np.bincount(labels.ravel())
     sizes[0] = 0
-    return labels, sizes, measured
+    return labels, sizes
 
 
 def fill_outline(samples: Mask) -> Mask:

@@ -1,0 +1,61 @@
+"""Cut what lies on a table out of a mesh that shows the table, too.
+
+Between page and table a range image has no samples, but the faces of a mesh hang from the one to the other.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from restore.mesh.clean import select
+from restore.mesh.validate import ValidMesh, validated
+from restore.range_image.camera import Rays
+from restore.range_image.resample import view_of
+from restore.range_image.segment import MAX_SLOPE, inverse_depths
+from restore.range_image.table import MIN_NOISE_MM, ON_PLANE_SIGMAS, find_table
+from restore.robust import robust_sigma
+from restore.scan import Floats, Mask, RangeScan
+
+FALLS = 1.0  # slope from the table: a face that touches it and is steeper, 45°, hangs from the page
+MIN_OF_TABLE = 3  # vertices that determine its plane
+
+
+def off_table(mesh: ValidMesh) -> ValidMesh:
+    """A mesh without its table and what falls to it; itself where no single view shows all of it, or none a table.
+
+    A face whose slope from the table is more than MAX_SLOPE is a step to it even if it ends on the way.
+    """
+    view = view_of(mesh)
+    if view is None:
+        return mesh
+    scan, rays = view
+    table = find_table(scan, inverse_depths(scan), scan.measured, framed=False)
+    over = (mesh.vertices - rays.origin) @ rays.axes.T
+    of_table = _shown_by(table, over, scan, rays, mesh)
+    if of_table.sum() < MIN_OF_TABLE:
+        return mesh
+    design = np.column_stack([over[:, :2], np.ones(len(over))])
+    plane, *_ = np.linalg.lstsq(design[of_table], over[of_table, 2], rcond=None)
+    height = over[:, 2] - design @ plane
+    in_plane = np.abs(height) < ON_PLANE_SIGMAS * max(robust_sigma(height[of_table]), MIN_NOISE_MM)
+    slope = _slopes(mesh, np.array([-plane[0], -plane[1], 1.0]) @ rays.axes)
+    touches = in_plane[mesh.faces].any(axis=1)
+    gone = (of_table & in_plane)[mesh.faces].any(axis=1) | (touches & (slope > FALLS)) | (slope > MAX_SLOPE)
+    return validated(select(mesh, mesh.faces[~gone])) if not gone.all() else mesh
+
+
+def _shown_by(chosen: Mask, over: Floats, scan: RangeScan, rays: Rays, mesh: ValidMesh) -> Mask:
+    """(n,) True for the vertices, over (n, 3) mm in the camera's frame, that chosen samples (rows, cols) show."""
+    row, col = (
+        np.clip(np.rint(place).astype(int), 0, size - 1)
+        for place, size in zip(rays.grid(mesh.vertices), chosen.shape, strict=True)
+    )
+    depth = scan.points[row, col, 2]
+    return np.asarray(chosen[row, col] & (np.abs(over[:, 2] - depth) < -depth * rays.dx))
+
+
+def _slopes(mesh: ValidMesh, up: Floats) -> Floats:
+    """(m,) slopes of the faces from a plane with a normal (3,), as tangents; infinite where a face is turned away."""
+    rise = mesh.normals @ (up / np.linalg.norm(up))
+    aside = np.sqrt(np.maximum((mesh.normals**2).sum(axis=1) - rise**2, 0.0))
+    return np.divide(aside, rise, out=np.full(len(rise), np.inf), where=rise > 0.0)
