@@ -11,14 +11,18 @@ from typing import NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 from scipy.special import expit
+from scipy.stats import norm
 
 from restore.range_image.sheet import PageOnGrid, Sheet
 from restore.scan import Floats, Ints, Mask
 
 REACHES = (1.0, 0.1)  # samples to either side of the mean of the crossings, and then of the place that is found
 PLACES = 41  # within a reach: a twentieth of a sample apart, and then a two hundredth
-RAGGED = np.array([0.5, 0.2, 0.1, 0.05, 0.02])  # samples that an outline may scatter by; no layout is surer
+RAGGED = np.array([0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005])  # samples an outline may scatter by, no layout is surer
 WRONG = 0.2  # of the samples are taken to be lost beside ink, or specks of the table, whatever their distance
+ANOTHER = (
+    0.01  # of the sides that a picture shows are something else, or so: samples that agree on another place count then
+)
 CLOSE = 0.1  # samples: the layout of a good page is known to that
 
 
@@ -95,8 +99,9 @@ def separate(crossings: Crossings, normal: Floats, seen: PictureEdge | None = No
         agree = expit(within * [1.0, -1.0] / RAGGED[:, None, None, None])
         log_likelihood = np.log(WRONG + (1.0 - 2.0 * WRONG) * agree).sum(axis=(2, 3))
         if seen is not None:
+            density = norm.pdf(places, seen.offset, seen.sigma) / per_mm.mean()  # for each sample
             # In the right direction the steps that were seen scatter least.
-            log_likelihood -= ((places - seen.offset) / seen.sigma) ** 2 / 2 + len(across) * np.log(seen.sigma)
+            log_likelihood += np.log(ANOTHER + (1.0 - ANOTHER) * density) - len(across) * np.log(seen.sigma)
         most = float(log_likelihood.max())
         found = float(np.average(places, weights=np.exp(log_likelihood - most).sum(axis=0)))
     right = (found - across) * per_mm * [1.0, -1.0] > -CLOSE

@@ -19,13 +19,16 @@ from restore.range_image.sheet import Sheet
 from restore.robust import robust_sigma
 from restore.scan import Bytes, Floats, Mask
 
-SHOWN = 0.1  # pixels: tone curves and edge enhancement of cameras move an edge by as much, all along a side
+# pixels, all along a side: tone curves and edge enhancement. Where a lens that blurs by 0.7 mixes light, of which codes
+# are a root, white paper on a black table ends 0.3 farther out.
+SHOWN = 0.1
 REACH = 4.0  # pixels, or half as many samples, to either side: a step of both, and room for two plateaus
-PROFILE = np.linspace(-1.0, 1.0, 65)  # shares of the reach: an eighth of a pixel apart
+PROFILE = (np.arange(64) + 0.5) / 32 - 1.0  # shares of the reach: the middles of eighths of a pixel
 PLATEAU = 12  # places at either end of a profile that show paper, and table: a pixel and a half
 LEVEL = 0.15  # of the step: plateaus with more range hold print or a shadow
 LEAST_STEP = 20.0  # codes: a dozen times the noise of one pixel, or more
 MOST = 1.0  # samples from the crossing: a step farther off is another
+EVEN = 1.0  # codes between the 10th and 90th percentile: a camera's noise has more, what an atlas leaves empty has not
 CLEAR = 0.5  # of the crossings, at least, show a step
 
 
@@ -55,20 +58,27 @@ def edge_in_picture(sheet: Sheet, crossings: Crossings, normal: Floats) -> Pictu
 
 
 def steps_in_picture(sheet: Sheet, crossings: Crossings, normal: Floats) -> PictureSteps | None:
-    """The steps along a unit normal (2,) that points outwards; None unless CLEAR of k crossings show one."""
+    """The steps along a unit normal (2,) that points outwards; None unless CLEAR of k crossings show one.
+
+    An atlas, as a mesh may have for a picture, ends some pixels beyond the mesh before what it leaves empty: no step of
+    paper.
+    """
     if sheet.scan.texture is None:
         return None
     pixels, ahead = _pixels(sheet, crossings, normal)
     pixel = 1.0 / np.maximum(np.linalg.norm(ahead, axis=1), TINY)  # a mesh may have one texture position for all
     sample = 1.0 / np.linalg.norm(crossings.jacobians @ normal, axis=1)
     reach = REACH * np.maximum(pixel, sample / 2)
-    steps, clear = _steps(_profiles(sheet.scan.texture, pixels, reach[:, None] * ahead))
+    profiles = _profiles(sheet.scan.texture, pixels, reach[:, None] * ahead)
+    if sheet.cut_out and np.ptp(np.percentile(profiles[:, -PLATEAU:], [10, 90])) < EVEN:
+        return None
+    steps, clear = _steps(profiles)
     clear &= np.abs(steps) * reach < MOST * sample
     if not len(clear) or clear.mean() < CLEAR:
         return None
     there = crossings.places + (steps * reach)[:, None] * normal
     moved = crossings._replace(samples=np.repeat(there[:, None], 2, axis=1))
-    return PictureSteps(where(moved, clear), float(pixel.mean()))
+    return PictureSteps(where(moved, clear), float(pixel[clear].mean()))
 
 
 def _pixels(sheet: Sheet, crossings: Crossings, normal: Floats) -> tuple[Floats, Floats]:
@@ -83,17 +93,19 @@ def _pixels(sheet: Sheet, crossings: Crossings, normal: Floats) -> tuple[Floats,
 
 
 def _profiles(texture: Bytes, pixels: Floats, reach: Floats) -> Floats:
-    """(k, 65) the light of a texture along PROFILE at pixels (k, 2), towards a reach (k, 2) pixels away."""
+    """(k, 64) the light of a texture along PROFILE at pixels (k, 2), towards a reach (k, 2) pixels away."""
     at = (pixels[:, None] + PROFILE[:, None] * reach[:, None]).astype(np.float32)
     colours = cv2.remap(texture, at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(cv2.cvtColor(colours, cv2.COLOR_RGB2GRAY), np.float64)
 
 
 def _steps(profiles: Floats) -> tuple[Floats, Mask]:
-    """(k,) where profiles (k, 65) step from paper to table, as shares of the reach, and which (k,) clearly do."""
+    """(k,) where profiles (k, 64) step from paper to table, as shares of the reach, and which (k,) clearly do."""
     ends = profiles[:, :PLATEAU], profiles[:, -PLATEAU:]
     paper, table = (np.median(end, axis=1) for end in ends)
     step = np.abs(paper - table)
     clear = (step > LEAST_STEP) & (np.maximum(*(np.ptp(end, axis=1) for end in ends)) < LEVEL * step)
     of_paper = (profiles - table[:, None]) / np.where(clear, paper - table, np.inf)[:, None]
+    # A shadow darker than both, or a gleam, would count as paper that is missing, or as more of it.
+    clear &= (of_paper.min(axis=1) > -LEVEL) & (of_paper.max(axis=1) < 1.0 + LEVEL)
     return 2.0 * of_paper.mean(axis=1) - 1.0, clear

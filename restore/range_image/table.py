@@ -58,13 +58,23 @@ def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed
 
 
 def _blurred_edge(table: Mask, on_plane: Mask, colour: Floats, centre: Floats, paper: Floats) -> Mask:
-    """(rows, cols) True beside the table and in its plane where the colour, mixed at the edge, is nearer to its."""
+    """(rows, cols) True beside the table and in its plane where less than half of the light is the paper's.
+
+    A lens and a pixel mix light, of which lightness is the cube root.
+    """
     adjacent = cv2.dilate(table.astype(np.uint8), np.ones((2 * EDGE_BLUR + 1, 2 * EDGE_BLUR + 1), np.uint8)).astype(
         bool
     )
     edge = adjacent & on_plane
-    edge[edge] = np.linalg.norm(colour[edge] - centre, axis=1) < np.linalg.norm(colour[edge] - paper, axis=1)
+    light, of_table, of_paper = (_luminance(one) for one in (colour[edge], centre, paper))
+    edge[edge] = np.abs(light - of_table) < np.abs(light - of_paper)
     return edge
+
+
+def _luminance(colours: Floats) -> Floats:
+    """Luminance of L*a*b* colours (…, 3), white's is 1 (CIE 15)."""
+    root = (colours[..., 0] + 16.0) / 116.0
+    return np.where(root > 6.0 / 29.0, root**3, 3.0 * (6.0 / 29.0) ** 2 * (root - 4.0 / 29.0))
 
 
 def _surrounds(on_plane: Mask, band: Mask) -> bool:

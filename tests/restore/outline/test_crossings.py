@@ -85,3 +85,17 @@ def test_normals_point_outwards():
 def test_more_lost_samples_than_are_reckoned_with_do_less_harm_than_to_the_mean():
     found = crossings(askew(9.0), 1.5 * WRONG)
     assert abs(offset(found)) < abs(found.samples.mean(axis=1)[:, 1].mean() / PITCH_MM)
+
+
+def test_samples_that_agree_outweigh_a_picture_of_another_edge():
+    """A texture finer than the samples shows the end of what pads it, without scatter."""
+    found = separate(crossings(askew(8.0)), OUTWARDS, PictureEdge(0.9 * PITCH_MM, 0.02 * PITCH_MM))
+    assert abs(found.offset) < 2 * STEP * PITCH_MM
+    assert found.right > 0.99
+
+
+@pytest.mark.parametrize("part", [0.1, 0.5, 0.9])
+def test_a_picture_places_a_side_along_the_rows(part):
+    sigma = 0.1 * PITCH_MM
+    edge = np.full(ROWS, 7.0 + part)  # on the page y = 0
+    assert abs(separate(crossings(edge), OUTWARDS, PictureEdge(0.0, sigma)).offset) < sigma

@@ -63,6 +63,12 @@ def test_nothing_is_seen_beside_print(plane):
     assert found(plane, texture) is None
 
 
+def test_nothing_is_seen_past_a_shadow_between_paper_and_table(plane):
+    texture = picture(plane.inside.shape, ROW + 0.3, table=150.0)
+    texture[ROW + 1] = 60
+    assert found(plane, texture) is None
+
+
 def test_a_step_farther_off_is_another(plane):
     assert found(plane, picture(plane.inside.shape, ROW + 2.2)) is None
 

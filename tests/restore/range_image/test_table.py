@@ -42,6 +42,19 @@ def test_the_table_has_the_plane_and_the_colour_of_the_border(camera, sheet, col
     assert table[sheet].mean() < MAX_FALSE_SHARE
 
 
+def test_a_pixel_is_of_the_table_by_its_share_of_the_light(camera, sheet):
+    """Light is mixed where paper and table share a pixel; the codes that show it are those of sRGB."""
+    linear = [(np.array(colour) / 255.0) ** 2.2 for colour in (PAPER, TABLE)]
+    paper, table, mostly_table, mostly_paper = (
+        255.0 * (share * linear[0] + (1.0 - share) * linear[1]) ** (1.0 / 2.2) for share in (1.0, 0.0, 0.35, 0.65)
+    )
+    coloured = np.where(sheet[..., None], paper, table)
+    coloured[35:125, 39], coloured[35:125, 160] = mostly_table, mostly_paper
+    found = table_of(seen(camera, coloured, camera.plane()))
+    assert found[35:125, 39].mean() > MIN_RECALL
+    assert found[37:123, 160].mean() < 1.0 - MIN_RECALL
+
+
 def test_ink_of_the_tables_colour_off_its_plane_is_not_table(camera, sheet, coloured):
     black_picture = np.zeros_like(sheet)
     black_picture[60:100, 70:110] = True
