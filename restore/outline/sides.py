@@ -100,12 +100,12 @@ def _grid_jacobians(page: PageOnGrid, border: Ints) -> Floats:
     edges = edges[np.isin(edges, border).any(axis=1)]
     start, end = edges.T
     on_page, on_grid = flat[end] - flat[start], nodes[end] - nodes[start]
-    across, gram = np.zeros((len(nodes), 2, 2)), np.zeros((len(nodes), 2, 2))
+    mixed, gram = np.zeros((len(nodes), 2, 2)), np.zeros((len(nodes), 2, 2))
     for one in (start, end):  # both outer products are the same from either end
-        np.add.at(across, one, on_grid[:, :, None] * on_page[:, None, :])
+        np.add.at(mixed, one, on_grid[:, :, None] * on_page[:, None, :])
         np.add.at(gram, one, on_page[:, :, None] * on_page[:, None, :])
     jacobians = np.zeros((len(nodes), 2, 2))
-    jacobians[border] = across[border] @ np.linalg.pinv(gram[border])
+    jacobians[border] = mixed[border] @ np.linalg.pinv(gram[border])
     return jacobians
 
 
@@ -152,7 +152,7 @@ def _separating(sheet: Sheet, near: Crossings, fitted: Line, aligned: Line, *, o
     """
     normals = [fitted.normal, aligned.normal]
     seen = [edge_in_picture(sheet, near, normal) for normal in normals]
-    if None in seen:
+    if None in seen:  # likelihoods with a picture and without cannot be compared
         seen = [None, None]
     separations = [(separate(near, normal, edge), normal) for normal, edge in zip(normals, seen, strict=True)]
     best, normal = max(separations, key=lambda found: found[0].log_likelihood)
