@@ -63,7 +63,7 @@ def steps_in_picture(sheet: Sheet, crossings: Crossings, normal: Floats) -> Pict
     An atlas, as a mesh may have for a picture, ends some pixels beyond the mesh before what it leaves empty: no step of
     paper.
     """
-    if sheet.scan.texture is None:
+    if sheet.scan.texture is None or not len(crossings.nodes):
         return None
     pixels, ahead = _pixels(sheet, crossings, normal)
     pixel = 1.0 / np.maximum(np.linalg.norm(ahead, axis=1), TINY)  # a mesh may have one texture position for all
@@ -74,7 +74,7 @@ def steps_in_picture(sheet: Sheet, crossings: Crossings, normal: Floats) -> Pict
         return None
     steps, clear = _steps(profiles)
     clear &= np.abs(steps) * reach < MOST * sample
-    if not len(clear) or clear.mean() < CLEAR:
+    if clear.mean() < CLEAR:
         return None
     there = crossings.places + (steps * reach)[:, None] * normal
     moved = crossings._replace(samples=np.repeat(there[:, None], 2, axis=1))

@@ -77,6 +77,13 @@ def test_nothing_is_seen_where_all_have_one_texture_position(plane):
     assert found(plane, picture(plane.inside.shape, ROW + 0.3), spread=0.0) is None
 
 
+def test_nothing_is_seen_beside_no_crossing(plane):
+    none = Crossings(np.zeros((0, 2)), np.zeros((0, 2, 2)), np.zeros((0, 2, 2)))
+    texture = picture(plane.inside.shape, ROW + 0.3)
+    scan = replace(plane.scan, texture=texture)
+    assert edge_in_picture(replace(plane, scan=scan, cut_out=True), none, OUTWARDS) is None
+
+
 def test_a_scan_without_colour_shows_nothing(plane):
     crossings = Crossings(np.zeros((1, 2)), np.zeros((1, 2, 2)), np.eye(2)[None])
     assert edge_in_picture(replace(plane, scan=replace(plane.scan, texture=None)), crossings, OUTWARDS) is None
