@@ -35,7 +35,7 @@ class ValidMesh(SurfaceMesh):
         mesh = _checked(self)
         proper, sides = mesh.faces, sides_of(mesh.faces)
         if (left_out := _improper(proper, sides)).any():
-            proper = proper[~left_out]
+            proper = _turned_copies(mesh.vertices, proper, left_out)[~left_out]
             sides = sides_of(proper)
         faces = orient(proper, mesh.texcoords, sides)
         if faces is not proper:
@@ -85,6 +85,26 @@ def _improper(faces: Ints, sides: Sides) -> Mask:
             improper[side // 3] |= met[third] == e
             met[third] = e
     return improper
+
+
+def _turned_copies(vertices: Floats, faces: Ints, left_out: Mask) -> Ints:
+    """Faces (m, 3), of which those with a copy that is left out (m,) run round as the faces about them do.
+
+    A decimator leaves both sides of a flap, joined to the sheet by one edge: nothing but its normal tells which is up.
+    """
+    named = np.zeros(len(vertices), bool)
+    named[faces[left_out]] = True
+    candidates = np.flatnonzero(named[faces].all(axis=1))
+    _, alike, counts = np.unique(np.sort(faces[candidates], axis=1), axis=0, return_inverse=True, return_counts=True)
+    copies = candidates[counts[alike.reshape(-1)] > 1]
+    normals = face_normals(vertices, faces)
+    about = np.zeros_like(vertices)
+    np.add.at(about, faces.ravel(), np.repeat(normals, 3, axis=0))
+    np.add.at(about, faces[copies].ravel(), -np.repeat(normals[copies], 3, axis=0))
+    against = copies[(about[faces[copies]].sum(axis=1) * normals[copies]).sum(axis=1) < 0.0]
+    turned = faces.copy()
+    turned[against] = faces[against, ::-1]
+    return turned
 
 
 def _declared_types(mesh: SurfaceMesh) -> tuple[Floats, Ints]:

@@ -7,13 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from oracles.markers import rigid_residual
+from restore import flatten
 from restore.errors import BadInput, NotEnoughSurface
 from restore.mesh.adjacency import sides_of
-from restore.mesh.measures import face_normals
+from restore.mesh.measures import face_normals, straight_lengths
+from restore.mesh.ordered_grid import grid_faces
 from restore.mesh.validate import ValidMesh, validated
 from restore.scan import SurfaceMesh
 
 QUAD = np.array([[0.0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]])
+EXACT_MM = 1e-4  # of a page of 5 mm
 TWO = np.array([[0, 1, 2], [0, 2, 3]])
 
 
@@ -54,6 +58,25 @@ def test_a_face_that_names_a_vertex_twice_is_left_out():
 def test_of_several_faces_with_the_same_vertices_the_first_is_kept(copy):
     mesh = validated(SurfaceMesh(QUAD, np.concatenate([TWO, [copy]])))
     np.testing.assert_array_equal(mesh.faces, TWO)
+
+
+@pytest.mark.parametrize("fold_deg", [70.0, 110.0, 170.0])
+@pytest.mark.parametrize("down_first", [False, True])
+def test_a_flap_with_two_sides_lies_where_it_does_in_space(fold_deg, down_first):
+    """A decimator leaves both sides of a flap on an edge within the page; lengths do not tell to which side it lies."""
+    across, down = np.meshgrid(np.arange(6.0), np.arange(6.0, 0.0, -1.0))
+    page = np.stack([across.ravel(), down.ravel(), np.zeros(36)], axis=1)
+    left, right = 14, 15  # an edge along x
+    fold = np.deg2rad(fold_deg)
+    tip = (page[left] + page[right]) / 2 + [0.1, 0.8 * np.cos(fold), 0.8 * np.sin(fold)]
+    up, under = [left, right, 36], [right, left, 36]
+    flap = [under, up] if down_first else [up, under]
+    mesh = validated(SurfaceMesh(np.vstack([page, tip]), np.concatenate([grid_faces(np.ones((6, 6), bool)), flap])))
+    assert len(mesh.faces) == 51
+    flat = np.vstack([page[:, :2], page[[left, right], :2].mean(axis=0) + [0.1, 0.8 * np.sign(np.cos(fold))]])
+    lengths = straight_lengths(flat, mesh.sides.edges)
+    rest, _ = rigid_residual(flatten(mesh, lengths=lengths).flat, flat)
+    assert np.abs(rest).max() < EXACT_MM
 
 
 @given(st.lists(st.tuples(*[st.integers(0, 5)] * 3), min_size=1, max_size=40))
