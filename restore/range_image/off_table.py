@@ -12,11 +12,12 @@ from restore.mesh.validate import ValidMesh, validated
 from restore.range_image.camera import Rays
 from restore.range_image.resample import view_of
 from restore.range_image.segment import MAX_SLOPE, inverse_depths
-from restore.range_image.table import MIN_NOISE_MM, ON_PLANE_SIGMAS, find_table
+from restore.range_image.table import BORDER_BAND, MIN_NOISE_MM, ON_PLANE_SIGMAS, find_table
 from restore.robust import robust_sigma
 from restore.scan import Floats, Mask, RangeScan
 
 FALLS = 1.0  # slope from the table: a face that touches it and is steeper, 45°, hangs from the page
+LEAST_VIEW = 4 * BORDER_BAND  # samples a side: of less than 2,300, half would be taken for the table's
 MIN_OF_TABLE = 3  # vertices that determine its plane
 
 
@@ -26,7 +27,7 @@ def off_table(mesh: ValidMesh) -> ValidMesh:
     A face whose slope from the table is more than MAX_SLOPE is a step to it even if it ends on the way.
     """
     view = view_of(mesh)
-    if view is None:
+    if view is None or min(view[0].points.shape[:2]) < LEAST_VIEW:
         return mesh
     scan, rays = view
     table = find_table(scan, inverse_depths(scan), scan.measured, framed=False)

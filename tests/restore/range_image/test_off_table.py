@@ -51,6 +51,13 @@ def test_what_is_left_of_a_page_has_no_table():
     assert off_table(page) is page
 
 
+def test_two_triangles_have_no_table():
+    corners = np.array([[0.0, 0.0, 0.0], [200.0, 0.0, 0.0], [200.0, 150.0, 10.0], [0.0, 150.0, 0.0]])
+    texture = np.random.default_rng(0).integers(0, 255, (150, 200, 3)).astype(np.uint8)
+    mesh = ValidMesh(corners, np.array([[0, 1, 2], [0, 2, 3]]), corners[:, :2], texture)
+    assert off_table(mesh) is mesh
+
+
 def test_a_mesh_that_no_single_view_shows_is_left_as_it_is():
     angle = np.repeat(np.linspace(0.0, 6.0, 60), 20)  # a tube, slit open
     vertices = np.stack([30.0 * np.cos(angle), np.tile(np.linspace(0.0, 100.0, 20), 60), 30.0 * np.sin(angle)], axis=1)
