@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from restore.mesh.adjacency import components
 from restore.mesh.clean import select
 from restore.mesh.validate import ValidMesh, validated
 from restore.range_image.camera import Rays
@@ -14,9 +15,10 @@ from restore.range_image.resample import view_of
 from restore.range_image.segment import MAX_SLOPE, inverse_depths
 from restore.range_image.table import BORDER_BAND, MIN_NOISE_MM, ON_PLANE_SIGMAS, find_table
 from restore.robust import robust_sigma
-from restore.scan import Floats, Mask, RangeScan
+from restore.scan import Floats, Ints, Mask, RangeScan
 
 FALLS = 1.0  # slope from the table: a face that touches it and is steeper, 45°, hangs from the page
+HANGS = 0.3  # of the faces between page and table fall, at least: all but where it touches; none within a page
 LEAST_VIEW = 4 * BORDER_BAND  # samples a side: of less than 2,300, half would be taken for the table's
 MIN_OF_TABLE = 3  # vertices that determine its plane
 
@@ -24,7 +26,8 @@ MIN_OF_TABLE = 3  # vertices that determine its plane
 def off_table(mesh: ValidMesh) -> ValidMesh:
     """A mesh without its table and what falls to it; itself where no single view shows all of it, or none a table.
 
-    A face whose slope from the table is more than MAX_SLOPE is a step to it even if it ends on the way.
+    Where there is a table, faces anywhere whose slope from it is more than MAX_SLOPE are left out, too: they are steps
+    that end on the way.
     """
     view = view_of(mesh)
     if view is None or min(view[0].points.shape[:2]) < LEAST_VIEW:
@@ -32,7 +35,7 @@ def off_table(mesh: ValidMesh) -> ValidMesh:
     scan, rays = view
     table = find_table(scan, inverse_depths(scan), scan.measured, framed=False)
     over = (mesh.vertices - rays.origin) @ rays.axes.T
-    of_table = _shown_by(table, over, scan, rays, mesh)
+    of_table = _shown_by(table, over, scan, rays)
     if of_table.sum() < MIN_OF_TABLE:
         return mesh
     design = np.column_stack([over[:, :2], np.ones(len(over))])
@@ -42,14 +45,30 @@ def off_table(mesh: ValidMesh) -> ValidMesh:
     slope = _slopes(mesh, np.array([-plane[0], -plane[1], 1.0]) @ rays.axes)
     touches = in_plane[mesh.faces].any(axis=1)
     gone = (of_table & in_plane)[mesh.faces].any(axis=1) | (touches & (slope > FALLS)) | (slope > MAX_SLOPE)
-    return validated(select(mesh, mesh.faces[~gone])) if not gone.all() else mesh
+    if gone.all():
+        return mesh
+    if not _falls(mesh, mesh.faces[~gone], gone & touches, slope):
+        return mesh
+    return validated(select(mesh, mesh.faces[~gone]))
 
 
-def _shown_by(chosen: Mask, over: Floats, scan: RangeScan, rays: Rays, mesh: ValidMesh) -> Mask:
-    """(n,) True for the vertices, over (n, 3) mm in the camera's frame, that chosen samples (rows, cols) show."""
+def _falls(mesh: ValidMesh, kept: Ints, down: Mask, slope: Floats) -> bool:
+    """Whether the largest piece of the faces that are kept (k, 3) falls to those that lie down (m,), or is apart.
+
+    slope (m,) of all faces. A frame that is printed round a page lies flat and has a colour of its own, too, but the
+    page goes on from it.
+    """
+    label = components(np.concatenate([kept[:, :2], kept[:, 1:]]), len(mesh.vertices))
+    page = label == np.bincount(label[kept[:, 0]]).argmax()
+    rim = down & page[mesh.faces].any(axis=1)
+    return not rim.any() or float((slope[rim] > FALLS).mean()) > HANGS
+
+
+def _shown_by(chosen: Mask, over: Floats, scan: RangeScan, rays: Rays) -> Mask:
+    """(n,) True for points (n, 3) mm in the frame of a scan that chosen samples (rows, cols) of it show."""
     row, col = (
         np.clip(np.rint(place).astype(int), 0, size - 1)
-        for place, size in zip(rays.grid(mesh.vertices), chosen.shape, strict=True)
+        for place, size in zip(rays.grid(over @ rays.axes + rays.origin), chosen.shape, strict=True)
     )
     depth = scan.points[row, col, 2]
     return np.asarray(chosen[row, col] & (np.abs(over[:, 2] - depth) < -depth * rays.dx))

@@ -51,6 +51,22 @@ def test_what_is_left_of_a_page_has_no_table():
     assert off_table(page) is page
 
 
+@pytest.mark.parametrize("kind", ["a dark frame", "no colour"])
+def test_a_page_that_rises_from_a_flat_margin_keeps_it(kind):
+    """280 × 200 mm with a vertex every 1.6 mm: a frame is printed on its margin, or there is no picture."""
+    random = np.random.default_rng(0)
+    x, y = (part.ravel() for part in np.meshgrid(np.arange(0.0, 280.0, 1.6), np.arange(0.0, 200.0, 1.6)))
+    x, y = (part + random.uniform(-0.5, 0.5, part.size) for part in (x, y))
+    from_side = np.minimum.reduce([x, y, 280.0 - x, 200.0 - y])
+    z = 12.0 * np.clip((from_side - 27.0) / 60.0, 0.0, 1.0) ** 2 + random.normal(0.0, 0.03, x.size)
+    texture = np.full((200, 280, 3), 60, np.uint8)
+    texture[25:-25, 25:-25] = 225
+    picture = (np.stack([x, 200.0 - y], axis=1) - 0.5, texture) if kind == "a dark frame" else ()
+    faces = Delaunay(np.stack([x, y], axis=1)).simplices.astype(np.int64)
+    mesh = ValidMesh(np.stack([x, y, z], axis=1), faces, *picture)
+    assert off_table(mesh) is mesh
+
+
 def test_two_triangles_have_no_table():
     corners = np.array([[0.0, 0.0, 0.0], [200.0, 0.0, 0.0], [200.0, 150.0, 10.0], [0.0, 150.0, 0.0]])
     texture = np.random.default_rng(0).integers(0, 255, (150, 200, 3)).astype(np.uint8)
