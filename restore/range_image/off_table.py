@@ -26,8 +26,7 @@ MIN_OF_TABLE = 3  # vertices that determine its plane
 def off_table(mesh: ValidMesh) -> ValidMesh:
     """A mesh without its table and what falls to it; itself where no single view shows all of it, or none a table.
 
-    Where there is a table, faces anywhere whose slope from it is more than MAX_SLOPE are left out, too: they are steps
-    that end on the way.
+    Next to what falls to it faces whose slope is more than MAX_SLOPE are left out, too: steps that end on the way.
     """
     view = view_of(mesh)
     if view is None or min(view[0].points.shape[:2]) < LEAST_VIEW:
@@ -44,7 +43,8 @@ def off_table(mesh: ValidMesh) -> ValidMesh:
     in_plane = np.abs(height) < ON_PLANE_SIGMAS * max(robust_sigma(height[of_table]), MIN_NOISE_MM)
     slope = _slopes(mesh, np.array([-plane[0], -plane[1], 1.0]) @ rays.axes)
     touches = in_plane[mesh.faces].any(axis=1)
-    gone = (of_table & in_plane)[mesh.faces].any(axis=1) | (touches & (slope > FALLS)) | (slope > MAX_SLOPE)
+    gone = (of_table & in_plane)[mesh.faces].any(axis=1) | (touches & (slope > FALLS))
+    gone |= (slope > MAX_SLOPE) & np.isin(mesh.faces, mesh.faces[gone]).any(axis=1)
     if gone.all():
         return mesh
     if not _falls(mesh, mesh.faces[~gone], gone & touches, slope):
