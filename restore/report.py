@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from restore.mesh.adjacency import border_of, components
+from restore.mesh.adjacency import border_of, piece_of_faces
 from restore.mesh.measures import (
     edge_strain,
     face_signs,
@@ -101,7 +101,7 @@ def _chord_strain(mesh: FlatMesh, edges: Ints) -> dict[str, Any]:
 
 def connected_pieces(faces: Ints) -> int:
     """The number of connected pieces of faces (m, 3)."""
-    return len(np.unique(components(edges_of(faces), int(faces.max()) + 1)[faces[:, 0]]))
+    return len(np.unique(piece_of_faces(faces)))
 
 
 def _warnings(fine: SurfaceMesh, smooth_strain: float, estimated_share: float) -> list[str]:

@@ -30,7 +30,6 @@ def least_absolute_page(flat: Floats, network: Network) -> Solution:
     whole = Solution(flat.copy(), 0)
     for piece in pieces(network):
         found = least_absolute_strain(minimise_strain(flat[piece.vertices], piece.network), piece.network)
-        page = repaired(found.flat, piece.network, np.ones(len(piece.faces)))
-        whole.flat[piece.vertices] = page
+        whole.flat[piece.vertices] = repaired(found.flat, piece.network, np.ones(len(piece.faces)))
         whole = whole.joined(found)
     return whole

@@ -141,3 +141,8 @@ def components(pairs: Ints, count: int) -> Ints:
         else:
             root[i] = root[root[i]]
     return root
+
+
+def piece_of_faces(faces: Ints) -> Ints:
+    """(m,) the connected piece that each of the faces (m, 3) belongs to; those that share a vertex are of one."""
+    return components(np.concatenate([faces[:, :2], faces[:, 1:]]), int(faces.max(initial=-1)) + 1)[faces[:, 0]]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from restore.mesh.adjacency import components, sides_of
+from restore.mesh.adjacency import components, piece_of_faces, sides_of
 from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 
 MAX_SNAP_DISTANCE = 0.5  # of the stride: nodes nearer to the outline move onto it, which avoids thin triangles
@@ -40,7 +40,7 @@ def lattice(inside: Mask, stride: int) -> tuple[Floats, Ints]:
 
 def _scraps(faces: Ints) -> Mask:
     """(m,) True for the faces (m, 3) of pieces so small that they are none of the sheet: a few beside a thin tip."""
-    piece = components(np.concatenate([faces[:, :2], faces[:, 1:]]), faces.max(initial=-1) + 1)[faces[:, 0]]
+    piece = piece_of_faces(faces)
     sizes = np.bincount(piece, minlength=1)
     return np.asarray(sizes[piece] < MIN_PIECE_SHARE * sizes.max())
 

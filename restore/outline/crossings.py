@@ -20,9 +20,7 @@ REACHES = (1.0, 0.1)  # samples to either side of the mean of the crossings, and
 PLACES = 41  # within a reach: a twentieth of a sample apart, and then a two hundredth
 RAGGED = np.array([0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005])  # samples an outline may scatter by, no layout is surer
 WRONG = 0.2  # of the samples are taken to be lost beside ink, or specks of the table, whatever their distance
-ANOTHER = (
-    0.01  # of the sides that a picture shows are something else, or so: samples that agree on another place count then
-)
+ANOTHER = 0.01  # of the sides that a picture shows are the edge of something else
 CLOSE = 0.1  # samples: the layout of a good page is known to that
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from restore.mesh.adjacency import components
+from restore.mesh.adjacency import piece_of_faces
 from restore.mesh.clean import select
 from restore.mesh.validate import ValidMesh, validated
 from restore.range_image.camera import Rays
@@ -34,7 +34,7 @@ def off_table(mesh: ValidMesh) -> ValidMesh:
     scan, rays = view
     table = find_table(scan, inverse_depths(scan), scan.measured, framed=False)
     over = (mesh.vertices - rays.origin) @ rays.axes.T
-    of_table = _shown_by(table, over, scan, rays)
+    of_table = _shown_by(table, mesh.vertices, over[:, 2], scan, rays)
     if of_table.sum() < MIN_OF_TABLE:
         return mesh
     design = np.column_stack([over[:, :2], np.ones(len(over))])
@@ -45,9 +45,7 @@ def off_table(mesh: ValidMesh) -> ValidMesh:
     touches = in_plane[mesh.faces].any(axis=1)
     gone = (of_table & in_plane)[mesh.faces].any(axis=1) | (touches & (slope > FALLS))
     gone |= (slope > MAX_SLOPE) & np.isin(mesh.faces, mesh.faces[gone]).any(axis=1)
-    if gone.all():
-        return mesh
-    if not _falls(mesh, mesh.faces[~gone], gone & touches, slope):
+    if gone.all() or not _falls(mesh, mesh.faces[~gone], gone & touches, slope):
         return mesh
     return validated(select(mesh, mesh.faces[~gone]))
 
@@ -58,20 +56,20 @@ def _falls(mesh: ValidMesh, kept: Ints, down: Mask, slope: Floats) -> bool:
     slope (m,) of all faces. A frame that is printed round a page lies flat and has a colour of its own, too, but the
     page goes on from it.
     """
-    label = components(np.concatenate([kept[:, :2], kept[:, 1:]]), len(mesh.vertices))
-    page = label == np.bincount(label[kept[:, 0]]).argmax()
-    rim = down & page[mesh.faces].any(axis=1)
+    piece = piece_of_faces(kept)
+    page = kept[piece == np.bincount(piece).argmax()]
+    rim = down & np.isin(mesh.faces, page).any(axis=1)
     return not rim.any() or float((slope[rim] > FALLS).mean()) > HANGS
 
 
-def _shown_by(chosen: Mask, over: Floats, scan: RangeScan, rays: Rays) -> Mask:
-    """(n,) True for points (n, 3) mm in the frame of a scan that chosen samples (rows, cols) of it show."""
+def _shown_by(chosen: Mask, vertices: Floats, up: Floats, scan: RangeScan, rays: Rays) -> Mask:
+    """(n,) True for vertices (n, 3) mm, up (n,) mm from the camera, that chosen samples (rows, cols) of a scan show."""
     row, col = (
         np.clip(np.rint(place).astype(int), 0, size - 1)
-        for place, size in zip(rays.grid(over @ rays.axes + rays.origin), chosen.shape, strict=True)
+        for place, size in zip(rays.grid(vertices), chosen.shape, strict=True)
     )
     depth = scan.points[row, col, 2]
-    return np.asarray(chosen[row, col] & (np.abs(over[:, 2] - depth) < -depth * rays.dx))
+    return np.asarray(chosen[row, col] & (np.abs(up - depth) < -depth * rays.dx))
 
 
 def _slopes(mesh: ValidMesh, up: Floats) -> Floats:
