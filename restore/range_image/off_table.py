@@ -1,6 +1,6 @@
 """Cut what lies on a table out of a mesh that shows the table, too.
 
-Between page and table a range image has no samples, but the faces of a mesh hang from the one to the other.
+Between page and table there is a step in depth. A range image has no samples there, but a mesh has faces that bridge it.
 """
 
 from __future__ import annotations
@@ -17,16 +17,17 @@ from restore.range_image.table import BORDER_BAND, MIN_NOISE_MM, ON_PLANE_SIGMAS
 from restore.robust import robust_sigma
 from restore.scan import Floats, Ints, Mask, RangeScan
 
-FALLS = 1.0  # slope from the table: a face that touches it and is steeper, 45°, hangs from the page
-HANGS = 0.3  # of the faces between page and table fall, at least: all but where it touches; none within a page
+STEEP = 1.0  # slope from the table, 45°: a face with a vertex in its plane that is steeper bridges the step
+MIN_BRIDGES = 0.3  # of the faces between page and table: all but where the page touches it; none within a page
 LEAST_VIEW = 4 * BORDER_BAND  # samples a side: of less than 2,300, half would be taken for the table's
 MIN_OF_TABLE = 3  # vertices that determine its plane
 
 
 def off_table(mesh: ValidMesh) -> ValidMesh:
-    """A mesh without its table and what falls to it; itself where no single view shows all of it, or none a table.
+    """A mesh without its table and the faces that bridge the step to it; itself where its view shows no table.
 
-    Next to what falls to it faces whose slope is more than MAX_SLOPE are left out, too: steps that end on the way.
+    Faces next to those whose slope is more than MAX_SLOPE are left out, too: the step may have vertices half-way, where
+    a sample is mixed of both. A mesh that no single view shows all of is returned as it is.
     """
     view = view_of(mesh)
     if view is None or min(view[0].points.shape[:2]) < LEAST_VIEW:
@@ -43,23 +44,23 @@ def off_table(mesh: ValidMesh) -> ValidMesh:
     in_plane = np.abs(height) < ON_PLANE_SIGMAS * max(robust_sigma(height[of_table]), MIN_NOISE_MM)
     slope = _slopes(mesh, np.array([-plane[0], -plane[1], 1.0]) @ rays.axes)
     touches = in_plane[mesh.faces].any(axis=1)
-    gone = (of_table & in_plane)[mesh.faces].any(axis=1) | (touches & (slope > FALLS))
+    gone = (of_table & in_plane)[mesh.faces].any(axis=1) | (touches & (slope > STEEP))
     gone |= (slope > MAX_SLOPE) & np.isin(mesh.faces, mesh.faces[gone]).any(axis=1)
-    if gone.all() or not _falls(mesh, mesh.faces[~gone], gone & touches, slope):
+    if gone.all() or not _is_step(mesh, mesh.faces[~gone], gone & touches, slope):
         return mesh
     return validated(select(mesh, mesh.faces[~gone]))
 
 
-def _falls(mesh: ValidMesh, kept: Ints, down: Mask, slope: Floats) -> bool:
-    """Whether the largest piece of the faces that are kept (k, 3) falls to those that lie down (m,), or is apart.
+def _is_step(mesh: ValidMesh, kept: Ints, left_out: Mask, slope: Floats) -> bool:
+    """Whether a step separates the largest piece of the faces that are kept (k, 3) from those left out (m,), or a gap.
 
     slope (m,) of all faces. A frame that is printed round a page lies flat and has a colour of its own, too, but the
-    page goes on from it.
+    page goes on from it without a step.
     """
     piece = piece_of_faces(kept)
     page = kept[piece == np.bincount(piece).argmax()]
-    rim = down & np.isin(mesh.faces, page).any(axis=1)
-    return not rim.any() or float((slope[rim] > FALLS).mean()) > HANGS
+    rim = left_out & np.isin(mesh.faces, page).any(axis=1)
+    return not rim.any() or float((slope[rim] > STEEP).mean()) > MIN_BRIDGES
 
 
 def _shown_by(chosen: Mask, vertices: Floats, up: Floats, scan: RangeScan, rays: Rays) -> Mask:
