@@ -1,6 +1,6 @@
 """Cut what lies on a table out of a mesh that shows the table, too.
 
-Between page and table there is a step in depth. A range image has no samples there, but a mesh has faces that bridge it.
+Between page and table there is a step in depth. A range image has no samples there, a mesh has faces that bridge it.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ from restore.scan import Floats, Ints, Mask, RangeScan
 
 STEEP = 1.0  # slope from the table, 45°: a face with a vertex in its plane that is steeper bridges the step
 MIN_BRIDGES = 0.3  # of the faces between page and table: all but where the page touches it; none within a page
-LEAST_VIEW = 4 * BORDER_BAND  # samples a side: of less than 2,300, half would be taken for the table's
+LEAST_VIEW = 4 * BORDER_BAND  # samples a side: the border where a table is looked for is three quarters of it
 MIN_OF_TABLE = 3  # vertices that determine its plane
 
 
 def off_table(mesh: ValidMesh) -> ValidMesh:
     """A mesh without its table and the faces that bridge the step to it; itself where its view shows no table.
 
-    Faces next to those whose slope is more than MAX_SLOPE are left out, too: the step may have vertices half-way, where
-    a sample is mixed of both. A mesh that no single view shows all of is returned as it is.
+    Of the faces next to these those steeper than MAX_SLOPE are left out, too: a step may have vertices half-way, from
+    samples that mix both depths. A mesh that no single view shows all of is returned as it is.
     """
     view = view_of(mesh)
     if view is None or min(view[0].points.shape[:2]) < LEAST_VIEW:
