@@ -1,7 +1,8 @@
 """Signs of the faces that are folded over, from the lengths of their sides alone.
 
 The signed angles round an inner vertex add up to 2π, or to 0 where it lies outside its neighbours. Where they do not,
-the normals have misled: a sign of a face there is wrong.
+the normals have misled. Few signs make them do so, most often in one way and its reverse: the fan of the vertex then
+tells which of its faces lie the same way round, and fans that share a face tell it of all of theirs.
 """
 
 from __future__ import annotations
@@ -12,114 +13,141 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from restore.mesh.adjacency import Adjacency, Sides, faces_around, inner_vertices
+from restore.mesh.adjacency import Adjacency, Sides, adjacency, inner_vertices
 from restore.mesh.jets import SIGMAS
 from restore.mesh.measures import corner_angles
 from restore.numerics import SMALL
 from restore.robust import MAD_TO_SIGMA
-from restore.scan import Floats, Ints, Mask
+from restore.scan import Floats, Ints
 
-EVIDENCE = 0.5  # of what wrong signs would close if no others were wrong; the rest speaks for the signs as they were
-MOST_FACES = 10  # round a vertex that are chosen from together, in a thousand ways; of more, one ten after the other
+MOST_WAYS = 2048  # to close a fan of twelve faces, which are all tried; other fans tell of the faces of larger ones
+BY_CHANCE = 0.05  # fans that close by chance in one of their ways: if more may, that one does is no evidence
 
 
 class Corners(NamedTuple):
-    """faces (m, 3), their angles (3·m,) rad row by row, which vertices are inner (n,), and the faces around each."""
+    """The angles (3·m,) rad at the corners of faces row by row, and those around each vertex.
 
-    faces: Ints
+    chance  rad, gaps up to which are closed.
+    ways    signs of a fan that are tried: of more some would close by chance.
+    """
+
     angles: Floats
-    inner: Mask
     around: Adjacency
+    chance: float
+    ways: float
+
+
+class Groups(NamedTuple):
+    """Faces (m,) of which is known whether they lie as another of their group, the parent, does: turn 1, or not: −1."""
+
+    parent: Ints
+    turn: Floats
 
 
 @numba.njit(cache=True)
 def closing_signs(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> Floats:
-    """(m,) the signs of faces with which the fans of inner vertices close best.
+    """(m,) the signs of faces with which the fans of inner vertices close; signs (m,) are those by the normals.
 
-    They are looked for from the signs by the normals, and where those are contradicted from a sheet without folds too.
+    Which way round a group of faces lies is told by the normals of most of them.
     """
     inner = inner_vertices(sides, faces.max() + 1)
-    corners = Corners(faces, corner_angles(faces, sides, lengths), inner, faces_around(faces, len(inner)))
-    by_normals, upright = signs.copy(), np.ones(len(signs))
-    open_by = _close(by_normals, corners)
-    return by_normals if (by_normals == signs).all() or open_by <= _close(upright, corners) else upright
+    angles, gaps, upright = corner_angles(faces, sides, lengths), np.zeros(len(inner)), inner.copy()
+    for corner, i in enumerate(faces.ravel()):
+        gaps[i] += signs[corner // 3] * angles[corner]
+        upright[i] &= signs[corner // 3] > 0.0
+    fans, gaps = np.flatnonzero(inner), np.array([_gap(gap) for gap in gaps])
+    chance = SIGMAS * MAD_TO_SIGMA * np.median(gaps[fans]) + SMALL
+    closed = gaps <= chance
+    ways = min(BY_CHANCE * pi / (chance * max((~closed[fans]).sum(), 1)), MOST_WAYS)
+    if closed[fans].all() or ways < 4.0:  # those of the smallest fan, of three faces
+        return signs
+    corners = Corners(angles, adjacency(faces.ravel(), np.arange(len(angles)), len(inner)), chance, ways)
+    groups = Groups(np.arange(len(faces)), np.ones(len(faces)))
+    for sure in (closed & upright, closed):  # two faces folded onto each other close it with each other's signs, too
+        for i in fans[sure[fans]]:
+            own, _ = _told(i, corners)
+            _join(own, signs[own], groups)
+        fans, asked = fans[~sure[fans]], -1
+        while len(fans) != asked:  # what one fan tells may leave its neighbour but one way to close
+            asked = len(fans)
+            fans = fans[np.array([not _settled(i, corners, groups) for i in fans], np.bool_)]
+    return _turned(signs, groups)
 
 
 @numba.njit(cache=True)
-def _close(signs: Floats, corners: Corners) -> float:
-    """By how much, rad, the fans of all inner vertices stay open when signs (m,) are turned, in place."""
-    fans, gaps, around = np.flatnonzero(corners.inner), np.zeros(len(corners.inner)), corners.around
-    for corner, i in enumerate(corners.faces.ravel()):
-        gaps[i] += signs[corner // 3] * corners.angles[corner]
-    # Where most fans are open, half of what an equilateral face with a wrong sign opens at a corner.
-    chance = min(SIGMAS * MAD_TO_SIGMA * np.median(np.array([_gap(gaps[i]) for i in fans])), pi / 3.0)
-    after, changes, turned = gaps.copy(), np.empty(1 << MOST_FACES), 1
-    while turned:  # signs that are turned may free those of their neighbours; each closes the fans further
-        turned = 0
-        for i in fans:
-            for q in range(around.start[i], around.start[i + 1], MOST_FACES):
-                if _gap(gaps[i]) > chance:
-                    own = around.items[q : min(q + MOST_FACES, around.start[i + 1])]
-                    turned += _turned(i, own, corners, signs, gaps, after, changes, chance)
-    return float(np.array([_gap(gaps[i]) for i in fans]).sum())
+def _told(i: int, corners: Corners) -> tuple[Ints, Floats]:
+    """The faces (k,) at vertex i whose signs its fan can tell, and their angles (k,) rad there: more than chance."""
+    own = corners.around.items[corners.around.start[i] : corners.around.start[i + 1]]
+    own = own[2.0 * corners.angles[own] > corners.chance]
+    return own // 3, corners.angles[own]
 
 
 @numba.njit(cache=True)
-def _turned(
-    i: int, own: Ints, corners: Corners, signs: Floats, gaps: Floats, after: Floats, changes: Floats, chance: float
-) -> bool:
-    """Turn the signs (m,) of those of own faces (k,) of vertex i that close the fans most clearly; whether any do.
+def _settled(i: int, corners: Corners, groups: Groups) -> bool:
+    """Whether the fan of vertex i has no more to tell: it closes in one way that agrees with what is known, or in none.
 
-    They must close more than chance (rad, each), and more than a share, EVIDENCE, of what is open at i and of what they
-    would close if no others were wrong. gaps (n,) are the sums of signed angles round every vertex, after (n,) a copy;
-    changes (·,) what turning faces takes from that at i, told by the bits of its index. Both are written over.
+    One way joins its faces to a group, in place.
     """
-    faces, angles, gap, found, most = corners.faces, corners.angles, _gap(gaps[i]), 0, EVIDENCE
-    changes[0] = 0.0
-    for q, f in enumerate(own):
-        c = 0 if faces[f, 0] == i else 1 if faces[f, 1] == i else 2
-        for chosen in range(1 << q):
-            changes[chosen + (1 << q)] = changes[chosen] + 2.0 * signs[f] * angles[3 * f + c]
-    for chosen in range(1, 1 << len(own)):
-        if gap - _gap(gaps[i] - changes[chosen]) > EVIDENCE * max(gap, _gap(changes[chosen])):
-            _turn(chosen, own, corners, signs, after)
-            share = _closed(chosen, own, corners, gaps, after, chance)
-            if share > most:
-                found, most = chosen, share
-    _turn(found, own, corners, signs, gaps)
-    _turn(found, own, corners, signs, after)
-    for q, f in enumerate(own):
-        signs[f] = -signs[f] if found >> q & 1 else signs[f]
-    return found > 0
+    own, angles = _told(i, corners)
+    most = 1 << max(len(own) - 1, 0)  # the last face stays, as the reverse is the same way
+    if most > corners.ways:
+        return False
+    ways, found = 0, np.ones(len(own))
+    for chosen in range(most):
+        total = 0.0
+        for q in range(len(own)):
+            total += -angles[q] if chosen >> q & 1 else angles[q]
+        if _gap(total) <= corners.chance:
+            signs = np.where(chosen >> np.arange(len(own)) & 1, -1.0, 1.0)
+            if _agree(own, signs, groups):
+                ways, found = ways + 1, signs
+    if ways == 1:
+        _join(own, found, groups)
+    return ways < 2
 
 
 @numba.njit(cache=True)
-def _turn(chosen: int, own: Ints, corners: Corners, signs: Floats, gaps: Floats) -> None:
-    """Take from the gaps (n,) what turning the chosen of a vertex's own faces (k,), told by bits, takes from them."""
-    for q, f in enumerate(own):
-        if chosen >> q & 1:
-            for c in range(3):
-                gaps[corners.faces[f, c]] -= 2.0 * signs[f] * corners.angles[3 * f + c]
+def _root(f: int, groups: Groups) -> tuple[int, float]:
+    """The face that stands for the group of face f, and whether f lies as it does: 1, or −1."""
+    root, turn = f, 1.0
+    while groups.parent[root] != root:
+        turn *= groups.turn[root]
+        root = groups.parent[root]
+    groups.parent[f], groups.turn[f] = root, turn  # the way is shorter the next time
+    return root, turn
 
 
 @numba.njit(cache=True)
-def _closed(chosen: int, own: Ints, corners: Corners, gaps: Floats, after: Floats, chance: float) -> float:
-    """What turning the chosen faces closes, as a share of what it would if no others were wrong.
+def _agree(own: Ints, signs: Floats, groups: Groups) -> bool:
+    """Whether signs (k,) of own faces (k,) contradict nothing that is known."""
+    for q in range(len(own)):
+        root, turn = _root(own[q], groups)
+        for other in range(q):
+            same, way = _root(own[other], groups)
+            if same == root and signs[q] * turn != signs[other] * way:
+                return False
+    return True
 
-    0 if it may be chance, or if fewer fans than signs tell, as in the corner of a grid. gaps (n,) before, and after,
-    which are made equal again.
-    """
-    gain, most, turned, told = 0.0, SMALL, 0, 0
-    for q, f in enumerate(own):
-        if chosen >> q & 1:
-            turned += 1
-            for i in corners.faces[f]:
-                if corners.inner[i] and after[i] != gaps[i]:
-                    gain += _gap(gaps[i]) - _gap(after[i])
-                    most += _gap(gaps[i] - after[i])
-                    told += 1
-                after[i] = gaps[i]  # which counts a corner of several faces once
-    return gain / most if told >= turned and gain > turned * chance else 0.0
+
+@numba.njit(cache=True)
+def _join(own: Ints, signs: Floats, groups: Groups) -> None:
+    """Make own faces (k,) one group, in place, by their signs (k,); what is known already stays."""
+    for q in range(1, len(own)):
+        root, turn = _root(own[0], groups)
+        same, way = _root(own[q], groups)
+        if same != root:
+            groups.parent[same] = root
+            groups.turn[same] = signs[0] * turn * signs[q] * way
+
+
+@numba.njit(cache=True)
+def _turned(signs: Floats, groups: Groups) -> Floats:
+    """(m,) the signs of faces by their groups, each turned to agree with most of the signs (m,) that are given."""
+    ways, roots, speaks = np.empty(len(signs)), np.empty(len(signs), np.int64), np.zeros(len(signs))
+    for f in range(len(signs)):
+        roots[f], ways[f] = _root(f, groups)
+        speaks[roots[f]] += ways[f] * signs[f]
+    return np.where(speaks[roots] < 0.0, -ways, ways)
 
 
 @numba.njit(cache=True)

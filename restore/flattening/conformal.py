@@ -22,6 +22,7 @@ from restore.numerics import SMALL
 from restore.scan import Floats, Ints
 
 Complex = NDArray[np.complex128]
+LOOSE = "parts of the surface hang together by single points", "use the method isometric, or clean the mesh"
 
 
 def flatten_conformal(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
@@ -78,15 +79,9 @@ def _solve(matrix: csc_matrix, right: Complex) -> Complex:
     try:
         factors = splu(matrix.tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError as error:
-        raise _loose() from error
+        raise BadInput(*LOOSE) from error
     pivots = np.abs(factors.U.diagonal())
     if not pivots.min(initial=np.inf) > SMALL * pivots.max(initial=0.0):  # sound meshes of 100,000 points have 1e-8
-        raise _loose()
+        raise BadInput(*LOOSE)
     solution: Complex = factors.solve(right)
     return solution
-
-
-def _loose() -> BadInput:
-    return BadInput(
-        "parts of the surface hang together by single points", "use the method isometric, or clean the mesh"
-    )

@@ -73,6 +73,8 @@ def _start(posed: PosedSheet, network: Network) -> tuple[Floats, Floats]:
     closing = closing_signs(network.faces, network.sides, network.lengths, signs)
     if (closing == signs).all():
         return start, signs
+    known = face_signs(posed.positions, network.faces, closing)  # what no fan tells of, a flap, by its neighbours
+    closing = closing_signs(network.faces, network.sides, network.lengths, known)
     other = _start_with(network, closing)
     return (other, closing) if strained_less(other, start, network) else (start, signs)
 

@@ -77,15 +77,11 @@ def open_inverted(flat: Floats, faces: Ints, signs: Floats, least: Floats) -> No
             if area >= 0.0:
                 continue
             inverted += 1
-            squares = TINY
             for k in range(3):
                 p, q = faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
                 way[k, 0], way[k, 1] = 0.5 * (flat[p, 1] - flat[q, 1]), 0.5 * (flat[q, 0] - flat[p, 0])
-                squares += way[k, 0] ** 2 + way[k, 1] ** 2
-            step = signs[f] * (least[f] - area) / squares
+            way *= signs[f] * (least[f] - area) / ((way**2).sum() + TINY)
             for k in range(3):
-                i = faces[f, k]
-                flat[i, 0] += step * way[k, 0]
-                flat[i, 1] += step * way[k, 1]
+                flat[faces[f, k]] += way[k]
         if inverted == 0:
             break

@@ -71,16 +71,11 @@ def _cells(flat: Floats) -> tuple[Ints, Floats, int]:
     for cell in range(len(number)):
         if number[cell] == 0:
             number[cell], found = found, found + 1
-    middle, members = np.zeros((found, 2)), np.zeros(found)
-    for i in range(len(flat)):
-        owner[i] = number[owner[i]]
-        members[owner[i]] += 1.0
-        for axis in range(2):
-            middle[owner[i], axis] += flat[i, axis]
-    arms = np.empty_like(flat)
-    for i in range(len(flat)):
-        for axis in range(2):
-            arms[i, axis] = (flat[i, axis] - middle[owner[i], axis] / members[owner[i]]) / size
+    owner = number[owner]
+    arms, members = np.empty_like(flat), np.bincount(owner)
+    for axis in range(2):
+        middle = np.bincount(owner, flat[:, axis]) / members
+        arms[:, axis] = (flat[:, axis] - middle[owner]) / size
     return owner, arms, found
 
 

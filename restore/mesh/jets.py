@@ -49,11 +49,8 @@ class Rings(NamedTuple):
 def rings_of(vertices: Floats, faces: Ints, edges: Ints) -> Rings:
     """The rings of vertices (n, 3) with faces (m, 3) and edges (e, 2)."""
     count, planes = len(vertices), face_normals(vertices, faces)
-    signs = face_signs(vertices, faces)
-    for f in range(len(planes)):
-        length = max(sqrt(planes[f, 0] ** 2 + planes[f, 1] ** 2 + planes[f, 2] ** 2), SQUARE_TINY)
-        for k in range(3):
-            planes[f, k] *= signs[f] / length
+    upright = face_signs(vertices, faces) / np.maximum(np.sqrt((planes**2).sum(axis=1)), SQUARE_TINY)
+    planes *= upright.reshape(-1, 1)
     return Rings(neighbours_of(edges, count), faces_around(faces, count), planes)
 
 

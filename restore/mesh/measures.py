@@ -112,20 +112,19 @@ def vertex_normals(vertices: Floats, faces: Ints) -> Floats:
 
 
 @numba.njit(cache=True)
-def face_signs(vertices: Floats, faces: Ints) -> Floats:
+def face_signs(vertices: Floats, faces: Ints, known: Floats | None = None) -> Floats:
     """(m,) −1 where a face is folded over in space, as decimators leave them: it runs against its corners' normals.
 
-    vertices (n, 3), faces (m, 3). The normal of a corner is the mean of its faces, weighed by area, and then once more
-    with the signs that are found.
+    vertices (n, 3), faces (m, 3). The normal of a corner is the mean of its faces, weighed by area and by what is known
+    of their signs (m,), and then once more with the signs that are found.
     """
-    planes, signs = face_normals(vertices, faces), np.ones(len(faces))
+    planes, signs = face_normals(vertices, faces), np.ones(len(faces)) if known is None else known.copy()
     for _ in range(2):
         normals = _mean_normals(planes * signs.reshape(-1, 1), faces, len(vertices))
         for f in range(len(faces)):
             along = 0.0
-            for corner in range(3):
-                for axis in range(3):
-                    along += planes[f, axis] * normals[faces[f, corner], axis]
+            for i in faces[f]:
+                along += planes[f, 0] * normals[i, 0] + planes[f, 1] * normals[i, 1] + planes[f, 2] * normals[i, 2]
             signs[f] = -1.0 if along < 0.0 else 1.0
     return signs
 
@@ -135,27 +134,15 @@ def _mean_normals(planes: Floats, faces: Ints, count: int) -> Floats:
     """(count, 3) unit vectors: the mean of the normals (m, 3) of the faces (m, 3) at each of `count` vertices."""
     normals = np.zeros((count, 3))
     for f in range(len(faces)):
-        for corner in range(3):
+        for i in faces[f]:
             for axis in range(3):
-                normals[faces[f, corner], axis] += planes[f, axis]
-    for i in range(count):
-        length = max(sqrt(normals[i, 0] ** 2 + normals[i, 1] ** 2 + normals[i, 2] ** 2), TINY)
-        for axis in range(3):
-            normals[i, axis] /= length
-    return normals
+                normals[i, axis] += planes[f, axis]
+    return normals / np.maximum(np.sqrt((normals**2).sum(axis=1)), TINY).reshape(-1, 1)
 
 
 @numba.njit(cache=True)
 def surface_area(vertices: Floats, faces: Ints) -> float:
     """Area in mm² of faces (m, 3) over vertices (n, 3) mm, or (n, 2) in the plane, whatever their orientation."""
-    total = 0.0
-    for f in range(len(faces)):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        ux, uy = vertices[b, 0] - vertices[a, 0], vertices[b, 1] - vertices[a, 1]
-        vx, vy = vertices[c, 0] - vertices[a, 0], vertices[c, 1] - vertices[a, 1]
-        x, y, z = 0.0, 0.0, ux * vy - uy * vx
-        if vertices.shape[1] == 3:
-            uz, vz = vertices[b, 2] - vertices[a, 2], vertices[c, 2] - vertices[a, 2]
-            x, y = uy * vz - uz * vy, uz * vx - ux * vz
-        total += 0.5 * sqrt(x * x + y * y + z * z)
-    return total
+    if vertices.shape[1] == 2:
+        return float(np.abs(signed_areas(vertices, faces)).sum())
+    return float(0.5 * np.sqrt((face_normals(vertices, faces) ** 2).sum(axis=1)).sum())

@@ -6,7 +6,7 @@ from itertools import combinations, pairwise
 import numpy as np
 import pytest
 
-from restore.flattening.closing_signs import MOST_FACES, closing_signs
+from restore.flattening.closing_signs import MOST_WAYS, closing_signs
 from restore.mesh.adjacency import sides_of
 from restore.mesh.measures import signed_areas, straight_lengths
 
@@ -87,22 +87,48 @@ def test_faces_in_the_corner_of_a_grid_keep_their_signs_however_their_only_fan_i
     np.testing.assert_array_equal(closing_signs(faces, sides, bent, upright), upright)
 
 
-@pytest.mark.parametrize("count", [MOST_FACES, MOST_FACES + 1])
-def test_a_wrong_sign_is_told_round_a_vertex_of_many_faces(count):
-    angles = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False)
-    flat = np.vstack([np.zeros((1, 2)), np.stack([np.cos(angles), np.sin(angles)], axis=1)])
-    ring = np.arange(1, count + 1)
-    faces = np.stack([np.zeros(count, int), ring, np.roll(ring, -1)], axis=1)
-    sides, signs = sides_of(faces), np.ones(count)
+@pytest.mark.parametrize("count", [12, 13], ids=["all ways are tried", "too many faces: its neighbours tell"])
+def test_a_wrong_sign_is_told_round_a_vertex_of_many_faces(count, rng):
+    assert MOST_WAYS == 1 << 11  # those of twelve faces
+    flat, faces = rings_round_a_vertex(count, rng)
+    sides, signs = sides_of(faces), np.ones(len(faces))
     signs[count // 2] = -1.0
+    assert 0 in faces[count // 2]
     found = closing_signs(faces, sides, straight_lengths(flat, sides.edges), signs)
-    np.testing.assert_array_equal(found, np.ones(count))
+    np.testing.assert_array_equal(found, np.ones(len(faces)))
+
+
+def rings_round_a_vertex(count, rng):
+    """Flat (n, 2) and faces (m, 3): a vertex with `count` neighbours unevenly round it, and two rings round those."""
+    angles = np.linspace(0.0, 2.0 * np.pi, count, endpoint=False) + 0.3 / count * rng.random((3, count))
+    rings = np.arange(1.0, 4.0)[:, None, None] * np.stack([np.cos(angles), np.sin(angles)], axis=2)
+    one, other = np.arange(count), (np.arange(count) + 1) % count
+    faces = [np.stack([np.zeros(count, int), 1 + one, 1 + other], axis=1)]
+    for inner, outer in ((1, 1 + count), (1 + count, 1 + 2 * count)):
+        faces.append(np.stack([inner + one, outer + one, outer + other], axis=1))
+        faces.append(np.stack([inner + one, outer + other, inner + other], axis=1))
+    return np.vstack([np.zeros((1, 2)), rings.reshape(-1, 2)]), np.concatenate(faces)
+
+
+@pytest.mark.parametrize("share", [0.05, 0.15])
+def test_a_torn_mesh_with_a_tenth_of_its_signs_wrong_is_put_right(warped, rng, share):
+    page = warped(count=1500)
+    flat, faces, sides = page.flat.copy(), page.mesh.faces, sides_of(page.mesh.faces)
+    inside = (np.abs(flat) < [120, 80]).all(axis=1)
+    moved = inside & (rng.random(len(flat)) < share)
+    flat[moved] += rng.normal(0.0, 8.0, (moved.sum(), 2))  # as far as to the next vertex
+    true = np.sign(signed_areas(flat, faces))
+    wrong = inside[faces].all(axis=1) & (rng.random(len(faces)) < 0.1)
+    signs = np.where(wrong, -true, true)
+    assert (true < 0.0).mean() > 0.5 * share
+    found = closing_signs(faces, sides, straight_lengths(flat, sides.edges), signs)
+    np.testing.assert_array_equal(found, true)
 
 
 def test_compiled_and_plain_python_agree(warped, plain):
     flat, faces, true, sides = folded_over(warped)
     lengths, signs = straight_lengths(flat, sides.edges), np.ones(len(faces))
     compiled = closing_signs(faces, sides, lengths, signs)
-    assert {"closing_signs", "_turned", "_closed"} <= set(plain(import_module("restore.flattening.closing_signs")))
+    assert {"closing_signs", "_settled", "_join"} <= set(plain(import_module("restore.flattening.closing_signs")))
     np.testing.assert_array_equal(closing_signs.py_func(faces, sides, lengths, signs), compiled)
     np.testing.assert_array_equal(compiled, true)

@@ -4,10 +4,12 @@ import numpy as np
 import pytest
 
 from oracles.overlaps import overlapping_pairs
+from oracles.warped import Warped
 from restore import SurfaceMesh, flatten
 from restore.flattening import isometric
 from restore.flattening.isometric import flatten_isometric
-from restore.mesh.network import make_network
+from restore.mesh.measures import face_signs, signed_areas, straight_lengths
+from restore.mesh.network import edges_of, make_network
 from restore.mesh.pose import pose_on_table
 
 TRUE_MM = 0.01
@@ -27,6 +29,22 @@ def test_wrong_signs_are_found_out(warped, shape, monkeypatch, rng):
     assert (signs < 0).any()
     monkeypatch.setattr(isometric, "face_signs", lambda *_: signs)
     assert page.error(solved(page).flat) < TRUE_MM
+
+
+def test_a_flap_lies_as_the_faces_beside_it_tell_once_their_signs_are_right(warped, monkeypatch):
+    """No fan tells of a third face on an edge, and its normal none among normals that mislead."""
+    page = warped("curl", count=500)
+    middle = int(np.argmin(np.linalg.norm(page.flat[page.mesh.faces].mean(axis=1), axis=1)))
+    a, b, c = page.mesh.faces[middle]
+    lift = 0.5 * (page.mesh.vertices[[a, b]].mean(axis=0) + page.mesh.vertices[c])
+    flat = np.vstack([page.flat, 0.5 * (page.flat[[a, b]].mean(axis=0) + page.flat[c])])
+    mesh = SurfaceMesh(np.vstack([page.mesh.vertices, lift]), np.vstack([page.mesh.faces, [b, a, len(page.flat)]]))
+    torn = Warped(mesh, flat, straight_lengths(flat, edges_of(mesh.faces)))
+    true = np.sign(signed_areas(flat, mesh.faces))
+    assert (true < 0).sum() == 1
+    misled = np.where(np.isin(mesh.faces, [a, b]).any(axis=1), -true, true)
+    monkeypatch.setattr(isometric, "face_signs", lambda *mesh: face_signs(*mesh) if len(mesh) > 2 else misled)
+    assert torn.error(solved(torn).flat) < TRUE_MM
 
 
 def test_a_tangled_start_is_replaced_by_a_conformal_one(warped, monkeypatch, rng):

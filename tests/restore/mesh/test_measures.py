@@ -94,6 +94,16 @@ def test_a_face_folded_over_in_space_has_a_negative_sign(warped, turn):
     assert (face_signs(vertices, faces) == -1).sum() == 1
 
 
+def test_what_is_known_of_signs_turns_the_normals_that_others_are_told_by(warped):
+    page = warped("curl", count=300)
+    reversed_all_round = -np.ones(len(page.mesh.faces))
+    signs = face_signs(page.mesh.vertices, page.mesh.faces, reversed_all_round)
+    np.testing.assert_array_equal(signs, reversed_all_round)
+    alone = reversed_all_round.copy()
+    alone[int(np.argmin(np.linalg.norm(page.flat[page.mesh.faces].mean(axis=1), axis=1)))] = 1.0
+    np.testing.assert_array_equal(face_signs(page.mesh.vertices, page.mesh.faces, alone), reversed_all_round)
+
+
 @pytest.mark.parametrize("fold_deg", [0.0, 80.0, 100.0, 120.0])
 def test_a_dog_ear_that_is_folded_up_is_not_folded_over(fold_deg):
     """Its lengths do not tell, and of two faces neither is the witness of the other."""
