@@ -48,7 +48,7 @@ class Groups(NamedTuple):
 def closing_signs(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> Floats:
     """(m,) the signs of faces with which the fans of inner vertices close; signs (m,) are those by the normals.
 
-    Which way round a group of faces lies is told by the normals of most of them.
+    Which way round a group of faces lies is told by the normals of most of them. 0 for a face of which no fan tells.
     """
     inner = inner_vertices(sides, faces.max() + 1)
     angles, gaps, upright = corner_angles(faces, sides, lengths), np.zeros(len(inner)), inner.copy()
@@ -142,12 +142,14 @@ def _join(own: Ints, signs: Floats, groups: Groups) -> None:
 
 @numba.njit(cache=True)
 def _turned(signs: Floats, groups: Groups) -> Floats:
-    """(m,) the signs of faces by their groups, each turned to agree with most of the signs (m,) that are given."""
+    """(m,) the signs of faces by their groups, each turned to agree with most of the signs (m,) given; 0 for a group of
+    one."""
     ways, roots, speaks = np.empty(len(signs)), np.empty(len(signs), np.int64), np.zeros(len(signs))
     for f in range(len(signs)):
         roots[f], ways[f] = _root(f, groups)
         speaks[roots[f]] += ways[f] * signs[f]
-    return np.where(speaks[roots] < 0.0, -ways, ways)
+    of_one = np.bincount(roots) == 1
+    return np.where(of_one[roots], 0.0, np.where(speaks[roots] < 0.0, -ways, ways))
 
 
 @numba.njit(cache=True)

@@ -70,11 +70,10 @@ def _start(posed: PosedSheet, network: Network) -> tuple[Floats, Floats]:
     """
     signs = face_signs(posed.positions, network.faces)
     start = _start_with(network, signs)
-    closing = closing_signs(network.faces, network.sides, network.lengths, signs)
-    if (closing == signs).all():
+    told = closing_signs(network.faces, network.sides, network.lengths, signs)
+    if (told == signs).all():
         return start, signs
-    known = face_signs(posed.positions, network.faces, closing)  # what no fan tells of, a flap, by its neighbours
-    closing = closing_signs(network.faces, network.sides, network.lengths, known)
+    closing = np.where(told == 0.0, face_signs(posed.positions, network.faces, told), told)  # flaps by what is beside
     other = _start_with(network, closing)
     return (other, closing) if strained_less(other, start, network) else (start, signs)
 
