@@ -7,6 +7,7 @@ tells which of its faces lie the same way round, and fans that share a face tell
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from math import floor, pi
 from typing import NamedTuple
 
@@ -15,20 +16,21 @@ import numpy as np
 
 from restore.mesh.adjacency import Adjacency, Sides, adjacency, inner_vertices
 from restore.mesh.jets import SIGMAS
-from restore.mesh.measures import corner_angles
-from restore.numerics import SMALL
+from restore.mesh.measures import corner_angles, face_signs
+from restore.mesh.network import Network
+from restore.numerics import SINGLE_TINY, SMALL
 from restore.robust import MAD_TO_SIGMA
 from restore.scan import Floats, Ints
 
 MOST_WAYS = 2048  # to close a fan of twelve faces, which are all tried; other fans tell of the faces of larger ones
-BY_CHANCE = 0.05  # fans that close by chance in one of their ways: if more may, that one does is no evidence
+BY_CHANCE = 0.5  # fans that close by chance in one of their ways: if more may, that one does is no evidence
 
 
 class Corners(NamedTuple):
     """The angles (3·m,) rad at the corners of faces row by row, and those around each vertex.
 
     chance  rad, gaps up to which are closed.
-    ways    signs of a fan that are tried: of more some would close by chance.
+    ways    how many ways of a fan are tried at most: of more some would close by chance.
     """
 
     angles: Floats
@@ -38,40 +40,61 @@ class Corners(NamedTuple):
 
 
 class Groups(NamedTuple):
-    """Faces (m,) of which is known whether they lie as another of their group, the parent, does: turn 1, or not: −1."""
+    """A forest of faces: each is known to lie the same way round as its parent (m,), turn (m,) 1, or the other, −1."""
 
     parent: Ints
     turn: Floats
 
 
-@numba.njit(cache=True)
-def closing_signs(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> Floats:
-    """(m,) the signs of faces with which the fans of inner vertices close; signs (m,) are those by the normals.
+def closing_signs(positions: Floats, network: Network, signs: Floats) -> Iterator[Floats]:
+    """(m,) signs of faces over positions (n, 3) mm with which the fans of inner vertices close, the likeliest first.
 
-    Which way round a group of faces lies is told by the normals of most of them. 0 for a face of which no fan tells.
+    signs (m,) are those by the normals. They tell which way round the largest group of faces lies whose fans tell of
+    each other; the normals beside it tell it of the other groups, and of faces of which no fan tells. Secondly, most
+    faces of every group are taken to lie upright.
+    """
+    ways, group = told_together(network.faces, network.sides, network.lengths, signs)
+    largest = group == np.bincount(group).argmax()
+    known = np.where(largest, _turned(ways, group, signs), SMALL * signs)
+    yield known if largest.all() else _turned(ways, group, face_signs(positions, network.faces, known))
+    yield _turned(ways, group, np.ones(len(signs)))
+
+
+def _turned(ways: Floats, group: Ints, signs: Floats) -> Floats:
+    """(m,) the ways, 1 or −1, that faces lie within their groups (m,), each turned to agree with most signs (m,)."""
+    return np.asarray(np.where(np.bincount(group, ways * signs)[group] < 0.0, -ways, ways))
+
+
+@numba.njit(cache=True)
+def told_together(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> tuple[Floats, Ints]:
+    """Which way round, 1 or −1, each face (m,) lies within its group (m,) of faces whose fans tell of each other.
+
+    One group with the signs (m,) as they are where nothing can be told.
     """
     inner = inner_vertices(sides, faces.max() + 1)
     angles, gaps, upright = corner_angles(faces, sides, lengths), np.zeros(len(inner)), inner.copy()
     for corner, i in enumerate(faces.ravel()):
         gaps[i] += signs[corner // 3] * angles[corner]
         upright[i] &= signs[corner // 3] > 0.0
-    fans, gaps = np.flatnonzero(inner), np.array([_gap(gap) for gap in gaps])
-    chance = SIGMAS * MAD_TO_SIGMA * np.median(gaps[fans]) + SMALL
-    closed = gaps <= chance
-    ways = min(BY_CHANCE * pi / (chance * max((~closed[fans]).sum(), 1)), MOST_WAYS)
-    if closed[fans].all() or ways < 4.0:  # those of the smallest fan, of three faces
-        return signs
+    if not upright.any():
+        return signs, np.zeros(len(faces), np.int64)
+    gaps = np.array([_gap(gap) for gap in gaps])
+    chance = SIGMAS * MAD_TO_SIGMA * np.median(gaps[upright]) + SINGLE_TINY
+    known = upright & (gaps <= chance)
+    fans, asked = np.flatnonzero(inner & ~known), -1
+    ways = min(BY_CHANCE * pi / (chance * max((gaps[fans] > chance).sum(), 1)), MOST_WAYS)
+    if (gaps[fans] <= chance).all() or ways < 4.0:  # those of the smallest fan, of three faces
+        return signs, np.zeros(len(faces), np.int64)
     corners = Corners(angles, adjacency(faces.ravel(), np.arange(len(angles)), len(inner)), chance, ways)
     groups = Groups(np.arange(len(faces)), np.ones(len(faces)))
-    for sure in (closed & upright, closed):  # two faces folded onto each other close it with each other's signs, too
-        for i in fans[sure[fans]]:
-            own, _ = _told(i, corners)
-            _join(own, signs[own], groups)
-        fans, asked = fans[~sure[fans]], -1
-        while len(fans) != asked:  # what one fan tells may leave its neighbour but one way to close
-            asked = len(fans)
-            fans = fans[np.array([not _settled(i, corners, groups) for i in fans], np.bool_)]
-    return _turned(signs, groups)
+    for i in np.flatnonzero(known):
+        own, _ = _told(i, corners)
+        _join(own, signs[own], groups)
+    while len(fans) != asked:  # what one fan tells may leave its neighbour but one way to close
+        asked = len(fans)
+        fans = fans[np.array([not _settled(i, corners, groups) for i in fans], np.bool_)][::-1].copy()
+    roots = [_root(f, groups) for f in range(len(faces))]
+    return np.array([way for _, way in roots]), np.array([root for root, _ in roots])
 
 
 @numba.njit(cache=True)
@@ -84,9 +107,9 @@ def _told(i: int, corners: Corners) -> tuple[Ints, Floats]:
 
 @numba.njit(cache=True)
 def _settled(i: int, corners: Corners, groups: Groups) -> bool:
-    """Whether the fan of vertex i has no more to tell: it closes in one way that agrees with what is known, or in none.
+    """Whether the fan of vertex i closes in one way that agrees with what is known, or in none.
 
-    One way joins its faces to a group, in place.
+    That one way joins its faces, in place.
     """
     own, angles = _told(i, corners)
     most = 1 << max(len(own) - 1, 0)  # the last face stays, as the reverse is the same way
@@ -108,7 +131,7 @@ def _settled(i: int, corners: Corners, groups: Groups) -> bool:
 
 @numba.njit(cache=True)
 def _root(f: int, groups: Groups) -> tuple[int, float]:
-    """The face that stands for the group of face f, and whether f lies as it does: 1, or −1."""
+    """The face that stands for the group of face f, and whether f lies the same way round, 1, or not, −1."""
     root, turn = f, 1.0
     while groups.parent[root] != root:
         turn *= groups.turn[root]
@@ -138,18 +161,6 @@ def _join(own: Ints, signs: Floats, groups: Groups) -> None:
         if same != root:
             groups.parent[same] = root
             groups.turn[same] = signs[0] * turn * signs[q] * way
-
-
-@numba.njit(cache=True)
-def _turned(signs: Floats, groups: Groups) -> Floats:
-    """(m,) the signs of faces by their groups, each turned to agree with most of the signs (m,) given; 0 for a group of
-    one."""
-    ways, roots, speaks = np.empty(len(signs)), np.empty(len(signs), np.int64), np.zeros(len(signs))
-    for f in range(len(signs)):
-        roots[f], ways[f] = _root(f, groups)
-        speaks[roots[f]] += ways[f] * signs[f]
-    of_one = np.bincount(roots) == 1
-    return np.where(of_one[roots], 0.0, np.where(speaks[roots] < 0.0, -ways, ways))
 
 
 @numba.njit(cache=True)

@@ -33,12 +33,7 @@ INEXACTNESS = 0.03  # of the gradient may be left by a linear solve: with more, 
 
 
 def minimise_strain(
-    flat: Floats,
-    network: Network,
-    most: int = MOST_ITERATIONS,
-    *,
-    corner: float = np.inf,
-    other: Floats | None = None,
+    flat: Floats, network: Network, most: int = MOST_ITERATIONS, *, corner: float = np.inf, other: Floats | None = None
 ) -> Solution:
     """Flat positions (n, 2) mm of least Σ area · ρ(length / rest length − 1) over the edges of a network.
 
@@ -157,13 +152,7 @@ def _solved(flat: Floats, edges: Ints, jacobian: Floats, gradient: Floats, inver
 
 @numba.njit(cache=True)
 def _conjugate_gradients(
-    step: Floats,
-    edges: Ints,
-    jacobian: Floats,
-    rest: Floats,
-    inverse: Floats,
-    coarse: Aggregates,
-    wanted: float,
+    step: Floats, edges: Ints, jacobian: Floats, rest: Floats, inverse: Floats, coarse: Aggregates, wanted: float
 ) -> int:
     """Go on with a step (n, 2), in place, until its rest (n, 2) is no more than wanted; how many passes that takes."""
     search, product, direction = np.zeros_like(rest), np.empty_like(rest), np.empty_like(rest)

@@ -70,12 +70,11 @@ def _start(posed: PosedSheet, network: Network) -> tuple[Floats, Floats]:
     """
     signs = face_signs(posed.positions, network.faces)
     start = _start_with(network, signs)
-    told = closing_signs(network.faces, network.sides, network.lengths, signs)
-    if (told == signs).all():
-        return start, signs
-    closing = np.where(told == 0.0, face_signs(posed.positions, network.faces, told), told)  # flaps by what is beside
-    other = _start_with(network, closing)
-    return (other, closing) if strained_less(other, start, network) else (start, signs)
+    for closing in closing_signs(posed.positions, network, signs):
+        if (closing != signs).any():
+            other = _start_with(network, closing)
+            start, signs = (other, closing) if strained_less(other, start, network) else (start, signs)
+    return start, signs
 
 
 def _start_with(network: Network, signs: Floats) -> Floats:
