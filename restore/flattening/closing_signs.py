@@ -1,4 +1,4 @@
-"""Signs of the faces that are folded over, from the lengths of their sides alone.
+"""Signs of the faces that are folded over, from the lengths of their sides.
 
 The signed angles round an inner vertex add up to 2π, or to 0 where it lies outside its neighbours. Where they do not,
 the normals have misled. Few signs make them do so, most often in one way and its reverse: the fan of the vertex then
@@ -51,13 +51,14 @@ def closing_signs(positions: Floats, network: Network, signs: Floats) -> Iterato
 
     signs (m,) are those by the normals. They tell which way round the largest group of faces lies whose fans tell of
     each other; the normals beside it tell it of the other groups, and of faces of which no fan tells. Secondly, most
-    faces of every group are taken to lie upright.
+    faces of every group are taken to lie upright; and lastly all faces, as where noise has misled the normals.
     """
     ways, group = told_together(network.faces, network.sides, network.lengths, signs)
     largest = group == np.bincount(group).argmax()
-    known = np.where(largest, _turned(ways, group, signs), SMALL * signs)
+    known = np.where(largest, _turned(ways, group, signs), SMALL * signs)  # far from the largest by normals, as before
     yield known if largest.all() else _turned(ways, group, face_signs(positions, network.faces, known))
     yield _turned(ways, group, np.ones(len(signs)))
+    yield np.ones(len(signs))
 
 
 def _turned(ways: Floats, group: Ints, signs: Floats) -> Floats:

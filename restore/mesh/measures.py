@@ -116,7 +116,7 @@ def face_signs(vertices: Floats, faces: Ints, known: Floats | None = None) -> Fl
     """(m,) −1 where a face is folded over in space, as decimators leave them: it runs against its corners' normals.
 
     vertices (n, 3), faces (m, 3). The normal of a corner is the mean of its faces, weighed by area and by known signs
-    (m,), 0 where one is not known; or by area alone, and then once more with the signs that are found.
+    (m,), small where one is hardly known; or by area alone, and then once more with the signs that are found.
     """
     planes, signs = face_normals(vertices, faces), np.ones(len(faces)) if known is None else known.copy()
     for _ in range(2 if known is None else 1):

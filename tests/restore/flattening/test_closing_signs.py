@@ -105,6 +105,13 @@ def test_a_wrong_sign_is_told_round_a_vertex_of_many_faces(count, rng):
     np.testing.assert_array_equal(found, np.ones(len(faces)))
 
 
+def test_signs_are_offered_by_the_normals_then_upright_in_groups_and_then_all_upright(warped):
+    flat, faces, true, sides = folded_over(warped)
+    network = make_network(flat, faces, straight_lengths(flat, sides.edges))
+    offered = list(closing_signs(np.column_stack([flat, np.zeros(len(flat))]), network, np.ones(len(faces))))
+    np.testing.assert_array_equal(offered, [true, true, np.ones(len(faces))])
+
+
 def test_no_fan_tells_of_a_face_in_the_corner(warped):
     page = warped(count=400)
     flat, faces = page.folded_over(), page.mesh.faces

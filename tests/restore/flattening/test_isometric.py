@@ -61,6 +61,18 @@ def test_a_flap_lies_as_the_faces_beside_it_tell_once_their_signs_are_right(warp
     assert torn.error(solved(torn).flat) < TRUE_MM
 
 
+@pytest.mark.parametrize("shape", ["curl", "fold"])
+def test_wrong_signs_that_no_fan_gives_away_for_noise_are_found_out(warped, shape, monkeypatch, rng):
+    exact = warped(shape, count=500)
+    page = Warped(exact.mesh, exact.flat, exact.lengths * np.exp(0.01 * rng.normal(size=len(exact.lengths))))
+    by_true_signs = page.error(solved(page).flat)
+    signs = np.where(rng.random(len(page.mesh.faces)) < WRONG, -1.0, 1.0)
+    assert (signs < 0).any()
+    monkeypatch.setattr(isometric, "face_signs", lambda *_: signs)
+    monkeypatch.setattr(isometric, "_other_starts", lambda *_: iter([]))  # which do not always find it
+    assert page.error(solved(page).flat) == pytest.approx(by_true_signs, rel=1e-3)
+
+
 def test_a_tangled_start_is_replaced_by_a_conformal_one(warped, monkeypatch, rng):
     page = warped("curl", count=500)
     tangled = rng.normal(0, 100, page.flat.shape)
