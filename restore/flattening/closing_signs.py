@@ -49,13 +49,12 @@ class Groups(NamedTuple):
 def closing_signs(positions: Floats, network: Network, signs: Floats) -> Iterator[Floats]:
     """(m,) signs of faces over positions (n, 3) mm with which the fans of inner vertices close, the likeliest first.
 
-    signs (m,) are those by the normals. They tell which way round the largest group of faces lies whose fans tell of
-    each other; the normals beside it tell it of the other groups, and of faces of which no fan tells. Secondly, most
-    faces of every group are taken to lie upright; and lastly all faces, as where noise has misled the normals.
+    signs (m,) are those by the normals. They turn the largest group of faces whose fans tell of each other, the normals
+    beside it other groups and single faces; then most faces of each group are upright; then all, if noise has misled.
     """
     ways, group = told_together(network.faces, network.sides, network.lengths, signs)
     largest = group == np.bincount(group).argmax()
-    known = np.where(largest, _turned(ways, group, signs), SMALL * signs)  # far from the largest by normals, as before
+    known = np.where(largest, _turned(ways, group, signs), SMALL * signs)  # where it is not near, as they were
     yield known if largest.all() else _turned(ways, group, face_signs(positions, network.faces, known))
     yield _turned(ways, group, np.ones(len(signs)))
     yield np.ones(len(signs))

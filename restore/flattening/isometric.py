@@ -66,12 +66,13 @@ def _least_squares(posed: PosedSheet, network: Network, follow: Follow | None) -
 def _start(posed: PosedSheet, network: Network) -> tuple[Floats, Floats]:
     """The start (n, 2) mm from the lengths alone, and the signs (m,) of the faces that it goes with.
 
-    The signs are those of the normals, or those that close the fans if their start is strained less.
+    The signs are those of the normals, or of those that `closing_signs` offers, whose start is strained least.
     """
     signs = face_signs(posed.positions, network.faces)
-    start = _start_with(network, signs)
+    start, tried = _start_with(network, signs), [signs]
     for closing in closing_signs(posed.positions, network, signs):
-        if (closing != signs).any():
+        if not any((closing == before).all() for before in tried):
+            tried.append(closing)
             other = _start_with(network, closing)
             start, signs = (other, closing) if strained_less(other, start, network) else (start, signs)
     return start, signs

@@ -70,7 +70,7 @@ def _least_extent(offsets: Floats, weights: Floats, mean: Floats) -> Floats:
 
 def move_upright(flat: Floats, posed: PosedSheet) -> Floats:
     """Flat positions (n, 2) mm turned and shifted, not scaled or mirrored, to nearest where the scanner saw them."""
-    here, there = ((posed.weights[:, None] * part).sum(axis=0) for part in (flat, posed.seen))  # BLAS starts threads
+    here, there = ((posed.weights[:, None] * part).sum(axis=0) for part in (flat, posed.seen))  # @ starts threads
     offsets, wanted = (part[:, 0] + 1.0j * part[:, 1] for part in (flat - here, posed.seen - there))
     turned = offsets * np.exp(1.0j * np.angle(np.vdot(posed.weights * offsets, wanted)))
     return np.stack([turned.real, turned.imag], axis=1) + there
