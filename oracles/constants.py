@@ -15,7 +15,8 @@ ENGINE = tuple(
     for name in (
         *("mesh/jets", "mesh/outside", "mesh/surface_lengths", "mesh/network", "mesh/pose", "mesh/measures"),
         *("flattening/closing_signs", "flattening/fans", "flattening/angle_synchronisation", "flattening/conformal"),
-        *("flattening/gauss_newton", "flattening/rigid_aggregates", "flattening/isometric", "flattening/two_lengths"),
+        *("flattening/gauss_newton", "flattening/preconditioner"),
+        *("flattening/isometric", "flattening/two_lengths"),
         *("flattening/repair", "flattening/least_distortion", "flattening/joints", "flattening/layout"),
         "flattening/methods",
     )

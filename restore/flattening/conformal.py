@@ -71,17 +71,13 @@ def conformal_map(faces: Ints, corners: Complex, held: tuple[int, int]) -> Compl
     mapped = np.zeros(count, complex)
     mapped[held[1]] = 1.0
     adjoint = angles[:, free].conj().T.tocsc()
-    mapped[free] = _solve(adjoint @ angles[:, free], -(adjoint @ angles[:, [held[1]]]).toarray().ravel())
-    return mapped
-
-
-def _solve(matrix: csc_matrix, right: Complex) -> Complex:
+    matrix, right = (adjoint @ angles[:, free]).tocsc(), -(adjoint @ angles[:, [held[1]]]).toarray().ravel()
     try:
-        factors = splu(matrix.tocsc(), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        factors = splu(matrix, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
     except RuntimeError as error:
         raise BadInput(*LOOSE) from error
     pivots = np.abs(factors.U.diagonal())
     if not pivots.min(initial=np.inf) > SMALL * pivots.max(initial=0.0):  # sound meshes of 100,000 points have 1e-8
         raise BadInput(*LOOSE)
-    solution: Complex = factors.solve(right)
-    return solution
+    mapped[free] = factors.solve(right)
+    return mapped

@@ -2,8 +2,7 @@
 
 The normal equations of a step are the page's own stiffness matrix. It is never built: conjugate gradients (Hestenes &
 Stiefel 1952) need its product with a displacement, which is one pass over the edges. A factorisation costs ten times as
-much at a thousand vertices and a gigabyte at a hundred thousand. They are preconditioned by the diagonal blocks and
-the rigid modes of vertex aggregates (`rigid_aggregates.py`).
+much at a thousand vertices and a gigabyte at a hundred thousand (`preconditioner.py`).
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ from math import sqrt
 import numba
 import numpy as np
 
-from restore.flattening.rigid_aggregates import STIFFEN, Aggregates, aggregate, correct_rigidly
+from restore.flattening.preconditioner import STIFFEN, Preconditioner, precondition, prepared, rim_first
 from restore.flattening.solution import Solution
 from restore.mesh.adjacency import Sides
 from restore.mesh.measures import edge_strain, straight_lengths
@@ -29,7 +28,7 @@ LEAST_DECREASE = 0.01  # of the energy in an iteration: steps to exact lengths d
 # lengths contradict each other they get slowly shorter
 MOST_STRAIN = 0.03  # rms: no paper stretches so far. What does is not developable, or not a mesh of one sheet;
 # and a page that stands still where its vertices could be relieved of so much has not been found
-INEXACTNESS = 0.03  # of the gradient may be left by a linear solve: with more, what bends the whole page is left
+INEXACTNESS = 0.03  # of the gradient, by its work, may be left by a linear solve: with more, bends of the page are left
 
 
 def minimise_strain(
@@ -42,12 +41,13 @@ def minimise_strain(
     Where other (e,) mm are given, each edge has two rest lengths: any length between them costs nearly the same.
     An iteration that decreases the sum by a smaller share than LEAST_DECREASE is the last.
     """
-    flat = np.array(flat, order="C")
-    edges, lengths = network.edges, network.lengths
-    roots = np.sqrt(edge_areas(network.faces, network.sides, lengths))
-    if other is not None:
-        edges, roots, lengths = np.r_[edges, edges], np.r_[roots, roots], np.r_[lengths, other]
-    iterations, residual, converged = _minimise(flat, edges, lengths, roots, corner, most)
+    lengths = network.lengths[:, None] if other is None else np.column_stack([network.lengths, other])
+    areas = edge_areas(network.faces, network.sides, network.lengths)
+    vertices, order, edges = rim_first(flat, network.edges)
+    found = flat[vertices]
+    iterations, residual, converged = _minimise(found, edges, 1.0 / lengths[order], areas[order], corner, most)
+    flat = np.empty_like(found)
+    flat[vertices] = found
     return Solution(flat, iterations, residual, converged)
 
 
@@ -64,8 +64,7 @@ def least_absolute_strain(found: Solution, network: Network, other: Floats | Non
 
 def mean_strain(flat: Floats, network: Network) -> float:
     """By what share the edges of flat (n, 2) mm miss their rest lengths, over the length of all of them."""
-    missed = np.abs(straight_lengths(flat, network.edges) - network.lengths)
-    return float(missed.sum() / network.lengths.sum())
+    return float(np.abs(straight_lengths(flat, network.edges) - network.lengths).sum() / network.lengths.sum())
 
 
 def strained_less(flat: Floats, other: Floats, network: Network) -> bool:
@@ -92,39 +91,38 @@ def edge_areas(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
 
     None is 0: an edge of slivers alone would hold nothing.
     """
-    of_faces, areas = rest_areas(faces, sides, lengths), np.zeros(len(lengths))
-    for f in range(len(faces)):
-        for k in range(3):
-            if sides.edge[3 * f + k] >= 0:
-                areas[sides.edge[3 * f + k]] += of_faces[f] / 3.0
+    some = sides.edge >= 0
+    areas = np.bincount(sides.edge[some], np.repeat(rest_areas(faces, sides, lengths), 3)[some] / 3.0, len(lengths))
     return np.maximum(areas / max(areas.mean(), TINY), SMALL)
 
 
 @numba.njit(cache=True)
 def _minimise(
-    flat: Floats, edges: Ints, lengths: Floats, roots: Floats, corner: float, most: int
+    flat: Floats, edges: Ints, per: Floats, areas: Floats, corner: float, most: int
 ) -> tuple[int, float, bool]:
-    """As `minimise_strain`, flat (n, 2) mm in place. A step that would strain the page more is halved."""
+    """As `minimise_strain`, flat (n, 2) mm in place, of vertices and edges (e, 2) in the order of `rim_first`.
+
+    per (e, ·) 1/mm: one over the rest lengths. A step that would strain the page more is halved.
+    """
     tolerance = GRADIENT_TOLERANCE / sqrt(len(flat))
-    step_only = np.empty_like(flat)
-    edges = edges.astype(np.uint32)
-    jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots, corner)
-    residual = sqrt(_preconditioned(gradient, inverse, step_only) / len(flat))
+    jacobian, gradient, blocks, energy = _linearised(flat, edges, per, areas, corner)
+    residual = _relief(gradient, blocks)
     for iteration in range(most):
         if not residual > tolerance:  # or not finite
             return iteration, residual, residual <= tolerance
         downhill, last = gradient.copy(), energy
-        step = _solved(flat, edges, jacobian, gradient, inverse)
-        jacobian, gradient, inverse, energy = _linearised(flat + step, edges, lengths, roots, corner)
+        step, energy = np.zeros_like(gradient), np.inf
+        _conjugate_gradients(step, edges, jacobian, gradient, prepared(flat, edges, jacobian, blocks), INEXACTNESS)
+        step *= 2.0
         while energy > last:  # at the latest until rounding leaves nothing of the step
             step *= 0.5
-            jacobian, gradient, inverse, energy = _linearised(flat + step, edges, lengths, roots, corner)
+            jacobian, gradient, blocks, energy = _linearised(flat + step, edges, per, areas, corner)
         flat += step
         further = _further(downhill, gradient, step) if corner < np.inf else 0.0
         if further > 0.0:
             flat += further * step
-            jacobian, gradient, inverse, energy = _linearised(flat, edges, lengths, roots, corner)
-        residual = sqrt(_preconditioned(gradient, inverse, step_only) / len(flat))
+            jacobian, gradient, blocks, energy = _linearised(flat, edges, per, areas, corner)
+        residual = _relief(gradient, blocks)
         if energy > (1.0 - LEAST_DECREASE) * last:
             return iteration + 1, residual, residual <= MOST_STRAIN
     return most, residual, False
@@ -142,25 +140,17 @@ def _further(before: Floats, after: Floats, step: Floats) -> float:
 
 
 @numba.njit(cache=True)
-def _solved(flat: Floats, edges: Ints, jacobian: Floats, gradient: Floats, inverse: Floats) -> Floats:
-    """The Gauss–Newton step (n, 2), up to INEXACTNESS; the gradient (n, 2) is written over by what is left of it."""
-    step = np.zeros_like(gradient)
-    wanted = INEXACTNESS * INEXACTNESS * _preconditioned(gradient, inverse, np.empty_like(gradient))
-    _conjugate_gradients(step, edges, jacobian, gradient, inverse, aggregate(flat, edges, jacobian), wanted)
-    return step
-
-
-@numba.njit(cache=True)
 def _conjugate_gradients(
-    step: Floats, edges: Ints, jacobian: Floats, rest: Floats, inverse: Floats, coarse: Aggregates, wanted: float
+    step: Floats, edges: Ints, jacobian: Floats, rest: Floats, by: Preconditioner, share: float
 ) -> int:
-    """Go on with a step (n, 2), in place, until its rest (n, 2) is no more than wanted; how many passes that takes."""
+    """Go on with a step (n, 2) until only a share of its rest (n, 2) is left, both in place; in how many passes."""
+    before, wanted = np.inf, 0.0
     search, product, direction = np.zeros_like(rest), np.empty_like(rest), np.empty_like(rest)
-    left, before = _preconditioned(rest, inverse, direction), np.inf
     for taken in range(rest.size):
-        if left <= wanted:
+        now = precondition(by, edges, jacobian, rest, direction)
+        wanted = wanted if taken else share * share * now
+        if now <= wanted:
             return taken
-        now = left + correct_rigidly(coarse, rest, direction)
         conjugate = now / before
         for i in range(len(rest)):
             for axis in range(2):
@@ -170,61 +160,54 @@ def _conjugate_gradients(
             for axis in range(2):
                 step[i, axis] += along * search[i, axis]
                 rest[i, axis] -= along * product[i, axis]
-        before, left = now, _preconditioned(rest, inverse, direction)
+        before = now
     return rest.size
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, error_model="numpy")
 def _linearised(
-    flat: Floats, edges: Ints, lengths: Floats, roots: Floats, corner: float
+    flat: Floats, edges: Ints, per: Floats, areas: Floats, corner: float
 ) -> tuple[Floats, Floats, Floats, float]:
-    """Jacobian (e, 2) of the strains, weighed by roots (e,), for the end of each edge, the negative gradient (n, 2) of
-    their sum of squares, inverse diagonal blocks (n, 3) of its stiffness: xx, xy, yy; and the sum of squares."""
-    jacobian, gradient, inverse = np.empty((len(edges), 2)), np.zeros_like(flat), np.zeros((len(flat), 3))
-    energy = 0.0
+    """Jacobian (e, 2) of the strains, weighed by the roots of areas (e,), for the end of each edge; the sum of squares:
+    its negative gradient (n, 2), the diagonal blocks (n, 3) of its stiffness, xx, xy, yy, and itself."""
+    jacobian, gradient, blocks = np.empty((len(edges), 2)), np.zeros_like(flat), np.zeros((len(flat), 3))
+    energy, steep = 0.0, 1.0 / corner
     for k in range(len(edges)):
         a, b = edges[k, 0], edges[k, 1]
         x, y = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
-        distance = sqrt(x * x + y * y) + SMALL
-        slack = 1.0 - distance / lengths[k]
-        bend = sqrt(1.0 + (slack / corner) ** 2)
-        energy += 2.0 * (roots[k] * slack) ** 2 / (1.0 + bend)
-        root = roots[k] / sqrt(bend)
-        x, y = root * x / (distance * lengths[k]), root * y / (distance * lengths[k])
-        jacobian[k, 0], jacobian[k, 1] = x, y
-        slack *= root
-        gradient[a, 0] -= slack * x
-        gradient[a, 1] -= slack * y
-        gradient[b, 0] += slack * x
-        gradient[b, 1] += slack * y
-        for i in (a, b):
-            inverse[i, 0] += x * x
-            inverse[i, 1] += x * y
-            inverse[i, 2] += y * y
-    for i in range(len(flat)):
-        more = STIFFEN * (inverse[i, 0] + inverse[i, 2]) + TINY
-        xx, xy, yy = inverse[i, 0] + more, inverse[i, 1], inverse[i, 2] + more
-        share = 1.0 / max(xx * yy - xy * xy, TINY)
-        inverse[i, 0], inverse[i, 1], inverse[i, 2] = share * yy, -share * xy, share * xx
-    return jacobian, gradient, inverse, energy
+        distance, stiffness, pull = sqrt(x * x + y * y) + SMALL, 0.0, 0.0
+        for m in range(per.shape[1]):
+            slack = 1.0 - distance * per[k, m]
+            bend = sqrt(1.0 + (slack * steep) ** 2)
+            energy += 2.0 * areas[k] * slack * slack / (1.0 + bend)
+            share = areas[k] * per[k, m] / bend
+            stiffness += share * per[k, m]
+            pull += share * slack
+        root, x, y = sqrt(stiffness), x / distance, y / distance
+        jacobian[k, 0], jacobian[k, 1] = root * x, root * y
+        for i, force in ((a, -pull), (b, pull)):
+            gradient[i, 0] += force * x
+            gradient[i, 1] += force * y
+            blocks[i, 0] += stiffness * x * x
+            blocks[i, 1] += stiffness * x * y
+            blocks[i, 2] += stiffness * y * y
+    more = STIFFEN * (blocks[:, 0] + blocks[:, 2]) + TINY
+    blocks[:, 0] += more
+    blocks[:, 2] += more
+    return jacobian, gradient, blocks, energy
 
 
 @numba.njit(cache=True)
-def _preconditioned(rest: Floats, inverse: Floats, direction: Floats) -> float:
-    """Write the direction (n, 2): the step of every vertex when the others stand still; its product with the rest."""
-    total = 0.0
-    for i in range(len(rest)):
-        direction[i, 0] = inverse[i, 0] * rest[i, 0] + inverse[i, 1] * rest[i, 1]
-        direction[i, 1] = inverse[i, 1] * rest[i, 0] + inverse[i, 2] * rest[i, 1]
-        total += rest[i, 0] * direction[i, 0] + rest[i, 1] * direction[i, 1]
-    return total
+def _relief(gradient: Floats, blocks: Floats) -> float:
+    """The strain that a vertex could be relieved of if the others stood still, rms."""
+    x, y, xx, xy, yy = gradient[:, 0], gradient[:, 1], blocks[:, 0], blocks[:, 1], blocks[:, 2]
+    return sqrt(((yy * x * x - 2.0 * xy * x * y + xx * y * y) / np.maximum(xx * yy - xy * xy, TINY)).mean())
 
 
 @numba.njit(cache=True)
 def _stiffness_times(moved: Floats, jacobian: Floats, edges: Ints, product: Floats) -> float:
     """Write the stiffness matrix times a displacement (n, 2); the quadratic form of the displacement."""
-    product[:] = 0.0
-    total = 0.0
+    product[:], total = 0.0, 0.0
     for k in range(len(edges)):
         a, b = edges[k, 0], edges[k, 1]
         x, y = jacobian[k, 0], jacobian[k, 1]
