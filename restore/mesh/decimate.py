@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from threading import Lock
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -19,6 +22,7 @@ BOUNDARY_WEIGHT = 10.0
 MAX_ATTEMPTS = 6
 MAX_HOLE_EDGES = 100  # more than the border of a drop-out in a printed figure, less than that of the page
 SMOOTHING_STEPS = 5  # twenty would round creases
+ALONE = Lock()  # pymeshlab's filters share a state: two at a time damage the memory of the process
 
 
 def decimate(vertices: Floats, faces: Ints, points: int, *, own_vertices: bool = False) -> tuple[Floats, Ints]:
@@ -50,34 +54,38 @@ def decimate(vertices: Floats, faces: Ints, points: int, *, own_vertices: bool =
 
 
 def _collapse(vertices: Floats, faces: Ints, target: int, own_vertices: bool) -> tuple[Floats, Ints]:
-    pymeshlab = load_pymeshlab()
-
-    meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
-    meshes.meshing_decimation_quadric_edge_collapse(
-        targetfacenum=max(target, 2),
-        qualitythr=QUALITY,
-        preserveboundary=False,
-        boundaryweight=BOUNDARY_WEIGHT,
-        preservenormal=True,
-        optimalplacement=not own_vertices,
-        planarquadric=True,
-        autoclean=True,
-    )
-    return _arrays(meshes)
+    with _loaded(vertices, faces) as (_, meshes):
+        meshes.meshing_decimation_quadric_edge_collapse(
+            targetfacenum=max(target, 2),
+            qualitythr=QUALITY,
+            preserveboundary=False,
+            boundaryweight=BOUNDARY_WEIGHT,
+            preservenormal=True,
+            optimalplacement=not own_vertices,
+            planarquadric=True,
+            autoclean=True,
+        )
+        return _arrays(meshes)
 
 
 def patch_and_smooth(vertices: Floats, faces: Ints) -> tuple[Floats, Ints]:
     """Close the small holes of a raw mesh (n, 3) mm, (m, 3), and smooth it without shrinking (Taubin 1995)."""
-    pymeshlab = load_pymeshlab()
+    with _loaded(vertices, faces) as (pymeshlab, meshes):
+        # Closing selects the new faces, and filters after it would work on those alone.
+        with suppress(pymeshlab.PyMeshLabException):  # a mesh that is not two-manifold keeps its holes
+            meshes.meshing_close_holes(maxholesize=MAX_HOLE_EDGES, newfaceselected=False)
+        meshes.apply_coord_taubin_smoothing(stepsmoothnum=SMOOTHING_STEPS, selected=False)
+        return _arrays(meshes)
 
-    meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
-    # Closing selects the new faces, and filters after it would work on those alone.
-    with suppress(pymeshlab.PyMeshLabException):  # a mesh that is not two-manifold keeps its holes
-        meshes.meshing_close_holes(maxholesize=MAX_HOLE_EDGES, newfaceselected=False)
-    meshes.apply_coord_taubin_smoothing(stepsmoothnum=SMOOTHING_STEPS, selected=False)
-    return _arrays(meshes)
+
+@contextmanager
+def _loaded(vertices: Floats, faces: Ints) -> Iterator[tuple[ModuleType, Any]]:
+    """pymeshlab and a set of meshes that holds this one, for one thread at a time."""
+    pymeshlab = load_pymeshlab()
+    with ALONE:
+        meshes = pymeshlab.MeshSet()
+        meshes.add_mesh(pymeshlab.Mesh(vertices, faces))
+        yield pymeshlab, meshes
 
 
 def _arrays(meshes: Any) -> tuple[Floats, Ints]:

@@ -1,5 +1,7 @@
 """Decimation preserves the shape and the border, and leaves the requested number of points."""
 
+from concurrent.futures import ThreadPoolExecutor
+
 import numpy as np
 import pytest
 from scipy.spatial import cKDTree
@@ -111,3 +113,12 @@ def test_smoothing_reduces_noise_without_shrinking_and_keeps_vertices_near_their
     assert np.std(radius[1]) < 0.6 * np.std(radius[0])
     assert np.mean(radius[1]) == pytest.approx(100.0, abs=0.005)  # a tenth of the noise
     assert np.linalg.norm(smooth - mesh.vertices, axis=1)[inner].max() < camera.pitch_mm
+
+
+def test_threads_decimate_one_at_a_time(curl):
+    """Two at a time would damage the memory of the process."""
+    _, vertices, faces = curl
+    alone = decimate(vertices, faces, 300)
+    with ThreadPoolExecutor(4) as pool:
+        for together in pool.map(lambda _: decimate(vertices, faces, 300), range(8)):
+            np.testing.assert_array_equal(together[0], alone[0])
