@@ -28,6 +28,7 @@ PLATEAU = 12  # places at either end of a profile that show paper, and table: a 
 LEVEL = 0.15  # of the step: plateaus with more range hold print or a shadow
 LEAST_STEP = 20.0  # codes: a dozen times the noise of one pixel, or more
 MOST = 1.0  # samples from the crossing: a step farther off is another
+CUT = 0.5  # samples more, where a mesh was cut: its last vertices lie anywhere within a spacing of the paper's edge
 EVEN = 1.0  # codes between the 10th and 90th percentile: a camera's noise has more, what an atlas leaves empty has not
 CLEAR = 0.5  # of the crossings, at least, show a step
 
@@ -68,12 +69,13 @@ def steps_in_picture(sheet: Sheet, crossings: Crossings, normal: Floats) -> Pict
     pixels, ahead = _pixels(sheet, crossings, normal)
     pixel = 1.0 / np.maximum(np.linalg.norm(ahead, axis=1), TINY)  # a mesh may have one texture position for all
     sample = 1.0 / np.linalg.norm(crossings.jacobians @ normal, axis=1)
-    reach = REACH * np.maximum(pixel, sample / 2)
+    most = (MOST + CUT if sheet.cut_out else MOST) * sample
+    reach = REACH * np.maximum(pixel, most / 2)
     profiles = _profiles(sheet.scan.texture, pixels, reach[:, None] * ahead)
     if sheet.cut_out and np.ptp(np.percentile(profiles[:, -PLATEAU:], [10, 90])) < EVEN:
         return None
     steps, clear = _steps(profiles)
-    clear &= np.abs(steps) * reach < MOST * sample
+    clear &= np.abs(steps) * reach < most
     if clear.mean() < CLEAR:
         return None
     there = crossings.places + (steps * reach)[:, None] * normal

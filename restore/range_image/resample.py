@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from math import ceil, sqrt
+from dataclasses import replace
+from math import atan2, ceil, cos, pi, radians, remainder, sin, sqrt
 
 import numpy as np
 
@@ -20,6 +21,8 @@ CAMERA_DISTANCE = 5.0  # page sizes: far enough to see between steep walls, near
 STEEP_SHARE = 0.05  # of the area: the steepest part, which the grid is to sample as densely as its vertices do
 MIN_PITCH = 0.5  # of the vertices' spacing: on a finer grid there is little but their noise
 MAX_STEEP_GRID = 500  # samples along the longer side, as many as a scanner has: the limit of refinement for steep parts
+ASKEW = radians(3.0)  # of the page's longer side to the rows: a side along a row is known to half a sample, one that
+# crosses ten of them to a twentieth
 MAX_HIDDEN = 0.01  # of the area may be turned away or occluded; more, and one view does not show the surface
 
 
@@ -35,7 +38,7 @@ def view_of(mesh: ValidMesh) -> tuple[RangeScan, Rays] | None:
     all of it.
     """
     faces = mesh.faces
-    posed = pose_on_table(mesh.vertices, faces)
+    posed = _askew(pose_on_table(mesh.vertices, faces))
     size = float(np.ptp(posed.positions, axis=0).max())
     camera_centre = np.array([0.0, 0.0, posed.positions[:, 2].max() + CAMERA_DISTANCE * size])
     in_camera = posed.positions - camera_centre
@@ -60,6 +63,15 @@ def view_of(mesh: ValidMesh) -> tuple[RangeScan, Rays] | None:
     scan = RangeScan(np.dstack([x, y, -depth]), mesh.texture, grid[..., 1:] * depth[..., None], mesh.provenance)
     y0 = low[1] + pitch * (rows - 1)
     return scan, Rays(low[0], pitch, y0, -pitch, posed.axes, posed.origin + camera_centre @ posed.axes)
+
+
+def _askew(posed: PosedSheet) -> PosedSheet:
+    """The sheet turned on the table, so that its principal axes, and with them most sides, cross the rows of a view."""
+    x, y = posed.positions[:, 0], posed.positions[:, 1]
+    axis = 0.5 * atan2(2.0 * float(posed.weights @ (x * y)), float(posed.weights @ (x * x - y * y)))
+    angle = remainder(ASKEW - axis, pi / 2)  # the print stays as upright as it is
+    turn = np.array([[cos(angle), -sin(angle), 0.0], [sin(angle), cos(angle), 0.0], [0.0, 0.0, 1.0]])
+    return replace(posed, positions=posed.positions @ turn.T, axes=turn @ posed.axes)
 
 
 def _foreshortening(normals: Floats, posed: PosedSheet) -> float:

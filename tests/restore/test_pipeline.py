@@ -13,8 +13,19 @@ from drivers.vivid900.calibration import nominal
 from drivers.vivid900.lenses import LENSES
 from oracles.markers import MarkerError, marker_error, rigid_residual
 from oracles.sheets import CASES
-from restore import BadInput, NotEnoughSurface, RangeScan, RestoredPage, Settings, flatten, load_scan, restore
+from restore import (
+    BadInput,
+    NotEnoughSurface,
+    RangeScan,
+    RestoredPage,
+    Settings,
+    SurfaceMesh,
+    flatten,
+    load_scan,
+    restore,
+)
 from restore.formats import write_abs, write_obj, write_ply, write_vrml
+from restore.mesh.ordered_grid import grid_faces
 from restore.mesh.triangulate import triangulate
 from restore.texture.coverage import Seen
 from restore.texture.page import MM_PER_INCH
@@ -23,6 +34,7 @@ SIZE_TOLERANCE = 0.001  # of the page: the outline is known to a quarter of a sa
 # Both edges of a page to a sixth of a sample, where its samples lie 0.47 mm apart, and half a pixel of the picture.
 EDGES_MM = 0.25
 FILLED = 0.99  # of the picture is page: a corner that the scanner lost is white
+STRAIGHT_MM = 0.05  # a fifteenth of the spacing: sides cross the rows of the view that a mesh is sampled by
 ROUNDED_CODES = 1
 FLAT_TOLERANCE_MM = 0.02  # noise of 0.035 mm a sample, averaged over windows of 49
 # Two ways to the same page: coordinates in the files are rounded to 0.01 mm, less than the scanner's noise.
@@ -258,3 +270,15 @@ def test_a_scan_in_metres_is_detected_by_its_size():
     with pytest.raises(BadInput, match="measures 0") as caught:
         restore(replace(scan, points=scan.points / 1000.0))
     assert "millimetres" in caught.value.hint
+
+
+@pytest.mark.parametrize("columns", [251, 301])
+def test_a_dense_mesh_that_lies_straight_has_its_size(columns):
+    """A curl of 200 × 150 mm with its sides along the axes of its file."""
+    across, down = np.meshgrid(np.linspace(0.0, 200.0, columns), np.linspace(150.0, 0.0, columns * 3 // 4))
+    points = np.stack([150.0 * np.sin(across / 150.0), down, -150.0 * np.cos(across / 150.0)], axis=-1)
+    faces = grid_faces(np.ones(across.shape, bool))
+    picture = np.full((300, 400, 3), 235, np.uint8)
+    pixels = np.stack([2.0 * across, 300.0 - 2.0 * down], axis=-1).reshape(-1, 2) - 0.5
+    restored = restore(SurfaceMesh(points.reshape(-1, 3), faces, pixels, picture), Settings(dpi=50))
+    assert restored.report["page_mm"] == pytest.approx((200.0, 150.0), abs=STRAIGHT_MM)

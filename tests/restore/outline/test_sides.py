@@ -130,7 +130,7 @@ def pictured(camera, page, box, *, table=40.0, noise=1.5):
     return Page(sheet, page.mesh)
 
 
-@pytest.mark.parametrize("beyond", [0.2, 0.5])
+@pytest.mark.parametrize("beyond", [0.2, 0.5, 0.9, 1.2])
 def test_a_page_cut_out_of_a_mesh_reaches_the_edge_in_its_picture(camera, beyond):
     box = np.array([LEFT - beyond, TOP - beyond, RIGHT + beyond, BOTTOM + beyond])
     page = pictured(camera, cut(camera, gnawed(rectangle(camera))), box)
