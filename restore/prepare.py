@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 
 from restore.errors import BadInput
+from restore.formats.source import MAX_COORDINATE_MM
 from restore.formats.unit import GIVEN, UNIT_MM, UNSTATED
 from restore.mesh.clean import large_pieces, select, weld
 from restore.mesh.ordered_grid import GridMesh
@@ -28,6 +29,7 @@ EXTRAPOLATION_BLUR = 3.0  # samples: Gaussian σ, wider than a drop-out
 MIN_PAGE_MM = 20.0  # mm of the longest side: a postage stamp has 24, an A3 page in inches 16.5
 MAX_PAGE_MM = 10_000.0  # mm: four times what the scanner sees; a Letter page in inches, read as metres, has 11,000
 MIN_SIDE_MM = 1.0  # mm, whatever the unit: less than two samples of the scanner at its nearest
+FAR = 10.0  # of its size from the origin, and farther than any scanner sees: coordinates of a map, not of a page
 MARGIN = 4  # samples: one cell of the lattices
 MESH_PRECISION = 2e-5  # of the depth: error of the linear interpolation between the vertices of a mesh, beside creases
 AFFINE_SUBSET = 7  # every seventh sample determines three unknowns well enough
@@ -44,8 +46,8 @@ def prepare(scan: RangeScan | SurfaceMesh | SegmentedScan) -> Sheet | SurfaceMes
         _check_size(scan.scan)
         return fit_sheet(scan)
     refuse_unusable(scan)
-    _check_size(scan)
     if isinstance(scan, RangeScan):
+        _check_size(scan)
         rays = find_rays(scan)
         if rays is not None:
             return fit_sheet(find_sheet(scan, rays))
@@ -55,7 +57,9 @@ def prepare(scan: RangeScan | SurfaceMesh | SegmentedScan) -> Sheet | SurfaceMes
 
 def _prepare_mesh(scan: SurfaceMesh) -> Sheet | SurfaceMesh:
     """A mesh, without its table, as one view shows it; a mesh still where none shows all of it, or it is coarse."""
-    mesh = validated(weld(validated(scan)))
+    mesh = validated(scan)
+    _check_size(mesh)
+    mesh = validated(weld(mesh))
     alone = isinstance(scan, InterpolatedMesh)  # of the page: a flat part of it, lit otherwise, is no table
     page = mesh if alone else off_table(mesh)
     view = resample(page)
@@ -66,10 +70,16 @@ def _prepare_mesh(scan: SurfaceMesh) -> Sheet | SurfaceMesh:
 
 
 def _check_size(scan: RangeScan | SurfaceMesh) -> None:
-    """Raise BadInput for a size that no page has, unless the unit was given."""
-    points = scan.points[scan.measured] if isinstance(scan, RangeScan) else scan.vertices
+    """Raise BadInput for a size that no page has, unless the unit was given, and for a surface far from its origin."""
+    points = scan.points[scan.measured] if isinstance(scan, RangeScan) else scan.vertices[np.unique(scan.faces)]
     if len(points) == 0:  # reported elsewhere
         return
+    far = float(np.abs(points).max())
+    if far > MAX_COORDINATE_MM and far > FAR * float(np.ptp(points, axis=0).max()):
+        raise BadInput(
+            f"the surface lies {far / 1e6:.3g} km from the origin of its coordinates, too far to be exact",
+            "subtract its middle from all its points: map coordinates, say, are such",
+        )
     long, wide = np.sort([np.ptp(axis) for axis in points.T])[:0:-1]  # axis by axis it takes a third of the time
     given = scan.provenance.get("unit_source") == GIVEN
     least, most = (MIN_SIDE_MM, np.inf) if given else (MIN_PAGE_MM, MAX_PAGE_MM)

@@ -116,3 +116,17 @@ def test_a_flat_part_of_a_page_that_is_lit_otherwise_is_no_table(alone):
     sheet = prepare(InterpolatedMesh(*mesh, points, 5.0) if alone else SurfaceMesh(*mesh))
     assert isinstance(sheet, Sheet)
     assert np.ptp(sheet.points(np.argwhere(sheet.inside))[:, 0]) > 175.0
+
+
+def test_a_mesh_in_map_coordinates_is_refused():
+    vertices, faces = np.array([[0.0, 0.0, 0.0], [200.0, 0.0, 0.0], [0.0, 150.0, 0.0]]), np.array([[0, 1, 2]])
+    prepare(SurfaceMesh(vertices + 9e4, faces))
+    for far in (1e6, 5e8):
+        with pytest.raises(BadInput, match="km from the origin") as refused:
+            prepare(SurfaceMesh(vertices + far, faces))
+        assert "subtract its middle" in refused.value.hint
+
+
+def test_a_vertex_without_a_face_does_not_count_for_the_size():
+    vertices = np.array([[0.0, 0.0, 0.0], [200.0, 0.0, 0.0], [0.0, 150.0, 0.0], [1e9, 0.0, 0.0]])
+    prepare(SurfaceMesh(vertices, np.array([[0, 1, 2]])))
