@@ -9,16 +9,18 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import binary_dilation
 
 from restore.errors import RestoreError
 from restore.flattening.methods import flatten_points
 from restore.formats.copies import first_at_place
 from restore.mesh.adjacency import components
 from restore.mesh.network import edges_of
+from restore.mesh.raster import rasterise
 from restore.mesh.triangulate import compact
 from restore.mesh.validate import validated
-from restore.scan import SurfaceMesh
-from restore.texture.page import MM_PER_INCH, page_map, sample, sampling_ppi
+from restore.scan import Bytes, Ints, SurfaceMesh
+from restore.texture.page import MM_PER_INCH, nearest_colours, page_map, sample, sampling_ppi
 
 SAME_PIXELS = 1.0  # of the picture: vertices at one place that differ by less are in one chart
 OVERSAMPLING = 1.5  # of the charts, so that to paint them twice does not blur them
@@ -42,13 +44,23 @@ def without_seams(mesh: SurfaceMesh) -> SurfaceMesh:
         number[used] = np.arange(len(used))
         of_charts = flat[number[place]]
         ppi = OVERSAMPLING * sampling_ppi(of_charts, charts, mesh.texcoords)
-        picture = sample(mesh.texture, page_map(of_charts, charts, mesh.texcoords, ppi))
+        picture = sample(_padded(mesh, charts), page_map(of_charts, charts, mesh.texcoords, ppi))
     except RestoreError:
         return mesh
     corner = np.array([of_charts[:, 0].min(), of_charts[:, 1].max()])
     texcoords = (flat - corner) * (np.array([1.0, -1.0]) * ppi / MM_PER_INCH) - 0.5  # as in page_map
     label = components(edges_of(charts), len(mesh.vertices))[charts[:, 0]]
-    provenance = {**mesh.provenance, "charts": len(np.unique(label))}
+    provenance = {**mesh.provenance, "charts": len(np.unique(label)), "oversampling": OVERSAMPLING}
     return replace(
         mesh, vertices=mesh.vertices[used], faces=faces, texcoords=texcoords, texture=picture, provenance=provenance
     )
+
+
+def _padded(mesh: SurfaceMesh, charts: Ints) -> Bytes:
+    """The atlas with the colours of its charts (m, 3) carried on into what lies between them, which may be black.
+
+    Its own padding counts for a pixel round each chart, as the cubic kernel reads it.
+    """
+    assert mesh.texture is not None and mesh.texcoords is not None
+    covered = rasterise(mesh.texcoords, charts, np.zeros((len(mesh.texcoords), 1)), *mesh.texture.shape[:2])
+    return nearest_colours(mesh.texture, binary_dilation(np.isfinite(covered[..., 0]), np.ones((3, 3))))

@@ -53,7 +53,8 @@ def paint_page(page: FlatMesh, dpi: float) -> Painting:
         return _paint_relief(page, dpi)
     tasks: tuple[Callable[[], Any], ...] = (partial(_paint_texture, page, dpi), partial(texture_mtf50, page))
     (image, mask, source, ppi), mtf50 = in_threads(lambda task: task(), tasks)
-    return Painting(image, mask, source, Resolution(ppi, mtf50))
+    finer = float(page.provenance.get("oversampling", 1.0))  # than the picture that it was painted from
+    return Painting(image, mask, source, Resolution(ppi / finer, None if mtf50 is None else finer * mtf50))
 
 
 def _paint_texture(page: FlatMesh, dpi: float) -> tuple[Bytes, Mask, PageMap, float]:
@@ -135,9 +136,12 @@ def extend_edge_colours(texture: Bytes, texcoords: Floats, faces: Ints, *, mixed
     """
     covered = rasterise(texcoords, faces, np.zeros((len(texcoords), 1)), *texture.shape[:2])[..., 0]
     pure = binary_erosion(np.isfinite(covered), iterations=mixed_pixels, border_value=1)
-    if not pure.any():
-        return texture
-    rows, cols = distance_transform_edt(~pure, return_distances=False, return_indices=True)
+    return nearest_colours(texture, pure) if pure.any() else texture
+
+
+def nearest_colours(texture: Bytes, known: Mask) -> Bytes:
+    """The texture (h, w, 3) where it is known (h, w), and elsewhere the colour of the nearest pixel that is."""
+    rows, cols = distance_transform_edt(~known, return_distances=False, return_indices=True)
     return texture[rows, cols]
 
 

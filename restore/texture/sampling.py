@@ -49,14 +49,22 @@ def _fill_taps(position: float, scale: float, size: int, weights: Floats, indice
 def _source_step(source: NDArray[np.float32], row: int, col: int, k: int) -> float:
     """The distance in the picture between neighbouring page pixels, along its axis k, in pixels."""
     rows, cols, _ = source.shape
-    right = source[row, col + 1, k] - source[row, col, k] if col + 1 < cols else np.nan
-    if np.isnan(right):
-        right = source[row, col, k] - source[row, col - 1, k] if col else 0.0
-    down = source[row + 1, col, k] - source[row, col, k] if row + 1 < rows else np.nan
-    if np.isnan(down):
-        down = source[row, col, k] - source[row - 1, col, k] if row else 0.0
-    step = np.sqrt(right * right + down * down)
-    return step if step >= 0.0 else 0.0
+    here = source[row, col, k]
+    right = _lesser(
+        source[row, col + 1, k] - here if col + 1 < cols else np.nan, here - source[row, col - 1, k] if col else np.nan
+    )
+    down = _lesser(
+        source[row + 1, col, k] - here if row + 1 < rows else np.nan, here - source[row - 1, col, k] if row else np.nan
+    )
+    return np.sqrt(right * right + down * down)
+
+
+@numba.njit(cache=True)
+def _lesser(ahead: float, back: float) -> float:
+    """The lesser step of two, as one of them may jump from chart to chart of an atlas; 0 where neither is a number."""
+    if np.isnan(ahead) or abs(back) < abs(ahead):
+        return 0.0 if np.isnan(back) else back
+    return ahead
 
 
 @numba.njit(cache=True)

@@ -1,5 +1,7 @@
 """An atlas of charts becomes one picture: every place shows what its chart shows."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -9,12 +11,14 @@ from restore.formats import load_scan, write_obj
 from restore.formats.seams import without_seams
 from restore.mesh.adjacency import components
 from restore.mesh.network import edges_of
+from restore.mesh.raster import rasterise
 from restore.scan import SurfaceMesh
 
 COLS, ROWS, STEP_MM, PX_PER_MM = 25, 17, 8.0, 4.0
 SEAM = 11  # column
 RADIUS_MM = 90.0
 CODES = 6.0  # of 255: waves of 60 pixels, sampled twice
+BY_A_SEAM = 25.0  # of 255: the last pixel of a chart, half of which may be black, is painted as its neighbour is
 WIDTH, HEIGHT = (COLS - 1) * STEP_MM, (ROWS - 1) * STEP_MM
 
 
@@ -77,6 +81,21 @@ def test_a_page_from_charts_is_the_page_from_one_picture(tmp_path):
     assert not any("pieces" in warning for warning in charts.report["warnings"])
     inner = np.s_[3:-3, 3:-3]
     assert np.abs(charts.image[inner].astype(float) - whole.image[inner]).max() < CODES
+
+
+def test_what_lies_between_the_charts_does_not_show(tmp_path):
+    """Exporters leave it black, some to within a pixel of the charts; and the picture is no finer than the atlas."""
+    vertices, faces, places = sheet()
+    joined = atlas(vertices, faces, places)
+    shape = joined.texture.shape[:2]
+    covered = np.isfinite(rasterise(joined.texcoords, joined.faces, np.zeros((len(joined.texcoords), 1)), *shape))
+    near = cv2.dilate(covered[..., 0].astype(np.uint8), np.ones((3, 3), np.uint8))
+    write_obj(replace(joined, texture=np.where(near[..., None], joined.texture, 0)), tmp_path / "atlas.obj")
+    write_obj(SurfaceMesh(vertices, faces, places, picture()), tmp_path / "whole.obj")
+    charts, whole = (restore(load_scan(tmp_path / f"{name}.obj"), Settings(dpi=80)) for name in ("atlas", "whole"))
+    inner = np.s_[3:-3, 3:-3]
+    assert np.abs(charts.image[inner].astype(float) - whole.image[inner]).max() < BY_A_SEAM
+    assert charts.report["sampling_ppi"] == pytest.approx(whole.report["sampling_ppi"], rel=0.01)
 
 
 def test_a_tube_stays_cut_open_at_its_seam():

@@ -54,3 +54,12 @@ def test_the_compiled_sampling_agrees_with_plain_python(rng):
     picture = rng.integers(0, 256, (12, 14, 3), np.uint8)
     source = rng.uniform(-1, 14, (4, 5, 2)).astype(np.float32)
     np.testing.assert_allclose(sample_scaled(picture, source), sample_scaled.py_func(picture, source), atol=ROUNDED)
+
+
+def test_a_jump_to_another_chart_widens_no_kernel():
+    """Beside a seam of an atlas the next page pixel lies far off in the picture; what is between them does not show."""
+    picture = np.zeros((60, 200, 3), np.uint8)
+    picture[:, 10:50], picture[:, 150:190] = 200, 200
+    places = grid(20, 40, 0.8, 15.0)
+    places[:, 20:, 0] += 125.0
+    np.testing.assert_allclose(sample_scaled(picture, places), 200.0, atol=ROUNDED)
