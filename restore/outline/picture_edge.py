@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
+from numpy.typing import NDArray
 
 from restore.numerics import TINY
 from restore.outline.crossings import Crossings, PictureEdge, where
@@ -38,10 +39,20 @@ class PictureSteps(NamedTuple):
 
     places  those crossings; either of their samples lies on the step.
     pixel   mm of the page that one of the picture shows, in the mean.
+    paper, table  the light on either side, median codes.
     """
 
     places: Crossings
     pixel: float
+    paper: float
+    table: float
+
+    def shows_table(self, texture: Bytes, pixels: Floats) -> Mask:
+        """(k,) whether a texture at pixels (k, 2) is nearer to the table's light than to the paper's."""
+        if not len(pixels):  # which OpenCV refuses
+            return np.zeros(0, bool)
+        light = _grey(texture, pixels[:, None].astype(np.float32))[:, 0]
+        return np.asarray(np.abs(light - self.table) < np.abs(light - self.paper))
 
 
 def edge_in_picture(sheet: Sheet, crossings: Crossings, normal: Floats) -> PictureEdge | None:
@@ -74,13 +85,14 @@ def steps_in_picture(sheet: Sheet, crossings: Crossings, normal: Floats) -> Pict
     profiles = _profiles(sheet.scan.texture, pixels, reach[:, None] * ahead)
     if sheet.cut_out and np.ptp(np.percentile(profiles[:, -PLATEAU:], [10, 90])) < EVEN:
         return None
-    steps, clear = _steps(profiles)
+    steps, clear, paper, table = _steps(profiles)
     clear &= np.abs(steps) * reach < most
     if clear.mean() < CLEAR:
         return None
     there = crossings.places + (steps * reach)[:, None] * normal
     moved = crossings._replace(samples=np.repeat(there[:, None], 2, axis=1))
-    return PictureSteps(where(moved, clear), float(pixel[clear].mean()))
+    lights = (float(np.median(light[clear])) for light in (paper, table))
+    return PictureSteps(where(moved, clear), float(pixel[clear].mean()), *lights)
 
 
 def _pixels(sheet: Sheet, crossings: Crossings, normal: Floats) -> tuple[Floats, Floats]:
@@ -96,13 +108,17 @@ def _pixels(sheet: Sheet, crossings: Crossings, normal: Floats) -> tuple[Floats,
 
 def _profiles(texture: Bytes, pixels: Floats, reach: Floats) -> Floats:
     """(k, 64) the light of a texture along PROFILE at pixels (k, 2), towards a reach (k, 2) pixels away."""
-    at = (pixels[:, None] + PROFILE[:, None] * reach[:, None]).astype(np.float32)
+    return _grey(texture, (pixels[:, None] + PROFILE[:, None] * reach[:, None]).astype(np.float32))
+
+
+def _grey(texture: Bytes, at: NDArray[np.float32]) -> Floats:
+    """(k, m) the light of a texture at pixels (k, m, 2)."""
     colours = cv2.remap(texture, at, None, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
     return np.asarray(cv2.cvtColor(colours, cv2.COLOR_RGB2GRAY), np.float64)
 
 
-def _steps(profiles: Floats) -> tuple[Floats, Mask]:
-    """(k,) where profiles (k, 64) step from paper to table, as shares of the reach, and which (k,) clearly do."""
+def _steps(profiles: Floats) -> tuple[Floats, Mask, Floats, Floats]:
+    """(k,) where profiles (k, 64) step, as shares of the reach, which clearly do, and the light of paper and table."""
     ends = profiles[:, :PLATEAU], profiles[:, -PLATEAU:]
     paper, table = (np.median(end, axis=1) for end in ends)
     step = np.abs(paper - table)
@@ -110,4 +126,4 @@ def _steps(profiles: Floats) -> tuple[Floats, Mask]:
     of_paper = (profiles - table[:, None]) / np.where(clear, paper - table, np.inf)[:, None]
     # A shadow darker than both, or a gleam, would count as paper that is missing, or as more of it.
     clear &= (of_paper.min(axis=1) > -LEVEL) & (of_paper.max(axis=1) < 1.0 + LEVEL)
-    return 2.0 * of_paper.mean(axis=1) - 1.0, clear
+    return 2.0 * of_paper.mean(axis=1) - 1.0, clear, paper, table

@@ -7,7 +7,7 @@ moves onto that line: faces beyond it are removed, and up to it the surface is e
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -16,7 +16,7 @@ from restore.mesh.adjacency import border_of
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import edges_of
 from restore.outline.crossings import WRONG, Crossings, crossings_of, separate, where
-from restore.outline.picture_edge import edge_in_picture, steps_in_picture
+from restore.outline.picture_edge import PictureSteps, edge_in_picture, steps_in_picture
 from restore.outline.rectangle import CORNER_SHARE, fills_rectangle
 from restore.range_image.sheet import PageOnGrid, Sheet
 from restore.scan import Floats, Ints, Mask
@@ -34,10 +34,14 @@ MAX_UNDO_ROUNDS = 8  # of undoing moves that collapse faces; each round leaves f
 
 @dataclass(frozen=True)
 class Line:
-    """The line normal · (x, y) = offset, in mm, along one side of the page; the unit normal (2,) points outwards."""
+    """The line normal · (x, y) = offset, in mm, along one side of the page; the unit normal (2,) points outwards.
+
+    steps are those of the picture by which it was placed, if any.
+    """
 
     normal: Floats
     offset: float
+    steps: PictureSteps | None = None
 
     def signed_distance(self, points: Floats) -> Floats:
         """(n,) mm: signed distances of points (n, 2) from the line, positive outside the page."""
@@ -57,12 +61,31 @@ def straighten(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
     jacobians = _grid_jacobians(page, border)
     crossings = crossings_of(sheet, page, border, jacobians[border])
     lines = [_fit_side(sheet, crossings, *side) for side in ((0, -1), (1, -1), (0, 1), (1, 1))]
+    scraps = _scraps(sheet, page, lines)
+    if scraps.any():
+        return straighten(sheet, _of_faces(page, page.faces[~scraps]))
     target = np.full_like(page.flat, np.nan)
     target[border] = _project_to_sides(outline, jacobians[border], lines)
     flat, faces = _move_border(page.flat, page.faces, target)
     nodes = _update_grid_positions(sheet, page.nodes, jacobians, page.flat, flat, edges_of(faces))
+    return _of_faces(PageOnGrid(flat, faces, nodes), faces)
+
+
+def _of_faces(page: PageOnGrid, faces: Ints) -> PageOnGrid:
+    """The page of some of its faces (m, 3)."""
     used = np.unique(faces)
-    return PageOnGrid(flat[used], np.searchsorted(used, faces), nodes[used])
+    return PageOnGrid(page.flat[used], np.searchsorted(used, faces), page.nodes[used])
+
+
+def _scraps(sheet: Sheet, page: PageOnGrid, lines: list[Line | None]) -> Mask:
+    """(m,) True for faces beyond a side in the picture that show what lies there: a mesh was cut out with them."""
+    scraps = np.zeros(len(page.faces), bool)
+    middles, nodes = page.flat[page.faces].mean(axis=1), page.nodes[page.faces].mean(axis=1)
+    for line in lines:
+        if line is not None and line.steps is not None and sheet.scan.texture is not None:
+            beyond = np.flatnonzero(line.signed_distance(middles) > 0.0)
+            scraps[beyond] = line.steps.shows_table(sheet.scan.texture, sheet.texcoords(nodes[beyond]))
+    return scraps
 
 
 def _update_grid_positions(
@@ -126,7 +149,9 @@ def _fit_side(sheet: Sheet, crossings: Crossings, axis: int, sign: int) -> Line 
         return None
     # Pages are cut at right angles: an oblique side must differ from the axis by more than the outline's error.
     oblique = bool(np.abs(distance - aligned_distance).max() > OUTLINE_ERROR or not _is_straight(aligned_distance))
-    return lines[not oblique] if steps is not None else _separating(sheet, near, *lines, oblique=oblique)
+    if steps is not None:
+        return replace(lines[not oblique], steps=steps)
+    return _separating(sheet, near, *lines, oblique=oblique)
 
 
 def _beside(crossings: Crossings, axis: int, sign: int) -> Crossings:

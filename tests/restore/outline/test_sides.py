@@ -221,3 +221,16 @@ def test_a_page_that_is_not_rectangular_is_left_unchanged(camera):
     rows, cols = camera.indices
     page = cut(camera, np.hypot(cols - 99.5, rows - 79.5) < 60)
     assert page.straight().mesh is page.mesh
+
+
+def test_a_scrap_of_the_table_that_hangs_from_a_page_of_a_mesh_is_removed(camera):
+    """And a tab of paper is not: the picture tells them apart."""
+    inside = rectangle(camera)
+    inside[95:110, int(RIGHT) + 1 : int(RIGHT) + 9] = True
+    box = np.array([LEFT, TOP, RIGHT, BOTTOM])
+    page = pictured(camera, cut(camera, inside), box)
+    assert page.straight().nodes[:, 1].max() < RIGHT + 1.0
+    tab = page.sheet.scan.texture.copy()
+    tab[94:111, int(RIGHT) : int(RIGHT) + 10] = 220
+    kept = Page(replace(page.sheet, scan=replace(page.sheet.scan, texture=tab)), page.mesh)
+    assert kept.straight().nodes[:, 1].max() > RIGHT + 6.0
