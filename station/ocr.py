@@ -10,6 +10,7 @@ from restore import BadInput, read_bytes
 from station.export.atomic import claim_folder, refuse_existing, write_all
 from station.export.pdf import encode_pdf
 from station.ocr_precision import MatchCount, count_matching_characters, count_matching_words
+from station.overwrite_check import refuse_originals
 from station.pages import find_pages, read_page
 from station.progress import Progress, silent
 from station.words import find_tesseract, recognise
@@ -49,7 +50,9 @@ def read_pages(
     if printed is not None and len(pages) > 1:
         raise BadInput(f"{source} holds {len(pages)} pages, and the truth is about one", "give the page's own file")
     targets = [[(folder or page.parent) / (page.stem + ending) for ending in ENDINGS] for page in pages]
-    refuse_existing([path for paths in targets for path in paths], force=force)
+    files = [path for paths in targets for path in paths]
+    refuse_originals(files, [*pages, *([] if truth is None else [truth])])
+    refuse_existing(files, force=force)
     for i, (page, paths) in enumerate(zip(pages, targets, strict=True)):
         progress("ocr", i / len(pages))
         yield _read(page, paths, printed, language=language, force=force)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -32,12 +32,17 @@ def check_outputs(files: Sequence[Path], input_files: Sequence[Path], *, force: 
     for original in input_files:
         if original.is_dir() and folder.resolve().is_relative_to(original.resolve()):
             raise OverwriteError(f"{folder} is the original, which is never changed", HINT)
-        for path in files:
-            if _is_same_file(path, original):
-                raise OverwriteError(f"{path} is the original, which is never overwritten", HINT)
+    refuse_originals(files, input_files)
     refuse_existing(files, force=force)
     if any(_is_same_file(folder, original.parent) for original in input_files):
         _refuse_unreported(files, _reported_files(report))
+
+
+def refuse_originals(files: Iterable[Path], input_files: Sequence[Path]) -> None:
+    """Raise OverwriteError for the first file that is an input of the run, also under another name or by a link."""
+    for path in files:
+        if any(_is_same_file(path, original) for original in input_files):
+            raise OverwriteError(f"{path} is the original, which is never overwritten", HINT)
 
 
 def superseded(report: Path, possible: Sequence[Path], input_files: Sequence[Path]) -> list[Path]:

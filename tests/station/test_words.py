@@ -259,6 +259,19 @@ def test_ocr_writes_beside_the_page_and_overwrites_nothing(result, capsys):
 
 
 @needs_tesseract
+@pytest.mark.parametrize("link", [None, Path.hardlink_to, Path.symlink_to])
+def test_ocr_never_overwrites_the_transcript(result, truth, capsys, link):
+    transcript = result / ("leaf.txt" if link is None else "transcript.txt")
+    transcript.write_text(truth)
+    if link is not None:
+        link(result / "leaf.txt", transcript)
+    assert main(["ocr", str(result / "leaf.png"), "--truth", str(transcript), "--force"]) == 2
+    assert f"{result / 'leaf.txt'} is the original, which is never overwritten" in capsys.readouterr().err
+    assert transcript.read_text() == truth
+    assert not (result / "leaf.pdf").exists()
+
+
+@needs_tesseract
 def test_restore_reads_the_words_too(library, scan_file, tmp_path):
     assert main(["restore", str(scan_file), "-o", str(tmp_path / "out"), "--ocr"]) == 0
     report = json.loads((tmp_path / "out" / "book.json").read_text())
