@@ -7,13 +7,15 @@ from __future__ import annotations
 
 import os
 import sqlite3
+import tempfile
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, contextmanager
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
 
 from restore import BadInput
 from station.errors import DISK, StationError
+from station.export.disk import sync_folder
 from station.session import bag
 from station.session.history import Page
 from station.session.reading import SessionDamaged
@@ -118,24 +120,22 @@ def update(index: Path, session: Session) -> None:
 def reindex(index: Path, folders: Iterable[Path]) -> list[str]:
     """Build the index anew from the sessions in these folders and below; returns why those that were not read were not.
 
-    Without any folder: from those that the index knows. Raises IndexUnusable, OSError.
+    Without any folder: from those that the index knows. The old index stays until the new one is complete.
+    Raises BadInput for a folder that is not there, IndexUnusable, OSError.
     """
-    folders = list(folders)
-    if not folders:
-        folders = [Path(entry.folder) for entry in sessions(index)]
-    else:
-        for suffix in ("", "-wal", "-shm"):
-            with suppress(FileNotFoundError):
-                index.with_name(index.name + suffix).unlink()
-    problems = []
-    with _opened(index) as database:
-        database.execute("delete from sessions")
-        database.execute("delete from pages")
-        for folder in _sessions_below(folders):
-            try:
-                _write(database, read_session(folder))
-            except (BadInput, SessionDamaged) as error:
-                problems.append(str(error))
+    given = list(folders)
+    for folder in given:
+        if not folder.is_dir():
+            raise BadInput(f"there is no folder {folder}", "check the path: is its disk mounted?")
+    starts = given or [Path(entry.folder) for entry in sessions(index)]
+    problems: list[str] = []
+    index.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f".{index.name}-", dir=index.parent) as work:
+        new = Path(work) / index.name
+        with _opened(new) as database:
+            for folder in _sessions_below(starts, problems):
+                _enter_or_tell(database, folder, problems)
+        _replace_database(index, new)
     return problems
 
 
@@ -195,6 +195,27 @@ def _write(database: sqlite3.Connection, session: Session) -> None:
     database.executemany(f"insert into pages values ({_marks(PageEntry)})", [astuple(page) for page in own])
 
 
+def _enter_or_tell(database: sqlite3.Connection, folder: Path, problems: list[str]) -> None:
+    """Write the entries of the session in a folder, or add to `problems` why that cannot be."""
+    try:
+        _write(database, read_session(folder))
+    except (BadInput, SessionDamaged) as error:
+        problems.append(str(error))
+    except OSError as error:
+        problems.append(_unreadable(error, folder))
+
+
+def _unreadable(error: OSError, path: Path | None = None) -> str:
+    return f"{path or error.filename} cannot be read: {error.strerror}"
+
+
+def _replace_database(index: Path, new: Path) -> None:
+    for suffix in ("-wal", "-shm"):  # a log of the old database would be replayed into the new one
+        index.with_name(index.name + suffix).unlink(missing_ok=True)
+    new.replace(index)
+    sync_folder(index.parent)
+
+
 def _marks(table: type) -> str:
     return ", ".join("?" * len(fields(table)))
 
@@ -205,10 +226,10 @@ def _page_entry(session: str, page: Page, position: int) -> PageEntry:
     return PageEntry(session, page.number, position, label, state_of(page), level_of(page), note, page.capture.time)
 
 
-def _sessions_below(folders: Iterable[Path]) -> Iterator[Path]:
-    """Every folder with a log of events, at or below these; none within a session."""
+def _sessions_below(folders: Iterable[Path], problems: list[str]) -> Iterator[Path]:
+    """Every folder with a log of events, at or below these; none within a session. problems: of unreadable folders."""
     for start in folders:
-        for base, inner, files in os.walk(start):
+        for base, inner, files in os.walk(start, onerror=lambda error: problems.append(_unreadable(error))):
             if bag.LOG in files and bag.BAGIT in files:
                 inner.clear()
                 yield Path(base)

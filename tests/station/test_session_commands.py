@@ -75,6 +75,13 @@ def test_the_index_is_rebuilt_from_the_folders_alone(place, capsys):
     assert json.loads(capsys.readouterr().out) == before
 
 
+def test_a_folder_that_is_not_there_empties_no_index(place, capsys):
+    capsys.readouterr()
+    assert main(["reindex", str(place / "share")]) == 3
+    assert f"there is no folder {place / 'share'}" in capsys.readouterr().err
+    assert main(["session", "show", "Missale"]) == 0
+
+
 def test_a_session_that_was_moved_is_entered_by_opening_it(place, capsys):
     shutil.move(place / "book", place / "elsewhere")
     assert main(["session", "open", "elsewhere"]) == 0

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import shutil
 import sqlite3
+from contextlib import closing
 
 import pytest
 
@@ -67,8 +69,52 @@ def test_a_damaged_session_is_left_out_and_named(volume, tmp_path):
     assert str(volume) in problem
     assert [one.title for one in sessions(tmp_path / "index")] == ["Another"]
     shutil.rmtree(tmp_path / "second")
-    assert reindex(tmp_path / "index", []) == []
+    assert reindex(tmp_path / "index", []) == [f"{tmp_path / 'second'} cannot be read: No such file or directory"]
     assert sessions(tmp_path / "index") == []
+
+
+def test_a_folder_that_is_not_there_leaves_the_index_as_it_is(volume, tmp_path):
+    index = tmp_path / "index"
+    update(index, read_session(volume))
+    for absent in (tmp_path / "absent", index):
+        with pytest.raises(BadInput, match=f"there is no folder {absent}"):
+            reindex(index, [tmp_path, absent])
+    assert [one.id for one in sessions(index)] == ["an-id"]
+
+
+def test_a_rebuild_that_fails_leaves_the_index_as_it_is(volume, tmp_path, monkeypatch):
+    index = tmp_path / "place" / "index"
+    update(index, read_session(volume))
+
+    def stop(_folder):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("station.session.index.read_session", stop)
+    with pytest.raises(KeyboardInterrupt):
+        reindex(index, [tmp_path])
+    assert [one.id for one in sessions(index)] == ["an-id"]
+    assert [path.name for path in index.parent.iterdir()] == ["index"]
+
+
+def test_a_log_of_the_old_index_is_not_replayed_into_the_new_one(volume, tmp_path):
+    index = tmp_path / "index"
+    update(index, read_session(volume))
+    with closing(sqlite3.connect(index)) as held:  # its log stays while it is open
+        held.execute("begin")
+        held.execute("select * from sessions").fetchall()
+        create_session(tmp_path / "second", Volume(title="Another"))
+        update(index, read_session(tmp_path / "second"))
+        shutil.rmtree(tmp_path / "second")
+        assert reindex(index, [tmp_path]) == []
+        assert [one.id for one in sessions(index)] == ["an-id"]
+
+
+def test_a_session_that_cannot_be_read_is_left_out_and_named(volume, tmp_path, monkeypatch):
+    def refuse(folder):
+        raise PermissionError(errno.EACCES, "Permission denied", str(folder / "events.jsonl"))
+
+    monkeypatch.setattr("station.session.index.read_session", refuse)
+    assert reindex(tmp_path / "index", [tmp_path]) == [f"{volume} cannot be read: Permission denied"]
 
 
 def test_the_place_of_the_index(tmp_path):
