@@ -54,7 +54,7 @@ def new(
         from station.session.presets import load_preset
 
         settings = load_preset(preset).model_dump(mode="json", exclude_none=True)
-        name = title or folder.resolve().name
+        name = title or os.fsencode(folder.resolve().name).decode(errors="replace")
         if config:
             load_config(Path(config))
         station = str(Path(config).resolve()) if config.endswith(".toml") else config
@@ -321,10 +321,13 @@ def find_session(index: Path | None, name: str) -> Path:
 
 def enter(index: Path | None, session: Session) -> None:
     """Enter a session in the index; a fault of the index is a note, no more."""
+    from restore import BadInput
     from station.session.index import IndexUnusable, update
 
     try:
         update(_index(index), session)
+    except BadInput as error:
+        print_note(f"the index was not updated: {error}; {error.hint}, then planish reindex enters it")
     except (IndexUnusable, OSError) as error:
         print_note(f"the index was not updated: {error}; planish reindex rebuilds it")
 

@@ -9,7 +9,7 @@ import traceback
 from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import Protocol, runtime_checkable
+from typing import Protocol, TextIO, runtime_checkable
 
 import typer
 
@@ -88,9 +88,8 @@ def print_result(text: str) -> None:
 
     Raises typer.Exit when nobody reads it any more, OSError when the disk is full.
     """
-    encoding = getattr(sys.stdout, "encoding", None) or "utf-8"  # a closed stdout is None, and print leaves it alone
     try:
-        print(text.encode(encoding, "backslashreplace").decode(encoding), flush=True)
+        print(_escaped(text, sys.stdout), flush=True)  # a closed stdout is None, and print leaves it alone
     except OSError as error:
         sys.stdout = None  # the interpreter would try again at exit, and change the exit code
         if isinstance(error, BrokenPipeError):
@@ -101,7 +100,12 @@ def print_result(text: str) -> None:
 
 def print_note(text: str) -> None:
     """Print a line on stderr: what is being done, beside the result."""
-    print(text, file=sys.stderr, flush=True)
+    print(_escaped(text, sys.stderr), file=sys.stderr, flush=True)
+
+
+def _escaped(text: str, stream: TextIO | None) -> str:
+    encoding = getattr(stream, "encoding", None) or "utf-8"
+    return text.encode(encoding, "backslashreplace").decode(encoding)
 
 
 @contextmanager

@@ -112,7 +112,7 @@ def level_of(page: Page) -> str:
 
 
 def update(index: Path, session: Session) -> None:
-    """Write the entries of one session. Raises IndexUnusable, OSError."""
+    """Write the entries of one session. Raises BadInput for a path that is not UTF-8, IndexUnusable, OSError."""
     with _opened(index) as database:
         _write(database, session)
 
@@ -190,6 +190,11 @@ def _opened(index: Path) -> Iterator[sqlite3.Connection]:
 
 def _write(database: sqlite3.Connection, session: Session) -> None:
     entry, own = entries_of(session)
+    try:
+        entry.folder.encode()
+    except UnicodeEncodeError as error:  # of a name in another encoding, as older systems wrote them
+        message = f"the path {entry.folder!r} is not UTF-8, which the index does not hold"
+        raise BadInput(message, "rename the folder") from error
     database.execute("delete from pages where session = ?", (entry.id,))
     database.execute(f"insert or replace into sessions values ({_marks(Entry)})", astuple(entry))
     database.executemany(f"insert into pages values ({_marks(PageEntry)})", [astuple(page) for page in own])

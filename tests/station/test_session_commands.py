@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 from pathlib import Path
 
@@ -142,6 +143,19 @@ def test_a_second_writer_is_told_who_holds_the_session(place, capsys):
         assert main(["session", "undo", "book"]) == 2
         assert "in use by another run" in capsys.readouterr().err
         assert main(["session", "show", "book"]) == 0
+
+
+def test_a_path_that_is_not_utf8_hinders_no_step(place, capsys):
+    name = os.fsdecode(b"M\xfcller")
+    for words in (["new", name], ["add", name, "a.scan"], ["set", name, "1", "--label", "x"], ["open", name]):
+        assert main(["session", *words]) == 0
+        assert "the index was not updated: the path" in capsys.readouterr().err
+    session = read_session(place / name)
+    assert (session.volume.title, session.history.page(1).decided("label")) == ("M\N{REPLACEMENT CHARACTER}ller", "x")
+    assert main(["reindex", str(place)]) == 0
+    out, err = capsys.readouterr()
+    assert "left out: the path" in err
+    assert out == "1 sessions\n"
 
 
 def test_an_index_that_cannot_be_written_hinders_no_step(place, capsys):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 import shutil
 import sqlite3
 from contextlib import closing
@@ -107,6 +108,16 @@ def test_a_log_of_the_old_index_is_not_replayed_into_the_new_one(volume, tmp_pat
         shutil.rmtree(tmp_path / "second")
         assert reindex(index, [tmp_path]) == []
         assert [one.id for one in sessions(index)] == ["an-id"]
+
+
+def test_a_session_under_a_path_that_is_not_utf8_is_left_out_and_named(volume, tmp_path):
+    elsewhere = tmp_path / os.fsdecode(b"M\xfcller")
+    create_session(elsewhere, Volume(title="Another"))
+    with pytest.raises(BadInput, match="is not UTF-8"):
+        update(tmp_path / "index", read_session(elsewhere))
+    (problem,) = reindex(tmp_path / "index", [tmp_path])
+    assert "M\\udcfcller' is not UTF-8" in problem
+    assert [one.id for one in sessions(tmp_path / "index")] == ["an-id"]
 
 
 def test_a_session_that_cannot_be_read_is_left_out_and_named(volume, tmp_path, monkeypatch):
