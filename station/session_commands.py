@@ -130,7 +130,7 @@ def add(
     """Take scans of any supported format into a session as pages, unchanged."""
     with report_faults(debug=debug), _writing(index, session) as writer:
         from station.errors import UsageError
-        from station.session.adding import add_original
+        from station.session.adding import add_original, gather
         from station.session.photographs import add_photographs
 
         if photos:
@@ -139,6 +139,8 @@ def add(
             return
         if page is not None and len(files) > 1:
             raise UsageError("several files cannot be one page", "give one file with --page")
+        for path in files:  # all are added, or none
+            gather(path)
         for path in files:
             event = add_original(writer, path, page=page, unit=unit)
             print_result(f"page {event.page}: {path}")

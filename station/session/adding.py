@@ -29,8 +29,10 @@ class Gathered:
 def gather(path: Path) -> Gathered:
     """The files of a scan file, with those that it names and the picture of its name, or of a scan folder.
 
-    Raises BadInput for what is no scan, OSError when the folder cannot be read.
+    Raises BadInput for what is not there or no scan, OSError when the folder cannot be read.
     """
+    if not path.exists():
+        raise BadInput(f"{path} does not exist", "check the name and the folder")
     path = path.absolute()
     if path.is_dir():
         name = path.resolve().name

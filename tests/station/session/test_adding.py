@@ -72,5 +72,6 @@ def test_a_copy_that_the_disk_does_not_give_back_is_a_fault_of_the_disk(volume, 
 
 
 def test_a_file_that_is_not_there(tmp_path):
-    with pytest.raises(BadInput, match="no scan file"):
-        gather(tmp_path / "gone.obj")
+    for name in ("gone.obj", "gone.scan"):
+        with pytest.raises(BadInput, match=f"{name} does not exist"):
+            gather(tmp_path / name)
