@@ -127,6 +127,8 @@ def _validation_message(error: Mapping[str, Any]) -> str:
             return "is missing"
         case "extra_forbidden" | "unexpected_keyword_argument":
             return "is not a known setting"
+        case "string_too_long":
+            return f"has {len(error['input'])} characters, {error['ctx']['max_length']} are the most"
         case "value_error":
             return str(error["ctx"]["error"])
     return f"{error['input']!r} is not usable: {error['msg'][0].lower()}{error['msg'][1:]}"

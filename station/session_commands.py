@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import sys
 from collections.abc import Callable, Iterator, Sequence
@@ -49,22 +50,24 @@ def new(
 ) -> None:
     """Make a session for a volume."""
     with report_faults(debug=debug):
-        from station.config import load_config
+        from station.config import build_model, load_config
+        from station.errors import UsageError
         from station.session import Volume, create_session, read_session
         from station.session.presets import load_preset
 
+        if title and not title.strip():
+            raise UsageError("--title: the title is blank", "give one, or leave it out: the folder's name is taken")
         settings = load_preset(preset).model_dump(mode="json", exclude_none=True)
         name = title or os.fsencode(folder.resolve().name).decode(errors="replace")
         if config:
             load_config(Path(config))
         station = str(Path(config).resolve()) if config.endswith(".toml") else config
-        volume = Volume(
-            title=name,
-            project=project,
-            organisation=organisation,
-            preset=Path(preset).stem,
-            station=station,
-            settings=settings,
+        about = {"title": name, "project": project, "organisation": organisation, "station": station}
+        volume = build_model(
+            Volume,
+            {**about, "preset": Path(preset).stem, "settings": settings},
+            name=lambda key: "--config" if key == "station" else f"--{key}",
+            hint="see planish session new --help",
         )
         create_session(folder, volume)
         enter(index, read_session(folder))
@@ -164,6 +167,8 @@ def set_(
         from station.errors import UsageError
         from station.session import decide
 
+        if position is not None and not math.isfinite(position):
+            raise UsageError(f"--position: {position} is no place", "give a number: 3.5 is between 3 and 4")
         capture = writer.history.page(page).capture
         if page and capture is None:
             raise UsageError(f"the session has no page {page}", f"planish session show {session} lists its pages")

@@ -133,6 +133,11 @@ def test_a_session_without_runs_replays(place, capsys):
         (["add", "book", "a.scan", "a.scan", "--page", "1"], 2, "cannot be one page"),
         (["set", "book", "9", "--label", "x"], 2, "has no page 9"),
         (["new", "book"], 2, "is there already"),
+        (["set", "book", "1", "--label", "x", "--position", "nan"], 2, "--position: nan is no place"),
+        (["set", "book", "1", "--position", "-inf"], 2, "--position: -inf is no place"),
+        (["new", "other", "--title", "x" * 5000], 2, "--title: has 5000 characters, 500 are the most"),
+        (["new", "other", "--project", "x" * 1001], 2, "--project: has 1001 characters, 500 are the most"),
+        (["new", "other", "--title", " \t"], 2, "--title: the title is blank"),
         (["new", "other", "--preset", "none"], 2, "cannot read the preset"),
     ],
 )
@@ -140,6 +145,7 @@ def test_what_cannot_be_is_refused(place, capsys, words, code, text):
     assert main(["session", *words]) == code
     assert text in capsys.readouterr().err
     assert len(read_session(place / "book").history.events) == 3
+    assert not (place / "other").exists()
 
 
 def test_a_second_writer_is_told_who_holds_the_session(place, capsys):
