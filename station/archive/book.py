@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO, cast
 
+from station.export.disk import add_path_to_errors
 from station.export.icc import srgb_profile
 from station.export.pdf import POINTS_PER_INCH, declare, draw_picture, picture_stream, tag_pages
 from station.pages import read_page
 
 if TYPE_CHECKING:
     import pikepdf
+    from _typeshed import ReadableBuffer
 
 NO_LANGUAGE = "und"  # BCP 47, of a volume without words
 
@@ -28,7 +31,9 @@ class Leaf:
 
 
 def write_book(leaves: Sequence[Leaf], path: Path, *, title: str) -> None:
-    """Write the PDF of a volume, one page in memory at a time. Raises BadInput for a picture that cannot be read."""
+    """Write the PDF of a volume, one page in memory at a time. Raises BadInput for a picture that cannot be read,
+    OSError that names `path` when the disk refuses.
+    """
     import pikepdf
 
     with ExitStack() as stack:
@@ -52,7 +57,34 @@ def write_book(leaves: Sequence[Leaf], path: Path, *, title: str) -> None:
         ]
         pdf.Root.PageLabels = pikepdf.Dictionary(Nums=pikepdf.Array(labels))
         declare(pdf, intent, title)
-        pdf.save(path, deterministic_id=True, force_version="1.7")
+        _save(pdf, path)
+
+
+class _Sink(io.RawIOBase):
+    """Passes data on to a file until the disk refuses, and keeps the error: qpdf would abort the process for it."""
+
+    def __init__(self, file: BinaryIO) -> None:
+        self._file = file
+        self.refusal: OSError | None = None
+
+    def writable(self) -> bool:
+        return True
+
+    def write(self, data: ReadableBuffer) -> int:
+        if self.refusal is None:
+            try:
+                self._file.write(data)
+            except OSError as error:
+                self.refusal = error
+        return memoryview(data).nbytes
+
+
+def _save(pdf: pikepdf.Pdf, path: Path) -> None:
+    with add_path_to_errors(path), path.open("wb") as file:
+        sink = _Sink(file)
+        pdf.save(cast(BinaryIO, sink), deterministic_id=True, force_version="1.7")
+        if sink.refusal is not None:
+            raise sink.refusal
 
 
 def _add_picture(pdf: pikepdf.Pdf, path: Path, intent: pikepdf.Object) -> None:

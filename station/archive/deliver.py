@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from datetime import datetime
@@ -21,7 +20,7 @@ from station.archive.tiff import encode_master
 from station.archive.volume import Page, Role, StoredFile, Volume, missing
 from station.choices import Pieces
 from station.export.atomic import claim_folder, new_folder
-from station.export.disk import write_file
+from station.export.disk import copy_file, write_file
 from station.export.image_metadata import software
 from station.pages import read_page
 from station.pieces import select_sheets
@@ -137,7 +136,7 @@ def _copy_of(file: StoredFile) -> Content:
     """Copies a file, and compares it with its digest. Raises BadInput when it is damaged."""
 
     def copy(path: Path) -> None:
-        shutil.copyfile(file.path, path)
+        copy_file(file.path, path)
         if file_digest(path) != file.sha512:
             raise BadInput(f"{file.path} is damaged: its digest has changed", "see planish verify")
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from station.errors import OverwriteError
 from station.export.claim import Claim, lock_folder
-from station.export.disk import sync_folder, sync_tree, write_file
+from station.export.disk import named_as, sync_folder, sync_tree, write_file
 from station.export.journal import replace_files
 
 OVERWRITE_HINT = "add --force to overwrite, or choose another folder with -o"
@@ -70,8 +70,9 @@ def new_folder(claim: Claim, name: str) -> Iterator[Path]:
     """
     staged, path = claim.new / name, claim.folder / name
     claim.new.mkdir(exist_ok=True)
-    yield staged
-    sync_tree(staged)
+    with named_as(staged, path):
+        yield staged
+        sync_tree(staged)
     refuse_captured([path])
     staged.rename(path)
     sync_folder(claim.folder)

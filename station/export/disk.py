@@ -8,11 +8,26 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
+CHUNK_BYTES = 2**20  # read at a time: a file may be larger than the memory
+
 
 def write_file(path: Path, data: bytes) -> None:
     """Write a new file and flush it to the disk. Raises OSError that names it."""
     with add_path_to_errors(path), path.open("wb") as file:
         write_and_sync(file, data)
+
+
+def copy_file(source: Path, target: Path) -> None:
+    """Write a copy of a file's content. Raises OSError that names the one of the two that the disk refuses."""
+    with add_path_to_errors(target), target.open("wb") as file:
+        for chunk in _chunks(source):
+            file.write(chunk)
+
+
+def _chunks(path: Path) -> Iterator[bytes]:
+    with add_path_to_errors(path), path.open("rb") as file:
+        while chunk := file.read(CHUNK_BYTES):
+            yield chunk
 
 
 def write_and_sync(file: BinaryIO, data: bytes) -> None:
@@ -51,4 +66,16 @@ def add_path_to_errors(path: Path) -> Iterator[None]:
     except OSError as error:
         if error.filename is None:
             error.filename = str(path)
+        raise
+
+
+@contextmanager
+def named_as(staged: Path, final: Path) -> Iterator[None]:
+    """Name the final place in OSErrors about what is staged for it: the staging folder is none of the operator's."""
+    try:
+        yield
+    except OSError as error:
+        name = error.filename
+        if isinstance(name, str) and Path(name).is_relative_to(staged):
+            error.filename = str(final / Path(name).relative_to(staged))
         raise

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from restore import BadInput, RangeScan, save_scan
+from station.export.disk import copy_file, named_as
 from station.session.events import VOLUME, Event, slot_of
 from station.session.history import CAPTURE, earlier, later, redo_target, undo_target
 from station.session.store import Session, Writer, file_digest
@@ -46,8 +47,9 @@ def add_files(
     folder = _empty(writer.staging(CAPTURING))
     for name, path in files.items():
         target = folder / ORIGINAL / name
-        target.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(path, target)
+        with named_as(folder / ORIGINAL, writer.session.folder):
+            target.parent.mkdir(parents=True, exist_ok=True)
+            copy_file(path, target)
         if file_digest(path) != file_digest(target):
             raise BadInput(f"{path} changed while it was copied", "wait until it is complete, then add it again")
     found = inspect(folder / ORIGINAL / source)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import resource
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -17,6 +19,7 @@ from station import one_page
 COLS, ROWS = 24, 16
 WIDTH_MM, HEIGHT_MM, RADIUS_MM = 120.0, 80.0, 60.0
 DISTANCE_MM = 900.0
+SMALL_FILE = 2000  # bytes: less than a scan or a page has, more than the lock of a folder
 
 
 def curl_scan() -> RangeScan:
@@ -50,6 +53,22 @@ def scan() -> RangeScan:
 @pytest.fixture
 def page(scan: RangeScan) -> RestoredPage:
     return restored(scan, Settings())
+
+
+@pytest.fixture
+def small_files() -> AbstractContextManager[None]:
+    """A block in which the system refuses to write more than SMALL_FILE bytes to a file, as a full disk would."""
+
+    @contextmanager
+    def limited() -> Iterator[None]:
+        before = resource.getrlimit(resource.RLIMIT_FSIZE)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (SMALL_FILE, before[1]))
+        try:
+            yield
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+    return limited()
 
 
 def restored(scan: RangeScan, settings: Settings) -> RestoredPage:

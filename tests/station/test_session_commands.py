@@ -129,7 +129,7 @@ def test_a_session_without_runs_replays(place, capsys):
         (["add", "book", "a.scan", "gone.obj"], 3, "gone.obj does not exist"),
         (["add", "book", "a.scan", "book/bagit.txt"], 3, "no scan file"),
         (["add", "book", "gone.obj", "--photos"], 3, "gone.obj is not there"),
-        (["add", "book", "a.scan", "book", "--photos"], 3, "a.scan is a folder"),
+        (["add", "book", "a.scan", "book", "--photos"], 3, "a.scan is no file"),
         (["add", "book", "a.scan", "a.scan", "--page", "1"], 2, "cannot be one page"),
         (["set", "book", "9", "--label", "x"], 2, "has no page 9"),
         (["new", "book"], 2, "is there already"),

@@ -128,6 +128,13 @@ def test_a_disk_that_fills_up_leaves_nothing(volume, tmp_path, monkeypatch) -> N
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(("kind", "name"), [("bagit", "data/"), ("pdf", "volume.pdf"), ("tiff", "0001.tif")])
+def test_a_disk_that_refuses_is_named_by_the_file_of_the_export(volume, tmp_path, small_files, kind, name) -> None:
+    with small_files, pytest.raises(OSError, match="too large") as raised:
+        export(volume, kind, tmp_path / "out")
+    assert str(raised.value.filename).startswith(str(tmp_path / "out" / name))
+
+
 def test_an_earlier_export_stays_as_it_is(volume, tmp_path) -> None:
     (tmp_path / "out").mkdir()
     (tmp_path / "out/mine.txt").write_text("mine")

@@ -71,6 +71,14 @@ def test_a_copy_that_the_disk_does_not_give_back_is_a_fault_of_the_disk(volume, 
     assert explain(raised.value).exit_code == 6
 
 
+def test_a_disk_that_refuses_the_copy_is_named_by_the_session(volume, mesh, small_files):
+    with mesh.open("a") as file:
+        file.write("# long\n" * 1000)
+    with open_session(volume) as writer, small_files, pytest.raises(OSError, match="too large") as raised:
+        add_original(writer, mesh)
+    assert raised.value.filename == str(volume / "sheet.obj")
+
+
 def test_a_file_that_is_not_there(tmp_path):
     for name in ("gone.obj", "gone.scan"):
         with pytest.raises(BadInput, match=f"{name} does not exist"):
