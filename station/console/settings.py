@@ -18,7 +18,7 @@ from station.console.faults import ConsoleFault
 from station.console.units import UNITS
 from station.session import VOLUME, Session
 from station.session.overview import SETTINGS, changed_preset
-from station.session.presets import Preset, Thresholds
+from station.session.presets import Preset, Thresholds, check_limits
 
 CAPTURE, RESTORE, VERDICT = "capture", "restore", "verdict"
 STORED = {CAPTURE: "capture", RESTORE: "settings", VERDICT: "thresholds"}  # names of the groups in the decision
@@ -158,7 +158,9 @@ def _check(key: str, changes: Changes, configured: CaptureSettings, base: Preset
             _check_kind(name, changes[CAPTURE].get(name))
             capture_settings(configured, changes)
         elif base is not None:
-            changed_preset(base, as_decision(changes))
+            thresholds = changed_preset(base, as_decision(changes)).thresholds
+            if group == VERDICT and name in changes[VERDICT]:  # the preset itself stays as it is
+                check_limits(name, getattr(thresholds, name))
     except SettingsError as error:
         raise _invalid(key, f"{error}; {error.hint}") from error
     except ValidationError as error:

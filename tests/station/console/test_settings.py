@@ -76,6 +76,8 @@ def test_changes_are_there_at_the_next_opening_and_null_brings_the_preset_back(o
         ("capture.multi_depth", "yes"),
         ("verdict.blur_px", [1]),
         ("verdict.blur_px", {"a": 1}),
+        ("verdict.blur_px", [2.0, 1.2]),
+        ("verdict.effective_ppi", [35, 50]),
         ("verdict.magic", [1, 2]),
         ("magic.dpi", 1),
         ("dpi", 1),

@@ -6,7 +6,7 @@ import pytest
 
 from restore import Settings
 from station.errors import UsageError
-from station.session.presets import PRESETS, Preset, load_preset
+from station.session.presets import PRESETS, WORSE, Preset, Thresholds, check_limits, load_preset
 from station.session.stages import RestoreParameters
 
 
@@ -17,6 +17,16 @@ def test_presets_that_come_along_are_usable(path):
     assert parameters.settings == Settings.model_validate(preset.settings)
     assert all(limits is not None for _, limits in preset.thresholds)
     assert Preset.model_validate(preset.model_dump(mode="json", exclude_none=True)) == preset
+
+
+def test_every_measure_has_one_direction():
+    assert set(WORSE) == set(Thresholds.model_fields)
+    check_limits("blur_px", (1.2, 1.2))
+    check_limits("blur_px", None)
+
+
+def test_a_session_with_limits_in_the_other_order_is_read_as_before():
+    assert Preset.model_validate({"thresholds": {"blur_px": [2.0, 1.2]}}).thresholds.blur_px == (2.0, 1.2)
 
 
 def test_labels_and_sides():
@@ -46,6 +56,9 @@ def test_a_preset_of_ones_own(tmp_path):
         ('outputs = ["x"]', "outputs"),
         ("foliation = 1", "foliation"),
         ("[thresholds]\nhole_mm = 1", "hole_mm"),
+        ("[thresholds]\nblur_px = [2.0, 1.2]", r"thresholds\.blur_px: .*more is worse"),
+        ("[thresholds]\ncovered_share = [0.9, 0.97]", r"thresholds\.covered_share: .*less is worse"),
+        ("[thresholds]\ncovered_share = [0.9, 0.9]", r"thresholds\.covered_share: .*less is worse"),
         ("x = 1", "x"),
         ("x =", "cannot read"),
     ],
