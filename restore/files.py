@@ -40,6 +40,6 @@ def read_toml(path: Path) -> dict[str, Any]:
     if max(map(len, data.split(b"\n"))) > MAX_TOML_LINE:
         raise ValueError(f"a line is longer than {MAX_TOML_LINE} bytes")
     try:
-        return tomllib.loads(data.decode("utf-8"))
+        return tomllib.loads(data.decode("utf-8-sig"))  # some editors begin a file with a byte order mark
     except RecursionError as error:
         raise ValueError("its values are nested too deeply") from error

@@ -31,6 +31,12 @@ def test_what_is_given_is_taken(tmp_path):
     assert config.output.stem == "Blatt 7"
 
 
+def test_a_configuration_may_begin_with_a_byte_order_mark(tmp_path, repository):
+    path = tmp_path / "station.toml"
+    path.write_bytes(b"\xef\xbb\xbf" + (repository / "configs/simulated.toml").read_bytes())
+    assert load_config(path).scanner["driver"] == "simulated"
+
+
 def test_the_demonstration_is_well_formed(repository):
     assert load_config(repository / "configs" / "simulated.toml").scanner["lens"] == "MIDDLE"
 

@@ -49,6 +49,12 @@ def test_a_preset_of_ones_own(tmp_path):
     assert (preset.thresholds.strain_rms, preset.thresholds.hole_mm) == ((0.1, 0.2), None)
 
 
+def test_a_preset_may_begin_with_a_byte_order_mark(tmp_path):
+    path = tmp_path / "mine.toml"
+    path.write_bytes(b"\xef\xbb\xbf[settings]\r\ndpi = 300\r\n")
+    assert load_preset(str(path)).settings == {"dpi": 300}
+
+
 @pytest.mark.parametrize(
     ("text", "named"),
     [
