@@ -35,7 +35,7 @@ class NewSession(_Request):
     """A session to be made. words: read those of its pages, to be searched."""
 
     name: Annotated[str, Field(pattern=NAME)]
-    title: Annotated[str, Field(min_length=1, max_length=MAX_TEXT)]
+    title: Annotated[str, Field(pattern=r"\S", max_length=MAX_TEXT)]
     project: Text = ""
     organisation: Text = ""
     preset: Annotated[str, Field(pattern=r"^[a-z]{1,40}$")] = "book"

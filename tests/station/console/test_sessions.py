@@ -16,6 +16,7 @@ def test_a_session_is_made_opened_and_closed(client, root):
     assert (made.json()["name"], made.json()["pages"]) == ("graduale", 0)
     assert client.post("/api/sessions", json={"name": "graduale", "title": "x"}).json()["error"]["key"] == "exists"
     assert client.post("/api/sessions", json={"name": "x", "title": "x", "preset": "none"}).status_code == 422
+    assert client.post("/api/sessions", json={"name": "x", "title": " \t"}).status_code == 422
     names = [entry["name"] for entry in client.get("/api/sessions").json()["sessions"]]
     assert sorted(names) == ["graduale", "missale"]
     assert client.post("/api/sessions/graduale/open").json()["session"]["name"] == "graduale"
