@@ -21,7 +21,8 @@ from restore.mesh.adjacency import Adjacency, adjacency
 from restore.numerics import SMALL
 from restore.scan import Floats, Ints
 
-SHORTEST = 1e-3  # of the mean edge: shorter ones weigh no more, or they alone would decide the digits of the rest
+SHORTEST = 1e-3  # of the mean edge: shorter ones weigh no more, or they alone would decide the digits of the rest; and
+# an edge between smaller faces weighs no less
 
 
 def flat_from_lengths(fans: Fans, lengths: Floats, count: int) -> Floats:

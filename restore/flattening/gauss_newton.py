@@ -12,6 +12,7 @@ from math import sqrt
 import numba
 import numpy as np
 
+from restore.flattening.angle_synchronisation import SHORTEST
 from restore.flattening.preconditioner import STIFFEN, Preconditioner, precondition, prepared, rim_first
 from restore.flattening.solution import Solution
 from restore.mesh.adjacency import Sides
@@ -87,13 +88,11 @@ def rest_areas(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
 
 @numba.njit(cache=True)
 def edge_areas(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
-    """(e,) a third of the areas of the faces at each edge, from edge lengths (e,) mm, with a mean of 1.
-
-    None is 0: an edge of slivers alone would hold nothing.
-    """
+    """(e,) a third of the areas of the faces at each edge, from edge lengths (e,) mm, with a mean of 1; none is less
+    than SHORTEST, or no step would be too long for a vertex that slivers alone hold."""
     some = sides.edge >= 0
     areas = np.bincount(sides.edge[some], np.repeat(rest_areas(faces, sides, lengths), 3)[some] / 3.0, len(lengths))
-    return np.maximum(areas / max(areas.mean(), TINY), SMALL)
+    return np.maximum(areas / max(areas.mean(), TINY), SHORTEST)
 
 
 @numba.njit(cache=True)
