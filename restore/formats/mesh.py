@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from restore.errors import BadInput
 from restore.formats.picture import adjacent_picture
 from restore.formats.source import DAMAGED, MAX_COORDINATE_MM, MAX_SAMPLES, ONE_SHOT
+from restore.formats.tiles import in_first_tile
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
 
 # Vertices of the largest range grid: six times MAX_SAMPLES, as STL repeats each sample for its triangles.
@@ -21,8 +22,7 @@ MAX_ITEMS = 6 * MAX_SAMPLES
 MAX_FACES = 3 * 2**20
 MAX_CORNERS = 256  # of a face; scanners write triangles and quads, editors no more than some dozens
 Numbers = NDArray[np.int32]  # of vertices or corners, half as large as Ints
-# Repeating textures leave [0, 1]; a scan's never do by more than its border.
-MAX_TEXCOORD = 2.0
+MAX_TEXCOORD = 100.0  # tiles of a picture that repeats; UDIM has ten in a row, and files few rows
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +46,8 @@ def checked_mesh(
 ) -> SurfaceMesh:
     """Check the arrays of a mesh file and make a SurfaceMesh of them, without unused vertices and collapsed faces.
 
-    vertices (n, 3) mm, faces (m, 3), uv (n, 2) with the origin at the lower left of the texture, colours (n, 3) RGB.
+    vertices (n, 3) mm, faces (m, 3), uv (n, 2) with the origin at the lower left of the texture, which may repeat,
+    colours (n, 3) RGB.
     Without texture and colours the picture beside the file is taken. A texture without uv is kept: its place may follow
     from the scanner's geometry. uv without a texture mean nothing and are dropped. Raises BadInput.
     """
@@ -65,7 +66,7 @@ def checked_mesh(
         points, uv, colours = points[used], None if uv is None else uv[used], None if colours is None else colours[used]
     if texture is None and colours is None:
         texture = adjacent_picture(path)
-    texcoords = _texcoords(path, uv, texture)
+    texcoords = _texcoords(path, uv, texture, corners)
     return PaintedMesh(points, corners, texcoords, texture, provenance(path), colours=colours)
 
 
@@ -118,13 +119,13 @@ def _check_faces(path: Path, faces: Ints, count: int) -> None:
         raise BadInput(f"{path}: a face uses vertices {faces[bad].tolist()} of {count}", DAMAGED)
 
 
-def _texcoords(path: Path, uv: NDArray[np.floating] | None, texture: Bytes | None) -> Floats | None:
+def _texcoords(path: Path, uv: NDArray[np.floating] | None, texture: Bytes | None, faces: Ints) -> Floats | None:
     if uv is None or texture is None:
         return None
     coordinates: Floats = _columns(path, "texture coordinates", uv, 2).astype(np.float64)
     if not (np.abs(coordinates) <= MAX_TEXCOORD).all():
         raise BadInput(f"{path}: a texture coordinate lies far outside the picture", DAMAGED)
-    return texture_pixels(coordinates, texture)
+    return texture_pixels(in_first_tile(path, coordinates, faces), texture)
 
 
 def texture_pixels(uv: Floats, texture: Bytes) -> Floats:
