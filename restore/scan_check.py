@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from restore.errors import BadInput
-from restore.scan import Bytes, RangeScan, SurfaceMesh
+from restore.scan import Bytes, Floats, Mask, RangeScan, SurfaceMesh
 
 HINT = "read the scan with load_scan, or give arrays as RangeScan and SurfaceMesh describe them"
 
@@ -19,8 +19,8 @@ def refuse_unusable(scan: RangeScan | SurfaceMesh) -> None:
         _check_picture(scan.texture)
     if isinstance(scan, RangeScan):
         _check_grid(scan)
-    elif scan.texcoords is not None and not np.isfinite(scan.texcoords).all():
-        raise BadInput("some vertices have texture coordinates that are not finite", HINT)
+    elif scan.texcoords is not None:
+        _check_texcoords(scan.texcoords, scan.texture)
 
 
 def _check_picture(texture: Bytes) -> None:
@@ -34,12 +34,24 @@ def _check_grid(scan: RangeScan) -> None:
         raise BadInput(f"points {_described(points)} are no range grid: (rows, cols, 3) of floats is one", HINT)
     if places.shape != (*points.shape[:2], 2):
         raise BadInput(f"texture_xy {_described(places)} does not fit points {_described(points)}", HINT)
-    if scan.texture is not None:
-        height, width = scan.texture.shape[:2]
-        x, y, measured = places[..., 0], places[..., 1], scan.measured
-        seen = (x >= -0.5) & (x <= width - 0.5) & (y >= -0.5) & (y <= height - 0.5)
-        if measured.any() and not (seen & measured).any():
-            raise BadInput("no sample of the scan lies in its colour image", HINT)
+    if scan.texture is not None and scan.measured.any() and not (_seen(places, scan.texture) & scan.measured).any():
+        raise BadInput("no sample of the scan lies in its colour image", HINT)
+
+
+def _check_texcoords(texcoords: Floats, texture: Bytes | None) -> None:
+    if not np.isfinite(texcoords).all():
+        raise BadInput("some vertices have texture coordinates that are not finite", HINT)
+    fits = texcoords.ndim == 2 and texcoords.shape[1] == 2 and len(texcoords)  # others are refused in validation
+    if texture is not None and fits and not _seen(texcoords, texture).any():
+        raise BadInput("no vertex of the mesh lies in its colour image", HINT)
+
+
+def _seen(places: Floats, texture: Bytes) -> Mask:
+    """(...) True where texture pixels (..., 2) lie in the picture (h, w, 3)."""
+    height, width = texture.shape[:2]
+    x, y = places[..., 0], places[..., 1]
+    seen: Mask = (x >= -0.5) & (x <= width - 0.5) & (y >= -0.5) & (y <= height - 0.5)
+    return seen
 
 
 def _described(array: Any) -> str:

@@ -59,3 +59,9 @@ def test_a_range_grid_fits_its_picture(scan, change, message):
 def test_texture_coordinates_are_finite(mesh):
     with pytest.raises(BadInput, match="not finite"):
         restore(replace(mesh, texcoords=mesh.texcoords * [1.0, np.nan]))
+
+
+@pytest.mark.parametrize("shift", [[5000.0, 0.0], [0.0, -70.0]])
+def test_a_mesh_lies_in_its_picture(mesh, shift):
+    with pytest.raises(BadInput, match="no vertex of the mesh lies in its colour image"):
+        restore(replace(mesh, texcoords=mesh.texcoords + shift))
