@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import struct
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TypeVar
 
-from pydantic import BaseModel, Field, ValidationError
+from pydantic import BaseModel, ValidationError
 
 from restore.errors import BadInput
+from restore.formats.glb_attributes import plain_attributes
+from restore.formats.glb_layout import Layout, Requirements
 from restore.formats.mesh import checked_mesh
 from restore.formats.picture import decode_picture
 from restore.formats.source import CUT_SHORT, DAMAGED, MISSING, ONE_SHOT, read_bytes
@@ -17,95 +19,23 @@ from restore.scan import Bytes, SurfaceMesh
 
 # glTF 2.0 specification, "GLB file format specification" and "Accessors".
 MAGIC, VERSION, JSON_CHUNK, BINARY_CHUNK = b"glTF", 2, b"JSON", b"BIN\0"
-COMPONENT_BYTES = {5120: 1, 5121: 1, 5122: 2, 5123: 2, 5125: 4, 5126: 4}
-COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 # Interleaved and shared views may be read more than once; a file that multiplies its bytes further is crafted.
 MAX_EXPANSION = 8
 # The header of one textured mesh is a page of text with a node or two; an editor adds some dozens.
 MAX_HEADER_BYTES = 2**20
-MAX_NODES = 256
-
-
-class View(BaseModel):
-    """A range of bytes of the binary chunk."""
-
-    buffer: Literal[0] = 0
-    start: int = Field(default=0, alias="byteOffset", ge=0)
-    length: int = Field(alias="byteLength", ge=1)
-
-
-class Accessor(BaseModel):
-    """An array in a view. Without a view it would be zeros from nothing (sparse or compressed data)."""
-
-    view: int = Field(alias="bufferView", ge=0)
-    component: int = Field(alias="componentType")
-    count: int = Field(ge=1)
-    kind: Literal["SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"] = Field(alias="type")
-
-    @property
-    def size(self) -> int:
-        """Size of the array, bytes."""
-        return self.count * COMPONENTS[self.kind] * COMPONENT_BYTES.get(self.component, 4)
-
-
-class Image(BaseModel):
-    """A picture in a view, or elsewhere."""
-
-    view: int | None = Field(default=None, alias="bufferView", ge=0)
-
-
-class Texture(BaseModel):
-    """A use of a picture."""
-
-    source: int | None = Field(default=None, ge=0)
-
-
-class TextureUse(BaseModel):
-    """A use of a texture."""
-
-    index: int = Field(ge=0)
-
-
-class Shading(BaseModel):
-    """The part of a material that carries the picture."""
-
-    base: TextureUse | None = Field(default=None, alias="baseColorTexture")
-
-
-class Material(BaseModel):
-    """A material of faces."""
-
-    shading: Shading = Field(default=Shading(), alias="pbrMetallicRoughness")
-
-
-class Primitive(BaseModel):
-    """A mesh: the arrays of its vertices and of its faces."""
-
-    attributes: dict[str, Annotated[int, Field(ge=0)]]
-    indices: int | None = Field(default=None, ge=0)
-
-    @property
-    def arrays(self) -> list[int]:
-        """All arrays that it reads."""
-        return [*self.attributes.values(), *([] if self.indices is None else [self.indices])]
-
-
-class Mesh(BaseModel):
-    """Some primitives."""
-
-    primitives: list[Primitive]
-
-
-class Layout(BaseModel):
-    """The parts of a glTF header that are validated before any array is read."""
-
-    views: list[View] = Field(default=[], alias="bufferViews")
-    accessors: list[Accessor] = []
-    meshes: list[Mesh] = []
-    nodes: list[dict[str, Any]] = Field(default=[], max_length=MAX_NODES)
-    images: list[Image] = []
-    textures: list[Texture] = []
-    materials: list[Material] = []
+# The reader applies the first two; the others change how a viewer lights the surface.
+KNOWN_EXTENSIONS = {
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
+    "KHR_materials_specular",
+    "KHR_materials_unlit",
+}
+MAX_NAME = 80  # characters of an extension's name in a message
+PLAIN = "export it as a plain, uncompressed .glb"
+Model = TypeVar("Model", bound=BaseModel)
 
 
 def read_glb(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
@@ -113,7 +43,8 @@ def read_glb(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     data = read_bytes(path)
     header, binary = _chunks(path, data)
     layout = _layout(path, header, len(binary))
-    arrays = parse_mesh(path, data, "glb")
+    changed = plain_attributes(path, header, binary, layout)
+    arrays = parse_mesh(path, data if changed is None else _file(*changed), "glb")
     if texture is None and arrays.uv is not None:
         texture = _picture(path, layout, binary)
     return checked_mesh(path, arrays.vertices, arrays.faces, uv=arrays.uv, texture=texture, colours=arrays.colours)
@@ -137,19 +68,33 @@ def _chunks(path: Path, data: bytes) -> tuple[bytes, bytes]:
     return chunks[0][1], chunks[1][1]
 
 
+def _file(header: bytes, binary: bytes) -> bytes:
+    """A file of a JSON and a binary chunk, the inverse of `_chunks`."""
+    padded = ((JSON_CHUNK, header + b" " * (-len(header) % 4)), (BINARY_CHUNK, binary + b"\0" * (-len(binary) % 4)))
+    body = b"".join(struct.pack("<I4s", len(chunk), kind) + chunk for kind, chunk in padded)
+    return struct.pack("<4sII", MAGIC, VERSION, 12 + len(body)) + body
+
+
 def _layout(path: Path, header: bytes, binary: int) -> Layout:
-    try:
-        layout = Layout.model_validate_json(header)
-    except ValidationError as error:
-        fault = error.errors()[0]
-        where = ".".join(map(str, fault["loc"])) or "its header"
-        raise BadInput(f"{path}: {where}: {fault['msg']}", "export it as a plain, uncompressed .glb") from error
+    unknown = sorted(set(_validated(path, Requirements, header).extensions) - KNOWN_EXTENSIONS)
+    if unknown:
+        raise BadInput(f"{path} requires the extension {unknown[0][:MAX_NAME]}, which is not known", PLAIN)
+    layout = _validated(path, Layout, header)
     if any(view.start + view.length > binary for view in layout.views):
         raise BadInput(f"{path}: a buffer view ends behind the data", DAMAGED)
     if any(a.view >= len(layout.views) or a.size > layout.views[a.view].length for a in layout.accessors):
         raise BadInput(f"{path}: an array is longer than its buffer view", DAMAGED)
     _check_reads(path, layout, binary)
     return layout
+
+
+def _validated(path: Path, model: type[Model], header: bytes) -> Model:
+    try:
+        return model.model_validate_json(header)
+    except ValidationError as error:
+        fault = error.errors()[0]
+        where = ".".join(map(str, fault["loc"])) or "its header"
+        raise BadInput(f"{path}: {where}: {fault['msg']}", PLAIN) from error
 
 
 def _check_reads(path: Path, layout: Layout, binary: int) -> None:

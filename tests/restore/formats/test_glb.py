@@ -98,6 +98,9 @@ def drop(*keys):
         (set_in("nodes", value=[{}] * 1000), "nodes: List should have at most 256"),
         (set_in("scene", value=7), "is no readable GLB file"),
         (drop("meshes"), "no triangle"),
+        (set_in("extensionsRequired", value=["KHR_draco_mesh_compression"]), "extension KHR_draco_mesh_compression"),
+        (set_in("extensionsRequired", value=["KHR_materials_unlit", "VENDOR_x"]), "requires the extension VENDOR_x"),
+        (set_in("meshes", 0, "primitives", 0, "material", value=9), "a material that is not there"),
         (
             lambda header: header["meshes"][0]["primitives"].extend(header["meshes"][0]["primitives"] * 5000),
             "again and again",
