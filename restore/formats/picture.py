@@ -27,6 +27,10 @@ KINDS = ("PNG", "PPM", "JPEG", "TIFF", "BMP")
 # In the order of preference when several lie beside a scan: lossless first.
 SUFFIXES = (".png", ".ppm", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg")
 
+# TIFF 6.0, section 8: numbers of the tags, and their values where white is 0 and where every colour is stored apart.
+BITS, PHOTOMETRIC, PLANES, SAMPLE_FORMAT = 258, 262, 284, 339
+WHITE_IS_ZERO, SEPARATE, UNSIGNED = 0, 2, 1
+
 
 def read_picture(path: Path) -> Bytes:
     """Read a picture file as (h, w, 3) uint8 RGB. Raises BadInput when it is missing, damaged or too large."""
@@ -40,6 +44,7 @@ def decode_picture(data: bytes, name: str) -> Bytes:
         try:
             with Image.open(io.BytesIO(data), formats=KINDS) as image:
                 _check_size(image, len(data), name)
+                _check_samples(image, name)
                 return _rgb(image)
         except BadInput:
             raise
@@ -56,13 +61,27 @@ def _check_size(image: Image.Image, size: int, name: str) -> None:
         raise BadInput(f"{name} has too many pixels: {image.width} × {image.height}", "scale it down")
 
 
+def _check_samples(image: Image.Image, name: str) -> None:
+    """Raise BadInput for numbers on a scale that no tag tells, and for a TIFF that Pillow puts together wrongly."""
+    tags: Any = getattr(image, "tag_v2", {})  # of TIFF alone
+    bits, kind = tags.get(BITS, (8,)), tags.get(SAMPLE_FORMAT, (UNSIGNED,))
+    grey = image.format == "TIFF" and image.mode.startswith("I") and (bits, kind) != ((16,), (UNSIGNED,))
+    if image.mode == "F" or grey:
+        raise BadInput(f"{name} is grey in other numbers than of 8 or 16 bits", "save it with 8 or 16 bits")
+    if tags.get(PLANES) == SEPARATE and max(bits) > 8:
+        raise BadInput(f"{name} has its colours in separate planes of {max(bits)} bits", "save it with 8 bits")
+
+
 def _rgb(image: Image.Image) -> Bytes:
     """The picture (h, w, 3) uint8 RGB, converted in bands: Pillow's copies of the whole would take twice the memory."""
     out = np.empty((image.height, image.width, 3), np.uint8)
+    tags: Any = getattr(image, "tag_v2", {})
+    negative = tags.get(PHOTOMETRIC) == WHITE_IS_ZERO  # Pillow turns this round in pictures of 8 bits alone
     for top in range(0, image.height, BAND_ROWS):
         part = image.crop((0, top, image.width, min(top + BAND_ROWS, image.height)))
         if image.mode.startswith("I"):  # 16 bits of grey
-            out[top : top + BAND_ROWS] = np.clip(np.asarray(part).astype(np.int64) // 257, 0, 255)[..., None]
+            grey = np.clip(np.asarray(part).astype(np.int64) // 257, 0, 255)[..., None]
+            out[top : top + BAND_ROWS] = 255 - grey if negative else grey
         else:
             out[top : top + BAND_ROWS] = np.asarray(part.convert("RGB"))
     return out

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+import tifffile
 from PIL import Image
 
 from restore.errors import BadInput
@@ -32,6 +33,38 @@ def test_grey_palette_and_transparency_become_rgb(tmp_path):
 def test_sixteen_bits_of_grey_keep_their_upper_eight(tmp_path):
     Image.fromarray(np.array([[0, 257, 65535]], dtype=np.uint16)).save(tmp_path / "a.png")
     assert read_picture(tmp_path / "a.png")[0, :, 0].tolist() == [0, 1, 255]
+
+
+GREY = np.linspace(0, 65535, 24).astype(np.uint16).reshape(4, 6)
+
+
+@pytest.mark.parametrize("kind, order", [("minisblack", "<"), ("minisblack", ">"), ("miniswhite", "<")])
+def test_grey_of_sixteen_bits_in_tiff(tmp_path, kind, order):
+    tifffile.imwrite(tmp_path / "a.tif", GREY, photometric=kind, byteorder=order)
+    expected = GREY // 257 if kind == "minisblack" else 255 - GREY // 257
+    np.testing.assert_array_equal(read_picture(tmp_path / "a.tif"), np.dstack([expected] * 3))
+
+
+def test_separate_planes_of_eight_bits_in_tiff(tmp_path):
+    planes = np.moveaxis(PAINT, -1, 0).copy()
+    tifffile.imwrite(tmp_path / "a.tif", planes, photometric="rgb", planarconfig="separate")
+    np.testing.assert_array_equal(read_picture(tmp_path / "a.tif"), PAINT)
+
+
+@pytest.mark.parametrize(
+    "values, options, fault",
+    [
+        ((GREY / 65535).astype(np.float32), {"photometric": "minisblack"}, "grey in other numbers"),
+        (GREY.astype(np.uint32), {"photometric": "minisblack"}, "grey in other numbers"),
+        (GREY.astype(np.int16), {"photometric": "minisblack"}, "grey in other numbers"),
+        (np.stack([GREY] * 3), {"photometric": "rgb", "planarconfig": "separate"}, "separate planes of 16 bits"),
+    ],
+    ids=["float", "32 bits", "signed", "planes of 16 bits"],
+)
+def test_numbers_that_cannot_be_read_are_refused(tmp_path, values, options, fault):
+    tifffile.imwrite(tmp_path / "a.tif", values, **options)
+    with pytest.raises(BadInput, match=rf"a\.tif .*{fault}"):
+        read_picture(tmp_path / "a.tif")
 
 
 def test_a_picture_with_too_many_pixels_is_refused(tmp_path, monkeypatch):
