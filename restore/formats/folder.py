@@ -23,7 +23,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 from restore.bands import in_threads
 from restore.errors import BadInput
 from restore.formats.grid import check_grid
-from restore.formats.picture import decode_picture, encode_png
+from restore.formats.picture import check_size, decode_picture, encode_png
 from restore.formats.source import DAMAGED, MAX_COORDINATE_MM, MAX_SAMPLES, is_file, read_bytes
 from restore.scan import Bytes, Floats, RangeScan
 
@@ -33,6 +33,7 @@ MAX_INDEX_BYTES = 2**20  # provenance is a page of settings, never a megabyte
 MAX_SUPER_FACTOR = 16  # shots on a grid of sixteenths of a pixel: finer than any registration
 COMPRESSION = 1  # of zlib: half the time of its default for a file that is a hundredth larger
 MAX_ARRAY_HEADER = 1024  # NumPy pads the header of a plain array to 128 bytes
+ARRAYS = "give arrays as RangeScan describes them, in millimetres, NaN where nothing was measured"
 
 
 class SuperRecord(BaseModel):
@@ -90,18 +91,21 @@ class Index(BaseModel):
 def save_scan(scan: RangeScan, folder: Path, *, overwrite: bool = False) -> None:
     """Write a scan folder; `read_folder` returns an identical scan.
 
-    Raises BadInput when the folder holds a scan already (without `overwrite`) or the provenance is not valid
-    JSON, and OSError when the disk refuses.
+    Raises BadInput when the folder holds a scan already (without `overwrite`), the arrays are not those of a range scan
+    that can be read back, or the provenance is not valid JSON, and OSError when the disk refuses.
     """
     folder = Path(folder)
     if folder.exists() and not folder.is_dir():
         raise BadInput(f"{folder} is a file", "give another folder")
     if (folder / INDEX).exists() and not overwrite:
         raise BadInput(f"{folder} holds a scan already", "give another folder, or say that it may be overwritten")
+    _check_arrays(scan)
     encoders = {POINTS: partial(_npz, {"points": scan.points, "texture_xy": scan.texture_xy})}
     if scan.texture is not None:
         encoders[TEXTURE] = partial(encode_png, scan.texture)
     files = dict(zip(encoders, in_threads(lambda encode: encode(), encoders.values()), strict=True))
+    if scan.texture is not None:
+        check_size(scan.texture.shape[1], scan.texture.shape[0], len(files[TEXTURE]), "the scan's colour image")
     index = Index(files={name: _sha256(data) for name, data in files.items()}, provenance=dict(scan.provenance))
     try:
         files[INDEX] = (json.dumps(index.model_dump(), indent=1, allow_nan=False) + "\n").encode()
@@ -112,6 +116,24 @@ def save_scan(scan: RangeScan, folder: Path, *, overwrite: bool = False) -> None
         _write_atomically(folder / name, data)
     if TEXTURE not in files:
         (folder / TEXTURE).unlink(missing_ok=True)
+
+
+def _check_arrays(scan: RangeScan) -> None:
+    """Raise BadInput for arrays of other shapes or types than RangeScan tells, or with values that are not read."""
+    points, places, picture = scan.points, scan.texture_xy, scan.texture
+    arrays = (points, places) if picture is None else (points, places, picture)
+    if not all(isinstance(array, np.ndarray) for array in arrays):
+        raise BadInput("the scan's points, texture_xy or texture are no arrays", ARRAYS)
+    if points.ndim != 3 or places.ndim != 3 or (points.shape[2], places.shape[2]) != (3, 2):
+        raise BadInput(f"points {points.shape} and texture_xy {places.shape} are no range grid", ARRAYS)
+    if points.dtype.kind != "f" or places.dtype.kind != "f":
+        raise BadInput(f"points of {points.dtype} and texture_xy of {places.dtype} are not of floats", ARRAYS)
+    check_grid(Path(POINTS), *points.shape[:2])
+    _check_positions(Path(POINTS), points, places, ARRAYS)
+    if picture is not None and (picture.dtype != np.uint8 or picture.ndim != 3 or picture.shape[2] != 3):
+        raise BadInput(f"a colour image {picture.shape} of {picture.dtype} is no (h, w, 3) of uint8", ARRAYS)
+    if picture is not None and picture.size == 0:
+        raise BadInput(f"a colour image {picture.shape} has no pixels", ARRAYS)
 
 
 def _npz(arrays: Mapping[str, Floats]) -> bytes:
@@ -157,11 +179,20 @@ def _read_verified(path: Path, sha256: str) -> bytes:
 def _scan(path: Path, data: bytes, texture: Bytes | None, provenance: dict[str, Any]) -> RangeScan:
     points, texture_xy = _array(path, data, "points", 3), _array(path, data, "texture_xy", 2)
     check_grid(path, *points.shape[:2])
-    if points.shape[:2] != texture_xy.shape[:2]:
-        raise BadInput(f"{path}: points and texture_xy are of different grids", DAMAGED)
-    if (np.abs(points) > MAX_COORDINATE_MM).any() or not np.isfinite(texture_xy).all():
-        raise BadInput(f"{path} holds positions that cannot be", DAMAGED)
+    _check_positions(path, points, texture_xy, DAMAGED)
     return RangeScan(points, texture, texture_xy, provenance)
+
+
+def _check_positions(path: Path, points: Floats, texture_xy: Floats, hint: str) -> None:
+    """Raise BadInput for a grid of points (rows, cols, 3) mm and texture_xy (rows, cols, 2) that no scan has.
+
+    Where nothing was measured, texture_xy may be NaN, and so may points alone.
+    """
+    if points.shape[:2] != texture_xy.shape[:2]:
+        raise BadInput(f"{path}: points and texture_xy are of different grids", hint)
+    known = np.isfinite(texture_xy) | (np.isnan(texture_xy) & np.isnan(points).any(axis=2, keepdims=True))
+    if (np.abs(points) > MAX_COORDINATE_MM).any() or not known.all():
+        raise BadInput(f"{path} holds positions that cannot be", hint)
 
 
 def _array(path: Path, archive: bytes, name: str, width: int) -> Floats:

@@ -43,7 +43,7 @@ def decode_picture(data: bytes, name: str) -> Bytes:
         warnings.simplefilter("ignore")  # Pillow warns of odd tags; unreadable pixels are an error all the same
         try:
             with Image.open(io.BytesIO(data), formats=KINDS) as image:
-                _check_size(image, len(data), name)
+                check_size(image.width, image.height, len(data), name)
                 _check_samples(image, name)
                 return _rgb(image)
         except BadInput:
@@ -55,10 +55,11 @@ def decode_picture(data: bytes, name: str) -> Bytes:
             raise BadInput(f"{name} is no readable picture: {reason}", f"use one of {', '.join(KINDS)}") from error
 
 
-def _check_size(image: Image.Image, size: int, name: str) -> None:
-    pixels = image.width * image.height
+def check_size(width: int, height: int, size: int, name: str) -> None:
+    """Raise BadInput for a picture of more pixels than are read from `size` bytes."""
+    pixels = width * height
     if pixels > MAX_PIXELS or pixels > max(SMALL_PIXELS, MAX_PIXELS_PER_BYTE * size):
-        raise BadInput(f"{name} has too many pixels: {image.width} × {image.height}", "scale it down")
+        raise BadInput(f"{name} has too many pixels: {width} × {height}", "scale it down")
 
 
 def _check_samples(image: Image.Image, name: str) -> None:

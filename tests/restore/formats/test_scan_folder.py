@@ -3,6 +3,7 @@
 import io
 import json
 import zipfile
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -43,6 +44,39 @@ def test_any_scan_comes_back_bit_for_bit(scan, tmp_path_factory):
     assert back.provenance == scan.provenance
     assert (back.texture is None) == (scan.texture is None)
     np.testing.assert_array_equal(back.texture, scan.texture)
+
+
+def test_places_may_be_unknown_where_nothing_was_measured(shot, tmp_path):
+    scan = shot(missing=0.3)
+    places = np.where(scan.measured[..., None], scan.texture_xy, np.nan)
+    save_scan(replace(scan, texture_xy=places), tmp_path / "a")
+    np.testing.assert_array_equal(load_scan(tmp_path / "a").texture_xy, places)
+
+
+@pytest.mark.parametrize(
+    "change, fault",
+    [
+        (lambda scan: {"texture_xy": scan.texture_xy * np.nan}, "positions that cannot be"),
+        (lambda scan: {"points": np.where(np.isnan(scan.points), np.inf, scan.points)}, "positions that cannot be"),
+        (lambda scan: {"points": 1e6 * scan.points}, "positions that cannot be"),
+        (lambda scan: {"texture_xy": None}, "no arrays"),
+        (lambda scan: {"texture_xy": scan.texture_xy[1:]}, "different grids"),
+        (lambda scan: {"texture_xy": scan.texture_xy[..., :1]}, "no range grid"),
+        (lambda scan: {"points": scan.points.astype(complex)}, "not of floats"),
+        (lambda scan: {"points": scan.points[:0], "texture_xy": scan.texture_xy[:0]}, "0 rows"),
+        (lambda scan: {"points": np.zeros((1, 2**21 + 1, 3)), "texture_xy": np.zeros((1, 2**21 + 1, 2))}, "1 rows"),
+        (lambda scan: {"texture": scan.texture[..., 0]}, "colour image"),
+        (lambda scan: {"texture": np.dstack([scan.texture, scan.texture[..., :1]])}, "colour image"),
+        (lambda scan: {"texture": scan.texture / 255.0}, "colour image"),
+        (lambda scan: {"texture": scan.texture[:0]}, "no pixels"),
+        (lambda scan: {"texture": np.zeros((5000, 5000, 3), np.uint8)}, "too many pixels"),
+    ],
+)
+def test_what_would_not_be_read_back_is_not_saved(shot, tmp_path, change, fault):
+    scan = shot()
+    with pytest.raises(BadInput, match=fault):
+        save_scan(replace(scan, **change(scan)), tmp_path / "a")
+    assert not (tmp_path / "a").exists()
 
 
 def test_a_saved_scan_is_not_overwritten_unless_told(shot, tmp_path):
