@@ -9,6 +9,7 @@ from typing import TypeVar
 from pydantic import BaseModel, ValidationError
 
 from restore.errors import BadInput
+from restore.formats.bare_faces import kept_faces
 from restore.formats.glb_attributes import plain_attributes
 from restore.formats.glb_layout import Layout, Requirements
 from restore.formats.mesh import checked_mesh
@@ -47,7 +48,13 @@ def read_glb(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     arrays = parse_mesh(path, data if changed is None else _file(*changed), "glb")
     if texture is None and arrays.uv is not None:
         texture = _picture(path, layout, binary)
-    return checked_mesh(path, arrays.vertices, arrays.faces, uv=arrays.uv, texture=texture, colours=arrays.colours)
+    kept, warnings = (
+        kept_faces(arrays.bare) if texture is not None and arrays.uv is not None else (arrays.bare | True, ())
+    )
+    uv = None if arrays.bare[kept].any() else arrays.uv
+    return checked_mesh(
+        path, arrays.vertices, arrays.faces[kept], uv=uv, texture=texture, colours=arrays.colours, warnings=warnings
+    )
 
 
 def _chunks(path: Path, data: bytes) -> tuple[bytes, bytes]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -43,11 +44,12 @@ def checked_mesh(
     uv: NDArray[np.floating] | None = None,
     texture: Bytes | None = None,
     colours: Bytes | None = None,
+    warnings: Sequence[str] = (),
 ) -> SurfaceMesh:
     """Check the arrays of a mesh file and make a SurfaceMesh of them, without unused vertices and collapsed faces.
 
     vertices (n, 3) mm, faces (m, 3), uv (n, 2) with the origin at the lower left of the texture, which may repeat,
-    colours (n, 3) RGB.
+    colours (n, 3) RGB; the warnings go into the provenance.
     Without texture and colours the picture beside the file is taken. A texture without uv is kept: its place may follow
     from the scanner's geometry. uv without a texture mean nothing and are dropped. Raises BadInput.
     """
@@ -67,7 +69,8 @@ def checked_mesh(
     if texture is None and colours is None:
         texture = adjacent_picture(path)
     texcoords = _texcoords(path, uv, texture, corners)
-    return PaintedMesh(points, corners, texcoords, texture, provenance(path), colours=colours)
+    facts = provenance(path) | ({"warnings": list(warnings)} if warnings else {})
+    return PaintedMesh(points, corners, texcoords, texture, facts, colours=colours)
 
 
 def _used_vertices(corners: Ints, count: int) -> Mask:
@@ -77,7 +80,7 @@ def _used_vertices(corners: Ints, count: int) -> Mask:
     return used
 
 
-def provenance(path: Path) -> dict[str, str]:
+def provenance(path: Path) -> dict[str, Any]:
     """Provenance of a scan that was read from a file."""
     return {"file": path.name}
 

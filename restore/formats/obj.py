@@ -8,9 +8,10 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from restore.errors import BadInput
+from restore.formats.bare_faces import kept_faces
 from restore.formats.mesh import check_vertices, checked_mesh, fan_triangles, split_seams, texture_uv
 from restore.formats.obj_text import ObjText, parse_obj
-from restore.formats.picture import encode_png, read_picture
+from restore.formats.picture import adjacent_picture, encode_png, read_picture
 from restore.formats.source import (
     CUT_SHORT,
     MISSING,
@@ -20,7 +21,7 @@ from restore.formats.source import (
     resolve_reference,
     with_newlines,
 )
-from restore.scan import Bytes, Ints, SurfaceMesh
+from restore.scan import Bytes, Ints, Mask, SurfaceMesh
 
 MAX_MATERIAL_BYTES = 2**20  # a material file is a page of text
 MAX_LIBRARIES = 16  # a scan has one
@@ -39,12 +40,15 @@ def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     faces, uv_faces = fan_triangles(text.corners, starts, text.sizes), fan_triangles(text.uvs, starts, text.sizes)
     check_vertices(path, text.vertices)
     _check_complete(path, data, text, faces)
-    if len(faces) == 0 or uv_faces.min() < 0:
-        return checked_mesh(path, text.vertices, faces, texture=texture, colours=_colours(text))
-    if texture is None:
-        texture = _picture(path, text)
-    take, take_uv, faces = split_seams(faces, uv_faces, len(text.uv))
     colours = _colours(text)
+    bare: Mask = np.any(uv_faces < 0, axis=1)
+    if not bare.all():
+        texture = _picture(path, text) if texture is None else texture
+        texture = adjacent_picture(path) if texture is None and colours is None else texture
+    kept, warnings = (bare | True, ()) if texture is None or bare.all() else kept_faces(bare)
+    if bare[kept].any():
+        return checked_mesh(path, text.vertices, faces, texture=texture, colours=colours, warnings=warnings)
+    take, take_uv, faces = split_seams(faces[kept], uv_faces[kept], len(text.uv))
     return checked_mesh(
         path,
         text.vertices[take],
@@ -52,6 +56,7 @@ def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
         uv=text.uv[take_uv],
         texture=texture,
         colours=None if colours is None or texture is not None else colours[take],
+        warnings=warnings,
     )
 
 

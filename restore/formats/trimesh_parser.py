@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from restore.errors import BadInput
 from restore.formats.mesh import MAX_ITEMS
 from restore.formats.source import DAMAGED, ONE_SHOT
-from restore.scan import Bytes
+from restore.scan import Bytes, Mask
 
 # A full 640 × 480 shot has 1.5 million lines with normals and texture coordinates. A parser takes 100 bytes a line, be
 # it empty.
@@ -30,12 +30,16 @@ NUMPY_PARSE_ERROR = "string or file could not be read to its end"  # NumPy's mes
 
 @dataclass(frozen=True, eq=False)
 class MeshArrays:
-    """One mesh as trimesh gives it, its values not checked yet: (n, 3), (m, 3), (n, 2) or None, (n, 3) or None."""
+    """One mesh as trimesh gives it, its values not checked yet: (n, 3), (m, 3), (n, 2) or None, (n, 3) or None.
+
+    bare  (m,) True for the faces of parts without texture coordinates, whose uv are 0.
+    """
 
     vertices: NDArray[np.float64]
     faces: NDArray[np.int64]
     uv: NDArray[np.float64] | None
     colours: Bytes | None
+    bare: Mask
 
 
 class NoFileResolver:
@@ -103,9 +107,24 @@ def _concatenate(path: Path, pieces: list[tuple[NDArray[np.float64], Any]]) -> M
     return MeshArrays(
         np.concatenate([vertices for vertices, _ in pieces]),
         np.concatenate([mesh.faces + first for (_, mesh), first in zip(pieces, firsts[:-1], strict=True)]),
-        _concatenate_attribute(pieces, _uv),
+        _concatenate_uv(pieces),
         _concatenate_attribute(pieces, _colours),
+        np.concatenate([np.full(len(mesh.faces), not _has_uv(vertices, mesh)) for vertices, mesh in pieces]),
     )
+
+
+def _concatenate_uv(pieces: list[tuple[NDArray[np.float64], Any]]) -> NDArray[np.float64] | None:
+    """The texture coordinates of all pieces, 0 for those without; None when all are without."""
+    if not any(_has_uv(vertices, mesh) for vertices, mesh in pieces):
+        return None
+    return np.concatenate(
+        [_uv(mesh) if _has_uv(vertices, mesh) else np.zeros((len(vertices), 2)) for vertices, mesh in pieces]
+    )
+
+
+def _has_uv(vertices: NDArray[np.float64], mesh: Any) -> bool:
+    uv = _uv(mesh)
+    return uv is not None and len(uv) == len(vertices)
 
 
 def _concatenate_attribute(pieces: list[Any], attribute: Callable[[Any], Any]) -> Any:

@@ -112,6 +112,18 @@ def test_damage_is_named(exported, change, fault):
         load_scan(exported(change))
 
 
+def test_a_part_without_texture_coordinates_is_left_out_and_the_picture_stays(exported):
+    def add_bare_part(header):
+        primitives = header["meshes"][0]["primitives"]
+        attributes = {name: number for name, number in primitives[0]["attributes"].items() if name != "TEXCOORD_0"}
+        primitives.append(primitives[0] | {"attributes": attributes})
+
+    there, back = load_scan(exported()), load_scan(exported(add_bare_part))
+    np.testing.assert_array_equal(back.texture_xy, there.texture_xy)
+    np.testing.assert_array_equal(back.points, there.points)
+    assert "faces have no texture coordinates and are left out" in back.provenance["warnings"][0]
+
+
 def test_a_circle_of_nodes_has_an_end(exported):
     there = load_scan(exported(set_in("nodes", value=[{"mesh": 0, "children": [0]}])))
     assert there.measured.any()

@@ -136,6 +136,25 @@ def test_the_material_of_a_mesh_without_texture_coordinates_is_of_no_interest(wr
     assert load_scan(written("mtllib gone.mtl\n" + SQUARE + "f 1 2 3\n")).texture is None
 
 
+def test_faces_without_texture_coordinates_are_left_out_and_the_picture_stays(written):
+    """As MeshLab fills holes."""
+    path = written("mtllib a.mtl\nusemtl page\n" + SQUARE + FACE + "f 1/1 2/2 4/4\nf 1/1 3/3 4\n")
+    mesh = load_scan(path)
+    assert mesh.texture.shape == (10, 20, 3) and mesh.faces.shape == (2, 3)
+    assert mesh.provenance["warnings"][0].startswith("1 of 3 faces have no texture coordinates and are left out")
+
+
+def test_where_most_faces_have_no_texture_coordinates_the_surface_stays(written):
+    mesh = load_scan(written("mtllib a.mtl\nusemtl page\n" + SQUARE + FACE + "f 1 3 4\nf 1 2 4\n"))
+    assert mesh.texcoords is None and len(mesh.faces) == 3
+    assert "2 of 3 faces have no texture coordinates: the picture is left out" in mesh.provenance["warnings"]
+
+
+def test_without_a_picture_no_face_is_left_out(written):
+    mesh = load_scan(written(SQUARE + FACE + "f 1/1 2/2 4/4\nf 1 3 4\n"))
+    assert len(mesh.faces) == 3 and not mesh.provenance.get("warnings")
+
+
 @pytest.mark.parametrize(
     ("text", "fault"),
     [

@@ -1,0 +1,22 @@
+"""Faces without texture coordinates in a mesh whose other faces have them, as editors leave where they fill holes."""
+
+from __future__ import annotations
+
+from restore.scan import Mask
+
+MAX_BARE = 0.5  # of the faces: where more are bare, the surface is kept instead of the picture
+
+
+def kept_faces(bare: Mask) -> tuple[Mask, tuple[str, ...]]:
+    """(m,) True for the faces to keep, given the bare ones (m,), with a warning where there are any.
+
+    The bare ones are left out, as nothing was measured there and no picture shows them. Where they are most of the
+    surface, all are kept, and the picture has to be left out.
+    """
+    count = int(bare.sum())
+    if count == 0:
+        return ~bare, ()
+    found = f"{count} of {len(bare)} faces have no texture coordinates"
+    if count > MAX_BARE * len(bare):
+        return bare | True, (f"{found}: the picture is left out",)
+    return ~bare, (f"{found} and are left out: holes that were filled in a mesh editor have none",)
