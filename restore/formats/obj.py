@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
+from itertools import takewhile
 from pathlib import Path, PurePosixPath
 
 import numpy as np
@@ -20,6 +22,7 @@ from restore.formats.source import (
     read_bytes,
     resolve_reference,
     with_newlines,
+    without_mark,
 )
 from restore.scan import Bytes, Ints, Mask, SurfaceMesh
 
@@ -27,6 +30,8 @@ MAX_MATERIAL_BYTES = 2**20  # a material file is a page of text
 MAX_LIBRARIES = 16  # a scan has one
 LARGE_MESH = 1000  # vertices: more than in files written by hand
 UNUSED_TAIL = 0.01  # of the vertices: the faces of a truncated file do not reach its last vertices
+UNMOVED = {b"-s": 1.0, b"-o": 0.0}  # scale and offset that leave the texture coordinates as they are
+_NUMBER = re.compile(rb"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
 def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
@@ -34,7 +39,7 @@ def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
 
     Raises BadInput.
     """
-    data = with_newlines(read_bytes(path))
+    data = with_newlines(without_mark(read_bytes(path)))
     text = parse_obj(path, data)
     starts = np.cumsum(text.sizes) - text.sizes
     faces, uv_faces = fan_triangles(text.corners, starts, text.sizes), fan_triangles(text.uvs, starts, text.sizes)
@@ -103,18 +108,21 @@ def _picture(path: Path, text: ObjText) -> Bytes | None:
     """The picture of the materials that the faces use, None when no material names one."""
     if len(text.libraries) > MAX_LIBRARIES:
         raise BadInput(f"{path} uses {len(text.libraries)} material files, a scan has one", ONE_SHOT)
-    pictures: dict[bytes, tuple[str, str]] = {}
+    pictures: dict[bytes, tuple[bytes, str]] = {}
     for library in text.libraries:
         pictures |= _materials(path, file_name(library))
     used = set(text.materials)
-    names = {name for material, name in pictures.items() if material in used or not used}
+    values = [value for material, value in pictures.items() if material in used or not used]
+    for value, _ in values:
+        _check_options(path, value)
+    names = {(picture_name(value), folder) for value, folder in values}
     if len(names) > 1:
         raise BadInput(f"{path} uses {len(names)} pictures, a scan has one", ONE_SHOT)
     return _read(path, *names.pop()) if names else None
 
 
-def _materials(path: Path, name: str) -> dict[bytes, tuple[str, str]]:
-    """The picture of each material of a material file that has one, with the folder of that file."""
+def _materials(path: Path, name: str) -> dict[bytes, tuple[bytes, str]]:
+    """The options and the picture of each material of a material file that has one, with the folder of that file."""
     file = resolve_reference(path, name)
     if not is_file(file):
         raise BadInput(f"{path}: its material file {name!r} is missing", MISSING)
@@ -122,16 +130,27 @@ def _materials(path: Path, name: str) -> dict[bytes, tuple[str, str]]:
     for key, value in _settings(read_bytes(file, MAX_MATERIAL_BYTES)):
         if key == b"newmtl":
             material = value
-        elif key == b"map_Kd":
-            pictures[material] = picture_name(value), str(PurePosixPath(name).parent)
+        elif key == b"map_kd":
+            pictures[material] = value, str(PurePosixPath(name).parent)
     return pictures
 
 
 def _settings(text: bytes) -> Iterator[tuple[bytes, bytes]]:
-    """The lines of a material file, each as its first word and the rest."""
-    for line in with_newlines(text).split(b"\n"):
+    """The lines of a material file, each as its first word in lower case and the rest."""
+    for line in with_newlines(without_mark(text)).split(b"\n"):
         key, _, value = line.strip().replace(b"\t", b" ").partition(b" ")
-        yield key, value.strip()
+        yield key.lower(), value.strip()
+
+
+def _check_options(path: Path, value: bytes) -> None:
+    """Raise BadInput where options before the name of a picture scale the texture coordinates or move them."""
+    words = value.split()
+    for option, neutral in UNMOVED.items():
+        behind = words[words.index(option) + 1 :] if option in words else []
+        numbers = [float(word) for word in takewhile(_NUMBER.fullmatch, behind[:2])]  # the third is for depth
+        if any(number != neutral for number in numbers):
+            text = b" ".join([option, *behind[:2]]).decode("latin-1")
+            raise BadInput(f"{path}: the option {text} moves its picture", "apply it to the coordinates in an editor")
 
 
 def file_name(value: bytes) -> str:

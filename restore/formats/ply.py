@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from restore.errors import BadInput
 from restore.formats.grid import check_grid, grid_polygons
 from restore.formats.mesh import check_polygons, checked_mesh, fan_triangles, split_seams, texture_uv
+from restore.formats.obj import file_name
 from restore.formats.picture import encode_png, read_picture
 from restore.formats.ply_data import PlyData, parse_ply
 from restore.formats.source import DAMAGED, MISSING, ONE_SHOT, is_file, read_bytes, resolve_reference
@@ -133,7 +134,7 @@ def _check_indices(path: Path, indices: NDArray[Any], count: int) -> None:
 
 def _picture(path: Path, comments: tuple[bytes, ...]) -> Bytes | None:
     texture_files = (comment.partition(b" ") for comment in comments)
-    names = {name.strip().decode("utf-8", "replace") for key, _, name in texture_files if key.lower() == PICTURE}
+    names = {file_name(name.strip()) for key, _, name in texture_files if key.lower() == PICTURE}
     if len(names) > 1:
         raise BadInput(f"{path} uses {len(names)} pictures, a scan has one", ONE_SHOT)
     if not names:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from restore.errors import BadInput
 from restore.formats.mesh import MAX_ITEMS, Numbers
 from restore.formats.records import find_lists, gather
-from restore.formats.source import CUT_SHORT, DAMAGED, ONE_SHOT, parse_numbers
+from restore.formats.source import CUT_SHORT, DAMAGED, ONE_SHOT, parse_numbers, without_mark
 
 MAX_HEADER_BYTES = 2**16  # a header is a page of text
 MAX_PROPERTIES = 64  # of an element; a vertex with position, normal, colour and texture coordinates has a dozen
@@ -28,6 +28,7 @@ TYPES = {
     b"float32": "f4", b"float64": "f8",
 }  # fmt: skip
 TEXT_TYPE = "<f8"  # every number of a text file, once it is parsed; whole numbers below 2^53 are exact
+REMARKS = ([b"comment"], [b"obj_info"])  # some writers put them before the format
 _END = re.compile(rb"\nend_header[ \t]*\r?\n")
 
 
@@ -83,6 +84,7 @@ class PlyData:
 
 def parse_ply(path: Path, data: bytes) -> PlyData:
     """Parse a file. Raises BadInput, also when it is shorter or longer than its header promises."""
+    data = without_mark(data)
     header, body = _parse_header(path, data)
     promised = sum(element.count for element in header.elements)
     if header.order:
@@ -104,11 +106,12 @@ def _parse_header(path: Path, data: bytes) -> tuple[Header, int]:
     """The header, and the offset of the body."""
     end = _END.search(data, 0, MAX_HEADER_BYTES)
     lines = [line.strip() for line in data[: end.start() if end else 0].split(b"\n")]
-    words = lines[1].split() if len(lines) > 1 else []
+    first = next((k for k, line in enumerate(lines) if k and line.split()[:1] not in REMARKS), 0)
+    words = lines.pop(first).split() if first else []
     if end is None or lines[0] != b"ply" or words[:1] != [b"format"] or words[1:2] == [] or words[1] not in ENCODINGS:
         raise BadInput(f"{path} has no PLY header", DAMAGED)
     order, elements, comments, notes = ENCODINGS[words[1]], list[Element](), list[bytes](), list[bytes]()
-    for line in lines[2:]:
+    for line in lines[1:]:
         keyword, _, rest = line.partition(b" ")
         if keyword == b"element":
             elements.append(_declared_element(path, rest.split()))

@@ -8,11 +8,11 @@ from pathlib import Path
 
 from restore.errors import BadInput
 from restore.formats.obj import picture_name
-from restore.formats.source import is_file, read_bytes, resolve_reference, with_newlines
+from restore.formats.source import is_file, read_bytes, resolve_reference, with_newlines, without_mark
 
 # By the end of a file's name: where the name of another file stands in it.
 _REFERENCES = {
-    ".mtl": re.compile(rb"^[ \t]*map_Kd[ \t]+([^\r\n]*)", re.MULTILINE),
+    ".mtl": re.compile(rb"^[ \t]*map_Kd[ \t]+([^\r\n]*)", re.MULTILINE | re.IGNORECASE),
     ".obj": re.compile(rb"^[ \t]*mtllib[ \t]+([^\r\n]*)", re.MULTILINE),
     ".ply": re.compile(rb"^comment[ \t]+TextureFile[ \t]+([^\r\n]*)", re.MULTILINE | re.IGNORECASE),
     ".wrl": re.compile(rb'\bfilename\s+"([^"]*)"'),
@@ -36,7 +36,7 @@ def referenced_files(path: Path) -> list[Path]:
 def _referred_by(path: Path, base: Path) -> Iterator[Path]:
     """The files that one refers to by names that are looked for beside another."""
     pattern = _REFERENCES.get(path.suffix.lower())
-    for match in pattern.finditer(with_newlines(read_bytes(path))) if pattern and is_file(path) else ():
+    for match in pattern.finditer(with_newlines(without_mark(read_bytes(path)))) if pattern and is_file(path) else ():
         try:
             file = resolve_reference(base, picture_name(match[1].strip()))
         except BadInput:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import errno
 import re
 import warnings
@@ -49,6 +50,11 @@ def read_bytes(path: Path, limit: int = MAX_FILE_BYTES) -> bytes:
     if not data:
         raise BadInput(f"{path} is empty", "export or copy the scan again")
     return data
+
+
+def without_mark(text: bytes) -> bytes:
+    """The text without the byte order mark that editors put before UTF-8."""
+    return text.removeprefix(codecs.BOM_UTF8)
 
 
 def with_newlines(text: bytes) -> bytes:

@@ -96,7 +96,10 @@ def test_quads_and_triangles_together(written):
     assert u.tolist() == (mesh.vertices[:, 0] / 9).tolist()
 
 
-@pytest.mark.parametrize("name", ["./picture.png", ".\\picture.png", "-s 1 1 1 picture.png", "-clamp on picture.png"])
+@pytest.mark.parametrize(
+    "name",
+    ["./picture.png", ".\\picture.png", "-s 1 1 1 picture.png", "-clamp on picture.png", "-o 0 0 -s 1.0 picture.png"],
+)
 def test_ways_to_name_the_picture(written, name):
     text = "mtllib a.mtl\r\nusemtl page\r\n" + SQUARE + FACE
     assert load_scan(written(text, f"newmtl page\r\nmap_Kd {name}\r\n")).texture.shape == (10, 20, 3)
@@ -119,6 +122,32 @@ def test_a_picture_that_cannot_be_had_is_named_unless_another_is_given(written, 
     with pytest.raises(BadInput, match=f"a.*{fault}"):
         load_scan(path)
     assert load_scan(path, tmp_path / "picture.png").texture.shape == (10, 20, 3)
+
+
+@pytest.mark.parametrize("key", ["map_kd", "MAP_KD"])
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
+def test_a_byte_order_mark_and_the_case_of_a_keyword_do_not_matter(written, key, mark):
+    path = written(
+        "v 7 7 -700\n" + SQUARE + "mtllib a.mtl\nusemtl page\nf 2/1 3/2 4/3\n", f"newmtl page\n{key} picture.png\n"
+    )
+    for file in (path, path.with_suffix(".mtl")):
+        file.write_bytes(mark + file.read_bytes())
+    mesh = load_scan(path)
+    assert mesh.vertices.tolist() == [[0, 0, -700], [9, 0, -700], [9, 9, -700]]
+    assert mesh.texture.shape == (10, 20, 3)
+    path.write_bytes(mark + b"mtllib a.mtl\n" + SQUARE.encode() + FACE.encode())
+    assert {file.name for file in referenced_files(path)} == {"a.mtl", "picture.png"}
+
+
+@pytest.mark.parametrize("options", ["-s 1 -1 1", "-s 2", "-clamp on -o 0.5 0 0", "-o 0 .1"])
+def test_options_that_move_the_picture_are_refused(written, options):
+    text = "mtllib a.mtl\nusemtl page\n" + SQUARE + FACE
+    with pytest.raises(BadInput, match=r"a\.obj: the option -[so] .* moves its picture"):
+        load_scan(written(text, f"newmtl page\nmap_Kd {options} picture.png\n"))
+    assert (
+        load_scan(written(text, f"newmtl page\nmap_Kd picture.png\nnewmtl b\nmap_Kd {options} b.png\n")).texture
+        is not None
+    )
 
 
 def test_a_link_out_of_the_folder_is_not_followed(written, tmp_path):

@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 from restore.errors import BadInput
-from restore.formats import load_scan, write_ply
+from restore.formats import load_scan, referenced_files, write_ply
 from restore.formats.ply import read_ply
 from restore.scan import RangeScan, SurfaceMesh
 
@@ -42,6 +42,18 @@ def test_texture_coordinates_of_vertices(tmp_path, names):
     mesh = load_scan(tmp_path / "a.ply")
     expected = np.column_stack([mesh.vertices[:, 0] / 9 * 20 - 0.5, (1 - mesh.vertices[:, 1] / 9) * 10 - 0.5])
     np.testing.assert_allclose(mesh.texcoords, expected, atol=EXACT_PX)
+
+
+@pytest.mark.parametrize("mark", [b"", b"\xef\xbb\xbf"])
+def test_a_byte_order_mark_remarks_before_the_format_and_quotes_do_not_matter(tmp_path, mark):
+    remarks = 'comment of a scanner\nobj_info one\ncomment TextureFile "the picture.png"\n'
+    extra = "property float s\nproperty float t\n"
+    lines = [f"{xyz} {uv}" for xyz, uv in zip(SQUARE, ("0 0", "1 0", "1 1", "0 1"), strict=True)]
+    data = text(*lines, *TRIANGLES, head=HEAD.replace("format", remarks + "format") + POINTS + extra + FACES)
+    (tmp_path / "a.ply").write_bytes(mark + data.encode())
+    Image.new("RGB", (20, 10)).save(tmp_path / "the picture.png")
+    assert load_scan(tmp_path / "a.ply").texture.shape == (10, 20, 3)
+    assert [file.name for file in referenced_files(tmp_path / "a.ply")] == ["the picture.png"]
 
 
 def test_texture_coordinates_of_faces_split_the_seam(tmp_path):
