@@ -30,6 +30,8 @@ MAX_MATERIAL_BYTES = 2**20  # a material file is a page of text
 MAX_LIBRARIES = 16  # a scan has one
 LARGE_MESH = 1000  # vertices: more than in files written by hand
 UNUSED_TAIL = 0.01  # of the vertices: the faces of a truncated file do not reach its last vertices
+# Of the vertices: where the faces use fewer, though the last line has an end, more were lost than an editor deletes.
+LEAST_USED = 0.5
 UNMOVED = {b"-s": 1.0, b"-o": 0.0}  # scale and offset that leave the texture coordinates as they are
 _NUMBER = re.compile(rb"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
@@ -44,13 +46,14 @@ def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     starts = np.cumsum(text.sizes) - text.sizes
     faces, uv_faces = fan_triangles(text.corners, starts, text.sizes), fan_triangles(text.uvs, starts, text.sizes)
     check_vertices(path, text.vertices)
-    _check_complete(path, data, text, faces)
+    unused = _check_complete(path, data, text, faces)
     colours = _colours(text)
     bare: Mask = np.any(uv_faces < 0, axis=1)
     if not bare.all():
         texture = _picture(path, text) if texture is None else texture
         texture = adjacent_picture(path) if texture is None and colours is None else texture
     kept, warnings = (bare | True, ()) if texture is None or bare.all() else kept_faces(bare)
+    warnings = (*unused, *warnings)
     if bare[kept].any():
         return checked_mesh(path, text.vertices, faces, texture=texture, colours=colours, warnings=warnings)
     take, take_uv, faces = split_seams(faces[kept], uv_faces[kept], len(text.uv))
@@ -80,20 +83,25 @@ def write_obj(mesh: SurfaceMesh, path: Path) -> None:
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _check_complete(path: Path, data: bytes, text: ObjText, faces: Ints) -> None:
-    """Raise BadInput when the last face is not complete, or the faces, which follow the vertices, end before them.
+def _check_complete(path: Path, data: bytes, text: ObjText, faces: Ints) -> tuple[str, ...]:
+    """A warning where the last vertices are in no face: the file may be cut short between two lines.
 
-    Scanners write as many vertices as their faces use. Where the last line has an end, a few may be left over.
+    Scanners write as many vertices as their faces use, before the faces; editors leave the vertices of faces that were
+    deleted. Raises BadInput when the last face is not complete, or vertices are unused and the last line has no end, or
+    most are unused.
     """
     if len(faces) == 0:
-        return
+        return ()
     last = data[data.rfind(b"\n") + 1 :].split()
     if last[:1] == [b"f"] and len(last) < 4:
         raise BadInput(f"{path} seems cut short: its last face is not complete", CUT_SHORT)
     share = (int(faces.max()) + 1) / len(text.vertices)
-    allowed = UNUSED_TAIL if len(text.vertices) >= LARGE_MESH else 1.0
-    if share < 1.0 - (allowed if data.endswith(b"\n") else 0.0):
+    large, ended = len(text.vertices) >= LARGE_MESH, data.endswith(b"\n")
+    if share < (LEAST_USED if large and ended else 0.0 if ended else 1.0):
         raise BadInput(f"{path} seems cut short: its faces use the first {share:.0%} of its vertices", CUT_SHORT)
+    if large and share < 1.0 - UNUSED_TAIL:
+        return (f"the faces use the first {share:.1%} of the vertices: were faces deleted, or is the file cut short?",)
+    return ()
 
 
 def _colours(text: ObjText) -> Bytes | None:

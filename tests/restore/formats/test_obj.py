@@ -315,11 +315,22 @@ def test_a_file_that_was_cut_is_not_read_as_a_smaller_page(mesh, tmp_path):
     whole = (tmp_path / "a.obj").read_bytes()
     cut = tmp_path / "cut.obj"
     (tmp_path / "cut.png").write_bytes((tmp_path / "a.png").read_bytes())
-    for share in (0.3, 0.6, 0.8):
+    for share in (0.3, 0.6, 0.8, 0.9):
         data = whole[: int(share * len(whole))]
         cut.write_bytes(data.rstrip(b"\n"))
         with pytest.raises(BadInput, match=r"cut\.obj (seems cut short|holds no surface)"):
             read_obj(cut)
-        cut.write_bytes(data[: data.rindex(b"\n") + 1])
-        with pytest.raises(BadInput, match=r"cut\.obj (seems cut short|holds no surface)"):
-            read_obj(cut)
+
+
+def test_a_file_that_was_cut_between_two_lines_is_refused_or_warned_of(mesh, tmp_path):
+    """Faces that were deleted in an editor leave the same: most of the page is kept, with a warning."""
+    write_obj(mesh(rows=48, cols=64, missing=0.0), tmp_path / "a.obj")
+    lines = (tmp_path / "a.obj").read_bytes().splitlines(keepends=True)
+    last = sum(line.startswith(b"f ") for line in lines)
+    for share in (0.2, 0.4):
+        (tmp_path / "a.obj").write_bytes(b"".join(lines[: len(lines) - last + int(share * last)]))
+        with pytest.raises(BadInput, match=r"a\.obj seems cut short"):
+            read_obj(tmp_path / "a.obj")
+    for share in (0.6, 0.95):
+        (tmp_path / "a.obj").write_bytes(b"".join(lines[: len(lines) - last + int(share * last)]))
+        assert "is the file cut short?" in load_scan(tmp_path / "a.obj").provenance["warnings"][0]
