@@ -68,7 +68,7 @@ def checked_mesh(
         points, uv, colours = points[used], None if uv is None else uv[used], None if colours is None else colours[used]
     if texture is None and colours is None:
         texture = adjacent_picture(path)
-    texcoords = _texcoords(path, uv, texture, corners)
+    texcoords = None if uv is None or texture is None else _texcoords(path, uv, texture, points, corners)
     facts = provenance(path) | ({"warnings": list(warnings)} if warnings else {})
     return PaintedMesh(points, corners, texcoords, texture, facts, colours=colours)
 
@@ -122,12 +122,16 @@ def _check_faces(path: Path, faces: Ints, count: int) -> None:
         raise BadInput(f"{path}: a face uses vertices {faces[bad].tolist()} of {count}", DAMAGED)
 
 
-def _texcoords(path: Path, uv: NDArray[np.floating] | None, texture: Bytes | None, faces: Ints) -> Floats | None:
-    if uv is None or texture is None:
-        return None
+def _texcoords(path: Path, uv: NDArray[np.floating], texture: Bytes, vertices: Floats, faces: Ints) -> Floats:
     coordinates: Floats = _columns(path, "texture coordinates", uv, 2).astype(np.float64)
-    if not (np.abs(coordinates) <= MAX_TEXCOORD).all():
-        raise BadInput(f"{path}: a texture coordinate lies far outside the picture", DAMAGED)
+    bad = ~(np.abs(coordinates) <= MAX_TEXCOORD).all(axis=1)
+    if bad.any():
+        first = int(np.argmax(bad))
+        (u, v), (x, y, z) = coordinates[first], vertices[first]
+        what = "lies far outside the picture" if np.isfinite((u, v)).all() else "is no number"
+        raise BadInput(
+            f"{path}: the texture coordinate ({u:g}, {v:g}) of the vertex at ({x:g}, {y:g}, {z:g}) mm {what}", DAMAGED
+        )
     return texture_pixels(in_first_tile(path, coordinates, faces), texture)
 
 

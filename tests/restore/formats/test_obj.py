@@ -150,6 +150,19 @@ def test_options_that_move_the_picture_are_refused(written, options):
     )
 
 
+@pytest.mark.parametrize(
+    "value, fault",
+    [
+        ("nan", r"\(nan, 0\) of the vertex at \(9, 0, -700\) mm is no number"),
+        ("-inf", r"\(-inf, 0\) .* is no number"),
+        ("1e4", r"\(10000, 0\) of the vertex at \(9, 0, -700\) mm lies far outside the picture"),
+    ],
+)
+def test_a_texture_coordinate_that_cannot_be_is_named_with_its_vertex(written, value, fault):
+    with pytest.raises(BadInput, match=rf"a\.obj: the texture coordinate {fault}"):
+        load_scan(written("mtllib a.mtl\nusemtl page\n" + SQUARE.replace("vt 1 0", f"vt {value} 0") + FACE))
+
+
 def test_a_link_out_of_the_folder_is_not_followed(written, tmp_path):
     secret = tmp_path / "secret.png"
     Image.new("RGB", (4, 3)).save(secret)
