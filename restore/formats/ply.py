@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.errors import BadInput
+from restore.formats.bare_faces import kept_faces
 from restore.formats.grid import check_grid, grid_polygons
 from restore.formats.mesh import check_polygons, checked_mesh, fan_triangles, split_seams, texture_uv
 from restore.formats.obj import file_name
 from restore.formats.picture import encode_png, read_picture
 from restore.formats.ply_data import PlyData, parse_ply
 from restore.formats.source import DAMAGED, MISSING, ONE_SHOT, is_file, read_bytes, resolve_reference
-from restore.scan import Bytes, Floats, Ints, SurfaceMesh
+from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
 
 # Names that are in use.
 CORNERS = ("vertex_indices", "vertex_index")
@@ -38,12 +39,18 @@ def read_ply(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     if uv is None:
         uv = next((found for names in TEXCOORDS if (found := _columns(columns, names)) is not None), None)
     colours = _colours(content)
-    if uv_faces is not None and uv is not None:
-        take, take_uv, faces = split_seams(faces, uv_faces, len(uv))
-        vertices, uv, colours = vertices[take], uv[take_uv], None if colours is None else colours[take]
     if texture is None and uv is not None:
         texture = _picture(path, content.header.comments)
-    return checked_mesh(path, vertices, faces, uv=uv, texture=texture, colours=colours)
+    warnings: tuple[str, ...] = ()
+    if uv_faces is not None and uv is not None:
+        bare: Mask = np.any(uv_faces < 0, axis=1)
+        kept, warnings = (bare | True, ()) if texture is None else kept_faces(bare)
+        if bare[kept].any():
+            uv = None
+        else:
+            take, take_uv, faces = split_seams(faces[kept], uv_faces[kept], len(uv))
+            vertices, uv, colours = vertices[take], uv[take_uv], None if colours is None else colours[take]
+    return checked_mesh(path, vertices, faces, uv=uv, texture=texture, colours=colours, warnings=warnings)
 
 
 def write_ply(mesh: SurfaceMesh, path: Path) -> None:
@@ -82,7 +89,10 @@ def _colours(content: PlyData) -> Bytes | None:
 
 
 def _faces(path: Path, content: PlyData) -> tuple[Ints, Ints | None, Floats | None]:
-    """Triangles (m, 3); with texture coordinates of corners also their numbers (m, 3) and the coordinates (t, 2)."""
+    """Triangles (m, 3); with texture coordinates of corners also their numbers (m, 3) and the coordinates (t, 2).
+
+    The numbers are −1 for a face whose list is empty.
+    """
     lists = content.lists.get("face", {})
     corners = next((lists[name] for name in CORNERS if name in lists), None)
     if corners is None:
@@ -91,11 +101,16 @@ def _faces(path: Path, content: PlyData) -> tuple[Ints, Ints | None, Floats | No
     _check_indices(path, corners.values, len(content.columns["vertex"]["x"]))
     faces = fan_triangles(corners.values, corners.starts, corners.sizes)
     pairs = lists.get("texcoord")
-    if pairs is None or not len(faces) or (pairs.sizes != 2 * corners.sizes).any():
+    if pairs is None or not len(faces) or not len(pairs.values):
+        return faces, None, None
+    textured = pairs.sizes > 0
+    if (pairs.sizes != 2 * corners.sizes)[textured].any():
         return faces, None, None
     coordinates = np.ascontiguousarray(pairs.values, np.float64).view(np.complex128)  # each compared as one number
     uv, number = np.unique(coordinates, return_inverse=True)
-    return faces, fan_triangles(number, corners.starts, corners.sizes), uv.view(np.float64).reshape(-1, 2)
+    numbers = np.full(len(corners.values), -1)
+    numbers[np.repeat(textured, corners.sizes)] = number
+    return faces, fan_triangles(numbers, corners.starts, corners.sizes), uv.view(np.float64).reshape(-1, 2)
 
 
 def _range_grid(path: Path, content: PlyData) -> Ints:

@@ -65,6 +65,21 @@ def test_texture_coordinates_of_faces_split_the_seam(tmp_path):
     assert sorted(map(tuple, mesh.texcoords[at_origin])) == [(-0.5, 9.5), (9.5, 4.5)]
 
 
+@pytest.mark.parametrize("picture", [True, False])
+def test_a_face_without_texture_coordinates_leaves_the_picture_to_the_others(tmp_path, picture):
+    comment = "comment TextureFile p.png\n" if picture else ""
+    head = HEAD + comment + POINTS + FACES + "property list uchar float texcoord\n"
+    (tmp_path / "a.ply").write_text(text(*SQUARE, "3 0 1 2 0", "3 0 2 3 6 0.5 0.5 1 1 0 1", head=head))
+    Image.new("RGB", (20, 10)).save(tmp_path / "p.png")
+    mesh = read_ply(tmp_path / "a.ply")
+    if picture:
+        assert mesh.vertices[mesh.faces[0]].tolist() == [[0, 0, -700], [9, 9, -700], [0, 9, -700]]
+        np.testing.assert_allclose(mesh.texcoords[mesh.faces[0]], [[9.5, 4.5], [19.5, -0.5], [-0.5, -0.5]])
+        assert mesh.provenance["warnings"][0].startswith("1 of 2 faces have no texture coordinates and are left out")
+    else:
+        assert len(mesh.faces) == 2 and mesh.texcoords is None
+
+
 def with_colours(mesh, colours):
     """A PLY text of a mesh with a colour for each vertex."""
     rgb = "".join(f"property uchar {name}\n" for name in ("red", "green", "blue"))
