@@ -14,15 +14,16 @@ from restore.mesh.adjacency import components
 from restore.mesh.network import edges_of
 from restore.scan import Floats, Ints
 
-# Of the picture: rounding and the padding round a chart leave 0…1 by less, a picture that repeats shows more of itself.
+# Of the picture, in another tile: rounding and the padding round a chart leave it by less.
 BORDER = 0.1
+MOST_PAST = 1.0  # of the picture: a photograph is cast on a surface that is larger than what it shows
 
 
 def in_first_tile(path: Path, uv: Floats, faces: Ints) -> Floats:
     """The texture coordinates (n, 2), every chart of faces (m, 3) moved by whole numbers from its tile to 0…1.
 
-    A chart is a connected piece; coordinates up to BORDER outside of 0…1 stay. Raises BadInput for a chart that reaches
-    into another tile.
+    A chart is a connected piece. What reaches past the picture itself stays, and shows its border, up to MOST_PAST.
+    Raises BadInput for a chart of another tile that reaches past that, and one that reaches farther.
     """
     if _beyond(uv) <= BORDER:
         return uv
@@ -30,9 +31,11 @@ def in_first_tile(path: Path, uv: Floats, faces: Ints) -> Floats:
     least, most = np.full((chart.max() + 1, 2), np.inf), np.full((chart.max() + 1, 2), -np.inf)
     np.minimum.at(least, chart, uv)
     np.maximum.at(most, chart, uv)
-    moved: Floats = uv - np.floor((least + most) / 2.0)[chart]
-    if _beyond(moved) > BORDER:
-        worst = chart[np.argmax(np.maximum(-moved, moved - 1.0).max(axis=1))]
+    tiles = np.floor((least + most) / 2.0)
+    moved: Floats = uv - tiles[chart]
+    past = np.maximum(-moved, moved - 1.0).max(axis=1) - np.where((tiles == 0.0).all(axis=1), MOST_PAST, BORDER)[chart]
+    if past.max() > 0.0:
+        worst = chart[np.argmax(past)]
         (u0, v0), (u1, v1) = least[worst], most[worst]
         raise BadInput(
             f"{path}: texture coordinates from ({u0:.3g}, {v0:.3g}) to ({u1:.3g}, {v1:.3g}) on one piece of the "

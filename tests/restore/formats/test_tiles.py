@@ -65,10 +65,15 @@ def test_coordinates_a_little_outside_stay():
     assert in_first_tile(Path("a.obj"), uv, TWO_CHARTS) is uv
 
 
-@pytest.mark.parametrize("stretch, shift", [(2.0, 0.0), (1.0, 0.5), (3.0, -1.0)])
+@pytest.mark.parametrize("stretch, shift", [(2.0, 0.0), (1.0, 0.5), (3.5, -1.25)])
 def test_a_piece_on_which_the_picture_repeats_is_refused(mesh, tmp_path, stretch, shift):
     sheet = mesh(whole=True)
     uv = texture_uv(sheet.texcoords, sheet.texture) * [stretch, 1.0] + [shift, 0.0]
     write_obj(replace(sheet, texcoords=texture_pixels(uv, sheet.texture)), tmp_path / "a.obj")
     with pytest.raises(BadInput, match=r"a\.obj: texture coordinates .* repeat its picture"):
         load_scan(tmp_path / "a.obj")
+
+
+def test_a_photograph_that_shows_less_than_the_surface_stays_where_it_is():
+    uv = CHART * 1.8 - 0.4
+    np.testing.assert_array_equal(in_first_tile(Path("a.obj"), uv, TWO_CHARTS[:1]), uv)
