@@ -42,7 +42,8 @@ class ScannedSheet:
 def separate_sheets(scan: RangeScan | SurfaceMesh) -> list[ScannedSheet]:
     """The sheets of a scan, left to right as the scanner saw them; one, the scan itself, where it holds one.
 
-    Connected pieces nearer to each other than MAX_GAP samples or edges are of one sheet: drop-outs part it so.
+    Connected pieces nearer to each other than MAX_GAP samples or edges are of one sheet: drop-outs part it so. So are
+    those between which a range image has only lost samples, as many as `find_pieces` goes on over.
     Raises NotEnoughSurface when there is no surface, BadInput for a broken mesh.
     """
     if isinstance(scan, SurfaceMesh):

@@ -22,6 +22,12 @@ ONE_PIECE = 0.5  # of the samples off the table: with more in one piece the lase
 SMALL_HINT = "move the scanner nearer or take a lens of longer focal length, so that the page fills more of the picture"
 SPARSE_HINT = "bring the page into the depth window, raise the laser power for dark paper, and scan again"
 CLOSING_DIAMETER = 5  # samples: notches that ink leaves in the outline
+MAX_LOST = CLOSING_DIAMETER - 1  # samples in a row that a sheet goes on over: the outline is closed over as many
+# The same beside a table that was measured, where nothing but the sheet can have lost them: across a side that is
+# hollow, by a radius of 25 samples or more, it adds half a sample at most.
+MAX_LOST_ON_TABLE = 10
+# 45°: a shadow of the laser ends on its ray, steeper than that for any baseline that is shorter than the distance.
+MAX_LOST_SLOPE = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,9 +56,9 @@ class SegmentedScan:
         return float(min(self.samples.mean(), self.inside.mean()))
 
 
-def segment(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan:
-    """The scan with the sheet of these samples (rows, cols)."""
-    return SegmentedScan(scan, rays, samples, fill_outline(samples))
+def segment(scan: RangeScan, rays: Rays, samples: Mask, *, lost: Mask | None = None) -> SegmentedScan:
+    """The scan with the sheet of these samples (rows, cols), and of those (rows, cols) that were lost between them."""
+    return SegmentedScan(scan, rays, samples, fill_outline(samples if lost is None else samples | lost))
 
 
 def find_sheet(scan: RangeScan, rays: Rays) -> SegmentedScan:
@@ -69,7 +75,7 @@ def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan
     Raises NotEnoughSurface when none is large enough to be a page.
     """
     labels, sizes = _label_connected_surfaces(scan, rays, samples)
-    sheet = segment(scan, rays, labels == max(int(np.argmax(sizes)), 1))
+    sheet = _labelled(scan, rays, samples, labels == max(int(np.argmax(sizes)), 1))
     if sheet.share < MIN_SHARE:
         count = sheet.samples.sum()
         small = count < MIN_SHARE * labels.size and count > ONE_PIECE * samples.sum()
@@ -80,10 +86,16 @@ def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan
 
 def find_pieces(scan: RangeScan, rays: Rays) -> list[SegmentedScan]:
     """The scan with each connected surface off the table that is large enough to be a page as its sheet."""
-    labels, sizes = _label_connected_surfaces(scan, rays, _off_table(scan))
+    samples = _off_table(scan)
+    labels, sizes = _label_connected_surfaces(scan, rays, samples)
     large = np.flatnonzero(sizes >= MIN_SHARE * labels.size)
-    pieces = [segment(scan, rays, labels == label) for label in large]
+    pieces = [_labelled(scan, rays, samples, labels == label) for label in large]
     return [piece for piece in pieces if piece.share >= MIN_SHARE]
+
+
+def _labelled(scan: RangeScan, rays: Rays, samples: Mask, surface: Mask) -> SegmentedScan:
+    """The scan with one surface (rows, cols) of its samples (rows, cols), and of those lost between them, as sheet."""
+    return segment(scan, rays, surface & samples, lost=surface & ~samples)
 
 
 def _off_table(scan: RangeScan) -> Mask:
@@ -98,11 +110,30 @@ def inverse_depths(scan: RangeScan) -> Floats:
 
 
 def _label_connected_surfaces(scan: RangeScan, rays: Rays, samples: Mask) -> tuple[Ints, Ints]:
-    """Labels (rows, cols) of the connected surfaces of samples (rows, cols), 0 for none, and their sizes, 0 for it."""
-    labels = _label_connected(-scan.points[..., 2], samples, rays.dx * MAX_SLOPE)
-    sizes = np.bincount(labels.ravel())
+    """Labels (rows, cols) of the connected surfaces of samples (rows, cols), 0 for none, and their sizes, 0 for it.
+
+    A surface has those of its samples, too, that were lost; they do not count for its size.
+    """
+    depth, goes_on = _over_lost(scan, rays, samples)
+    labels = _label_connected(depth, goes_on, rays.dx * MAX_SLOPE)
+    sizes = np.bincount(labels[samples], minlength=2)
     sizes[0] = 0
     return labels, sizes
+
+
+def _over_lost(scan: RangeScan, rays: Rays, samples: Mask) -> tuple[Floats, Mask]:
+    """(rows, cols) mm the depth of samples (rows, cols), and of those lost between them; (rows, cols) True for both.
+
+    A sample that is missing says nothing of where a sheet ends: one that was measured on the table does.
+    """
+    depth, measured = -scan.points[..., 2], scan.measured
+    longest = MAX_LOST_ON_TABLE if (measured & ~samples).any() else MAX_LOST
+    step = rays.dx * MAX_LOST_SLOPE
+    along = _interpolated(depth, samples, measured, longest, step)
+    down = _interpolated(*(np.ascontiguousarray(grid.T) for grid in (depth, samples, measured)), longest, step).T
+    filled = np.where(np.isfinite(along), along, down)
+    lost = np.isfinite(filled)
+    return np.where(lost, filled, depth), samples | lost
 
 
 def fill_outline(samples: Mask) -> Mask:
@@ -114,6 +145,29 @@ def fill_outline(samples: Mask) -> Mask:
     closed = cv2.morphologyEx(np.pad(samples, CLOSING_DIAMETER).astype(np.uint8), cv2.MORPH_CLOSE, kernel)
     opened = cv2.morphologyEx(binary_fill_holes(closed).astype(np.uint8), cv2.MORPH_OPEN, kernel)
     filled: Mask = opened[CLOSING_DIAMETER:-CLOSING_DIAMETER, CLOSING_DIAMETER:-CLOSING_DIAMETER].astype(bool)
+    return filled
+
+
+@numba.njit(cache=True)
+def _interpolated(depth: Floats, samples: Mask, measured: Mask, longest: int, step: float) -> Floats:
+    """(rows, cols) mm: depth where up to so many of a row were not measured, between two samples; NaN elsewhere.
+
+    Those differ by less than `step`·depth for each.
+    """
+    rows, cols = depth.shape
+    filled = np.full((rows, cols), np.nan)
+    for row in range(rows):
+        last = cols
+        for col in range(cols):
+            if not measured[row, col]:
+                continue
+            apart = col - last
+            if 1 < apart <= longest + 1 and samples[row, last] and samples[row, col]:
+                change = (depth[row, col] - depth[row, last]) / apart
+                if abs(change) < step * depth[row, last]:
+                    for k in range(1, apart):
+                        filled[row, last + k] = depth[row, last] + k * change
+            last = col
     return filled
 
 

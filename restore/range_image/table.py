@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import cv2
 import numpy as np
-from scipy.ndimage import binary_erosion, binary_fill_holes
+from scipy.ndimage import binary_erosion, binary_fill_holes, distance_transform_edt
 
 from restore.robust import robust_sigma, robust_sigmas
 from restore.scan import Floats, Mask, RangeScan
@@ -20,7 +20,7 @@ MIN_COLOUR_DIFFERENCE = 12.0  # ΔE between table and paper, below which the "ta
 PAPER_PERCENTILE = 75  # of lightness: brighter samples are paper, not ink
 MIN_NOISE_MM = 0.01  # coordinates are written to a hundredth of a millimetre
 EDGE_BLUR = 3  # samples over which lens and drop-outs blur the edge of the sheet
-MIN_SHEET = 0.05  # of the picture, in one piece; the rest of a page that fills the picture is letters and lines
+MIN_SHEET = 0.05  # of the samples, in one piece; the rest of a page that fills the picture is letters and lines
 
 
 def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed: bool = True) -> Mask:
@@ -37,7 +37,7 @@ def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed
     if band.sum() < MIN_SHARE * (outer & ~binary_erosion(outer, iterations=BORDER_BAND)).sum():
         return no_table
     directions = scan.points[..., :2] * inverse_depth[..., None]
-    residual, tolerance = _fit_plane(inverse_depth, directions / np.nanmedian(np.diff(directions[..., 0])), band)
+    residual, tolerance = _fit_plane(inverse_depth, directions / _pitch(directions[..., 0].T), band)
     on_plane = measured & (residual < tolerance)
     if on_plane[band].mean() < MIN_SHARE or not (framed or _surrounds(on_plane, band)):
         return no_table
@@ -50,7 +50,7 @@ def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed
     if not rest.any():
         return no_table
     paper = _paper_colour(colour[rest])
-    if np.linalg.norm(paper - centre) < MIN_COLOUR_DIFFERENCE or _largest_piece(rest) < MIN_SHEET * rest.size:
+    if np.linalg.norm(paper - centre) < MIN_COLOUR_DIFFERENCE or _largest_share(rest, measured) < MIN_SHEET:
         return no_table
     if not framed and on_plane[rest].mean() > 0.5:
         return no_table
@@ -109,12 +109,25 @@ def _fit_plane(inverse_depth: Floats, directions: Floats, band: Mask) -> tuple[F
     return np.abs(best[0] + directions @ best[1:] - inverse_depth), ON_PLANE_SIGMAS * noise
 
 
+def _pitch(along: Floats) -> float:
+    """The median change from row to row of values (rows, cols), NaN for none, by rows as near as values stand."""
+    changes = ((along[apart:] - along[:-apart]) / apart for apart in range(1, len(along)))
+    return float(next((np.nanmedian(one) for one in changes if np.isfinite(one).any()), 1.0))
+
+
 def _noise_sigma(inverse_depth: Floats, band: Mask) -> float:
-    """Standard deviation of one sample, 1/mm, from second differences down the columns, where noise is uncorrelated."""
-    second = np.where(band, inverse_depth, np.nan)
-    second = second[2:] - 2 * second[1:-1] + second[:-2]
+    """Standard deviation of one sample, 1/mm, from second differences down the columns, where noise is uncorrelated.
+
+    They are of samples as near as three were measured, in a scan that has every second row as well.
+    """
+    value = np.where(band, inverse_depth, np.nan)
+    differences = (
+        value[2 * apart :] - 2 * value[apart:-apart] + value[: -2 * apart] for apart in range(1, (len(value) + 1) // 2)
+    )
+    known = (second[np.isfinite(second)] for second in differences)
+    second = next((some for some in known if some.size), np.zeros(1))
     floor = MIN_NOISE_MM * float(np.nanmedian(inverse_depth)) ** 2
-    return max(robust_sigma(second[np.isfinite(second)]) / float(np.sqrt(6.0)), floor)
+    return max(robust_sigma(second) / float(np.sqrt(6.0)), floor)
 
 
 def _lab_colours(scan: RangeScan) -> Floats | None:
@@ -148,8 +161,12 @@ def _paper_colour(rest: Floats) -> Floats:
     return colour
 
 
-def _largest_piece(rest: Mask) -> int:
-    """The number of samples of the largest connected piece, without links one or two samples wide."""
-    solid = cv2.morphologyEx(rest.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-    _, _, stats, _ = cv2.connectedComponentsWithStats(solid)
-    return int(stats[1:, cv2.CC_STAT_AREA].max(initial=0))
+def _largest_share(rest: Mask, measured: Mask) -> float:
+    """Share of the measured samples that the largest connected piece has, without links one or two samples wide.
+
+    Where nothing was measured the piece goes on as beside it: dark ink and a weak laser lose samples on paper, too.
+    """
+    rows, cols = distance_transform_edt(~measured, return_distances=False, return_indices=True)
+    solid = cv2.morphologyEx(rest[rows, cols].astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    _, labels = cv2.connectedComponents(solid)
+    return float(np.bincount(labels[rest])[1:].max(initial=0) / measured.sum())

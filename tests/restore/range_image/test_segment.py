@@ -7,7 +7,15 @@ import pytest
 
 from restore.errors import NotEnoughSurface
 from restore.range_image.camera import find_rays
-from restore.range_image.segment import CLOSING_DIAMETER, MIN_SHARE, fill_outline, find_sheet
+from restore.range_image.segment import (
+    CLOSING_DIAMETER,
+    MAX_LOST,
+    MAX_LOST_ON_TABLE,
+    MIN_SHARE,
+    fill_outline,
+    find_pieces,
+    find_sheet,
+)
 
 PAPER, INK = (232, 228, 218), (38, 36, 40)
 TABLES = {"dark": (62, 58, 55), "light": (165, 150, 132)}
@@ -134,6 +142,59 @@ def test_drop_outs_inside_ink_are_filled(camera, table):
     assert not samples[words].any()
     assert inside[words].all()
     assert_is(inside, area)
+
+
+def without(scan, lost):
+    return replace(scan, points=np.where(lost[..., None], np.nan, scan.points))
+
+
+def strips(camera, width):
+    """Columns and rows, so many beside each other, as a sensor's fault or ruled lines leave them."""
+    rows, cols = (grid.astype(int) - 15 for grid in camera.indices)
+    return (rows % 30 < width) | (cols % 30 < width)
+
+
+@pytest.mark.parametrize(("table", "width"), [("dark", MAX_LOST_ON_TABLE), ("light", 5), (None, MAX_LOST)])
+def test_lost_rows_and_columns_do_not_part_a_sheet(camera, table, width):
+    area = sheet_area(camera, turn_deg=0.0 if table else 25.0, width=125.0)
+    shot = scene(camera, area, curled(camera), table) if table else camera.shot(np.where(area, curled(camera), np.nan))
+    scan = without(shot, strips(camera, width))
+    samples, inside = find(scan)
+    ends = outline_grown(~area, width) & area  # a strip may have taken the border itself
+    assert inside[area & ~ends].all()
+    assert not (samples & strips(camera, width)).any()
+    assert not (inside & ~outline_grown(area, MAX_OVERSHOOT)).any()
+    assert len(find_pieces(scan, find_rays(scan))) == 1
+
+
+@pytest.mark.parametrize("table", TABLES)
+def test_samples_lost_at_random_leave_the_sheet_whole(camera, table):
+    area = sheet_area(camera, turn_deg=25.0)
+    lost = np.random.default_rng(4).random(camera.shape) < 0.4
+    samples, inside = find(without(scene(camera, area, curled(camera), table), lost))
+    within = area & ~outline_grown(~area, 1)  # what was lost at the border is lost
+    assert (inside & within).sum() >= MIN_AREA_RECALL * within.sum()
+    assert not (inside & ~outline_grown(area, MAX_OVERSHOOT)).any()
+    assert not (samples & lost).any()
+
+
+def test_a_sheet_in_the_shadow_of_another_is_not_one_with_it(camera):
+    """The laser stands to the left of the lens by 0.27 of the distance, as far as the VIVID 910's above it."""
+    _, cols = camera.indices
+    front = cols < 100
+    step_mm = 5.0
+    shadow = ~front & (cols < 100 + 0.27 * step_mm / camera.pitch_mm)
+    depth = np.where(front, camera.plane(distance=TABLE_MM - step_mm), camera.plane(distance=TABLE_MM))
+    scan = camera.shot(np.where(shadow, np.nan, depth), on_paper(camera))
+    assert 2 <= shadow[0].sum() <= MAX_LOST
+    assert len(find_pieces(scan, find_rays(scan))) == 2
+
+
+def test_two_sheets_on_a_table_are_two(camera):
+    """As near to each other as one sample of the table."""
+    left, right = (np.roll(sheet_area(camera, width=60.0), by, 1) for by in (-35, 35))
+    scan = scene(camera, left | right, curled(camera), "dark")
+    assert len(find_pieces(scan, find_rays(scan))) == 2
 
 
 def test_a_second_sheet_behind_a_depth_step_is_left_out(camera):

@@ -82,6 +82,26 @@ def test_the_same_scan_has_the_same_table(camera, sheet, coloured):
     np.testing.assert_array_equal(table_of(scan), table_of(scan))
 
 
+def scattered(camera):
+    return np.random.default_rng(3).random(camera.shape) < 0.4
+
+
+def columns(camera):
+    return camera.indices[1] % 2 == 1
+
+
+def rows(camera):
+    return camera.indices[0] % 2 == 1
+
+
+@pytest.mark.parametrize("lost", [scattered, columns, rows])
+def test_samples_that_were_lost_do_not_hide_the_table(camera, sheet, coloured, lost):
+    depths = np.where(sheet, camera.cylinder(90.0, distance=880.0), camera.plane())
+    table = table_of(seen(camera, coloured, np.where(lost(camera), np.nan, depths)))
+    assert table[~sheet & ~lost(camera)].mean() > MIN_RECALL
+    assert table[sheet].mean() < MAX_FALSE_SHARE
+
+
 def curled_to_the_border(camera, sheet, coloured):
     return seen(camera, np.full_like(coloured, PAPER), camera.cylinder(90.0))
 
@@ -107,7 +127,15 @@ def ruled(camera, sheet, coloured):
     return seen(camera, page, camera.plane())
 
 
-@pytest.mark.parametrize("scan", [curled_to_the_border, out_of_sight, one_colour, ruled])
+def dark_picture(camera, sheet, coloured):
+    """A page that fills the picture, and a figure on it so dark that only its soft edge was measured."""
+    black = np.zeros_like(sheet)
+    black[37:123, 42:158] = True  # within the sheet's area, by two samples
+    page = np.where(coloured == PAPER, TABLE, PAPER)
+    return seen(camera, page.astype(float), np.where(black, np.nan, camera.plane()))
+
+
+@pytest.mark.parametrize("scan", [curled_to_the_border, out_of_sight, one_colour, ruled, dark_picture])
 def test_without_a_table_in_view_none_is_detected(camera, sheet, coloured, scan):
     assert not table_of(scan(camera, sheet, coloured)).any()
 
