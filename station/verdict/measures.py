@@ -38,7 +38,7 @@ def measure(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> Measures:
         "strain_rms": float(report["strain"]["smooth_rms"]),
         "effective_ppi": None if texture is None else report["sampling_ppi"],
         "blur_px": None if texture is None else blur_px(texture, seen_in(page.page_map, texture.shape[:2])),
-        "clipped_share": None if texture is None else clipped_share(page.image, measured),
+        "clipped_share": None if texture is None else clipped_share(page.master, measured),
         "fingerprint": fingerprint(page.image),
     }
 

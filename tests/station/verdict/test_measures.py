@@ -81,24 +81,38 @@ def test_clipped_pixels():
     assert clipped_share(image, np.zeros((10, 10), bool)) == 0.0
 
 
+def restored_page(image, master):
+    """A page of 256 × 256 pixels, 256 mm wide, that shows the picture of its scan pixel by pixel."""
+    rows, cols = np.indices((256, 256)).astype(np.float32)
+    coverage = np.full((256, 256), Seen.MEASURED, np.uint8)
+    coverage[100:110, 100:110] = Seen.HIDDEN
+    flat = FlatMesh(np.empty((0, 3)), np.empty((0, 3), int))
+    report = {"strain": {"rms": 0.02, "smooth_rms": 0.001}, **PPI}
+    return RestoredPage(
+        image, 25.4, coverage > 0, flat, report, np.dstack([cols, rows]), flat, master=master, coverage=coverage
+    )
+
+
+def test_a_burnt_page_is_clipped_whatever_its_light_is_divided_by():
+    burnt, divided = np.full((2, 256, 256, 3), 255, np.uint8)
+    divided[:] = 230
+    scan = RangeScan(np.zeros((4, 4, 3)) - 900.0, burnt, np.zeros((4, 4, 2)), {})
+    assert measure(restored_page(divided, burnt), scan)["clipped_share"] == 1.0
+    assert measure(restored_page(burnt, divided), scan)["clipped_share"] == 0.0
+
+
 PPI = {"effective_ppi": 19.0, "sampling_ppi": 25.4}
 
 
 def test_all_measures_of_a_page():
     page = printed(1)
-    rows, cols = np.indices((256, 256)).astype(np.float32)
-    page_map = np.dstack([cols, rows]).astype(np.float32)
-    coverage = np.full((256, 256), Seen.MEASURED, np.uint8)
-    coverage[100:110, 100:110] = Seen.HIDDEN
     points = np.zeros((4, 4, 3)) - 900.0
     scan = RangeScan(points, page, np.zeros((4, 4, 2)), {})
-    report = {"strain": {"rms": 0.02, "smooth_rms": 0.001}, **PPI}
-    flat = FlatMesh(np.empty((0, 3)), np.empty((0, 3), int))
-    restored = RestoredPage(page, 25.4, coverage > 0, flat, report, page_map, flat, page, coverage)
+    restored = restored_page(page, page)
     measured = measure(restored, scan)
     assert measured["covered_share"] == pytest.approx(1 - 100 / 256**2)
     assert measured["hole_mm"] == pytest.approx(9.0, abs=1.0)
     assert (measured["strain_rms"], measured["effective_ppi"], measured["depth_share"]) == (0.001, 25.4, None)
     bare = measure(restored, RangeScan(points, None, np.zeros((4, 4, 2)), {}))
     assert [bare[name] for name in ("cut_share", "effective_ppi", "blur_px", "clipped_share")] == [None] * 4
-    assert seen_in(page_map, (256, 256)).all()
+    assert seen_in(restored.page_map, (256, 256)).all()
