@@ -34,7 +34,7 @@ from restore.scan import Bytes, FlatMesh, Floats, Ints, Mask, RangeScan, Restore
 from restore.settings import Settings
 from restore.sheets import ScannedSheet, is_rectangular, separate_sheets
 from restore.structured_light import Projector, draw_patterns
-from restore.texture.coverage import Seen
+from restore.texture.coverage import Seen, cut_share
 from restore.texture.super_resolution import finer_scan
 from restore.turn import turn_page
 from restore.turntable import AxisFit, RotationAxis, board_corners, fit_axis, merge_views
@@ -72,6 +72,7 @@ __all__ = [
     "average_at_vertices",
     "board_corners",
     "check_unit",
+    "cut_share",
     "draw_patterns",
     "edges_of",
     "encode_png",

@@ -31,7 +31,15 @@ from restore.settings import Settings
 from restore.shading.relief import relief_of
 from restore.shading.remove import LIGHT_DPI, ShadingResult
 from restore.shading.white import WhiteBalance, balance_on_paper
-from restore.texture.coverage import blank_hidden, compute_coverage, inpaint_hidden, with_interpolated
+from restore.texture.coverage import (
+    Coverage,
+    Seen,
+    blank_hidden,
+    compute_coverage,
+    cut_warnings,
+    inpaint_hidden,
+    with_interpolated,
+)
 from restore.texture.page import Painting
 from restore.unroll import Unrolled, square_to_picture, unroll
 
@@ -84,6 +92,7 @@ def restore(
         image = blank_hidden(balance.image, coverage)
         image, coverage = inpaint_hidden(image, coverage, settings.dpi, settings.fill_hidden_mm)
     report = describe(surface, unrolled, painting, settings)
+    report["warnings"] += _cut_off(scan, painting, coverage)
     report |= {"light": shading.report, "white": balance.report, "coverage": coverage.shares()}
     report["warnings"] += [*_reasons_for_keeping(shading, balance), *coverage.warnings()]
     report |= {"source": dict(scan.provenance), "seconds": clock.seconds}
@@ -101,6 +110,15 @@ def restore(
         coverage.seen,
         painting.page_source,
     )
+
+
+def _cut_off(scan: RangeScan | SurfaceMesh | SegmentedScan, painting: Painting, coverage: Coverage) -> list[str]:
+    """Warnings of a page that leaves the scanner's picture; a mesh may have an atlas, whose edge tells nothing."""
+    if isinstance(scan, SegmentedScan):
+        scan = scan.scan
+    if not isinstance(scan, RangeScan) or scan.texture is None or painting.page_source is not None:
+        return []
+    return cut_warnings(coverage.seen != Seen.OUTSIDE, painting.source, scan.texture.shape[:2])
 
 
 def _remove_shading(

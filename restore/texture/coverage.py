@@ -36,6 +36,9 @@ FAR = 50.0  # sizes of the page: a relief of a tenth of it changes a picture of 
 NEARLY_PARALLEL = 1e-9  # 1/mm: a camera a thousand kilometres away
 MAX_HIDDEN = 0.1  # of the page: the gutter of a book hides less, beside the letters that are lost there
 STROKE_MM = 2.5  # of a title; those of running text are half a millimetre
+EDGE_PX = 3.0  # of the picture: the page is painted by interpolation, so its last pixel lies within two of the edge
+# of the outline of a page that is said to be cut off: the presets of the station are amber from there
+MAX_CUT = 0.02
 PAPER = 255
 
 
@@ -122,6 +125,32 @@ def _enclosed_holes(covered: Mask) -> Mask:
     outside = np.pad(covered, 1).astype(np.uint8)
     cv2.floodFill(outside, None, (0, 0), 1)
     return outside[1:-1, 1:-1] == 0
+
+
+def cut_share(page: Mask, page_map: NDArray[np.float32], size: tuple[int, int]) -> float:
+    """Share of the outline of a page (h, w) that shows the edge of the picture: there the page goes on, unseen.
+
+    page_map: (h, w, 2) texture pixels. size: height and width of the texture.
+    """
+    outline = page & ~cv2.erode(np.pad(page.astype(np.uint8), 1), np.ones((3, 3), np.uint8))[1:-1, 1:-1].astype(bool)
+    x, y = page_map[outline].T
+    inside = (x > EDGE_PX) & (y > EDGE_PX) & (x < size[1] - 1 - EDGE_PX) & (y < size[0] - 1 - EDGE_PX)
+    known = np.isfinite(x) & np.isfinite(y)
+    return float((known & ~inside).sum() / max(known.sum(), 1))
+
+
+def cut_warnings(page: Mask, page_map: NDArray[np.float32], size: tuple[int, int]) -> list[str]:
+    """What an operator must know of a page (h, w) that leaves the picture.
+
+    page_map: (h, w, 2) texture pixels. size: height and width of the texture.
+    """
+    share = cut_share(page, page_map, size)
+    if share <= MAX_CUT:
+        return []
+    return [
+        f"{share:.0%} of the page's outline is at the edge of the picture, where the page may go on unseen: "
+        "move it into the picture, or the scanner back"
+    ]
 
 
 def blank_hidden(image: Bytes, coverage: Coverage) -> Bytes:

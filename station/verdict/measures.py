@@ -9,11 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.vivid900.lenses import FAST, FINE, LENSES, depth_window
-from restore import Bytes, Mask, RangeScan, RestoredPage, Seen, SurfaceMesh
+from restore import Bytes, Mask, RangeScan, RestoredPage, Seen, SurfaceMesh, cut_share
 from station.verdict.same_page import fingerprint
 
 MM_PER_INCH = 25.4
-EDGE_PX = 3.0  # of the picture: the page is painted by interpolation, so its last pixel lies within two of the edge
 STRONGEST = 0.02  # share of the page's pixels whose gradient is that of an edge: print covers five per cent and more
 REACH_PX = 4  # within which an edge of up to two pixels' spread has risen: two standard deviations
 FLAT_LEVELS = 24.0  # grey levels that an edge must rise by: several times the sensor's noise
@@ -54,18 +53,6 @@ def widest_place(mask: Mask) -> float:
         return 0.0
     padded = np.pad(mask.astype(np.uint8), 1)
     return 2.0 * float(cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_PRECISE).max()) - 1.0
-
-
-def cut_share(page: Mask, page_map: NDArray[np.float32], size: tuple[int, int]) -> float:
-    """Share of the outline of a page (h, w) that shows the edge of the picture: there the page goes on, unseen.
-
-    page_map: (h, w, 2) texture pixels. size: height and width of the texture.
-    """
-    outline = page & ~cv2.erode(np.pad(page.astype(np.uint8), 1), np.ones((3, 3), np.uint8))[1:-1, 1:-1].astype(bool)
-    x, y = page_map[outline].T
-    inside = (x > EDGE_PX) & (y > EDGE_PX) & (x < size[1] - 1 - EDGE_PX) & (y < size[0] - 1 - EDGE_PX)
-    known = np.isfinite(x) & np.isfinite(y)
-    return float((known & ~inside).sum() / max(known.sum(), 1))
 
 
 def depth_share(scan: RangeScan) -> float | None:

@@ -70,6 +70,13 @@ def test_marker_page(name):
     assert restored.report["points"] == pytest.approx(1000, rel=0.05)
 
 
+@pytest.mark.parametrize("mode", ["fast", "fine"])
+def test_a_page_that_leaves_the_picture_is_said_to(mode):
+    scan, _ = shoot(Flat(), mode=mode, page_mm=(200.0, 150.0), pose=Pose(shift_mm=(100.0, 0.0, 0.0)))
+    (warning,) = restore(scan, Settings(points=300, dpi=100)).report["warnings"]
+    assert "at the edge of the picture" in warning
+
+
 @pytest.mark.parametrize("name", CASES)
 def test_the_picture_is_the_page_from_edge_to_edge(name):
     truth, restored = shot(name)[1], page(name)

@@ -13,6 +13,8 @@ from restore.texture.coverage import (
     Seen,
     blank_hidden,
     compute_coverage,
+    cut_share,
+    cut_warnings,
     inpaint_hidden,
     pinhole_centre,
     with_interpolated,
@@ -165,6 +167,18 @@ def test_nothing_is_inpainted_by_default():
     filled, told = inpaint_hidden(image, coverage, DPI, 0.0)
     np.testing.assert_array_equal(filled, image)
     np.testing.assert_array_equal(told.seen, coverage.seen)
+
+
+def test_the_share_of_the_outline_at_the_edge_of_the_picture():
+    rows, cols = np.indices((20, 40)).astype(np.float32)
+    inside = np.dstack([cols + 100, rows + 100]).astype(np.float32)
+    page = np.ones((20, 40), bool)
+    assert cut_share(page, inside, (480, 640)) == 0.0
+    cut = np.dstack([cols, rows + 100]).astype(np.float32)  # its left side, 20 of 116 pixels, and the next columns
+    assert cut_share(page, cut, (480, 640)) == pytest.approx((20 + 2 * 3) / 116)
+    assert cut_warnings(page, inside, (480, 640)) == []
+    (warning,) = cut_warnings(page, cut, (480, 640))
+    assert warning.startswith("22% of the page's outline is at the edge of the picture")
 
 
 def test_what_lies_far_from_all_measured_points_is_filled_in():

@@ -10,7 +10,6 @@ from restore import FlatMesh, RangeScan, RestoredPage, Seen
 from station.verdict.measures import (
     blur_px,
     clipped_share,
-    cut_share,
     depth_share,
     measure,
     seen_in,
@@ -50,15 +49,6 @@ def test_the_widest_place():
     assert widest_place(mask) == 0.0
     mask[10:17, 5:30] = True
     assert widest_place(mask) == pytest.approx(7.0)
-
-
-def test_the_share_of_the_outline_at_the_edge_of_the_picture():
-    rows, cols = np.indices((20, 40)).astype(np.float32)
-    inside = np.dstack([cols + 100, rows + 100]).astype(np.float32)
-    page = np.ones((20, 40), bool)
-    assert cut_share(page, inside, (480, 640)) == 0.0
-    cut = np.dstack([cols, rows + 100]).astype(np.float32)  # its left side, 20 of 116 pixels, and the next columns
-    assert cut_share(page, cut, (480, 640)) == pytest.approx((20 + 2 * 3) / 116)
 
 
 @pytest.mark.parametrize(("offset", "share"), [(0.0, 0.0), (1.0, 1.0), (-1.0, 1.0), (0.5, 0.5)])
