@@ -18,6 +18,7 @@ from restore.mesh.validate import validated
 from restore.numerics import TINY
 from restore.range_image.camera import find_rays
 from restore.range_image.facet_model import PRECISION, fit_facets
+from restore.range_image.lost_border import lost_border
 from restore.range_image.off_table import off_table
 from restore.range_image.resample import resample
 from restore.range_image.segment import SegmentedScan, find_sheet, largest_surface, segment
@@ -114,7 +115,7 @@ def fit_sheet(segmented: SegmentedScan, *, precision: float = PRECISION, cut_out
     signal, spacing = _laser_signal(page.scan), abs(page.rays.dx)
     facets = fit_facets(inverse_depth, page.samples, page.inside, spacing, signal, precision=precision)
     sheet = make_sheet(page.rays, facets, page.samples, page.inside, _texture_positions(page.scan), page.scan)
-    return replace(sheet, cut_out=cut_out)
+    return replace(sheet, cut_out=cut_out, lost_border=lost_border(segmented))
 
 
 def _around_page(segmented: SegmentedScan) -> SegmentedScan:

@@ -27,6 +27,7 @@ from restore.unroll import Unrolled
 
 NOT_DEVELOPABLE = 0.005  # rms of the smooth strain: paper stretches by less before it tears
 ESTIMATED = 0.01  # of its straight length: an edge whose rest length differs by more bends much
+LOST_BORDER = 0.01  # of the outline: a centimetre of an A4 page; where no paper was lost it is 0
 MOSTLY = 0.5  # of the edges: the rest lengths of fewer are checked by those that need no estimate
 
 
@@ -66,6 +67,7 @@ def describe(
     if isinstance(surface, Sheet):
         report["samples"] = int(surface.measured.sum())
         report["filled_share"] = float(1.0 - surface.measured[surface.inside].mean())
+        report["warnings"] += _lost(surface.lost_border)
     return report
 
 
@@ -102,6 +104,16 @@ def _chord_strain(mesh: FlatMesh, edges: Ints) -> dict[str, Any]:
 def connected_pieces(faces: Ints) -> int:
     """The number of connected pieces of faces (m, 3)."""
     return len(np.unique(piece_of_faces(faces)))
+
+
+def _lost(share: float) -> list[str]:
+    """Warnings of a share of the page's border that may have been lost."""
+    if share <= LOST_BORDER:
+        return []
+    return [
+        f"along {share:.0%} of its border or more the page ends where the scanner measured nothing and no shadow "
+        "falls: dark or glossy paper there is not on the page; scan with more laser power, or turn it to the laser"
+    ]
 
 
 def _warnings(fine: SurfaceMesh, smooth_strain: float, estimated_share: float) -> list[str]:

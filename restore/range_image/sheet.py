@@ -39,6 +39,7 @@ class Sheet:
     pixels   (rows, cols, 2) texture position of every grid position.
     scan     the source of the surface, with its texture and provenance.
     cut_out  whether it ends where a mesh was cut: on the page, and not before samples of what lies beyond.
+    lost_border  share of its border beside which paper may have given no range: see `lost_border`.
     """
 
     rays: Rays
@@ -50,6 +51,7 @@ class Sheet:
     pixels: Floats
     scan: RangeScan
     cut_out: bool = False
+    lost_border: float = 0.0
 
     def inverse_depth(self, nodes: Floats) -> Floats:
         """(n,) 1/mm at grid positions (n, 2) (row, col), fractions allowed."""

@@ -105,6 +105,13 @@ def test_the_filled_share_of_a_sheet_on_its_grid_is_reported(camera, page):
     assert "samples" not in described(page)
 
 
+def test_paper_lost_at_the_border_is_warned_about(page, camera):
+    sheet = camera.sheet(camera.facets(camera.plane()))
+    (warning,) = described(page, surface=replace(sheet, lost_border=0.05))["warnings"]
+    assert warning.startswith("along 5% of its border or more the page ends where the scanner measured nothing")
+    assert described(page, surface=sheet)["warnings"] == []
+
+
 def test_strain_is_also_given_against_straight_lengths_with_how_far_the_estimates_differ(page):
     longer = replace(page, flat=page.flat, lengths=1.02 * page.lengths)
     chords = described(longer)["strain"]["against_chords"]
