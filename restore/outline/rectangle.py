@@ -8,8 +8,12 @@ import numpy as np
 from restore.scan import Floats
 
 MIN_RECTANGLE_FILL = 0.95  # of its bounding rectangle: a page that fills less is torn or not rectangular
+MIN_TORN_FILL = 0.8  # of it, with a corner torn off: a larger one takes two thirds of both sides beside it
+MIN_WHOLE_SIDE = 0.85  # straight share of the two sides that a torn corner leaves whole: dents take a part of them
+MIN_TORN_SIDE = 0.3  # and of the other two: a corner of a fifth leaves a third of each; of a slanting side 0.1 is near
 SIDE_BAND_MM = 2.0  # outline points this near to a side belong to it
 TIP_SHARE = 0.02  # of the outline points: a tip has fewer; more, in all, are the corners of a page with pointed ones
+BINS = 20  # of a side: outlines of pages have a few points in each
 TRIMS = 2  # a tip may turn the rectangle from which the first is told
 CORNER_SHARE = 0.05  # of a side at either end is left out: there it may be rounded or dog-eared
 
@@ -20,9 +24,38 @@ def fills_rectangle(outline: Floats, area: float) -> bool:
     return bool(area >= MIN_RECTANGLE_FILL * width * height)
 
 
+def has_straight_sides(outline: Floats, area: float) -> bool:
+    """True when a page of `area` mm² with outline (n, 2) mm is a rectangle, up to a corner that may be torn off.
+
+    The two sides away from that corner are straight all along then, and of those beside it what is left.
+    """
+    if fills_rectangle(outline, area):
+        return True
+    outline = _without_tips(outline)
+    _, (width, height), angle = cv2.minAreaRect(outline.astype(np.float32))
+    if area < MIN_TORN_FILL * width * height:
+        return False
+    shares = _straight_shares(outline @ _rotation(-np.deg2rad(angle)).T)
+    whole = shares >= MIN_WHOLE_SIDE
+    return bool(whole[0].any() and whole[1].any() and shares.min() >= MIN_TORN_SIDE)
+
+
+def _straight_shares(outline: Floats) -> Floats:
+    """(2, 2) shares of the low and the high side, across x and y, along which the axis-aligned outline (n, 2) lies."""
+    low, high = outline.min(axis=0), outline.max(axis=0)
+    shares = np.zeros((2, 2))
+    for across in (0, 1):
+        place = (outline[:, 1 - across] - low[1 - across]) / (high - low)[1 - across]
+        for end, side in enumerate((low[across], high[across])):
+            beside = np.abs(outline[:, across] - side) < _band((high - low)[across])
+            found = np.histogram(place[beside], BINS, (CORNER_SHARE, 1.0 - CORNER_SHARE))[0]
+            shares[across, end] = (found > 0).mean()
+    return shares
+
+
 def squaring_rotation(outline: Floats, area: float) -> Floats:
     """(2, 2) rotation, by at most 45°, that aligns the outline (n, 2) mm of a page of `area` mm² with the axes."""
-    if not fills_rectangle(outline, area):
+    if not has_straight_sides(outline, area):
         return np.eye(2)
     outline = _without_tips(outline)
     _, _, angle = cv2.minAreaRect(outline.astype(np.float32))

@@ -17,7 +17,7 @@ from restore.mesh.measures import signed_areas
 from restore.mesh.network import edges_of
 from restore.outline.crossings import WRONG, Crossings, crossings_of, separate, where
 from restore.outline.picture_edge import PictureSteps, edge_in_picture, steps_in_picture
-from restore.outline.rectangle import CORNER_SHARE, fills_rectangle
+from restore.outline.rectangle import CORNER_SHARE, has_straight_sides
 from restore.range_image.sheet import PageOnGrid, Sheet
 from restore.scan import Floats, Ints, Mask
 
@@ -51,12 +51,12 @@ class Line:
 def straighten(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
     """The page, which is axis-aligned, with its border moved onto straight sides.
 
-    A side that is torn, curved or has a protrusion is left unchanged, and so is a page that is not rectangular.
+    A side that is torn, curved or has a protrusion is left unchanged, and so is a page without sides of a rectangle.
     """
     border = border_of(page.faces)
     outline = page.flat[border]
     area = float(signed_areas(page.flat, page.faces).sum())
-    if not fills_rectangle(outline, area):
+    if not has_straight_sides(outline, area):
         return page
     jacobians = _grid_jacobians(page, border)
     crossings = crossings_of(sheet, page, border, jacobians[border])

@@ -6,12 +6,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from restore.mesh.adjacency import border_of
-from restore.outline.rectangle import CORNER_SHARE, MIN_RECTANGLE_FILL, SIDE_BAND_MM, page_size, squaring_rotation
+from restore.outline.rectangle import (
+    CORNER_SHARE,
+    MIN_TORN_FILL,
+    SIDE_BAND_MM,
+    fills_rectangle,
+    has_straight_sides,
+    page_size,
+    squaring_rotation,
+)
 
 WIDTH, HEIGHT = 280.0, 200.0
 SQUARE_RAD = 1e-6  # 0.3 µm over the page: the rough turn is found in single precision, the sides then to rounding
 NOISY_RAD = 2e-4  # 0.05 mm over the page; 400 points that scatter by 0.1 mm tell it to half of that
 SIZE_MM = 1e-6
+TORN_RAD = 2e-3  # of the slanting tear the 2 mm next to a side count as the side, 0.5 mm over the page at the worst
 NOISY_SIZE_MM = 0.1  # the medians of 100 points that scatter by 0.1 mm, on sides with a tag or a dent
 
 leaning = st.floats(-44.0, 44.0)  # one that leans by 45° is as near to either side
@@ -74,7 +83,66 @@ def triangle():
 
 def torn():
     """A page that lacks more than the share that still makes a rectangle."""
-    return rectangle() @ turn(10).T, (MIN_RECTANGLE_FILL - 0.01) * WIDTH * HEIGHT
+    return rectangle() @ turn(10).T, (MIN_TORN_FILL - 0.01) * WIDTH * HEIGHT
+
+
+def polygon(*corners):
+    """Points every millimetre round a polygon, rough by 0.2 mm, turned by 10°, and its area."""
+    start = np.array(corners, float)
+    end = np.roll(start, -1, axis=0)
+    counts = np.linalg.norm(end - start, axis=1).astype(int)
+    sides = [np.linspace(a, b, count, endpoint=False) for a, b, count in zip(start, end, counts, strict=True)]
+    outline = np.concatenate(sides)
+    area = 0.5 * abs((start[:, 0] * end[:, 1] - start[:, 1] * end[:, 0]).sum())
+    return (outline + np.random.default_rng(3).normal(0, 0.2, outline.shape)) @ turn(10).T, area
+
+
+def without_corner(share, aspect):
+    """A page that lacks a triangle at one corner, of a share of its area, `aspect` as wide as the page is."""
+    across, up = np.sqrt(2 * share * aspect) * WIDTH, np.sqrt(2 * share / aspect) * HEIGHT
+    return polygon((0, 0), (WIDTH, 0), (WIDTH, HEIGHT - up), (WIDTH - across, HEIGHT), (0, HEIGHT))
+
+
+def right_trapezium():
+    """Nine tenths of its rectangle, with three sides of it."""
+    return polygon((0, 0), (WIDTH, 0), (0.8 * WIDTH, HEIGHT), (0, HEIGHT))
+
+
+def parallelogram():
+    return polygon((0, 0), (WIDTH, 0), (1.1 * WIDTH, HEIGHT), (0.1 * WIDTH, HEIGHT))
+
+
+def octagon():
+    a, b = 0.29 * WIDTH, 0.29 * HEIGHT
+    upper = [(WIDTH - a, 0), (WIDTH, b), (WIDTH, HEIGHT - b), (WIDTH - a, HEIGHT)]
+    return polygon((a, 0), *upper, (a, HEIGHT), (0, HEIGHT - b), (0, b))
+
+
+def ell():
+    low = 0.45 * HEIGHT
+    return polygon((0, 0), (WIDTH, 0), (WIDTH, low), (0.45 * WIDTH, low), (0.45 * WIDTH, HEIGHT), (0, HEIGHT))
+
+
+def oval():
+    """Nine tenths of its rectangle, between an ellipse and that (Lamé's curve of the fourth power)."""
+    around = np.linspace(0, 2 * np.pi, 720, endpoint=False)
+    across, up = (np.sign(way) * np.sqrt(np.abs(way)) for way in (np.cos(around), np.sin(around)))
+    return polygon(*np.column_stack([across * WIDTH / 2, up * HEIGHT / 2]).tolist())
+
+
+@pytest.mark.parametrize("aspect", [0.6, 1.0, 1.6])
+@pytest.mark.parametrize("share", [0.06, 0.1, 0.15])
+def test_a_page_with_a_corner_torn_off_is_squared(share, aspect):
+    outline, area = without_corner(share, aspect)
+    assert not fills_rectangle(outline, area)
+    rotation = squaring_rotation(outline, area)
+    assert_undone(rotation, 10.0, TORN_RAD)
+    np.testing.assert_allclose(page_size(outline @ rotation.T), [WIDTH, HEIGHT], rtol=TORN_RAD)
+
+
+@pytest.mark.parametrize("outline", [right_trapezium, parallelogram, octagon, ell, oval])
+def test_straight_sides_of_other_shapes_are_not_those_of_a_rectangle(outline):
+    assert not has_straight_sides(*outline())
 
 
 @pytest.mark.parametrize("outline", [circle, triangle, torn])
