@@ -84,7 +84,7 @@ def _scraps(sheet: Sheet, page: PageOnGrid, lines: list[Line | None]) -> Mask:
     for line in lines:
         if line is not None and line.steps is not None and sheet.scan.texture is not None:
             beyond = np.flatnonzero(line.signed_distance(middles) > 0.0)
-            scraps[beyond] = line.steps.shows_table(sheet.scan.texture, sheet.texcoords(nodes[beyond]))
+            scraps[beyond] |= line.steps.shows_table(sheet.scan.texture, sheet.texcoords(nodes[beyond]))
     return scraps
 
 
