@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cv2
@@ -18,6 +18,7 @@ from restore.scan import Floats, Ints, Mask, RangeScan
 MAX_SLOPE = 6.0  # 80.5°: steeper than any wall that both camera and laser see, less steep than the step to the table
 MAX_GAP = 2  # samples: drop-outs inside ink leave gaps of one or two
 MIN_SHARE = 0.02  # of the grid: a smaller piece is no page
+ANOTHER = 0.25  # of the largest surface: another page, or the rest of a torn one; a hand or a weight has less
 ONE_PIECE = 0.5  # of the samples off the table: with more in one piece the laser was strong enough
 SMALL_HINT = "move the scanner nearer or take a lens of longer focal length, so that the page fills more of the picture"
 SPARSE_HINT = "bring the page into the depth window, raise the laser power for dark paper, and scan again"
@@ -72,7 +73,7 @@ def find_sheet(scan: RangeScan, rays: Rays) -> SegmentedScan:
 def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan:
     """The scan with the largest connected surface of some of its samples (rows, cols) as its sheet.
 
-    Raises NotEnoughSurface when none is large enough to be a page.
+    Its provenance warns of others that could be pages. Raises NotEnoughSurface when none is large enough to be a page.
     """
     labels, sizes = _label_connected_surfaces(scan, rays, samples)
     sheet = _labelled(scan, rays, samples, labels == max(int(np.argmax(sizes)), 1))
@@ -81,7 +82,16 @@ def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan
         small = count < MIN_SHARE * labels.size and count > ONE_PIECE * samples.sum()
         hint = SMALL_HINT if small else SPARSE_HINT
         raise NotEnoughSurface(f"the largest connected surface covers {sheet.share:.1%} of the picture", hint)
-    return sheet
+    others = int((sizes >= max(ANOTHER * sizes.max(), MIN_SHARE * labels.size)).sum()) - 1
+    return sheet if others == 0 else replace(sheet, scan=_warned(scan, others))
+
+
+def _warned(scan: RangeScan, others: int) -> RangeScan:
+    surfaces = "another surface" if others == 1 else f"{others} other surfaces"
+    warning = (
+        f"the scan shows {surfaces} as large as a page: `separate_sheets` gives each, the largest alone is restored"
+    )
+    return replace(scan, provenance={**scan.provenance, "warnings": [*scan.provenance.get("warnings", ()), warning]})
 
 
 def find_pieces(scan: RangeScan, rays: Rays) -> list[SegmentedScan]:
