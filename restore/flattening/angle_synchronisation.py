@@ -21,8 +21,7 @@ from restore.mesh.adjacency import Adjacency, adjacency
 from restore.numerics import SMALL
 from restore.scan import Floats, Ints
 
-SHORTEST = 1e-3  # of the mean edge: shorter ones weigh no more, or they alone would decide the digits of the rest; and
-# an edge between smaller faces weighs no less
+SHORTEST = 1e-3  # of the mean: shorter edges and smaller areas count as so much, or rounding would decide the rest
 
 
 def flat_from_lengths(fans: Fans, lengths: Floats, count: int) -> Floats:

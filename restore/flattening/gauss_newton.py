@@ -89,10 +89,11 @@ def rest_areas(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
 @numba.njit(cache=True)
 def edge_areas(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
     """(e,) a third of the areas of the faces at each edge, from edge lengths (e,) mm, with a mean of 1; none is less
-    than SHORTEST, or no step would be too long for a vertex that slivers alone hold."""
+    than SHORTEST but of shorter edges, or no step would be too long for a vertex that slivers alone hold."""
     some = sides.edge >= 0
     areas = np.bincount(sides.edge[some], np.repeat(rest_areas(faces, sides, lengths), 3)[some] / 3.0, len(lengths))
-    return np.maximum(areas / max(areas.mean(), TINY), SHORTEST)
+    least = SHORTEST * np.minimum(lengths / (SHORTEST * lengths.mean()), 1.0) ** 2
+    return np.maximum(areas / max(areas.mean(), TINY), least)
 
 
 @numba.njit(cache=True)
