@@ -11,6 +11,7 @@ import numpy as np
 from restore.errors import BadInput
 from restore.formats.source import MAX_COORDINATE_MM
 from restore.formats.unit import GIVEN, UNIT_MM, UNSTATED
+from restore.mesh.adjacency import used_vertices
 from restore.mesh.clean import large_pieces, select, weld
 from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.triangulate import triangulate
@@ -72,7 +73,10 @@ def _prepare_mesh(scan: SurfaceMesh) -> Sheet | SurfaceMesh:
 
 def _check_size(scan: RangeScan | SurfaceMesh) -> None:
     """Raise BadInput for a size that no page has, unless the unit was given, and for a surface far from its origin."""
-    points = scan.points[scan.measured] if isinstance(scan, RangeScan) else scan.vertices[np.unique(scan.faces)]
+    if isinstance(scan, RangeScan):
+        points = scan.points[scan.measured]
+    else:
+        points = scan.vertices[used_vertices(scan.faces, len(scan.vertices))]
     if len(points) == 0:  # reported elsewhere
         return
     far = float(np.abs(points).max())

@@ -19,6 +19,11 @@ Bytes = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
 
 
+def with_warnings(provenance: Mapping[str, Any], *warnings: str) -> dict[str, Any]:
+    """The provenance of a scan with more warnings, which go into the report of its page."""
+    return {**provenance, "warnings": [*provenance.get("warnings", ()), *warnings]}
+
+
 @dataclass(frozen=True, eq=False)
 class RangeScan:
     """One shot of the scanner: a grid of surface points and the colour image.

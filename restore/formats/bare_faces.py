@@ -7,15 +7,16 @@ from restore.scan import Mask
 MAX_BARE = 0.5  # of the faces: where more are bare, the surface is kept instead of the picture
 
 
-def kept_faces(bare: Mask) -> tuple[Mask, tuple[str, ...]]:
+def kept_faces(bare: Mask, *, pictured: bool = True) -> tuple[Mask, tuple[str, ...]]:
     """(m,) True for the faces to keep, given the bare ones (m,), with a warning where there are any.
 
     The bare ones are left out, as nothing was measured there and no picture shows them. Where they are most of the
-    surface, all are kept, and the picture has to be left out.
+    surface, all are kept, and the picture has to be left out. All are kept, too, where there is no picture, or none is
+    textured.
     """
     count = int(bare.sum())
-    if count == 0:
-        return ~bare, ()
+    if not pictured or count in (0, len(bare)):
+        return bare | True, ()
     found = f"{count} of {len(bare)} faces have no texture coordinates"
     if count > MAX_BARE * len(bare):
         return bare | True, (f"{found}: the picture is left out",)

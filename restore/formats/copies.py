@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.formats.mesh import PaintedMesh
-from restore.scan import Ints, SurfaceMesh
+from restore.scan import Ints, SurfaceMesh, with_warnings
 
 Hashes = NDArray[np.uint64]
 
@@ -37,7 +37,7 @@ def merge_copies(mesh: SurfaceMesh) -> SurfaceMesh:
         vertices=mesh.vertices[used],
         faces=number[mesh.faces[kept]],
         texcoords=None if mesh.texcoords is None else mesh.texcoords[used],
-        provenance={**mesh.provenance, "warnings": [*mesh.provenance.get("warnings", ()), warning]},
+        provenance=with_warnings(mesh.provenance, warning),
         **colours,
     )
 

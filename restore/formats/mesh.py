@@ -15,7 +15,8 @@ from restore.errors import BadInput
 from restore.formats.picture import adjacent_picture
 from restore.formats.source import DAMAGED, MAX_COORDINATE_MM, MAX_SAMPLES, ONE_SHOT
 from restore.formats.tiles import in_first_tile
-from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
+from restore.mesh.adjacency import used_vertices
+from restore.scan import Bytes, Floats, Ints, SurfaceMesh
 
 # Vertices of the largest range grid: six times MAX_SAMPLES, as STL repeats each sample for its triangles.
 MAX_ITEMS = 6 * MAX_SAMPLES
@@ -60,7 +61,7 @@ def checked_mesh(
     collapsed = (corners[:, 0] == corners[:, 1]) | (corners[:, 1] == corners[:, 2]) | (corners[:, 2] == corners[:, 0])
     if collapsed.any():
         corners = corners[~collapsed]
-    used = _used_vertices(corners, len(points))
+    used = used_vertices(corners, len(points))
     if not used.any():
         raise BadInput(f"{path} holds no surface: it has no triangle", "export the scan with its faces")
     if not used.all():
@@ -71,13 +72,6 @@ def checked_mesh(
     texcoords = None if uv is None or texture is None else _texcoords(path, uv, texture, points, corners)
     facts = provenance(path) | ({"warnings": list(warnings)} if warnings else {})
     return PaintedMesh(points, corners, texcoords, texture, facts, colours=colours)
-
-
-def _used_vertices(corners: Ints, count: int) -> Mask:
-    """(count,) True for the vertices that the corners use."""
-    used = np.zeros(count, bool)
-    used[corners.ravel()] = True
-    return used
 
 
 def provenance(path: Path) -> dict[str, Any]:

@@ -52,7 +52,7 @@ def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     if not bare.all():
         texture = _picture(path, text) if texture is None else texture
         texture = adjacent_picture(path) if texture is None and colours is None else texture
-    kept, warnings = (bare | True, ()) if texture is None or bare.all() else kept_faces(bare)
+    kept, warnings = kept_faces(bare, pictured=texture is not None)
     warnings = (*unused, *warnings)
     if bare[kept].any():
         return checked_mesh(path, text.vertices, faces, texture=texture, colours=colours, warnings=warnings)

@@ -44,7 +44,7 @@ def read_ply(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     warnings: tuple[str, ...] = ()
     if uv_faces is not None and uv is not None:
         bare: Mask = np.any(uv_faces < 0, axis=1)
-        kept, warnings = (bare | True, ()) if texture is None else kept_faces(bare)
+        kept, warnings = kept_faces(bare, pictured=texture is not None)
         if bare[kept].any():
             uv = None
         else:

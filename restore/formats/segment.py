@@ -9,6 +9,7 @@ import numpy as np
 from restore.errors import BadInput
 from restore.formats.grid import samples_in_picture
 from restore.formats.source import DAMAGED
+from restore.mesh.adjacency import used_vertices
 from restore.mesh.ordered_grid import GridMesh, grid_faces
 from restore.scan import Bytes, Floats, Mask
 
@@ -37,8 +38,7 @@ def segment_mesh(
     faces = grid_faces(valid)
     if len(faces) == 0:
         raise BadInput(f"{path} holds no surface: no three neighbouring points are valid", DAMAGED)
-    used = np.zeros(int(valid.sum()), bool)
-    used[faces] = True
+    used = used_vertices(faces, int(valid.sum()))
     places = np.flatnonzero(valid)[used]
     rows, cols = valid.shape
     texcoords = None

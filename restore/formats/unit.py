@@ -11,7 +11,7 @@ import numpy as np
 from restore.errors import BadInput
 from restore.formats.source import MAX_COORDINATE_MM
 from restore.mesh.ordered_grid import GridMesh
-from restore.scan import SurfaceMesh
+from restore.scan import SurfaceMesh, with_warnings
 
 UNIT_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
 EDGE_MM = {**UNIT_MM, "um": 1e-3, "µm": 1e-3}
@@ -67,7 +67,7 @@ def in_millimetres(path: Path, mesh: SurfaceMesh, unit: str = AUTO) -> SurfaceMe
         return mesh
     provenance = {**mesh.provenance, "unit": unit, "unit_source": source}
     if warnings:
-        provenance["warnings"] = [*mesh.provenance.get("warnings", ()), *warnings]
+        provenance = with_warnings(provenance, *warnings)
     return replace(mesh, vertices=mesh.vertices * factor, provenance=provenance)
 
 

@@ -115,6 +115,13 @@ def inner_vertices(sides: Sides, count: int) -> Mask:
     return inner
 
 
+def used_vertices(faces: Ints, count: int) -> Mask:
+    """(count,) True for the vertices that faces (m, 3) use."""
+    used = np.zeros(count, bool)
+    used[faces] = True
+    return used
+
+
 def border_of(faces: Ints) -> Ints:
     """Vertices on the border of faces (m, 3), in ascending order: the ends of edges of one face only."""
     sides = sides_of(faces)

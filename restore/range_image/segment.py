@@ -13,7 +13,7 @@ import numpy as np
 from restore.errors import NotEnoughSurface
 from restore.range_image.camera import Rays
 from restore.range_image.table import find_table
-from restore.scan import Floats, Ints, Mask, RangeScan
+from restore.scan import Floats, Ints, Mask, RangeScan, with_warnings
 
 MAX_SLOPE = 6.0  # 80.5°: steeper than any wall that both camera and laser see, less steep than the step to the table
 MAX_GAP = 2  # samples: drop-outs inside ink leave gaps of one or two
@@ -91,7 +91,7 @@ def _warned(scan: RangeScan, others: int) -> RangeScan:
     warning = (
         f"the scan shows {surfaces} as large as a page: `separate_sheets` gives each, the largest alone is restored"
     )
-    return replace(scan, provenance={**scan.provenance, "warnings": [*scan.provenance.get("warnings", ()), warning]})
+    return replace(scan, provenance=with_warnings(scan.provenance, warning))
 
 
 def find_pieces(scan: RangeScan, rays: Rays) -> list[SegmentedScan]:
