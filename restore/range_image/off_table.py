@@ -33,7 +33,7 @@ def off_table(mesh: ValidMesh) -> ValidMesh:
     if view is None or min(view[0].points.shape[:2]) < LEAST_VIEW:
         return mesh
     scan, rays = view
-    table = find_table(scan, inverse_depths(scan), scan.measured, framed=False)
+    table = find_table(scan, inverse_depths(scan), scan.measured, framed=False).samples
     over = (mesh.vertices - rays.origin) @ rays.axes.T
     of_table = _shown_by(table, mesh.vertices, over[:, 2], scan, rays)
     if of_table.sum() < MIN_OF_TABLE:

@@ -22,6 +22,11 @@ ANOTHER = 0.25  # of the largest surface: another page, or the rest of a torn on
 ONE_PIECE = 0.5  # of the samples off the table: with more in one piece the laser was strong enough
 SMALL_HINT = "move the scanner nearer or take a lens of longer focal length, so that the page fills more of the picture"
 SPARSE_HINT = "bring the page into the depth window, raise the laser power for dark paper, and scan again"
+MAX_TOUCHING = 0.04  # of a page's outline on a table of its own colour: the corners of one that is flat elsewhere
+UNSEEN_EDGE = (
+    "the table has nearly the colour of the paper, and {share:.0%} of the page's outline touches it, where the edge is "
+    "not seen: lay a cloth of another colour below and scan again"
+)
 CLOSING_DIAMETER = 5  # samples: notches that ink leaves in the outline
 MAX_LOST = CLOSING_DIAMETER - 1  # samples in a row that a sheet goes on over: the outline is closed over as many
 # The same beside a table that was measured, where nothing but the sheet can have lost them: across a side that is
@@ -67,7 +72,8 @@ def find_sheet(scan: RangeScan, rays: Rays) -> SegmentedScan:
 
     Raises NotEnoughSurface when no connected surface is large enough to be a page.
     """
-    return largest_surface(scan, rays, _off_table(scan))
+    scan, samples = _off_table(scan)
+    return largest_surface(scan, rays, samples)
 
 
 def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan:
@@ -96,7 +102,7 @@ def _warned(scan: RangeScan, others: int) -> RangeScan:
 
 def find_pieces(scan: RangeScan, rays: Rays) -> list[SegmentedScan]:
     """The scan with each connected surface off the table that is large enough to be a page as its sheet."""
-    samples = _off_table(scan)
+    scan, samples = _off_table(scan)
     labels, sizes = _label_connected_surfaces(scan, rays, samples)
     large = np.flatnonzero(sizes >= MIN_SHARE * labels.size)
     pieces = [_labelled(scan, rays, samples, labels == label) for label in large]
@@ -108,10 +114,12 @@ def _labelled(scan: RangeScan, rays: Rays, samples: Mask, surface: Mask) -> Segm
     return segment(scan, rays, surface & samples, lost=surface & ~samples)
 
 
-def _off_table(scan: RangeScan) -> Mask:
-    """(rows, cols) the samples of a scanner's picture that are not on the table."""
-    measured = scan.measured
-    return measured & ~find_table(scan, inverse_depths(scan), measured)
+def _off_table(scan: RangeScan) -> tuple[RangeScan, Mask]:
+    """(rows, cols) the samples of a scanner's picture that are not on the table, and the scan with what it warns of."""
+    table, touching = find_table(scan, inverse_depths(scan), scan.measured)
+    if touching > MAX_TOUCHING:
+        scan = replace(scan, provenance=with_warnings(scan.provenance, UNSEEN_EDGE.format(share=touching)))
+    return scan, scan.measured & ~table
 
 
 def inverse_depths(scan: RangeScan) -> Floats:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import cv2
 import numpy as np
 from scipy.ndimage import binary_erosion, binary_fill_holes, distance_transform_edt
 
+from restore.range_image.table_by_depth import table_by_depth
 from restore.robust import robust_sigma, robust_sigmas
 from restore.scan import Floats, Mask, RangeScan
 
@@ -23,38 +26,53 @@ EDGE_BLUR = 3  # samples over which lens and drop-outs blur the edge of the shee
 MIN_SHEET = 0.05  # of the samples, in one piece; the rest of a page that fills the picture is letters and lines
 
 
-def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed: bool = True) -> Mask:
-    """(rows, cols) True on the table: in its plane and of its colour. False everywhere when no table is detected.
+class Table(NamedTuple):
+    """The table in a range image.
+
+    samples   (rows, cols) True on it. False everywhere when no table is detected.
+    touching  share of the page's outline that touches a table of its own colour, where its edge is not seen.
+    """
+
+    samples: Mask
+    touching: float = 0.0
+
+
+def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed: bool = True) -> Table:
+    """The table: in its plane and of its colour, or, where the paper has that, too, below a page that stands clear.
 
     inverse_depth (rows, cols) 1/mm: for a plane it is an affine function of the direction of a sample. A table extends
     to the frame of the picture; when that is not the scanner's (`framed` False), as for a mesh that was rotated, it
     extends to the outer border of the measured samples, on all sides: a panel of a leaflet in a light of its own does
     not. Most of the others must be off its plane.
     """
-    no_table = np.zeros_like(measured)
+    no_table = Table(np.zeros_like(measured))
     outer = np.ones_like(measured) if framed else binary_fill_holes(measured)
     band = measured & ~binary_erosion(outer, iterations=BORDER_BAND)
     if band.sum() < MIN_SHARE * (outer & ~binary_erosion(outer, iterations=BORDER_BAND)).sum():
         return no_table
     directions = scan.points[..., :2] * inverse_depth[..., None]
-    residual, tolerance = _fit_plane(inverse_depth, directions / _pitch(directions[..., 0].T), band)
-    on_plane = measured & (residual < tolerance)
+    pitch = _pitch(directions[..., 0].T)
+    nearer, tolerance = _fit_plane(inverse_depth, directions / pitch, band)
+    on_plane = measured & (np.abs(nearer) < tolerance)
     if on_plane[band].mean() < MIN_SHARE or not (framed or _surrounds(on_plane, band)):
         return no_table
     colour = _lab_colours(scan)
     if colour is None:
-        return on_plane if _surrounds(on_plane, band) else no_table
+        return Table(on_plane) if _surrounds(on_plane, band) else no_table
     centre, sigma = _colour_distribution(colour[on_plane & band])
     table = on_plane & (_colour_distance(colour, centre, sigma) < MAX_COLOUR_DISTANCE)
     rest = measured & ~table
     if not rest.any():
         return no_table
     paper = _paper_colour(colour[rest])
+    if framed and np.linalg.norm(paper - centre) < MIN_COLOUR_DIFFERENCE:
+        depth = float(np.median(1.0 / inverse_depth[band]))
+        return Table(*table_by_depth(nearer * depth**2, tolerance * depth**2, abs(pitch) * depth))
     if np.linalg.norm(paper - centre) < MIN_COLOUR_DIFFERENCE or _largest_share(rest, measured) < MIN_SHEET:
         return no_table
     if not framed and on_plane[rest].mean() > 0.5:
         return no_table
-    return table | _blurred_edge(table, on_plane, colour, centre, paper)
+    return Table(table | _blurred_edge(table, on_plane, colour, centre, paper))
 
 
 def _blurred_edge(table: Mask, on_plane: Mask, colour: Floats, centre: Floats, paper: Floats) -> Mask:
@@ -84,7 +102,7 @@ def _surrounds(on_plane: Mask, band: Mask) -> bool:
 
 
 def _fit_plane(inverse_depth: Floats, directions: Floats, band: Mask) -> tuple[Floats, float]:
-    """(rows, cols) 1/mm: residuals from the plane of most of the band (RANSAC), and the tolerance that noise explains.
+    """(rows, cols) 1/mm nearer than the plane of most of the band (RANSAC), and the tolerance that noise explains.
 
     directions (rows, cols, 2) of the samples, in samples: with lens distortion row and column are not affine in them.
     """
@@ -106,7 +124,7 @@ def _fit_plane(inverse_depth: Floats, directions: Floats, band: Mask) -> tuple[F
         if inliers.sum() < 3:
             break
         best, *_ = np.linalg.lstsq(design[inliers], values[inliers], rcond=None)
-    return np.abs(best[0] + directions @ best[1:] - inverse_depth), ON_PLANE_SIGMAS * noise
+    return inverse_depth - best[0] - directions @ best[1:], ON_PLANE_SIGMAS * noise
 
 
 def _pitch(along: Floats) -> float:

@@ -9,6 +9,7 @@ from restore.range_image.table import BORDER_BAND, EDGE_BLUR, find_table
 
 MIN_RECALL = 0.98  # of the table's samples: 1 % of a normal colour cloud lies outside, and four sigmas of noise
 MAX_FALSE_SHARE = 0.005  # of the sheet's samples, along its edge where colours mix
+DISTANCE_MM = 921.5  # of the plane
 PAPER, TABLE = (232, 228, 218), (62, 58, 55)
 
 
@@ -18,9 +19,13 @@ def seen(camera, colours, inverse_depth, seed=0):
     return camera.shot(inverse_depth + random.normal(0, camera.noise, camera.shape), colours)
 
 
-def table_of(scan, **options):
+def found_in(scan, **options):
     measured = scan.measured
     return find_table(scan, 1.0 / np.where(measured, -scan.points[..., 2], np.nan), measured, **options)
+
+
+def table_of(scan, **options):
+    return found_in(scan, **options).samples
 
 
 @pytest.fixture
@@ -115,8 +120,11 @@ def out_of_sight(camera, sheet, coloured):
 
 
 def one_colour(camera, sheet, coloured):
-    """A page that fills the picture and stands up in its middle."""
-    return seen(camera, np.full_like(coloured, PAPER), np.where(sheet, camera.plane(distance=915.0), camera.plane()))
+    """A page that fills the picture and rises as a ridge, 60° steep, from its flat margins."""
+    rows, cols = camera.indices
+    from_margin = np.minimum(np.minimum(rows - 35, 124 - rows), np.minimum(cols - 40, 159 - cols))
+    height = np.clip(from_margin, 0, 10) * np.tan(np.radians(60.0)) * camera.pitch_mm
+    return seen(camera, np.full_like(coloured, PAPER), 1.0 / (1.0 / camera.plane() - height))
 
 
 def ruled(camera, sheet, coloured):
@@ -135,9 +143,50 @@ def dark_picture(camera, sheet, coloured):
     return seen(camera, page.astype(float), np.where(black, np.nan, camera.plane()))
 
 
-@pytest.mark.parametrize("scan", [curled_to_the_border, out_of_sight, one_colour, ruled, dark_picture])
+def one_side_below(camera, sheet, coloured):
+    """Half of a page that fills the picture stands clear of the other, as no table does of a page round it."""
+    shown = np.where(camera.indices[1] < 100, camera.cylinder(90.0, distance=900.0), camera.cylinder(90.0))
+    return seen(camera, np.full_like(coloured, PAPER), shown)
+
+
+@pytest.mark.parametrize("scan", [curled_to_the_border, out_of_sight, one_colour, one_side_below, ruled, dark_picture])
 def test_without_a_table_in_view_none_is_detected(camera, sheet, coloured, scan):
     assert not table_of(scan(camera, sheet, coloured)).any()
+
+
+@pytest.fixture
+def white(camera):
+    """A picture of paper on a table of its own colour."""
+    return np.broadcast_to(np.array(PAPER, float), (*camera.shape, 3))
+
+
+@pytest.mark.parametrize("rise_mm", [4.0, 25.0])
+def test_a_table_of_the_papers_colour_is_told_by_the_step_to_a_page_that_stands_clear(camera, sheet, white, rise_mm):
+    page = camera.cylinder(250.0, distance=DISTANCE_MM - rise_mm - 5.0)
+    table, touching = found_in(seen(camera, white, np.where(sheet, page, camera.plane())))
+    assert table[~sheet].mean() > MIN_RECALL
+    assert not table[sheet].any()
+    assert touching == 0.0
+
+
+def valley(camera):
+    """A page that touches the table in a strip from its upper to its lower edge, and rises to both sides."""
+    return camera.cylinder(100.0, distance=DISTANCE_MM, hollow=True)
+
+
+def test_a_strip_that_touches_such_a_table_within_the_page_is_the_pages(camera, sheet, white):
+    table, _ = found_in(seen(camera, white, np.where(sheet, valley(camera), camera.plane())))
+    assert table[~sheet].mean() > MIN_RECALL
+    assert table[sheet].mean() < MAX_FALSE_SHARE
+
+
+def test_how_much_of_the_outline_touches_such_a_table(camera, sheet, white):
+    """A page bent up from the table: its left edge lies on it, 90 of the 416 samples round it, and parts of two."""
+    height = 0.02 * np.maximum(camera.indices[1] - 40.0, 0.0) ** 1.5
+    bent = 1.0 / (1.0 / camera.plane() - height)
+    table, touching = found_in(seen(camera, white, np.where(sheet, bent, camera.plane())))
+    assert 0.2 < touching < 0.35
+    assert table[~sheet].mean() > MIN_RECALL
 
 
 def test_in_a_mesh_the_table_extends_to_the_border_of_the_measured_samples(camera, sheet, coloured):
