@@ -47,20 +47,22 @@ def minimise_strain(
     vertices, order, edges = rim_first(flat, network.edges)
     found = flat[vertices]
     iterations, residual, converged = _minimise(found, edges, 1.0 / lengths[order], areas[order], corner, most)
-    flat = np.empty_like(found)
-    flat[vertices] = found
-    return Solution(flat, iterations, residual, converged)
+    return Solution(found[np.argsort(vertices)], iterations, residual, converged)
 
 
 def least_absolute_strain(found: Solution, network: Network, other: Floats | None = None) -> Solution:
     """From the page of least squared strain to the one of least absolute strain.
 
     The corner of the pseudo-Huber loss is the robust standard deviation of the strains that least squares leave. Where
-    other lengths (e,) mm are given, both lengths of an edge count.
+    other lengths (e,) mm are given, both lengths of an edge count. A vertex that slivers alone hold weighs next to
+    nothing: one whose edges all come out more than twice as long as at rest stays where least squares had it.
     """
     corner = max(robust_sigma(edge_strain(found.flat, network.edges, network.lengths)), SMALL)
     again = minimise_strain(found.flat, network, corner=corner, other=other)
-    return again._replace(iterations=found.iterations + again.iterations)
+    held = np.zeros((len(found.flat), 1), bool)
+    held[network.edges[edge_strain(again.flat, network.edges, network.lengths) < 1.0]] = True
+    flat, iterations = np.where(held, again.flat, found.flat), found.iterations + again.iterations
+    return again._replace(flat=flat, iterations=iterations)
 
 
 def mean_strain(flat: Floats, network: Network) -> float:
@@ -78,11 +80,11 @@ def rest_areas(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
     """(m,) mm² areas of faces (m, 3) whose edges have lengths (e,) mm; 0 for one that has no two different corners."""
     areas = np.zeros(len(faces))
     for f in range(len(faces)):
-        if sides.edge[3 * f] < 0 or sides.edge[3 * f + 1] < 0 or sides.edge[3 * f + 2] < 0:
-            continue
-        a, b, c = lengths[sides.edge[3 * f]], lengths[sides.edge[3 * f + 1]], lengths[sides.edge[3 * f + 2]]
-        half = 0.5 * (a + b + c)
-        areas[f] = sqrt(max(half * (half - a) * (half - b) * (half - c), 0.0))  # Heron
+        own = sides.edge[3 * f : 3 * f + 3]
+        if own.min() >= 0:
+            a, b, c = lengths[own[0]], lengths[own[1]], lengths[own[2]]
+            half = 0.5 * (a + b + c)
+            areas[f] = sqrt(max(half * (half - a) * (half - b) * (half - c), 0.0))  # Heron
     return areas
 
 
@@ -110,10 +112,9 @@ def _minimise(
     for iteration in range(most):
         if not residual > tolerance:  # or not finite
             return iteration, residual, residual <= tolerance
-        downhill, last = gradient.copy(), energy
-        step, energy = np.zeros_like(gradient), np.inf
+        downhill, last, step = gradient.copy(), energy, np.zeros_like(gradient)
         _conjugate_gradients(step, edges, jacobian, gradient, prepared(flat, edges, jacobian, blocks), INEXACTNESS)
-        step *= 2.0
+        step, energy = 2.0 * step, np.inf
         while energy > last:  # at the latest until rounding leaves nothing of the step
             step *= 0.5
             jacobian, gradient, blocks, energy = _linearised(flat + step, edges, per, areas, corner)
@@ -192,8 +193,7 @@ def _linearised(
             blocks[i, 1] += stiffness * x * y
             blocks[i, 2] += stiffness * y * y
     more = STIFFEN * (blocks[:, 0] + blocks[:, 2]) + TINY
-    blocks[:, 0] += more
-    blocks[:, 2] += more
+    blocks[:, ::2] += more.reshape(-1, 1)
     return jacobian, gradient, blocks, energy
 
 

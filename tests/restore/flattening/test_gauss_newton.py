@@ -143,21 +143,31 @@ def test_compiled_and_plain_python_agree(warped, plain):
     np.testing.assert_allclose(minimise_strain(askew, network_of(page)).flat, compiled, atol=PARITY)
 
 
-@pytest.mark.parametrize("shares", [(0.5, 0.4), (0.7, 0.7 - 1e-9)])
-@pytest.mark.parametrize("off_mm", [1e-3, 1e-6, 0.0])
-def test_a_vertex_that_only_a_sliver_holds_is_not_thrown_off(warped, shares, off_mm):
-    """Its two edges are shorter together than the one across, or hardly longer, and it lies beside that or on it."""
-    page = warped("gutter", count=300)
-    border = border_of(page.mesh.faces)
-    inside = make_network(page.flat, page.mesh.faces)
-    one, other = next(edge for edge in inside.edges if np.isin(edge, border).all())
+def with_sliver(page, edge, shares, off_mm, seed):
+    """A page with one more vertex, off_mm beside an edge of its border, and all its lengths wrong by up to a hundredth.
+
+    Those of the new edges are shares of the edge's. The flat positions and the network.
+    """
+    one, other = edge
     across = page.flat[other] - page.flat[one]
     beside = page.flat[one] + 0.4 * across + off_mm * np.array([-across[1], across[0]])
     flat = np.vstack([page.flat, beside])
     faces = np.vstack([page.mesh.faces, [[one, other, len(page.flat)]]])
-    network = make_network(np.column_stack([flat, np.zeros(len(flat))]), faces)
-    lengths = network.lengths * np.random.default_rng(0).uniform(0.99, 1.01, len(network.lengths))
+    network = make_network(flat, faces)
+    lengths = network.lengths * np.random.default_rng(seed).uniform(0.99, 1.01, len(network.lengths))
     lengths[(network.edges == len(page.flat)).any(axis=1)] = np.linalg.norm(across) * np.array(shares)
-    squares = minimise_strain(flat, make_network(flat, faces, lengths))
-    found = least_absolute_strain(squares, make_network(flat, faces, lengths)).flat
-    assert np.linalg.norm(found[-1] - beside) < 3.0 * np.linalg.norm(across)
+    return flat, make_network(flat, faces, lengths)
+
+
+@pytest.mark.parametrize("shares", [(0.5, 0.4), (0.5, 0.45), (0.6, 0.37), (0.7, 0.7 - 1e-9)])
+@pytest.mark.parametrize("off_mm", [1e-3, 1e-5, 0.0])
+def test_a_vertex_that_only_a_sliver_holds_is_not_thrown_off(warped, shares, off_mm):
+    """Its two edges are shorter together than the one across, or hardly longer, and it lies beside that or on it."""
+    page = warped("gutter", count=300)
+    border, inside = border_of(page.mesh.faces), make_network(page.flat, page.mesh.faces)
+    on_border = [edge for edge in inside.edges if np.isin(edge, border).all()]
+    for seed, edge in enumerate(on_border[::4]):
+        flat, network = with_sliver(page, edge, shares, off_mm, seed)
+        found = least_absolute_strain(minimise_strain(flat, network), network).flat
+        apart = np.linalg.norm(found[-1] - found[edge], axis=1) / np.linalg.norm(np.diff(page.flat[edge], axis=0))
+        assert (apart < 2.0 * np.array(shares)).any()  # of its edges one at least is not strained by more than 1
