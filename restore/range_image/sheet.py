@@ -15,6 +15,7 @@ from restore.mesh.raster import rasterise
 from restore.numerics import TINY
 from restore.range_image.camera import LensTerms, Rays, distortion_factor
 from restore.range_image.facet_model import Facets, in_whole_windows
+from restore.range_image.segment import MAX_SLOPE
 from restore.range_image.slope_bias import unbiased
 from restore.range_image.slope_noise import slope_variances
 from restore.scan import Floats, Ints, Mask, RangeScan
@@ -103,9 +104,10 @@ class PageOnGrid(NamedTuple):
 def make_sheet(rays: Rays, facets: Facets, samples: Mask, inside: Mask, pixels: Floats, scan: RangeScan) -> Sheet:
     """A sheet from its facets, extrapolated over the rest of the grid from the nearest facet.
 
-    samples and inside (rows, cols), pixels (rows, cols, 2): as in Sheet.
+    A facet steeper than camera and laser can see is none: few samples on a steep wall tell its slope badly. samples and inside (rows, cols), pixels (rows, cols, 2): as in Sheet.
     """
-    known = inside & np.isfinite(facets.value)
+    steepest = MAX_SLOPE * abs(rays.dx) * facets.value
+    known = inside & (np.hypot(*np.moveaxis(facets.slope, -1, 0)) < steepest)  # NaN is not
     rows, cols = distance_transform_edt(~known, return_distances=False, return_indices=True)
     own_rows, own_cols = np.indices(known.shape)
     sound = in_whole_windows(known & ~facets.crease)

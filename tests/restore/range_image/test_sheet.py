@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from restore.mesh.triangulate import lattice
 from restore.range_image.facet_model import Facets
+from restore.range_image.segment import MAX_SLOPE
 from restore.range_image.sheet import _path_lengths, depth_distance, make_sheet
 
 EXACT = 1e-9  # mm: rounding at a metre's distance
@@ -173,6 +174,18 @@ def test_the_nearest_facet_is_extrapolated_over_holes_and_past_the_outline(prepa
     np.testing.assert_array_equal(made.measured, seen)
     assert made.noise == camera.noise
     assert np.isfinite(made.points(np.array([[0.0, 0.0], [159.0, 199.0], [70.0, 90.0], [20.5, 100.25]]))).all()
+
+
+@pytest.mark.parametrize("times", [1.5, 200.0])
+def test_a_facet_too_steep_to_be_seen_is_replaced_by_the_nearest_one(camera, times):
+    exact = camera.facets(camera.plane((0.4, -0.3, 1.0)))
+    slope = exact[..., 1:].copy()
+    slope[80, 100, 0] = times * MAX_SLOPE * camera.rays.dx * exact[80, 100, 0]
+    everywhere = np.ones(camera.shape, bool)
+    facets = Facets(exact[..., 0], slope, ~everywhere, camera.noise)
+    pixels = np.dstack(camera.indices[::-1])
+    made = make_sheet(camera.rays, facets, everywhere, everywhere, pixels, camera.shot(exact[..., 0]))
+    np.testing.assert_allclose(made.planes, exact, atol=ROUNDING * camera.noise)
 
 
 def test_texture_positions_are_interpolated(prepared):
