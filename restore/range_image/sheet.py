@@ -104,7 +104,8 @@ class PageOnGrid(NamedTuple):
 def make_sheet(rays: Rays, facets: Facets, samples: Mask, inside: Mask, pixels: Floats, scan: RangeScan) -> Sheet:
     """A sheet from its facets, extrapolated over the rest of the grid from the nearest facet.
 
-    A facet steeper than camera and laser can see is none: few samples on a steep wall tell its slope badly. samples and inside (rows, cols), pixels (rows, cols, 2): as in Sheet.
+    A facet steeper than camera and laser can see is none: few samples on a steep wall tell its slope badly. samples and
+    inside (rows, cols), pixels (rows, cols, 2): as in Sheet.
     """
     steepest = MAX_SLOPE * abs(rays.dx) * facets.value
     known = inside & (np.hypot(*np.moveaxis(facets.slope, -1, 0)) < steepest)  # NaN is not
