@@ -24,8 +24,8 @@ SMALL_HINT = "move the scanner nearer or take a lens of longer focal length, so 
 SPARSE_HINT = "bring the page into the depth window, raise the laser power for dark paper, and scan again"
 MAX_TOUCHING = 0.04  # of a page's outline on a table of its own colour: the corners of one that is flat elsewhere
 UNSEEN_EDGE = (
-    "the table has nearly the colour of the paper, and {share:.0%} of the page's outline touches it, where the edge is "
-    "not seen: lay a cloth of another colour below and scan again"
+    "colour does not tell the paper from the table, and {share:.0%} of the page's outline touches it, where its edge "
+    "is not seen: scan in colour, on a cloth of another colour than the paper"
 )
 CLOSING_DIAMETER = 5  # samples: notches that ink leaves in the outline
 MAX_LOST = CLOSING_DIAMETER - 1  # samples in a row that a sheet goes on over: the outline is closed over as many

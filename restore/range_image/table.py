@@ -20,8 +20,12 @@ ON_PLANE_SIGMAS = 4.0
 MAX_COLOUR_DISTANCE = 3.5  # Mahalanobis distance; 1 % of a normal colour cloud lies outside
 MIN_COLOUR_SIGMA = np.array([8.0, 3.0, 3.0])  # least spread of L, a, b: uneven light changes L most
 MIN_COLOUR_DIFFERENCE = 12.0  # ΔE between table and paper, below which the "table" is part of the page
+MIN_CLEAR = (
+    0.25  # of a page's outline stands clear of a table; a surface that bends up from its own flat margin does not
+)
 PAPER_PERCENTILE = 75  # of lightness: brighter samples are paper, not ink
 MIN_NOISE_MM = 0.01  # coordinates are written to a hundredth of a millimetre
+MESH_APART = 4  # samples of the view of a mesh, more than a vertex lies from the next: within a face noise is linear
 EDGE_BLUR = 3  # samples over which lens and drop-outs blur the edge of the sheet
 MIN_SHEET = 0.05  # of the samples, in one piece; the rest of a page that fills the picture is letters and lines
 
@@ -52,27 +56,39 @@ def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed
         return no_table
     directions = scan.points[..., :2] * inverse_depth[..., None]
     pitch = _pitch(directions[..., 0].T)
-    nearer, tolerance = _fit_plane(inverse_depth, directions / pitch, band)
+    apart = 1 if framed else MESH_APART
+    nearer, tolerance = _fit_plane(inverse_depth, directions / pitch, band, apart)
     on_plane = measured & (np.abs(nearer) < tolerance)
     if on_plane[band].mean() < MIN_SHARE or not (framed or _surrounds(on_plane, band)):
         return no_table
     colour = _lab_colours(scan)
-    if colour is None:
-        return Table(on_plane) if _surrounds(on_plane, band) else no_table
+    samples, touching = None if colour is None else _by_colour(colour, on_plane, band, measured), 0.0
+    if samples is None:
+        depth = float(np.median(1.0 / inverse_depth[band]))
+        samples, clear, touching = table_by_depth(nearer * depth**2, tolerance * depth**2, abs(pitch) * depth)
+        steps_up = framed and clear >= MIN_CLEAR  # faces of a mesh bridge the step
+        if not steps_up and not ((colour is None or not framed) and _surrounds(on_plane, band)):
+            return no_table
+    rest = measured & ~samples
+    if not framed and not (rest.any() and on_plane[rest].mean() <= 0.5):
+        return no_table
+    return Table(samples, touching)
+
+
+def _by_colour(colour: Floats, on_plane: Mask, band: Mask, measured: Mask) -> Mask | None:
+    """(rows, cols) True on the plane where its colour is that of the table, none at all when the rest is no sheet.
+
+    None when the paper has the colour of the table, too. colour (rows, cols, 3) L*a*b* of the samples.
+    """
     centre, sigma = _colour_distribution(colour[on_plane & band])
     table = on_plane & (_colour_distance(colour, centre, sigma) < MAX_COLOUR_DISTANCE)
     rest = measured & ~table
-    if not rest.any():
-        return no_table
-    paper = _paper_colour(colour[rest])
-    if framed and np.linalg.norm(paper - centre) < MIN_COLOUR_DIFFERENCE:
-        depth = float(np.median(1.0 / inverse_depth[band]))
-        return Table(*table_by_depth(nearer * depth**2, tolerance * depth**2, abs(pitch) * depth))
-    if np.linalg.norm(paper - centre) < MIN_COLOUR_DIFFERENCE or _largest_share(rest, measured) < MIN_SHEET:
-        return no_table
-    if not framed and on_plane[rest].mean() > 0.5:
-        return no_table
-    return Table(table | _blurred_edge(table, on_plane, colour, centre, paper))
+    paper = _paper_colour(colour[rest]) if rest.any() else centre
+    if np.linalg.norm(paper - centre) < MIN_COLOUR_DIFFERENCE:
+        return None
+    if _largest_share(rest, measured) < MIN_SHEET:
+        return np.zeros_like(table)
+    return table | _blurred_edge(table, on_plane, colour, centre, paper)
 
 
 def _blurred_edge(table: Mask, on_plane: Mask, colour: Floats, centre: Floats, paper: Floats) -> Mask:
@@ -101,13 +117,14 @@ def _surrounds(on_plane: Mask, band: Mask) -> bool:
     return all((on_plane & band)[side].sum() > MIN_SHARE * band[side].sum() for side in sides)
 
 
-def _fit_plane(inverse_depth: Floats, directions: Floats, band: Mask) -> tuple[Floats, float]:
+def _fit_plane(inverse_depth: Floats, directions: Floats, band: Mask, apart: int) -> tuple[Floats, float]:
     """(rows, cols) 1/mm nearer than the plane of most of the band (RANSAC), and the tolerance that noise explains.
 
     directions (rows, cols, 2) of the samples, in samples: with lens distortion row and column are not affine in them.
+    apart: so many samples lie between two that have noise of their own.
     """
     values, design = inverse_depth[band], np.column_stack([np.ones(band.sum()), directions[band]])
-    noise = _noise_sigma(inverse_depth, band)
+    noise = _noise_sigma(inverse_depth, band, apart)
     random = np.random.default_rng(0)  # fixed: the same scan gives the same page
     subset = random.choice(len(values), min(TRIAL_SUBSET, len(values)), replace=False)
     triples = random.integers(len(values), size=(RANSAC_TRIALS, 3))
@@ -133,14 +150,16 @@ def _pitch(along: Floats) -> float:
     return float(next((np.nanmedian(one) for one in changes if np.isfinite(one).any()), 1.0))
 
 
-def _noise_sigma(inverse_depth: Floats, band: Mask) -> float:
+def _noise_sigma(inverse_depth: Floats, band: Mask, least: int) -> float:
     """Standard deviation of one sample, 1/mm, from second differences down the columns, where noise is uncorrelated.
 
-    They are of samples as near as three were measured, in a scan that has every second row as well.
+    They are of samples at least so far apart, and as near as three were measured, in a scan that has every second row
+    as well.
     """
     value = np.where(band, inverse_depth, np.nan)
     differences = (
-        value[2 * apart :] - 2 * value[apart:-apart] + value[: -2 * apart] for apart in range(1, (len(value) + 1) // 2)
+        value[2 * apart :] - 2 * value[apart:-apart] + value[: -2 * apart]
+        for apart in range(least, (len(value) + 1) // 2)
     )
     known = (second[np.isfinite(second)] for second in differences)
     second = next((some for some in known if some.size), np.zeros(1))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import cv2
 import numba
 import numpy as np
@@ -11,19 +13,30 @@ from restore.scan import Floats, Mask
 
 CLEAR_STEP = 3.0  # 71.6° from page to table: 1.5 mm within a sample; no page bends up as steeply all round it
 SHADOW_STEP = 1.0  # 45°, over samples that were not measured: a shadow of the laser ends on its ray
-MIN_CLEAR = 0.25  # of a page's outline has such a step; a surface that bends up from its own flat margin has none
 MAX_CONTACT_MM = 30.0  # a valley of 200 mm radius is within half a millimetre of the table for 28 mm
 CONTACT_SLOPE = 1.0  # 45°: a page that touches the table rises from it less steeply, its edge more so
 EDGE_BLUR = 3  # samples over which a step is blurred
 MAX_GAP = 2  # samples: drop-outs leave gaps of one or two
 
 
-def table_by_depth(height: Floats, tolerance: float, pitch: float) -> tuple[Mask, float]:
-    """(rows, cols) True on the table, and the share of the page's outline that touches it, where its edge is not seen.
+class TableByDepth(NamedTuple):
+    """A table of which the colour tells nothing.
 
-    False everywhere, and 0, when no surface stands clear of the table. height (rows, cols) mm of the samples above its
-    plane, NaN for none: those within a tolerance mm may lie on it. pitch mm between samples. A strip that touches the
-    table between two parts of a page that do not is the page's.
+    samples   (rows, cols) True on it.
+    clear     share of the page's outline that stands clear of it.
+    touching  share of the page's outline that touches it, where the edge of the page is not seen.
+    """
+
+    samples: Mask
+    clear: float
+    touching: float
+
+
+def table_by_depth(height: Floats, tolerance: float, pitch: float) -> TableByDepth:
+    """The samples on a plane that nothing above it encloses, as a table.
+
+    height (rows, cols) mm of the samples above the plane, NaN for none: those within a tolerance mm may lie on it.
+    pitch mm between samples. A strip that touches it between two parts of a page that do not is the page's.
     """
     measured = np.isfinite(height)
     above = measured & (height > tolerance)
@@ -37,9 +50,7 @@ def table_by_depth(height: Floats, tolerance: float, pitch: float) -> tuple[Mask
     apart = distance_transform_edt(~table)[outline]
     step = height[outline] / (apart * pitch)
     clear = (step > CLEAR_STEP) | ((step > SHADOW_STEP) & (apart >= 2.0))
-    if not clear.any() or clear.mean() < MIN_CLEAR:
-        return np.zeros_like(table), 0.0
-    return table, float((step < SHADOW_STEP).mean())
+    return TableByDepth(table, *(float(some.sum() / max(some.size, 1)) for some in (clear, step < SHADOW_STEP)))
 
 
 def _largest(mask: Mask) -> Mask:

@@ -1,5 +1,7 @@
 """Meshes of pages on a table, as scanners and photographs give them: one surface, with faces from page to table."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial import Delaunay
@@ -36,8 +38,12 @@ def mesh_of(sheet, step, seed=0, turn=None, page_mm=PAGE_MM):
 
 @pytest.mark.parametrize("kind", SHEETS)
 @pytest.mark.parametrize("step", [2, 5])
-def test_the_page_is_left_without_its_table(kind, step):
+@pytest.mark.parametrize("white", [False, True])
+def test_the_page_is_left_without_its_table(kind, step, white):
+    """Of another colour, or of the paper's."""
     mesh, truth = mesh_of(SHEETS[kind], step, turn=Rotation.random(random_state=1).as_matrix())
+    if white:
+        mesh = replace(mesh, texture=np.full_like(mesh.texture, 225))
     page = off_table(mesh)
     largest = max(large_pieces(page), key=np.count_nonzero)
     spacing = np.sqrt(surface_area(mesh.vertices, mesh.faces) / len(mesh.vertices))
@@ -51,17 +57,17 @@ def test_what_is_left_of_a_page_has_no_table():
     assert off_table(page) is page
 
 
-@pytest.mark.parametrize("kind", ["a dark frame", "no colour"])
+@pytest.mark.parametrize("kind", ["a dark frame", "one colour", "no colour"])
 def test_a_page_that_rises_from_a_flat_margin_keeps_it(kind):
-    """280 × 200 mm with a vertex every 1.6 mm: a frame is printed on its margin, or there is no picture."""
+    """280 × 200 mm with a vertex every 1.6 mm: a frame is printed on its margin, or nothing, or there is no picture."""
     random = np.random.default_rng(0)
     x, y = (part.ravel() for part in np.meshgrid(np.arange(0.0, 280.0, 1.6), np.arange(0.0, 200.0, 1.6)))
     x, y = (part + random.uniform(-0.5, 0.5, part.size) for part in (x, y))
     from_side = np.minimum.reduce([x, y, 280.0 - x, 200.0 - y])
     z = 12.0 * np.clip((from_side - 27.0) / 60.0, 0.0, 1.0) ** 2 + random.normal(0.0, 0.03, x.size)
     texture = np.full((200, 280, 3), 60, np.uint8)
-    texture[25:-25, 25:-25] = 225
-    picture = (np.stack([x, 200.0 - y], axis=1) - 0.5, texture) if kind == "a dark frame" else ()
+    texture[25:-25, 25:-25] = 225 if kind == "a dark frame" else 60
+    picture = () if kind == "no colour" else (np.stack([x, 200.0 - y], axis=1) - 0.5, texture)
     faces = Delaunay(np.stack([x, y], axis=1)).simplices.astype(np.int64)
     mesh = ValidMesh(np.stack([x, y, z], axis=1), faces, *picture)
     assert off_table(mesh) is mesh
