@@ -25,6 +25,8 @@ from restore.scan import Floats, Ints, Mask
 WIDE_RADIUS = 3  # 7×7 samples: the slope's noise is 1/14 of the depth's, per sample
 APART = 2 * WIDE_RADIUS + 1  # samples from a wide window to the next that shares none with it
 NARROW_RADIUS = 2  # 5×5 samples between creases that leave no room for more
+SPARSE = 0.5  # of the samples inside a wide window: where dark ink leaves fewer, slopes are twice as uncertain
+SPARSE_RADII = (6, 12)  # of windows with as many samples where a quarter, or a sixteenth, is left
 MAX_BEND_SIGMAS = 6.0  # σ of the noise: rise of the quadratic over the wide window, beyond which higher terms matter
 MAX_MISFIT_SIGMAS = 1.5  # residual over the noise; with 43 degrees of freedom noise alone stays below 1.3
 PASSES = 3  # the first is biased by the outliers that it detects; the third changes slopes by less than the noise
@@ -74,7 +76,7 @@ def fit_facets(
     """
     level = float(np.median(inverse_depth[measured]))
     data = np.where(measured, inverse_depth - level, 0.0)
-    classes = _signal_classes(signal, measured)
+    classes = _signal_classes(signal, measured & inside)
     weight, floor, steep = measured.astype(float), precision * level, spacing * level
     for _ in range(PASSES):
         facets, _ = _fit_windows(data, weight, inside, floor, None, steep)
@@ -105,12 +107,13 @@ def _weights(residual: Floats, classes: Ints, floor: float) -> tuple[Floats, Flo
     weight, deviation = np.zeros(residual.shape), np.zeros(residual.shape)
     best = np.inf
     for k in range(classes.max() + 1):
-        members = (classes == k) & np.isfinite(residual)
+        own = classes == k
+        members = own & np.isfinite(residual)
         if members.sum() < MIN_MEMBERS:
             continue
         sigma = max(robust_sigma(residual[members]), floor)
         best = min(best, sigma)
-        deviation[members], weight[members] = sigma, (best / sigma) ** 2
+        deviation[own], weight[own] = sigma, (best / sigma) ** 2
     off = np.abs(np.nan_to_num(residual))
     limit = OUTLIER_SIGMAS * np.maximum(deviation, _median_around(off))  # where all are off, the quadratic does not fit
     return np.where(off < limit, weight, 0.0), deviation
@@ -133,29 +136,55 @@ def _fit_windows(
     them off, and so hide them.
     """
     leverage = LEVERAGE_BEFORE_CREASES if crease is None else MAX_LEVERAGE
-    fit = fit_quadratics(data, weight, inside, WIDE_RADIUS, leverage)
-    variance = fit.variance[inside & (weight > 0)]
+    wide = fit_quadratics(data, weight, inside, WIDE_RADIUS, leverage)
+    variance = wide.variance[inside & (weight > 0)]
     if not np.isfinite(variance).any():
         raise NotEnoughSurface("the samples lie too far apart", "raise the laser power for dark paper, and scan again")
     noise2 = max(float(np.nanmedian(variance)), floor**2)
     limit = MAX_MISFIT_SIGMAS**2 * noise2
     distance = None if crease is None else _distance(crease)
-    facets, centres = _shift_windows(fit, distance, limit, inside, WIDE_RADIUS)
+    facets, centres = _shift_windows(wide, distance, limit, inside, WIDE_RADIUS)
     one_sided = facets[..., 5] > 0
     bent = facets[..., 4] > MAX_BEND_SIGMAS * np.sqrt(noise2)
     unfit = inside & (bent | ~((facets[..., 3] <= limit) & one_sided))
     if crease is not None:
-        tangent = fit_over_tangents(data, weight, unfit, fit.terms, centres, steep, WIDE_RADIUS)
+        tangent = fit_over_tangents(data, weight, unfit, wide.terms, centres, steep, WIDE_RADIUS)
         better = unfit & (tangent[..., 3] <= limit) & one_sided
         facets[better, :FIELDS] = tangent[better]
         unfit &= ~better
     window = np.ones((2 * NARROW_RADIUS + 1, 2 * NARROW_RADIUS + 1), np.uint8)
     near = inside & cv2.dilate(unfit.astype(np.uint8), window).astype(bool)
-    fit = fit_quadratics(data, weight, near, NARROW_RADIUS, leverage)
-    narrow, _ = _shift_windows(fit, distance, limit, unfit, NARROW_RADIUS)
+    close = fit_quadratics(data, weight, near, NARROW_RADIUS, leverage)
+    narrow, _ = _shift_windows(close, distance, limit, unfit, NARROW_RADIUS)
     better = unfit & ((narrow[..., 5] > 0) | np.isnan(facets[..., 0]))
     facets[better] = narrow[better]
+    sparse = inside & (np.isnan(wide.variance) | _sparse(inside & (weight > 0), inside))
+    _fit_sparse(facets, data, weight, sparse, limit)
     return facets, float(np.sqrt(noise2))
+
+
+def _sparse(used: Mask, inside: Mask) -> Mask:
+    """(rows, cols) True where less than a share SPARSE of the samples inside, in a wide window, is used."""
+    size = (2 * WIDE_RADIUS + 1,) * 2
+    counts = (
+        cv2.boxFilter(mask.astype(np.float32), -1, size, borderType=cv2.BORDER_CONSTANT) for mask in (used, inside)
+    )
+    few, all_inside = counts
+    return np.asarray(few < SPARSE * all_inside)
+
+
+def _fit_sparse(facets: Floats, data: Floats, weight: Floats, sparse: Mask, limit: float) -> None:
+    """Replace the facets of samples (rows, cols) round which few were measured by fits in windows that hold enough.
+
+    Only where a quadratic fits so far: between the sides of a crease it does not, and each goes on by itself.
+    """
+    for radius in SPARSE_RADII:
+        if not sparse.any():
+            return
+        fit = fit_quadratics(data, weight, sparse, radius, LEVERAGE_BEFORE_CREASES)
+        found = sparse & (fit.variance <= limit)
+        facets[found, :3], facets[found, 3], facets[found, 4:] = fit.terms[found, :3], fit.variance[found], (0.0, 1.0)
+        sparse = sparse & ~found
 
 
 def _distance(crease: Mask) -> Floats:
