@@ -17,7 +17,7 @@ from station.calibrate import board, calibrate
 from station.console.command import serve
 from station.devices import devices
 from station.doctor import doctor
-from station.errors import USAGE
+from station.errors import USAGE, UsageError, explain
 from station.options import (
     Config,
     Debug,
@@ -70,6 +70,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         code = app(None if arguments is None else list(arguments), prog_name="planish", standalone_mode=False)
     except SystemExit as end:  # typer ends so when nobody reads its help
         return READER_GONE if isinstance(end.__context__, BrokenPipeError) else int(end.code or 0)
+    except UsageError as error:  # of an option, before its command begins
+        print_fault(explain(error))
+        return USAGE
     except Exception as error:
         if not isinstance(error, CommandLineError):
             raise

@@ -13,8 +13,10 @@ from station.ocr_precision import MatchCount, count_matching_characters, count_m
 from station.overwrite_check import refuse_originals
 from station.pages import find_pages, read_page
 from station.progress import Progress, silent
+from station.session_folder import refuse_session
 from station.words import find_tesseract, recognise
 
+IN_SESSION = "what lies in a session is its record: choose a folder outside it with -o"
 ENDINGS = (".txt", "-alto.xml", ".hocr", ".pdf")
 
 
@@ -49,6 +51,8 @@ def read_pages(
     printed = None if truth is None else _text(truth)
     if printed is not None and len(pages) > 1:
         raise BadInput(f"{source} holds {len(pages)} pages, and the truth is about one", "give the page's own file")
+    if folder is None:
+        refuse_session(pages[0], IN_SESSION)
     targets = [[(folder or page.parent) / (page.stem + ending) for ending in ENDINGS] for page in pages]
     files = [path for paths in targets for path in paths]
     refuse_originals(files, [*pages, *([] if truth is None else [truth])])

@@ -15,12 +15,17 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 from station.choices import Pieces, Turn
+from station.session_folder import refuse_session
 
 
 def output_path(text: str) -> Path:
-    """The path that an output option names. Raises BadParameter for an empty one, as of an unset shell variable."""
+    """The path that an output option names.
+
+    Raises BadParameter for an empty one, as of an unset shell variable, UsageError for one in a session.
+    """
     if not text.strip():
         raise typer.BadParameter("the name is empty: give a path, or . for this folder")
+    refuse_session(Path(text))
     return Path(text)
 
 

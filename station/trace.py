@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from station.options import Debug, Force, Json
+from station.options import Debug, Force, Json, output_path
 from station.terminal import print_result, report_faults
 
 if TYPE_CHECKING:
@@ -30,7 +30,10 @@ def trace(
         ),
     ] = None,
     profile: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write a draft of a command profile (TOML).", show_default=False)
+        Path | None,
+        typer.Option(
+            metavar="FILE", help="Write a draft of a command profile (TOML).", show_default=False, parser=output_path
+        ),
     ] = None,
     force: Force = False,
     as_json: Json = False,

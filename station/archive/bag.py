@@ -6,8 +6,9 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from station.export.disk import write_file
-from station.session.bag import BAG_INFO, BAGIT, DECLARATION, MANIFEST, PAYLOAD, TAG_MANIFEST, check_name
+from station.session.bag import BAG_INFO, DECLARATION, MANIFEST, PAYLOAD, TAG_MANIFEST, check_name
 from station.session.store import file_digest
+from station.session_folder import BAGIT
 
 
 def seal_bag(folder: Path, info: Mapping[str, str]) -> None:

@@ -9,9 +9,10 @@ from pathlib import Path, PurePosixPath
 from typing import Literal
 
 from restore import BadInput, read_regular
-from station.session.bag import BAGIT, LOG, MANIFEST, PAYLOAD, TAG_MANIFEST
+from station.session.bag import MANIFEST, PAYLOAD, TAG_MANIFEST
 from station.session.events import FOLDER
 from station.session.tree import place_of, tree_digests
+from station.session_folder import BAGIT, LOG
 
 Kind = Literal["damaged", "missing", "extra", "renamed"]
 LINE = re.compile(r"(?P<digest>[0-9a-f]{128})  (?P<name>[^\n]+)\n")

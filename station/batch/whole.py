@@ -14,11 +14,10 @@ from station.batch.outcomes import PageOutcome
 from station.batch.progress import Show
 from station.batch.report import encode_report
 from station.batch.sessions import SessionBatch
-from station.errors import UsageError
 from station.export.atomic import claim_folder, write_all
 from station.session import open_session
-from station.session.bag import BAGIT, LOG
 from station.session.presets import Thresholds
+from station.session_folder import is_session, refuse_session
 from station.watch import records
 from station.watch.presets import Options
 
@@ -53,8 +52,7 @@ def run_batch(
     """
     sessions = [source for source in sources if is_session(source)]
     folders = [source for source in sources if source not in sessions]
-    if any(output.is_relative_to(session) for session in sessions):
-        raise UsageError(f"{output} lies in a session", "choose another folder with -o")
+    refuse_session(output)
     with ExitStack() as stack:
         claim = stack.enter_context(claim_folder(output))
         writers = {str(session): stack.enter_context(open_session(session)) for session in sessions}
@@ -69,8 +67,3 @@ def run_batch(
             pages = [page for part in parts for page in part.pages()]
             write_all([(output / REPORT, encode_report(pages, title=title, now=now()))], force=True, claim=claim)
     return output / REPORT
-
-
-def is_session(folder: Path) -> bool:
-    """Whether a folder is that of a session."""
-    return (folder / BAGIT).is_file() and (folder / LOG).is_file()

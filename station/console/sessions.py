@@ -9,9 +9,9 @@ from typing import Any
 from station.console.faults import ConsoleFault, problem_of
 from station.export.claim import HOLDER_BYTES, LOCK, WORK
 from station.session import Session, Volume, create_session, read_session
-from station.session.bag import BAGIT, LOG
 from station.session.index import entries_of
 from station.session.presets import PRESETS, load_preset
+from station.session_folder import is_session
 from station.words import check_language, find_tesseract
 
 MAX_LISTED = 1000
@@ -22,7 +22,7 @@ def folders_of(root: Path) -> dict[str, Path]:
     """Name → folder of every session directly in a folder; links are left out."""
     with os.scandir(root) as entries:
         found = [Path(entry.path) for entry in entries if entry.is_dir(follow_symlinks=False)]
-    sessions = [path for path in sorted(found) if (path / BAGIT).is_file() and (path / LOG).is_file()]
+    sessions = [path for path in sorted(found) if is_session(path)]
     return {path.name: path for path in sessions[:MAX_LISTED]}
 
 

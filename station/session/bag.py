@@ -11,9 +11,10 @@ from collections.abc import Mapping, Sequence
 
 from restore import BadInput
 from station.session.events import RECORD, Event
+from station.session_folder import BAGIT, LOG
 
 PAYLOAD = "data"
-BAGIT, BAG_INFO, LOG = "bagit.txt", "bag-info.txt", "events.jsonl"
+BAG_INFO = "bag-info.txt"
 MANIFEST, TAG_MANIFEST = "manifest-sha512.txt", "tagmanifest-sha512.txt"
 FIXED = (BAGIT, BAG_INFO)
 GROWING = (LOG, MANIFEST)

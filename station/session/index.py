@@ -16,10 +16,10 @@ from pathlib import Path
 from restore import BadInput
 from station.errors import DISK, StationError
 from station.export.disk import sync_folder
-from station.session import bag
 from station.session.history import Page
 from station.session.reading import SessionDamaged
 from station.session.store import Session, read_session
+from station.session_folder import BAGIT, LOG
 
 SCHEMA = """
 create table if not exists sessions (
@@ -235,6 +235,6 @@ def _sessions_below(folders: Iterable[Path], problems: list[str]) -> Iterator[Pa
     """Every folder with a log of events, at or below these; none within a session. problems: of unreadable folders."""
     for start in folders:
         for base, inner, files in os.walk(start, onerror=lambda error: problems.append(_unreadable(error))):
-            if bag.LOG in files and bag.BAGIT in files:
+            if LOG in files and BAGIT in files:
                 inner.clear()
                 yield Path(base)

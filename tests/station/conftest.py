@@ -170,6 +170,14 @@ def scanner(monkeypatch: pytest.MonkeyPatch) -> StandInScanner:
     return scanner
 
 
+def fault(captured: str) -> list[str]:
+    """The lines of a fault as it is told: what is wrong, then what to do now. No traceback, nothing else."""
+    first, *hints = captured.splitlines()
+    assert first.startswith("planish: ")
+    assert all(hint.startswith("  ") for hint in hints)
+    return [first.removeprefix("planish: "), *(hint.strip() for hint in hints)]
+
+
 @pytest.fixture
 def scan_file(tmp_path: Path) -> Path:
     """A scan to restore, for the stand-in library: its contents are never read."""

@@ -16,16 +16,9 @@ from drivers.scanner import SettingsError, TransportError
 from restore.errors import BadInput, NotEnoughSurface
 from station.cli import main
 from station.export import disk
+from tests.station.conftest import fault
 
 FULL_DISK = Path("/dev/full")
-
-
-def fault(captured: str) -> list[str]:
-    """The lines of a fault as it is told: what is wrong, then what to do now. No traceback, nothing else."""
-    first, *hints = captured.splitlines()
-    assert first.startswith("planish: ")
-    assert all(hint.startswith("  ") for hint in hints)
-    return [first.removeprefix("planish: "), *(hint.strip() for hint in hints)]
 
 
 def test_restore_writes_the_page_and_its_report(library, scan_file, tmp_path, capsys):

@@ -12,13 +12,14 @@ from station.archive.volume import Role
 from station.batch.executors import Workers, local_workers
 from station.batch.process import Limits
 from station.batch.sessions import SessionBatch, SessionTask, restore_session_page
-from station.batch.whole import REPORT, is_session, run_batch
+from station.batch.whole import REPORT, run_batch
 from station.cli import main
 from station.errors import FolderInUse, UsageError
 from station.session import Volume, add_files, create_session, open_session, read_session, undo_run
 from station.session.adding import add_original
 from station.session.presets import Preset
 from station.session.stages import RESTORE, VERDICT
+from station.session_folder import is_session
 from station.verdict.judge import LEVELS
 from tests.station.batch.conftest import QUICK, small_scan
 
@@ -102,7 +103,7 @@ def test_the_settings_of_the_preset_hold_where_none_is_given(session) -> None:
 def test_the_session_is_the_batchs_alone(session, tmp_path) -> None:
     with open_session(session), pytest.raises(FolderInUse):
         batch(session, tmp_path / "out", [])
-    with pytest.raises(UsageError, match="lies in a session"):
+    with pytest.raises(UsageError, match="lies in the session"):
         batch(session, session / "out", [])
 
 

@@ -1,0 +1,36 @@
+"""The folder of a session, known by its files. What lies in it is a record, which its own commands alone add to."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from station.errors import UsageError
+
+BAGIT, LOG = "bagit.txt", "events.jsonl"
+OUTSIDE = "what lies in a session is its record: choose a place outside it"
+
+
+def is_session(folder: Path) -> bool:
+    """Whether a folder is that of a session; False for one that may not be searched."""
+    try:
+        return (folder / BAGIT).is_file() and (folder / LOG).is_file()
+    except OSError:
+        return False
+
+
+def session_around(path: Path) -> Path | None:
+    """The folder of the session that a path is or lies in, also by a link; None where there is none.
+
+    The path need not be there.
+    """
+    real = Path(os.path.realpath(path))
+    return next((folder for folder in (real, *real.parents) if is_session(folder)), None)
+
+
+def refuse_session(path: Path, hint: str = OUTSIDE) -> None:
+    """Raise UsageError for a place to write to that is a session or lies in one."""
+    session = session_around(path)
+    if session is not None:
+        is_it = session == Path(os.path.realpath(path))
+        raise UsageError(f"{path} is a session" if is_it else f"{path} lies in the session {session}", hint)
