@@ -8,13 +8,17 @@ from pathlib import Path
 from station.errors import UsageError
 
 BAGIT, LOG = "bagit.txt", "events.jsonl"
+FIRST = "data/0000-000001-session"  # the folder of its first event
 OUTSIDE = "what lies in a session is its record: choose a place outside it"
 
 
 def is_session(folder: Path) -> bool:
-    """Whether a folder is that of a session; False for one that may not be searched."""
+    """Whether a folder is that of a session, also while it is copied or when its log is lost.
+
+    False for one that may not be searched.
+    """
     try:
-        return (folder / BAGIT).is_file() and (folder / LOG).is_file()
+        return (folder / BAGIT).is_file() and ((folder / LOG).is_file() or (folder / FIRST).is_dir())
     except OSError:
         return False
 

@@ -21,7 +21,11 @@ if TYPE_CHECKING:
 
 Sources = Annotated[
     list[Path],
-    typer.Argument(metavar="SOURCE...", help="Folders of scans, sub-folders included; sessions.", show_default=False),
+    typer.Argument(
+        metavar="SOURCE...",
+        help="Folders of scans, sub-folders included, but no sessions in them; sessions.",
+        show_default=False,
+    ),
 ]
 Count = Annotated[
     int | None, typer.Option("--workers", "-w", min=1, help="Pages to restore at a time (one for each processor).")
@@ -79,7 +83,8 @@ def batch(
 
         def show(event: Event) -> None:
             counts[event.state] += 1
-            print_result(f"{event.state:<10} {event.name}: {event.text}  [{event.progress}]")
+            progress = f"  [{event.progress}]" if event.progress else ""
+            print_result(f"{event.state:<10} {event.name}: {event.text}{progress}")
 
         report = run_batch(
             [source.resolve() for source in sources], output.resolve(), options, places, show, limits=limits

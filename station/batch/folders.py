@@ -15,7 +15,7 @@ from station.batch.run import run
 from station.errors import UsageError
 from station.export.claim import recover
 from station.session.presets import Thresholds
-from station.watch.loop import check_folders
+from station.watch.loop import batch_instead, check_folders
 from station.watch.presets import Options
 
 
@@ -31,7 +31,12 @@ class FolderBatch:
         self._plans = [plan_folder(folder, out, options) for folder, out in _places(folders, output).items()]
 
     def run(self, workers: Workers, show: Show, *, work: Work[Done] = restore_task) -> None:
-        """Restore or set aside what is still to do. Raises as `station.batch.run.run` does."""
+        """Restore or set aside what is still to do; tell of sessions that are left out.
+
+        Raises as `station.batch.run.run` does.
+        """
+        for session in (session for plan in self._plans for session in plan.sessions):
+            show(Event("left out", str(session), batch_instead(session), ""))
         tasks = sorted((task for plan in self._plans for task in plan.tasks), key=lambda task: -task.size)
         pace = Pace(task.size for task in tasks)
         for task, done in run(tasks, workers, work):

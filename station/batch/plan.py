@@ -23,14 +23,16 @@ SCAN_FOLDER = {"scan.json", "points.npz"}  # the files that every scan folder of
 class Plan:
     """The scans of a folder.
 
-    out     folder of the results.
-    tasks   what is still to do, longest first.
-    scans   every scan, in the order of their names.
+    out       folder of the results.
+    tasks     what is still to do, longest first.
+    scans     every scan, in the order of their names.
+    sessions  those below the folder, which are left out.
     """
 
     out: Path
     tasks: tuple[Task, ...]
     scans: tuple[Arrival, ...]
+    sessions: tuple[Path, ...] = ()
 
 
 def plan_folder(folder: Path, out: Path, base: Options) -> Plan:
@@ -38,7 +40,8 @@ def plan_folder(folder: Path, out: Path, base: Options) -> Plan:
 
     Raises OSError when the folder cannot be read, UsageError for a preset with a mistake.
     """
-    listing = list_files(folder, without=out)
+    sessions: list[Path] = []
+    listing = list_files(folder, without=out, left_out=lambda session: sessions.append(folder / session))
     presets = Presets(folder, base)
     presets.update(listing)
     scans = tuple(find_scans(folder, listing))
@@ -47,7 +50,7 @@ def plan_folder(folder: Path, out: Path, base: Options) -> Plan:
         waiting = tuple(scan for scan in group if not _is_settled(scan, out))
         if waiting:  # scans of one name share the folders of their results: one task takes them in turn
             tasks.append(Task(waiting, out, presets.options(Path(place[0]))))
-    return Plan(out, tuple(sorted(tasks, key=lambda task: -task.size)), scans)
+    return Plan(out, tuple(sorted(tasks, key=lambda task: -task.size)), scans, tuple(sessions))
 
 
 def find_scans(folder: Path, listing: Listing) -> Iterator[Arrival]:

@@ -13,7 +13,10 @@ from station.watch import records
 
 @dataclass(frozen=True)
 class Event:
-    """A page that was settled: state, its name, where the result is or why there is none, how far the batch is."""
+    """A page that was settled, or a session that is left out.
+
+    state, its name, where the result is or why there is none, how far the batch is.
+    """
 
     state: str
     name: str

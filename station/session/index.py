@@ -19,7 +19,7 @@ from station.export.disk import sync_folder
 from station.session.history import Page
 from station.session.reading import SessionDamaged
 from station.session.store import Session, read_session
-from station.session_folder import BAGIT, LOG
+from station.session_folder import is_session
 
 SCHEMA = """
 create table if not exists sessions (
@@ -234,7 +234,7 @@ def _page_entry(session: str, page: Page, position: int) -> PageEntry:
 def _sessions_below(folders: Iterable[Path], problems: list[str]) -> Iterator[Path]:
     """Every folder with a log of events, at or below these; none within a session. problems: of unreadable folders."""
     for start in folders:
-        for base, inner, files in os.walk(start, onerror=lambda error: problems.append(_unreadable(error))):
-            if LOG in files and BAGIT in files:
+        for base, inner, _ in os.walk(start, onerror=lambda error: problems.append(_unreadable(error))):
+            if is_session(Path(base)):
                 inner.clear()
                 yield Path(base)

@@ -13,6 +13,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from station.session_folder import is_session
+
 MAX_DEPTH = 16  # of sub-folders; more is a circle of mounts
 
 
@@ -36,25 +38,34 @@ Listing = Mapping[Path, Stamp]
 """Path relative to the watched folder → stamp."""
 
 
-def list_files(folder: Path, *, without: Path) -> dict[Path, Stamp]:
+def list_files(
+    folder: Path, *, without: Path, left_out: Callable[[Path], object] = lambda _: None
+) -> dict[Path, Stamp]:
     """Every regular file in a folder and below, hidden ones excepted. Raises OSError when the folder cannot be read.
 
-    without  a folder that is left out with all that is in it. Links to folders are not followed; a sub-folder that
-             cannot be read counts as empty.
+    without   a folder that is left out with all that is in it. Links to folders are not followed; a sub-folder that
+              cannot be read counts as empty.
+    left_out  called with every session below the folder, relative to it: its scans are those of its own record.
     """
     with os.scandir(folder) as entries:
-        return dict(_walk(list(entries), Path(), without, MAX_DEPTH))
+        return dict(_walk(list(entries), Path(), without, left_out, MAX_DEPTH))
 
 
-def _walk(entries: list[os.DirEntry[str]], below: Path, without: Path, depth: int) -> Iterator[tuple[Path, Stamp]]:
+def _walk(
+    entries: list[os.DirEntry[str]], below: Path, without: Path, left_out: Callable[[Path], object], depth: int
+) -> Iterator[tuple[Path, Stamp]]:
     for entry in sorted(entries, key=lambda entry: entry.name):
         if entry.name.startswith("."):  # rsync and others write to a hidden file, and rename it when it is complete
             continue
         try:
             if entry.is_dir(follow_symlinks=False):
-                if depth and Path(entry.path) != without:
-                    with os.scandir(entry.path) as inner:
-                        yield from _walk(list(inner), below / entry.name, without, depth - 1)
+                if not depth or Path(entry.path) == without:
+                    continue
+                if is_session(Path(entry.path)):
+                    left_out(below / entry.name)
+                    continue
+                with os.scandir(entry.path) as inner:
+                    yield from _walk(list(inner), below / entry.name, without, left_out, depth - 1)
             elif entry.is_file():
                 yield below / entry.name, Stamp.of(entry.stat())
         except OSError:  # gone in the meantime, or not ours to read

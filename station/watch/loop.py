@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import shlex
 import shutil
 import time
 from collections import Counter
@@ -16,6 +17,7 @@ from typing import Literal
 from station.errors import UsageError
 from station.export.atomic import claim_folder
 from station.export.claim import Claim
+from station.session_folder import session_around
 from station.watch import records
 from station.watch.arrival import Arrival, Changed
 from station.watch.companions import Pairing, is_scan
@@ -31,10 +33,13 @@ STAGED = "arrival"
 # Of a network share that is not there just now.
 PASSING = {errno.EIO, errno.ESTALE, errno.ETIMEDOUT, errno.EHOSTDOWN, errno.ENOTCONN, errno.ECONNRESET, errno.EAGAIN}
 
-Event = Literal["restored", "set aside", "waiting"]
+Event = Literal["restored", "set aside", "waiting", "left out"]
 State = Literal["done", "worked", "waiting"]
 Notify = Callable[[Event, Path, str], None]
-"""Called with what happened, the scan relative to the watched folder, and where the result is, or why there is none."""
+"""Called with what happened, the scan relative to the watched folder, and where the result is, or why there is none.
+
+A session is left out: its scans are those of its own record.
+"""
 
 
 @dataclass(frozen=True)
@@ -91,7 +96,7 @@ class Watch:
     def poll(self) -> set[State]:
         """List the folder, and restore or set aside the first scan that is ready. Returns the states of the scans."""
         try:
-            listing = list_files(self.folder, without=self.out)
+            listing = list_files(self.folder, without=self.out, left_out=self._leave_out)
         except OSError as error:  # a share that is gone for a while
             self._wait(Path(), UsageError(f"{self.folder} cannot be read: {error.strerror}"))
             return {"waiting"}
@@ -160,6 +165,12 @@ class Watch:
         self.notify(settled.state, arrival.source, reason)
         return "worked"
 
+    def _leave_out(self, session: Path) -> None:
+        """Notify, once, of a session in the folder."""
+        if session not in self._told:
+            self._told[session] = batch_instead(self.folder / session)
+            self.notify("left out", session, self._told[session])
+
     def _wait(self, path: Path, error: UsageError) -> None:
         """Notify, once, of what somebody has to mend. Raises the error with `once`: nobody would wait for that."""
         if self.once:
@@ -181,9 +192,16 @@ def staging(out: Path) -> Iterator[Path]:
         shutil.rmtree(staged, ignore_errors=True)
 
 
+def batch_instead(session: Path) -> str:
+    """What to tell of a session among scans."""
+    return f"a session; its pages are restored with: {shlex.join(['planish', 'batch', str(session), '-o', 'OUT'])}"
+
+
 def check_folders(folder: Path, out: Path) -> None:
-    """Raise UsageError unless the watched folder exists and lies neither at nor in that of the results."""
+    """Raise UsageError unless the watched folder exists, and lies neither in a session nor at or in the results."""
     if not folder.is_dir():
         raise UsageError(f"{folder} is no folder", "name the folder in which scans arrive")
+    if session := session_around(folder):
+        raise UsageError(f"{folder} is no folder of scans", f"{session} is {batch_instead(session)}")
     if folder == out or folder.is_relative_to(out):
         raise UsageError(f"the results in {out} would be scans in {folder}", "choose another folder with -o")

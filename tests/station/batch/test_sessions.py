@@ -22,6 +22,7 @@ from station.session.stages import RESTORE, VERDICT
 from station.session_folder import is_session
 from station.verdict.judge import LEVELS
 from tests.station.batch.conftest import QUICK, small_scan
+from tests.station.conftest import fault
 
 
 @pytest.fixture
@@ -114,6 +115,22 @@ def test_the_command_takes_sessions_and_folders(session, tmp_path, capsys) -> No
     assert capsys.readouterr().out.splitlines()[-2] == "4 restored, 1 set aside"
     assert (tmp_path / "out/x/x.png").exists()
     assert np.array_equal(restored(session), [1, 2, 3])
+
+
+def test_a_session_in_a_folder_of_scans_is_left_out_and_named(session, tmp_path, capsys) -> None:
+    (tmp_path / "all").mkdir()
+    session.rename(tmp_path / "all/a book")
+    out = ["-o", str(tmp_path / "out")]
+    assert main(["batch", str(tmp_path / "all"), *out, "-w", "1"]) == 0
+    told, summary, _ = capsys.readouterr().out.splitlines()
+    assert told.startswith("left out ")
+    assert told.endswith(f"planish batch '{tmp_path}/all/a book' -o OUT")
+    assert summary == "0 restored, 0 set aside"
+    assert restored(tmp_path / "all/a book") == []
+    assert main(["batch", str(tmp_path / "all/a book/data"), *out]) == 2
+    message, hint = fault(capsys.readouterr().err)
+    assert "is no folder of scans" in message
+    assert f"planish batch '{tmp_path}/all/a book' -o OUT" in hint
 
 
 def test_a_session_is_told_from_a_folder_of_scans(session, tmp_path) -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from drivers.simulated.clock import VirtualClock
+from station.session import Volume, create_session
 from station.watch.listing import MAX_DEPTH, Quiet, Stamp, has_writer, list_files
 
 
@@ -34,6 +35,17 @@ def test_regular_files_that_are_not_hidden(tmp_path: Path) -> None:
     listing = list_files(tmp_path, without=tmp_path / "out")
     assert sorted(map(str, listing)) == ["a.obj", "sub/b.obj"]
     assert listing[Path("a.obj")].size == 3
+
+
+def test_sessions_are_left_out_and_named(tmp_path: Path) -> None:
+    for name in ("book", "sub/map", "lost"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        create_session(tmp_path / name, Volume(title=name))
+    (tmp_path / "lost/events.jsonl").unlink()
+    (tmp_path / "sub/a.obj").write_bytes(b"")
+    found: list[Path] = []
+    assert [*list_files(tmp_path, without=tmp_path / "out", left_out=found.append)] == [Path("sub/a.obj")]
+    assert found == [Path("book"), Path("lost"), Path("sub/map")]
 
 
 def test_the_results_are_left_out_and_depth_has_a_limit(tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ import pytest
 from restore import LibraryMissing, NotEnoughSurface
 from station.errors import FolderInUse, UsageError
 from station.export.atomic import claim_folder
+from station.session import Volume, create_session
 from station.watch import loop
 from station.watch.records import NOTE
 
@@ -308,4 +309,22 @@ def test_folders_that_cannot_be(station, tmp_path) -> None:
 
 def test_one_watch_for_the_results(station) -> None:
     with claim_folder(station.out), pytest.raises(FolderInUse):
+        station.run()
+
+
+def test_a_session_in_the_folder_is_named_once_and_left_alone(station) -> None:
+    create_session(station.folder / "book", Volume(title="A book"))
+    station.put("book/data/0001-000002-capture/original/page.glb")
+    watch = station.watch()
+    station.pass_time(watch, 20.0)
+    ((event, path, text),) = station.events
+    assert (event, path) == ("left out", "book")
+    assert f"planish batch {station.folder / 'book'} -o OUT" in text
+    assert station.library.calls == []
+
+
+def test_a_session_is_no_folder_to_watch(station) -> None:
+    create_session(station.folder / "book", Volume(title="A book"))
+    station.folder = station.folder / "book/data"
+    with pytest.raises(UsageError, match="no folder of scans"):
         station.run()
