@@ -6,6 +6,7 @@ A command takes a group as one parameter, a dataclass, and is wrapped with `grou
 from __future__ import annotations
 
 import inspect
+import os
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, is_dataclass
 from functools import wraps
@@ -15,7 +16,7 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 from station.choices import Pieces, Turn
-from station.session_folder import refuse_session
+from station.session_folder import refuse_session, session_around
 
 
 def output_path(text: str) -> Path:
@@ -27,6 +28,12 @@ def output_path(text: str) -> Path:
         raise typer.BadParameter("the name is empty: give a path, or . for this folder")
     refuse_session(Path(text))
     return Path(text)
+
+
+def new_folder_path(text: str) -> Path:
+    """The path of a folder to make, as `output_path` has it; a session of that name is told by who would make it."""
+    session = session_around(Path(text))
+    return Path(text) if session == Path(os.path.realpath(text)) else output_path(text)
 
 
 def unit_name(text: str) -> str:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from station.options import Debug, Json, output_path
+from station.options import Debug, Json, new_folder_path, output_path
 from station.progress import progress_on
 from station.terminal import print_note, print_result, report_faults
 
@@ -37,7 +37,7 @@ Workers = Annotated[int | None, typer.Option(min=1, help="Threads; one for each 
 
 @app.command("new")
 def new(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="The folder to make.", parser=output_path)],
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="The folder to make.", parser=new_folder_path)],
     title: Annotated[str, typer.Option(help="Title of the volume (the folder's name).")] = "",
     project: Annotated[str, typer.Option(help="What the volume belongs to.")] = "",
     organisation: Annotated[str, typer.Option(help="Who keeps it.")] = "",
@@ -87,7 +87,11 @@ def list_sessions(index: Index = None, as_json: Json = False, debug: Debug = Fal
         if as_json:
             print_result(json.dumps([asdict(entry) for entry in entries], indent=2))
             return
-        rows = [f"{one.changed[:16]}  {one.pages:>5} pages  {one.title}  {one.folder}" for one in entries]
+        rows = [
+            f"{one.changed[:16]}  {one.pages:>5} pages  {one.title}  {one.folder}"
+            f"{'' if Path(one.folder).is_dir() else '  (gone)'}"
+            for one in entries
+        ]
         print_result("\n".join(rows) or "no sessions: make one with planish session new FOLDER")
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import sys
 from datetime import UTC, datetime
 from functools import partial
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from station.options import Debug, Out
 from station.progress import progress_on
+from station.session_commands import Index, Named, find_session
 from station.terminal import print_result, report_faults
 
 FORMATS = ("bagit", "mets", "iiif", "pdf", "tiff", "mesh")
@@ -21,10 +21,11 @@ Url = Annotated[
 
 
 def export(
-    session: Annotated[Path, typer.Argument(metavar="SESSION", help="The folder of a session.", show_default=False)],
+    session: Named,
     to: Annotated[str, typer.Option(metavar="FORMAT", help=f"{', '.join(FORMATS)}.", show_default=False)],
     output: Out,
     url: Url = "http://localhost:8000",
+    index: Index = None,
     debug: Debug = False,
 ) -> None:
     """Write a session to a new folder in a format of archives and libraries; what is missing is named."""
@@ -36,7 +37,7 @@ def export(
 
         if to not in FORMATS:
             raise UsageError(f"--to {to}: no such format", f"use one of {', '.join(FORMATS)}")
-        stored = read_session(session)
+        stored = read_session(find_session(index, session))
         delivery = deliver(
             volume_of(stored),
             Format(to),

@@ -6,6 +6,7 @@ WAL, so that a list is read while a session is written to; synchronous FULL, so 
 from __future__ import annotations
 
 import os
+import shlex
 import sqlite3
 import tempfile
 from collections.abc import Iterable, Iterator, Mapping
@@ -17,7 +18,7 @@ from restore import BadInput
 from station.errors import DISK, StationError
 from station.export.disk import sync_folder
 from station.session.history import Page
-from station.session.reading import SessionDamaged
+from station.session.reading import SessionDamaged, identifier_of
 from station.session.store import Session, read_session
 from station.session_folder import is_session
 
@@ -159,16 +160,34 @@ def pages(index: Path) -> list[PageEntry]:
 def find(index: Path, name: str) -> Path:
     """The folder of a session: a path, or the identifier or title of a session that the index knows.
 
-    Raises BadInput when there is none, or several.
+    Raises BadInput when there is none, or several, or when it is no longer where the index has it.
     """
     if Path(name).is_dir():
         return Path(name)
-    known = [entry for entry in sessions(index) if name in (entry.id, entry.title)]
+    place = os.path.realpath(name)
+    known = [entry for entry in sessions(index) if name in (entry.id, entry.title) or place == entry.folder]
     if len(known) == 1:
-        return Path(known[0].folder)
+        return _folder_of(known[0])
     if known:
         raise BadInput(f"{len(known)} sessions are called {name!r}", "give the folder: planish session list names it")
-    raise BadInput(f"there is no session {name!r}", "give its folder, or see planish session list")
+    raise BadInput(
+        f"there is no session {name!r}",
+        "give its folder, or see planish session list; planish reindex FOLDER enters others",
+    )
+
+
+def _folder_of(entry: Entry) -> Path:
+    """The folder of an entry. Raises BadInput when it is gone or holds another session."""
+    folder = Path(entry.folder)
+    if folder.is_dir() and identifier_of(folder) in (entry.id, None):  # None: damaged, which is told by its own names
+        return folder
+    gone = f"the session {entry.title!r} is no longer in {folder}"
+    beside = sorted(folder.parent.iterdir()) if folder.parent.is_dir() else []
+    for other in beside:
+        if identifier_of(other) == entry.id:
+            enter = shlex.join(["planish", "session", "open", str(other)])
+            raise BadInput(gone, f"{other} is that session or a copy of it; {enter} enters it there")
+    raise BadInput(gone, "find its folder, or mount its disk; where it was moved, planish reindex FOLDER enters it")
 
 
 @contextmanager
@@ -211,6 +230,8 @@ def _enter_or_tell(database: sqlite3.Connection, folder: Path, problems: list[st
 
 
 def _unreadable(error: OSError, path: Path | None = None) -> str:
+    if isinstance(error, FileNotFoundError):
+        return f"{path or error.filename} is gone: where it was moved, planish reindex FOLDER enters it"
     return f"{path or error.filename} cannot be read: {error.strerror}"
 
 

@@ -17,6 +17,7 @@ from station.export.claim import WORK
 from station.export.disk import sync_folder, write_file
 from station.session import bag
 from station.session.events import FOLDER, MAX_RECORD_BYTES, RECORD, Event, EventDamaged, decode
+from station.session_folder import FIRST
 
 MAX_TAG_FILE_BYTES = 2**31
 PADDING = b"\0"  # which some file systems leave at the end of a file that grew before a power cut
@@ -54,6 +55,15 @@ def read_stored(folder: Path) -> Stored:
     if not events:
         raise _damaged(folder, f"{bag.LOG} is empty")
     return Stored(tuple(events), files)
+
+
+def identifier_of(folder: Path) -> str | None:
+    """The identifier of the session in a folder, by its first record alone; None where that cannot be read."""
+    try:
+        first = decode(read_regular(folder / FIRST / RECORD, MAX_RECORD_BYTES))
+        return str(first.facts["id"])
+    except (OSError, EventDamaged, KeyError):
+        return None
 
 
 def complete_tag_files(folder: Path) -> Stored:

@@ -200,7 +200,9 @@ def batch_instead(session: Path) -> str:
 def check_folders(folder: Path, out: Path) -> None:
     """Raise UsageError unless the watched folder exists, and lies neither in a session nor at or in the results."""
     if not folder.is_dir():
-        raise UsageError(f"{folder} is no folder", "name the folder in which scans arrive")
+        raise UsageError(
+            f"{folder} is no folder", "name a folder of scans; planish session list tells where sessions lie"
+        )
     if session := session_around(folder):
         raise UsageError(f"{folder} is no folder of scans", f"{session} is {batch_instead(session)}")
     if folder == out or folder.is_relative_to(out):

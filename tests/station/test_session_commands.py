@@ -92,6 +92,18 @@ def test_a_session_that_was_moved_is_entered_by_opening_it(place, capsys):
     assert entry["folder"] == str(place / "elsewhere")
 
 
+def test_a_session_that_is_gone_is_told_and_listed_so(place, capsys):
+    shutil.move(place / "book", place / "elsewhere")
+    capsys.readouterr()
+    for words in (["session", "show"], ["verify"], ["export", "--to", "tiff", "-o", "out"]):
+        assert main([*words, "Missale"]) == 3
+        assert f"planish session open {place / 'elsewhere'}" in capsys.readouterr().err
+    assert main(["session", "list"]) == 0
+    assert capsys.readouterr().out.endswith(f"{place / 'book'}  (gone)\n")
+    assert main(["reindex"]) == 0
+    assert "planish reindex FOLDER enters it" in capsys.readouterr().err
+
+
 def test_damage_is_told_and_mended(place, capsys):
     record = place / "book/data/0002-000003-capture/event.json"
     record.chmod(0o644)

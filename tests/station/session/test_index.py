@@ -70,7 +70,8 @@ def test_a_damaged_session_is_left_out_and_named(volume, tmp_path):
     assert str(volume) in problem
     assert [one.title for one in sessions(tmp_path / "index")] == ["Another"]
     shutil.rmtree(tmp_path / "second")
-    assert reindex(tmp_path / "index", []) == [f"{tmp_path / 'second'} cannot be read: No such file or directory"]
+    (problem,) = reindex(tmp_path / "index", [])
+    assert problem.startswith(f"{tmp_path / 'second'} is gone: ")
     assert sessions(tmp_path / "index") == []
 
 
@@ -126,6 +127,35 @@ def test_a_session_that_cannot_be_read_is_left_out_and_named(volume, tmp_path, m
 
     monkeypatch.setattr("station.session.index.read_session", refuse)
     assert reindex(tmp_path / "index", [tmp_path]) == [f"{volume} cannot be read: Permission denied"]
+
+
+def test_a_session_that_was_renamed_is_found_beside_its_old_place(volume, tmp_path):
+    index = tmp_path / "index"
+    update(index, read_session(volume))
+    volume.rename(tmp_path / "new name")
+    for name in ("A volume", "an-id", str(volume)):
+        with pytest.raises(BadInput, match="'A volume' is no longer in") as caught:
+            find(index, name)
+        assert f"planish session open '{tmp_path / 'new name'}'" in caught.value.hint
+
+
+def test_a_session_that_is_elsewhere_is_not_taken_for_the_one_in_its_place(volume, tmp_path):
+    index = tmp_path / "index"
+    update(index, read_session(volume))
+    shutil.rmtree(volume)
+    create_session(volume, Volume(title="Another"))
+    with pytest.raises(BadInput, match="no longer in") as caught:
+        find(index, "A volume")
+    assert "planish reindex FOLDER" in caught.value.hint
+    shutil.rmtree(tmp_path / "volume")
+    assert reindex(index, []) == [f"{volume} is gone: where it was moved, planish reindex FOLDER enters it"]
+
+
+def test_a_damaged_session_is_found_by_its_title(volume, tmp_path):
+    update(tmp_path / "index", read_session(volume))
+    (record,) = volume.glob("data/*/event.json")
+    record.unlink()
+    assert find(tmp_path / "index", "A volume") == volume
 
 
 def test_the_place_of_the_index(tmp_path):
