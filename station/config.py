@@ -86,14 +86,15 @@ class StationConfig(BaseModel):
 
 def load_config(path: Path) -> StationConfig:
     """Read a station's TOML file, or a shipped one by its name. Raises UsageError that names file and key."""
-    if path.suffix != ".toml" and not path.exists():
+    name = path
+    if path.suffix != ".toml" and (path.is_dir() or not path.exists()):
         path = CONFIGS / f"{path}.toml"
     try:
         table = read_toml(path)
+    except FileNotFoundError as error:
+        raise not_there("configuration", str(name), CONFIGS) from error
     except OSError as error:
-        named = ", ".join(sorted(shipped.stem for shipped in CONFIGS.glob("*.toml")))
-        hint = f"check the path after --config, or use one that comes along: {named}"
-        raise UsageError(f"cannot read {path}: {error.strerror}", hint) from error
+        raise UsageError(f"cannot read {path}: {error.strerror}", "check the path after --config") from error
     except ValueError as error:  # TOMLDecodeError and UnicodeDecodeError
         raise UsageError(f"{path} is not a TOML file: {error}", COMPARE) from error
     _resolve_file_names(path, table.get("scanner"))
@@ -101,6 +102,14 @@ def load_config(path: Path) -> StationConfig:
         return build_model(StationConfig, table, name=lambda key: f"{path}: {key}", hint=COMPARE)
     except SettingsError as error:
         raise UsageError(f"{path}: capture.{error}", error.hint) from error
+
+
+def not_there(what: str, name: str, shipped: Path) -> UsageError:
+    """The error for a TOML file that is not there; it names one that was meant, and those that come along."""
+    meant = Path(f"{name}.toml")
+    own = f"give the whole name, {meant}" if meant.is_file() else "give the path of a TOML file"
+    named = ", ".join(sorted(path.stem for path in shipped.glob("*.toml")))
+    return UsageError(f"there is no {what} {name!r}", f"{own}, or one that comes along: {named}")
 
 
 def _resolve_file_names(path: Path, scanner: Any) -> None:

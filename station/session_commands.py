@@ -61,7 +61,7 @@ def new(
         name = title or os.fsencode(folder.resolve().name).decode(errors="replace")
         if config:
             load_config(Path(config))
-        station = str(Path(config).resolve()) if config.endswith(".toml") else config
+        station = str(Path(config).resolve()) if Path(config).is_file() else config
         about = {"title": name, "project": project, "organisation": organisation, "station": station}
         volume = build_model(
             Volume,

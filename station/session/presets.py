@@ -12,11 +12,12 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from drivers.shipped import CONFIGS
 from restore import Settings, read_toml
-from station.config import build_model
+from station.config import build_model, not_there
 from station.errors import UsageError
 from station.options import FLAGS
 
 PRESETS = CONFIGS / "presets"
+COMPARE = f"compare it with {PRESETS / 'book.toml'}"
 NO_FACTS: Mapping[str, Any] = MappingProxyType({})
 Limits = tuple[float, float]
 WORSE: Mapping[str, Literal["less", "more"]] = {
@@ -135,23 +136,25 @@ def load_preset(name: str) -> Preset:
     Raises UsageError that names file and key.
     """
     path = Path(name) if name.endswith(".toml") else PRESETS / f"{name}.toml"
-    shipped = ", ".join(sorted(one.stem for one in PRESETS.glob("*.toml")))
     try:
         table = read_toml(path)
-    except (OSError, ValueError) as error:
-        raise UsageError(f"cannot read the preset {name}: {error}", f"give a TOML file, or one of {shipped}") from error
+    except FileNotFoundError as error:
+        raise not_there("preset", name, PRESETS) from error
+    except OSError as error:
+        raise UsageError(f"cannot read the preset {name}: {error.strerror}", "check the path") from error
+    except ValueError as error:  # TOMLDecodeError and UnicodeDecodeError
+        raise UsageError(f"the preset {name} is not a TOML file: {error}", COMPARE) from error
     return build_preset(table, str(path))
 
 
 def build_preset(table: dict[str, Any], where: str) -> Preset:
     """The preset of a table. where: what the table stands in. Raises UsageError that names the key."""
-    hint = f"compare it with {PRESETS / 'book.toml'}"
-    preset = build_model(Preset, table, name=lambda key: f"{where}: {key}", hint=hint)
+    preset = build_model(Preset, table, name=lambda key: f"{where}: {key}", hint=COMPARE)
     for name, limits in preset.thresholds:
         try:
             check_limits(name, limits)
         except ValueError as error:
-            raise UsageError(f"{where}: thresholds.{name}: {error}", hint) from error
+            raise UsageError(f"{where}: thresholds.{name}: {error}", COMPARE) from error
     return preset
 
 

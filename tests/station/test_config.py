@@ -61,6 +61,20 @@ def test_the_names_that_come_along_are_told(tmp_path):
     assert "simulated, simulated-turntable, vivid900" in caught.value.hint
 
 
+def test_a_configuration_without_its_ending_is_named(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("mine.toml").write_text(SCANNER)
+    with pytest.raises(UsageError, match="there is no configuration 'mine'") as caught:
+        load_config(Path("mine"))
+    assert "the whole name, mine.toml, or one that comes along: simulated" in caught.value.hint
+
+
+def test_a_folder_of_that_name_is_no_configuration(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("simulated").mkdir()
+    assert load_config(Path("simulated")).scanner["driver"] == "simulated"
+
+
 @pytest.mark.parametrize(
     ("text", "named"),
     [

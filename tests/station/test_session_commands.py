@@ -150,7 +150,7 @@ def test_a_session_without_runs_replays(place, capsys):
         (["new", "other", "--title", "x" * 5000], 2, "--title: has 5000 characters, 500 are the most"),
         (["new", "other", "--project", "x" * 1001], 2, "--project: has 1001 characters, 500 are the most"),
         (["new", "other", "--title", " \t"], 2, "--title: the title is blank"),
-        (["new", "other", "--preset", "none"], 2, "cannot read the preset"),
+        (["new", "other", "--preset", "none"], 2, "there is no preset 'none'"),
     ],
 )
 def test_what_cannot_be_is_refused(place, capsys, words, code, text):

@@ -49,6 +49,27 @@ def test_a_preset_of_ones_own(tmp_path):
     assert (preset.thresholds.strain_rms, preset.thresholds.hole_mm) == ((0.1, 0.2), None)
 
 
+def test_a_preset_that_is_not_there_names_the_file_that_was_meant_and_those_that_are(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    shipped = "one that comes along: book, crumpled, leaflet, map"
+    for name in ("mine", "mine.toml", "./mine", ""):
+        with pytest.raises(UsageError, match=f"^there is no preset '{name}'$") as caught:
+            load_preset(name)
+        assert caught.value.hint == f"give the path of a TOML file, or {shipped}"
+    (tmp_path / "mine.toml").write_text("first = 1\n")
+    with pytest.raises(UsageError) as caught:
+        load_preset("./mine")
+    assert caught.value.hint == f"give the whole name, mine.toml, or {shipped}"
+
+
+def test_a_preset_that_cannot_be_read_is_told_why(tmp_path):
+    (tmp_path / "folder.toml").mkdir()
+    (tmp_path / "bytes.toml").write_bytes(b"\xff")
+    for name, why in {"folder": "it is a folder", "bytes": "is not a TOML file"}.items():
+        with pytest.raises(UsageError, match=why):
+            load_preset(str(tmp_path / f"{name}.toml"))
+
+
 def test_a_preset_may_begin_with_a_byte_order_mark(tmp_path):
     path = tmp_path / "mine.toml"
     path.write_bytes(b"\xef\xbb\xbf[settings]\r\ndpi = 300\r\n")
@@ -66,7 +87,7 @@ def test_a_preset_may_begin_with_a_byte_order_mark(tmp_path):
         ("[thresholds]\ncovered_share = [0.9, 0.97]", r"thresholds\.covered_share: .*less is worse"),
         ("[thresholds]\ncovered_share = [0.9, 0.9]", r"thresholds\.covered_share: .*less is worse"),
         ("x = 1", "x"),
-        ("x =", "cannot read"),
+        ("x =", "is not a TOML file"),
     ],
 )
 def test_what_is_wrong_with_a_preset_is_named(tmp_path, text, named):
