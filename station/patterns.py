@@ -44,17 +44,22 @@ def patterns(
 
 
 def parse_size(text: str) -> tuple[int, int]:
-    """Width and height of a text WxH. Raises UsageError for another."""
+    """Width and height of a text WxH. Raises UsageError for another, and for a size that no projector has."""
+    from restore import BadInput, Projector
     from station.errors import UsageError
 
     size = SIZE.fullmatch(text.strip().lower())
     if size is None:
         raise UsageError(f"--projector: {text!r} is no resolution", "give its width and height in pixels: 1280x800")
-    return int(size["width"]), int(size["height"])
+    try:
+        projector = Projector(int(size["width"]), int(size["height"]))
+    except BadInput as error:
+        raise UsageError(f"--projector: {error}", error.hint) from error
+    return projector.width, projector.height
 
 
 def pattern_files(folder: Path, width: int, height: int) -> Iterator[tuple[Path, bytes]]:
-    """The files of the patterns: pictures in the order in which they are shown, and the index. Raises BadInput."""
+    """The files of the patterns: pictures in the order in which they are shown, and the index."""
     import numpy as np
 
     from restore import Projector, draw_patterns, encode_png

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import os
+import shlex
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -31,7 +32,7 @@ Index = Annotated[
     typer.Option(help="Index of all sessions (planish/sessions.sqlite in XDG_DATA_HOME).", parser=output_path),
 ]
 PageNumber = Annotated[int | None, typer.Option("--page", min=1, max=9999, help="Number of the page.")]
-Stage = Annotated[str | None, typer.Option(help="A stage, with --page: restore, verdict, …")]
+Stage = Annotated[str | None, typer.Option(help="A stage, with --page: restore or verdict.")]
 Workers = Annotated[int | None, typer.Option(min=1, help="Threads; one for each processor by default.")]
 
 
@@ -175,7 +176,7 @@ def set_(
             raise UsageError(f"--position: {position} is no place", "give a number: 3.5 is between 3 and 4")
         capture = writer.history.page(page).capture
         if page and capture is None:
-            raise UsageError(f"the session has no page {page}", f"planish session show {session} lists its pages")
+            raise _no_page(session, page)
         values = {"label": label, "side": side, "note": note, "position": position, "mark": mark}
         for name, value in values.items():
             if value is not None:
@@ -307,15 +308,27 @@ def _step(
 ) -> None:
     """Undo or redo the operator's step, or a stage's run on a page. words: what it is called, and called when done."""
     from station.errors import UsageError
+    from station.session.stages import STAGES
 
     with _writing(index, session) as writer:
         if (page is None) != (stage is None):
             raise UsageError("--page and --stage go together", "name both, or none for the last step of the operator")
+        if stage is not None and stage not in STAGES:
+            raise UsageError(f"--stage: there is no stage {stage!r}", f"the stages are {', '.join(STAGES)}")
+        if page is not None and writer.history.page(page).capture is None:
+            raise _no_page(session, page)
         step = move_run(writer, page, stage) if page and stage else move(writer)
     if step is None:
         print_result(f"nothing to {words[0]}")
     else:
         print_result(f"{words[1]}: {step.name} of page {step.page}, event {step.number}")
+
+
+def _no_page(session: str, page: int) -> Exception:
+    from station.errors import UsageError
+
+    show = shlex.join(["planish", "session", "show", session])
+    return UsageError(f"the session has no page {page}", f"{show} lists its pages")
 
 
 def _index(given: Path | None) -> Path:

@@ -32,17 +32,19 @@ def export(
     with report_faults(debug=debug), progress_on(sys.stderr) as progress:
         from station.archive.deliver import Format, deliver
         from station.archive.from_session import scan_of, volume_of
+        from station.archive.iiif import folder_address
         from station.errors import UsageError
         from station.session import read_session
 
         if to not in FORMATS:
             raise UsageError(f"--to {to}: no such format", f"use one of {', '.join(FORMATS)}")
+        address = folder_address(url)
         stored = read_session(find_session(index, session))
         delivery = deliver(
             volume_of(stored),
             Format(to),
             output.absolute(),
-            address=url.rstrip("/"),
+            address=address,
             now=datetime.now(UTC),
             source=partial(scan_of, stored),
             progress=progress,

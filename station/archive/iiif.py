@@ -8,14 +8,17 @@ from __future__ import annotations
 
 import io
 import json
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
+from urllib.parse import urlsplit
 
 from PIL import Image
 
 from restore import Bytes
 from station.archive.volume import Page, Volume
+from station.errors import UsageError
 from station.export.icc import srgb_profile
 
 TILE = 512  # pixels, the side that the API's own examples have; 4 × 3 tiles fill a screen
@@ -23,6 +26,22 @@ QUALITY = 90  # of JPEG: masters are in the other formats
 IMAGE_CONTEXT = "http://iiif.io/api/image/3/context.json"
 PRESENTATION_CONTEXT = "http://iiif.io/api/presentation/3/context.json"
 MANIFEST, IMAGES = "manifest.json", "images"
+NO_ADDRESS = re.compile(r"[\s<>\"{}|\\^`?#]")  # what no URI has (RFC 3986), and what begins a query or a fragment
+
+
+def folder_address(text: str) -> str:
+    """The address of a web folder, without a slash at its end: what every address of an export begins with.
+
+    Raises UsageError for a text that is none.
+    """
+    try:
+        parts = urlsplit(text)
+        whole = parts.scheme in ("http", "https") and parts.hostname and (parts.port or True)
+    except ValueError:  # of a port or an IPv6 address that is none
+        whole = False
+    if not whole or parts.query or parts.fragment or NO_ADDRESS.search(text):
+        raise UsageError(f"--url: {text!r} is no address of a web folder", "give one as https://example.org/volumes/1")
+    return text.rstrip("/")
 
 
 @dataclass(frozen=True)

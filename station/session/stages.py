@@ -21,7 +21,7 @@ from station.session.presets import Thresholds
 from station.verdict.judge import as_result, judge
 from station.verdict.measures import measured
 
-RESTORE, VERDICT = "restore", "verdict"
+RESTORE, VERDICT = STAGES = "restore", "verdict"
 STEM = "page"
 PAGE, REPORT = f"{STEM}.png", f"{STEM}.json"
 # Of a report: what differs between two runs, and what only the place of the files decides.

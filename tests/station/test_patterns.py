@@ -12,6 +12,7 @@ from drivers.simulated import Text, Wave
 from drivers.simulated.structured_light import RigPlan, build_rig
 from oracles.structured_light import encode_calibration, fields_of, rig_of
 from station.cli import main
+from tests.station.conftest import fault
 
 PLAN = RigPlan(size=(320, 240), projector=(240, 150), distance_mm=500.0, baseline_mm=180.0, view_mm=210.0)
 PAGE_MM = (130.0, 100.0)
@@ -51,10 +52,13 @@ def test_captures_of_the_patterns_become_a_page(drawn, tmp_path, capsys):
     assert (out / "page.png").exists()
 
 
-@pytest.mark.parametrize("size", ["1280", "1280x", "ax3", "3x4"])
+@pytest.mark.parametrize("size", ["1280", "1280x", "ax3", "3x4", "0x0", "99999x99999", "800x1"])
 def test_no_resolution_is_refused_before_anything_is_written(tmp_path, capsys, size):
-    assert main(["patterns", "-o", str(tmp_path / "p"), "--projector", size]) in (2, 3)
-    assert size.split("x")[0] in capsys.readouterr().err
+    assert main(["patterns", "-o", str(tmp_path / "p"), "--projector", size]) == 2
+    message, hint = fault(capsys.readouterr().err)
+    assert message.startswith("--projector: ")
+    assert size.split("x")[0] in message
+    assert "1280x800" in hint
     assert not (tmp_path / "p").exists()
 
 

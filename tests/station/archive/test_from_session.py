@@ -93,6 +93,13 @@ def test_a_format_that_is_none_and_a_folder_that_is_no_session(folder, tmp_path,
     assert not (tmp_path / "out").exists()
 
 
+def test_an_address_that_is_none_is_refused_before_the_work(folder, tmp_path, capsys) -> None:
+    words = ["export", str(folder), "--to", "iiif", "-o", str(tmp_path / "out"), "--url", "example.org"]
+    assert main(words) == 2
+    assert "--url: 'example.org'" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
 def test_planish_verify_checks_an_export(folder, tmp_path, capsys) -> None:
     out = tmp_path / "out"
     main(["export", str(folder), "--to", "tiff", "-o", str(out)])

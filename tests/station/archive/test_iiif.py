@@ -11,8 +11,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image
 
-from station.archive.iiif import TILE, PageImage, encode_info, encode_manifest, encode_tiles, scale_factors
+from station.archive.iiif import (
+    TILE,
+    PageImage,
+    encode_info,
+    encode_manifest,
+    encode_tiles,
+    folder_address,
+    scale_factors,
+)
 from station.archive.volume import Page
+from station.errors import UsageError
 from tests.station.archive.conftest import picture
 
 ADDRESS = "https://example.org/volume"
@@ -136,3 +145,28 @@ def test_pages_have_their_labels_and_the_book_its_behaviour(manifest, volume) ->
     assert value["label"] == {"none": [volume.title]}
     loose = [PageImage(Page(1, "1", ()), "images/0001", 10, 10, 150.0)]
     assert json.loads(encode_manifest(volume, loose, ADDRESS))["behavior"] == ["individuals"]
+
+
+@pytest.mark.parametrize("text", ["http://localhost:8000", "https://example.org/a%20b/", "http://[::1]:80/x"])
+def test_an_address_of_a_folder_has_no_slash_at_its_end(text) -> None:
+    assert folder_address(text) == text.rstrip("/")
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "nonsense",
+        "example.org/x",
+        "ftp://x",
+        "http://",
+        "http://a b/c",
+        "http://x:y",
+        "http://[x",
+        "http://x?b#c",
+        "http://x/?",
+    ],
+)
+def test_what_is_no_address_of_a_folder_is_refused(text) -> None:
+    with pytest.raises(UsageError, match=r"^--url: .* is no address"):
+        folder_address(text)
