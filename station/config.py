@@ -121,13 +121,19 @@ def _resolve_file_names(path: Path, scanner: Any) -> None:
 
 
 def build_model(model: type[Model], values: Mapping[str, Any], *, name: Callable[[str], str], hint: str) -> Model:
-    """Build the model. Raises UsageError for the first value that does not fit, under the name the caller knows."""
+    """Build the model. Raises UsageError for the values that do not fit, under the names the caller knows."""
     try:
         return model.model_validate(values)
     except ValidationError as error:
-        first = error.errors(include_url=False)[0]
-        key = ".".join(str(part) for part in first["loc"])
-        raise UsageError(f"{name(key)}: {_validation_message(first)}", hint) from error
+        mistakes = [(_key_of(one), _validation_message(one)) for one in error.errors(include_url=False)]
+        lines = [f"{name(key)}: {message}" for key, message in mistakes]
+        file = name("").rstrip()  # which is named once
+        told = [lines[0], *(line.removeprefix(file).lstrip() if file.endswith(":") else line for line in lines[1:])]
+        raise UsageError("; ".join(told), hint) from error
+
+
+def _key_of(error: Mapping[str, Any]) -> str:
+    return ".".join(str(part) for part in error["loc"])
 
 
 def _validation_message(error: Mapping[str, Any]) -> str:

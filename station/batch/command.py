@@ -59,9 +59,11 @@ def batch(
 ) -> None:
     """Restore all scans of folders and sessions with several workers; started again, it goes on where it was."""
     with report_faults(debug=debug):
+        from restore import Settings
         from station.batch.executors import cluster_workers, local_workers
         from station.batch.process import Limits
         from station.batch.whole import run_batch
+        from station.config import build_model
         from station.export.icc import read_profile
         from station.session.presets import load_preset
         from station.watch.presets import Options
@@ -70,7 +72,7 @@ def batch(
             raise UsageError("--workers is the cluster's business", "leave --workers out with --scheduler")
         colours = None if kinds.profile is None else read_profile(kinds.profile)
         options = Options(chosen.given, kinds.wanted, kinds.language, colours)
-        options.build("options")
+        build_model(Settings, chosen.given, name=chosen.option, hint="see planish batch --help")
         limits = load_preset(judge_as).thresholds
         count = workers or len(os.sched_getaffinity(0))
         if memory is None and scheduler is None:

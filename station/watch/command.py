@@ -37,13 +37,15 @@ def watch(
 ) -> None:
     """Restore every scan that arrives in a folder, until Ctrl-C; a file planish.toml in a sub-folder sets options."""
     with report_faults(debug=debug), progress_on(sys.stderr) as progress:
+        from restore import Settings
+        from station.config import build_model
         from station.one_page import restore_file
         from station.watch.loop import Pace, Watch
         from station.watch.presets import Options, Presets
 
         folder, output = folder.resolve(), output.resolve()
         options = Options(chosen.given, kinds.wanted, kinds.language, **colours_of(kinds, chosen))
-        options.build("options")
+        build_model(Settings, chosen.given, name=chosen.option, hint="see planish watch --help")
         watching = Watch(
             folder,
             output,

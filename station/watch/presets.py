@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import field_validator
 
 from restore import Settings, read_toml
 from station.config import build_model
@@ -38,12 +38,18 @@ class Options:
         return build_model(Settings, self.settings, name=lambda key: f"{where}: {key}", hint=HINT)
 
 
-class _Extras(BaseModel):
-    """Keys of a preset that are no settings."""
+class _Preset(Settings):
+    """The keys of a preset: settings, and two that are none."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
     outputs: list[str] | None = None
     language: str | None = None
+
+    @field_validator("outputs")
+    @classmethod
+    def _are_known(cls, outputs: list[str] | None) -> list[str] | None:
+        if unknown := sorted(set(outputs or ()) - set(FLAGS)):
+            raise ValueError(f"{unknown[0]!r} is not known")
+        return outputs
 
 
 class Presets:
@@ -71,18 +77,14 @@ class Presets:
 
     def _with_preset(self, options: Options, preset: Path, stamp: Stamp) -> Options:
         path = self._folder / preset
-        table = dict(self._table(preset, stamp))
-        given: dict[str, Any] = {key: table.pop(key) for key in ("outputs", "language") if key in table}
-        extras = build_model(_Extras, given, name=lambda key: f"{path}: {key}", hint=HINT)
-        unknown = sorted(set(extras.outputs or ()) - set(FLAGS))
-        if unknown:
-            raise UsageError(f"{path}: outputs: {unknown[0]!r} is not known", HINT)
-        options = replace(options, settings={**options.settings, **table})
-        if extras.outputs is not None:
-            options = replace(options, outputs=frozenset(extras.outputs))
-        if extras.language is not None:
-            options = replace(options, language=extras.language)
-        options.build(str(path))
+        table = self._table(preset, stamp)
+        given = build_model(_Preset, table, name=lambda key: f"{path}: {key}", hint=HINT)
+        settings = {key: value for key, value in table.items() if key in Settings.model_fields}
+        options = replace(options, settings={**options.settings, **settings})
+        if given.outputs is not None:
+            options = replace(options, outputs=frozenset(given.outputs))
+        if given.language is not None:
+            options = replace(options, language=given.language)
         return options
 
     def _table(self, preset: Path, stamp: Stamp) -> Mapping[str, Any]:

@@ -100,6 +100,19 @@ def test_a_fault_names_the_file_and_the_key(tmp_path, text, named):
     assert "station.toml" in str(caught.value)
 
 
+def test_every_mistake_is_told_and_the_file_once(tmp_path):
+    with pytest.raises(UsageError) as caught:
+        load(tmp_path, "[restore]\npoints = -5\nsize = 2\n")
+    message = str(caught.value)
+    assert message.count("station.toml") == 1
+    for named in (
+        "scanner: is missing; ",
+        "restore.points: -5 is not usable",
+        "; restore.size: is not a known setting",
+    ):
+        assert named in message
+
+
 def test_a_file_that_cannot_be_read(tmp_path):
     with pytest.raises(UsageError, match=r"none\.toml"):
         load_config(tmp_path / "none.toml")

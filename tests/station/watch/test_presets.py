@@ -39,6 +39,15 @@ def test_a_mistake_is_told_once_and_scans_wait_until_it_is_mended(station, text:
     assert [settings.dpi for _, _, settings, _ in station.library.calls] == [300]
 
 
+def test_all_mistakes_of_a_preset_are_told_at_once(station) -> None:
+    station.put("planish.toml", b'dpi = 1\nsize = 2\noutputs = ["gold"]\nlanguage = 3\n')
+    station.put("page.glb")
+    with pytest.raises(UsageError) as caught:
+        station.run()
+    for key in ("dpi: 1 is not usable", "size: is not a known setting", "outputs: 'gold'", "language: 3"):
+        assert key in str(caught.value)
+
+
 def test_nobody_waits_for_a_mistake_with_once(station) -> None:
     station.put("planish.toml", b"dpi = 1\n")
     station.put("page.glb")
