@@ -95,7 +95,7 @@ class Fault:
 DISK_HINTS = {
     errno.ENOSPC: "free some space{disk}, or use another disk",
     errno.EDQUOT: "free some of your quota, or use another disk",
-    errno.EFBIG: "the disk takes no file this large: lower --dpi, or use another disk",
+    errno.EFBIG: "the disk takes no file this large: use another, or lower --dpi, where the command has it",
     errno.EROFS: "the disk is read-only: use another",
     errno.EACCES: "you may not write there: use another folder, or ask for the right to write",
     errno.EPERM: "you may not write there: use another folder, or ask for the right to write",
@@ -132,7 +132,11 @@ def _describe(error: BaseException) -> tuple[int, str, str]:
         case Stopped():
             return error.exit_code, f"stopped by {error}", "run the same command again to start over"
         case MemoryError():
-            return UNEXPECTED, "the memory is full", "lower --dpi or --points, or close other programs"
+            return (
+                UNEXPECTED,
+                "the memory is full",
+                "close other programs, or lower --dpi and --points, where the command has them",
+            )
     message = f"unexpected fault: {type(error).__name__}: {error}".splitlines()[0]
     return UNEXPECTED, message, "run again with --debug to see where it happened"
 

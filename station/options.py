@@ -168,19 +168,22 @@ def colours_of(kinds: Kinds, chosen: Restoration) -> dict[str, Any]:
     return {"colours": read_profile(path), "to_srgb": True}
 
 
+Unit = Annotated[
+    str,
+    typer.Option(
+        metavar="UNIT",
+        parser=unit_name,
+        help="Unit of a mesh's coordinates: mm, cm, m, in, or the edge of a voxel, as 7.91um "
+        "(auto: that of its format, else mm).",
+    ),
+]
+
+
 @dataclass(frozen=True)
 class Reading:
     """How a scan file is read, and which of its sheets become pages."""
 
-    unit: Annotated[
-        str,
-        typer.Option(
-            metavar="UNIT",
-            parser=unit_name,
-            help="Unit of a mesh's coordinates: mm, cm, m, in, or the edge of a voxel, as 7.91um "
-            "(auto: that of its format, else mm).",
-        ),
-    ] = "auto"
+    unit: Unit = "auto"
     pieces: Annotated[
         Pieces,
         typer.Option(

@@ -99,7 +99,7 @@ def find_tesseract(which: Which = shutil.which) -> Path:
     if program is None:
         raise ProgramMissing(
             "Tesseract, which reads the words, is not installed",
-            f"install the system package {PACKAGE}; everything but --ocr and `planish ocr` works without it",
+            f"install the system package {PACKAGE}; all but reading words works without it",
         )
     return Path(program)
 

@@ -17,7 +17,7 @@ from restore.scan import Floats
 # Remedies.
 ONE_SHOT = "export one shot of the scanner"
 UNREADABLE = "check the file's permissions and its disk"
-MISSING = "put the file beside the scan, or give the picture with --texture"
+MISSING = "put the file beside the scan, or give the picture with planish restore --texture"
 DAMAGED = "the file is damaged: export or copy it again"
 CUT_SHORT = "copy or export the file again, and compare its size with the original's"
 

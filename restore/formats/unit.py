@@ -62,7 +62,10 @@ def in_millimetres(path: Path, mesh: SurfaceMesh, unit: str = AUTO) -> SurfaceMe
         unit, source, warnings = _own_unit(path, mesh, largest)
     factor = unit_mm(unit) or 1.0
     if largest * factor > MAX_COORDINATE_MM:
-        raise BadInput(f"{path}: a vertex lies {largest:g} {unit} from the origin", "give the file's unit with --unit")
+        raise BadInput(
+            f"{path}: a vertex lies {largest:g} {unit} from the origin",
+            "give the file's unit with --unit, where the command has it",
+        )
     if source == ASSUMED and not warnings:
         return mesh
     provenance = {**mesh.provenance, "unit": unit, "unit_source": source}

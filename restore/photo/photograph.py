@@ -111,7 +111,7 @@ def _check(path: Path) -> None:
     except (OSError, ValueError) as error:
         raise BadInput(f"{path} cannot be read: {error}", "check the name and the folder") from error
     if stat.S_ISDIR(state.st_mode):
-        raise BadInput(f"{path} is a folder", "give the photograph itself, and --photo again for each other one")
+        raise BadInput(f"{path} is a folder", "give each photograph by its own name")
     if not stat.S_ISREG(state.st_mode):  # a pipe would block, a device never end
         raise BadInput(f"{path} is no regular file", "give the photograph itself")
     if not state.st_size:

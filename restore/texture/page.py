@@ -97,7 +97,8 @@ def picture_size(flat: Floats, dpi: float, *, oversampling: int = 1) -> tuple[in
     width, height = (max(1, floor(extent + 0.5)) * oversampling for extent in extents)
     if width * height > MAX_PIXELS:
         raise BadInput(
-            f"the page would have {width} × {height} pixels", "lower --dpi, or give the unit of the file with --unit"
+            f"the page would have {width} × {height} pixels",
+            "lower --dpi, or give the unit of the file with --unit, where the command has it",
         )
     return width, height
 

@@ -8,7 +8,7 @@ from datetime import datetime
 from enum import StrEnum
 from pathlib import Path
 
-from restore import BadInput, load_scan
+from restore import BadInput, RangeScan, SurfaceMesh
 from station.archive import iiif
 from station.archive.bag import MANIFEST, PAYLOAD, manifest, seal_bag
 from station.archive.book import Leaf, write_book
@@ -19,7 +19,7 @@ from station.archive.sheets import encode_sheet, surface_of
 from station.archive.tiff import encode_master
 from station.archive.volume import Page, Role, StoredFile, Volume, missing
 from station.choices import Pieces
-from station.export.atomic import claim_folder, new_folder
+from station.export.atomic import claim_folder, new_folder, refuse_captured
 from station.export.disk import copy_file, write_file
 from station.export.image_metadata import software
 from station.pages import read_page
@@ -28,7 +28,11 @@ from station.progress import Progress, silent
 from station.session.store import file_digest
 
 METS_NAME = "mets.xml"
+TAKEN = "an export is a new folder: choose another name with -o"
 NOTHING = "restore pages of the session first: planish batch"
+
+
+Source = Callable[[Page], RangeScan | SurfaceMesh]
 
 
 class Format(StrEnum):
@@ -69,18 +73,19 @@ def deliver(
     *,
     address: str = "",
     now: datetime,
-    source: Callable[[Page], Path] | None = None,
+    source: Source | None = None,
     progress: Progress = silent,
 ) -> Delivery:
     """Write a volume to the new folder `out`.
 
     address  of the web folder that an IIIF export is served from.
-    source   where `load_scan` finds the scan of a page, for meshes.
+    source   gives the scan of a page, for meshes.
     Raises OverwriteError when something is there, BadInput when there is nothing to write or a file of the volume is
     damaged, OSError when the disk refuses; then nothing is left.
     """
     lacks = missing(volume, *WANTED[kind])
-    with claim_folder(out.parent) as claim, new_folder(claim, out.name) as folder:
+    refuse_captured([out], TAKEN)
+    with claim_folder(out.parent) as claim, new_folder(claim, out.name, hint=TAKEN) as folder:
         folder.mkdir(parents=True)
         for done, (name, content) in enumerate(_files(volume, kind, address, source, now)):
             path = folder / name
@@ -104,7 +109,7 @@ Content = Callable[[Path], object]
 
 
 def _files(
-    volume: Volume, kind: Format, address: str, source: Callable[[Page], Path] | None, now: datetime
+    volume: Volume, kind: Format, address: str, source: Source | None, now: datetime
 ) -> Iterator[tuple[str, Content]]:
     match kind:
         case Format.BAGIT:
@@ -173,11 +178,11 @@ def _tiff(volume: Volume) -> Iterator[tuple[str, Content]]:
             yield f"{page.number:04}.tif", _written(encode_master(page, file.path))
 
 
-def _mesh(volume: Volume, source: Callable[[Page], Path] | None) -> Iterator[tuple[str, Content]]:
+def _mesh(volume: Volume, source: Source | None) -> Iterator[tuple[str, Content]]:
     for page in volume.pages:
         if source is None or page.find(Role.ORIGINAL) is None:
             continue
-        (sheet, *_) = select_sheets(load_scan(source(page)), Pieces.LARGEST)
+        (sheet, *_) = select_sheets(source(page), Pieces.LARGEST)
         for name, data in encode_sheet(surface_of(sheet.scan), f"{page.number:04}"):
             yield name, _written(data)
 

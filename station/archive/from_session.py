@@ -6,10 +6,9 @@ import json
 from collections.abc import Iterator
 from contextlib import suppress
 from datetime import datetime
-from pathlib import Path
 from typing import Any
 
-from restore import BadInput, read_regular
+from restore import BadInput, RangeScan, SurfaceMesh, load_scan, read_regular
 from station.archive.volume import Event, Page, Role, StoredFile, Volume
 from station.session import Event as SessionEvent
 from station.session import History, Session, scan_path
@@ -17,6 +16,7 @@ from station.session import Page as SessionPage
 from station.session.overview import label_of, preset_of
 from station.session.photographs import is_set
 from station.session.presets import Preset
+from station.session.stages import RESTORE
 
 # In the vocabulary of preservation events of the Library of Congress.
 KINDS = {"capture": "capture", "restore": "creation", "verdict": "validation"}
@@ -50,13 +50,18 @@ def volume_of(session: Session) -> Volume:
     )
 
 
-def scan_of(session: Session, page: Page) -> Path:
-    """The path of a page's scan, for `load_scan`."""
+def scan_of(session: Session, page: Page) -> RangeScan | SurfaceMesh:
+    """The scan of a page, in the unit that it was restored in, else in that of its capture.
+
+    Raises BadInput for a damaged scan, and for a page that has none.
+    """
     current = list(session.history.pages())[page.number - 1]
     assert current.capture is not None
     if is_set(current.capture.facts):
         raise BadInput(f"page {page.number} was photographed and has no scan", "export images: --to tiff, pdf or bagit")
-    return scan_path(session, current.capture)
+    run = current.runs.get(RESTORE)
+    told = current.capture.facts if run is None else run.facts["parameters"]
+    return load_scan(scan_path(session, current.capture), unit=str(told.get("unit", "auto")))
 
 
 def _events_of(page: SessionPage) -> Iterator[SessionEvent]:

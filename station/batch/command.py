@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from station.errors import UsageError
-from station.options import Debug, Kinds, Out, Restoration, grouped
+from station.options import Debug, Kinds, Out, Restoration, Unit, colours_of, grouped
 from station.terminal import print_result, report_faults
 
 if TYPE_CHECKING:
@@ -55,6 +55,7 @@ def batch(
     memory: Memory = None,
     page_limit: PageLimit = 3600.0,
     judge_as: JudgeAs = "book",
+    unit: Unit = "auto",
     debug: Debug = False,
 ) -> None:
     """Restore all scans of folders and sessions with several workers; started again, it goes on where it was."""
@@ -64,14 +65,12 @@ def batch(
         from station.batch.process import Limits
         from station.batch.whole import run_batch
         from station.config import build_model
-        from station.export.icc import read_profile
         from station.session.presets import load_preset
         from station.watch.presets import Options
 
         if workers is not None and scheduler is not None:
             raise UsageError("--workers is the cluster's business", "leave --workers out with --scheduler")
-        colours = None if kinds.profile is None else read_profile(kinds.profile)
-        options = Options(chosen.given, kinds.wanted, kinds.language, colours)
+        options = Options(chosen.given, kinds.wanted, kinds.language, **colours_of(kinds, chosen), unit=unit)
         build_model(Settings, chosen.given, name=chosen.option, hint="see planish batch --help")
         limits = load_preset(judge_as).thresholds
         count = workers or len(os.sched_getaffinity(0))

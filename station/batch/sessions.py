@@ -27,8 +27,8 @@ from station.session.judging import lacks_verdict, record_verdict
 from station.session.overview import label_of, preset_of
 from station.session.presets import Preset
 from station.session.stages import PAGE, RESTORE, VERDICT, Run, run_restore
-from station.watch.once import MAX_ATTEMPTS
-from station.watch.presets import Options
+from station.watch.once import MAX_ATTEMPTS, is_range_image
+from station.watch.presets import AUTO, Options
 
 ERROR = "error"  # in the result of a run that has no page
 
@@ -124,8 +124,10 @@ def plan_session(name: str, writer: Writer, options: Options) -> Iterator[Sessio
     for page in session.history.pages():
         if page.capture is None or RESTORE in page.runs:
             continue
-        parameters = preset.parameters(page.capture.facts)
         source = scan_path(session, page.capture)
+        parameters = preset.parameters(page.capture.facts)
+        if parameters["unit"] == AUTO and not is_range_image(source):
+            parameters["unit"] = options.unit
         size = sum(session.path(page.capture, file).stat().st_size for file in page.capture.files)
         yield SessionTask(name, page.number, source, parameters, writer.staging(f"batch-{page.number:04}"), size)
 

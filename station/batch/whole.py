@@ -14,6 +14,7 @@ from station.batch.outcomes import PageOutcome
 from station.batch.progress import Show
 from station.batch.report import encode_report
 from station.batch.sessions import SessionBatch
+from station.errors import UsageError
 from station.export.atomic import claim_folder, write_all
 from station.session import open_session
 from station.session.presets import Thresholds
@@ -53,6 +54,10 @@ def run_batch(
     sessions = [source for source in sources if is_session(source)]
     folders = [source for source in sources if source not in sessions]
     refuse_session(output)
+    if sessions and options.colours is not None:
+        raise UsageError(
+            f"{sessions[0]} is a session, whose pages take no profile", "leave --profile and the profile of --white out"
+        )
     with ExitStack() as stack:
         claim = stack.enter_context(claim_folder(output))
         writers = {str(session): stack.enter_context(open_session(session)) for session in sessions}

@@ -13,9 +13,9 @@ from station.export.claim import Claim, lock_folder
 from station.export.disk import named_as, sync_folder, sync_tree, write_file
 from station.export.journal import replace_files
 
-OVERWRITE_HINT = "add --force to overwrite, or choose another folder with -o"
+OVERWRITE_HINT = "add --force to overwrite, or choose another place"
 CAPTURE_HINT = "add --force to store the new scan beside it, or choose another folder with -o"
-FOLDER_HINT = "rename that folder, or choose another place with -o"
+FOLDER_HINT = "rename that folder, or choose another place"
 
 
 def write_all(
@@ -63,17 +63,17 @@ def _write_all(
 
 
 @contextmanager
-def new_folder(claim: Claim, name: str) -> Iterator[Path]:
+def new_folder(claim: Claim, name: str, *, hint: str = CAPTURE_HINT) -> Iterator[Path]:
     """Yields a staging folder that becomes `name` in the claimed folder when the block ends without an error.
 
-    Raises OverwriteError when something of that name is there: a folder holds a capture, which is never replaced.
+    Raises OverwriteError with the hint when something of that name is there: it is never replaced.
     """
     staged, path = claim.new / name, claim.folder / name
     claim.new.mkdir(exist_ok=True)
     with named_as(staged, path):
         yield staged
         sync_tree(staged)
-    refuse_captured([path])
+    refuse_captured([path], hint)
     staged.rename(path)
     sync_folder(claim.folder)
 
@@ -87,11 +87,11 @@ def refuse_existing(paths: Iterable[Path], *, force: bool) -> None:
             raise OverwriteError(f"{path} is there already", OVERWRITE_HINT)
 
 
-def refuse_captured(folders: Iterable[Path]) -> None:
+def refuse_captured(folders: Iterable[Path], hint: str = CAPTURE_HINT) -> None:
     """Raise OverwriteError for the first folder of a capture that is there."""
     for folder in folders:
         if os.path.lexists(folder):
-            raise OverwriteError(f"{folder} is there already", CAPTURE_HINT)
+            raise OverwriteError(f"{folder} is there already", hint)
 
 
 @contextmanager

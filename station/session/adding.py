@@ -71,6 +71,7 @@ def add_original(writer: Writer, path: Path, *, page: int | None = None, unit: s
             cause = error.__cause__
             if isinstance(cause, OSError):  # of the copy, which was written just now: the disk's fault
                 raise OSError(cause.errno, cause.strerror, str(copy)) from error
-            raise
+            message = str(error).replace(str(copy.parent), str(path.parent))  # the copy is none of the operator's
+            raise BadInput(message, error.hint) from error
 
     return add_files(writer, gathered.files, gathered.source, page=page, facts=facts, inspect=provenance)

@@ -32,6 +32,7 @@ Now = Callable[[], datetime]
 
 READ_ONLY = 0o444
 STAGED = "event"
+TAKEN = "choose another name"
 
 
 def utc() -> datetime:
@@ -81,7 +82,7 @@ def create_session(
     time = _stamp(now())
     first = Event(1, VOLUME, "session", "session", None, time, software_version(), facts)
     files = bag.tag_files([first])
-    with claim_folder(folder.parent) as claim, new_folder(claim, folder.name) as staged:
+    with claim_folder(folder.parent) as claim, new_folder(claim, folder.name, hint=TAKEN) as staged:
         (staged / bag.PAYLOAD / first.folder).mkdir(parents=True)
         for name, data in files.items():
             (staged / name).write_bytes(data)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from station.options import Debug, Kinds, Out, Restoration, colours_of, grouped
+from station.options import Debug, Kinds, Out, Restoration, Unit, colours_of, grouped
 from station.progress import progress_on
 from station.terminal import print_result, report_faults
 
@@ -33,6 +33,7 @@ def watch(
     settle: Settle = 3.0,
     pair: Pair = 30.0,
     poll: Poll = 1.0,
+    unit: Unit = "auto",
     debug: Debug = False,
 ) -> None:
     """Restore every scan that arrives in a folder, until Ctrl-C; a file planish.toml in a sub-folder sets options."""
@@ -44,7 +45,7 @@ def watch(
         from station.watch.presets import Options, Presets
 
         folder, output = folder.resolve(), output.resolve()
-        options = Options(chosen.given, kinds.wanted, kinds.language, **colours_of(kinds, chosen))
+        options = Options(chosen.given, kinds.wanted, kinds.language, **colours_of(kinds, chosen), unit=unit)
         build_model(Settings, chosen.given, name=chosen.option, hint="see planish watch --help")
         watching = Watch(
             folder,

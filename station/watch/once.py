@@ -13,19 +13,25 @@ from station.errors import StationError, explain
 from station.one_page import Destination, Outcome
 from station.watch import records
 from station.watch.arrival import Arrival
-from station.watch.presets import Options
+from station.watch.presets import AUTO, Options
 
 MAX_ATTEMPTS = 2  # that may be cut off: by an operator, by a power cut; after that it is the scan that ends the program
+RANGE_IMAGES = (".abs", ".abs.gz")
 UNREADABLE = "unreadable"  # in place of the digest of a file that may not be read
 
 Now = Callable[[], datetime]
+
+
+def is_range_image(source: Path) -> bool:
+    """Whether a scan is of a kind that is in millimetres always: a scan folder or an `.abs` file."""
+    return source.is_dir() or source.name.lower().endswith(RANGE_IMAGES)
 
 
 class Restore(Protocol):
     """Restores a scan file; see `station.one_page.restore_file`."""
 
     def __call__(
-        self, source: Path, destination: Destination, *, settings: Settings, facts: Mapping[str, Any]
+        self, source: Path, destination: Destination, *, settings: Settings, unit: str, facts: Mapping[str, Any]
     ) -> Outcome: ...
 
 
@@ -79,8 +85,9 @@ def restore_once(
         folder, options.outputs, language=options.language, colours=options.colours, to_srgb=options.to_srgb
     )
     facts = {"scan": str(original), "arrival": arrival.as_data(digest)}
+    unit = AUTO if is_range_image(original) else options.unit
     try:
-        restore(staged / arrival.source.name, destination, settings=settings, facts=facts)
+        restore(staged / arrival.source.name, destination, settings=settings, unit=unit, facts=facts)
     except (OSError, StationError, LibraryMissing):  # a fault of the disk, the results or this computer
         records.end_attempt(out, arrival)
         raise

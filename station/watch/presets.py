@@ -9,14 +9,15 @@ from typing import Any
 
 from pydantic import field_validator
 
-from restore import Settings, read_toml
+from restore import BadInput, Settings, check_unit, read_toml
 from station.config import build_model
 from station.errors import UsageError
 from station.options import FLAGS
 from station.watch.listing import Listing, Stamp
 
 PRESET = "planish.toml"
-HINT = f"settings are those of `planish restore`, and outputs = [{', '.join(map(repr, FLAGS))}], language"
+HINT = f"settings are those of `planish restore`, and outputs = [{', '.join(map(repr, FLAGS))}], language, unit"
+AUTO = "auto"
 
 
 @dataclass(frozen=True)
@@ -25,6 +26,7 @@ class Options:
 
     settings  those that are given; the rest is by default.
     outputs, language, colours, to_srgb  as the kinds, language, colours and to_srgb of a `Destination`.
+    unit  of the meshes' coordinates, as for `restore_file`; range images have their own.
     """
 
     settings: Mapping[str, Any] = field(default_factory=dict)
@@ -32,6 +34,7 @@ class Options:
     language: str = "eng"
     colours: bytes | None = None
     to_srgb: bool = False
+    unit: str = AUTO
 
     def build(self, where: str) -> Settings:
         """The settings, checked. where: the file or option that they come from. Raises UsageError."""
@@ -39,10 +42,11 @@ class Options:
 
 
 class _Preset(Settings):
-    """The keys of a preset: settings, and two that are none."""
+    """The keys of a preset: settings, and three that are none."""
 
     outputs: list[str] | None = None
     language: str | None = None
+    unit: str | None = None
 
     @field_validator("outputs")
     @classmethod
@@ -50,6 +54,15 @@ class _Preset(Settings):
         if unknown := sorted(set(outputs or ()) - set(FLAGS)):
             raise ValueError(f"{unknown[0]!r} is not known")
         return outputs
+
+    @field_validator("unit")
+    @classmethod
+    def _is_unit(cls, unit: str | None) -> str | None:
+        try:
+            check_unit(unit or AUTO)
+        except BadInput as error:
+            raise ValueError(str(error)) from error
+        return unit
 
 
 class Presets:
@@ -85,6 +98,8 @@ class Presets:
             options = replace(options, outputs=frozenset(given.outputs))
         if given.language is not None:
             options = replace(options, language=given.language)
+        if given.unit is not None:
+            options = replace(options, unit=given.unit)
         return options
 
     def _table(self, preset: Path, stamp: Stamp) -> Mapping[str, Any]:

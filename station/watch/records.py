@@ -23,6 +23,7 @@ FAILED, NOTE, ATTEMPT = "failed", ".txt", ".attempt"
 MAX_BYTES = 2**24  # of a report or a note
 MAX_TRIES = 100  # to write into a folder that others remove: each needs one of them to come between two system calls
 DIGEST = "sha256: "
+AGAIN = "it is tried again when it changes, or at the next start without this file; planish restore has all options"
 
 
 def reports_of(folder: Path, arrival: Arrival) -> list[Path]:
@@ -73,7 +74,7 @@ def failed_digest(out: Path, arrival: Arrival) -> str | None:
 def set_aside(out: Path, arrival: Arrival, digest: str, reasons: Sequence[str], now: datetime) -> Path:
     """Write the note of a failure: the reasons, then what it is about. Returns its path. Raises OSError."""
     facts = {"scan": arrival.folder / arrival.source, "time": now.isoformat(timespec="seconds")}
-    lines = [*reasons, "", *(f"{name}: {value}" for name, value in facts.items()), DIGEST + digest]
+    lines = [*reasons, AGAIN, "", *(f"{name}: {value}" for name, value in facts.items()), DIGEST + digest]
     path = note_of(out, arrival)
     text = "\n".join(lines) + "\n"
     _put(path, text.encode("utf-8", "backslashreplace"))

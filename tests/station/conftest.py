@@ -7,14 +7,19 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import typer
 
 from drivers import CaptureSettings
 from restore import FlatMesh, Photograph, RangeScan, RestoredPage, Settings
 from restore.mesh.network import make_network
-from station import one_page
+from station import cli, one_page, terminal
+from station.errors import Fault
+from station.terminal import print_fault
+from tests.station.hints import missing_options
 
 COLS, ROWS = 24, 16
 WIDTH_MM, HEIGHT_MM, RADIUS_MM = 120.0, 80.0, 60.0
@@ -128,6 +133,26 @@ class Library:
                 on_step(step, page.flat.vertices * (1, 1, 1 - step / 40), page.flat.faces)
         progress("flatten", 1.0)
         return page
+
+
+@pytest.fixture(autouse=True)
+def _hints_name_options_of_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fail a test in which a command tells a fault with an option that it does not have."""
+    words: list[str] = []
+    run = typer.Typer.__call__
+
+    def remembered(program: typer.Typer, arguments: Sequence[str] | None = None, **options: Any) -> Any:
+        words[:] = arguments or ()
+        return run(program, arguments, **options)
+
+    def checked(fault: Fault) -> None:
+        for hint in fault.hints:
+            assert missing_options(hint, words) == [], hint
+        print_fault(fault)
+
+    monkeypatch.setattr(typer.Typer, "__call__", remembered)
+    for module in (cli, terminal):
+        monkeypatch.setattr(module, "print_fault", checked)
 
 
 @pytest.fixture

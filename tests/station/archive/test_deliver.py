@@ -8,7 +8,7 @@ import subprocess
 
 import pytest
 
-from restore import BadInput
+from restore import BadInput, load_scan
 from station.archive import deliver as delivery
 from station.archive.deliver import Format, deliver
 from station.archive.volume import Role, missing
@@ -20,7 +20,7 @@ ADDRESS = "https://example.org/v"
 
 
 def source_of(page):
-    return page.find(Role.ORIGINAL).path.parent
+    return load_scan(page.find(Role.ORIGINAL).path.parent)
 
 
 def export(volume, kind, out):

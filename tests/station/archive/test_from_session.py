@@ -5,13 +5,16 @@ from __future__ import annotations
 from datetime import UTC, datetime
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from restore import RangeScan
 from station.archive.from_session import scan_of, volume_of
 from station.archive.volume import Role
 from station.cli import main
 from station.export.png import encode_png
 from station.session import Volume, add_scan, create_session, decide, open_session, read_session, record_run, undo
+from station.session.adding import add_original
 from tests.station.archive.conftest import picture
 from tests.station.conftest import curl_scan
 
@@ -73,7 +76,20 @@ def test_what_was_undone_is_not_delivered(folder) -> None:
 def test_the_scan_of_a_page_is_found(folder) -> None:
     session = read_session(folder)
     page = volume_of(session).pages[1]
-    assert (scan_of(session, page) / "scan.json").is_file()
+    assert isinstance(scan_of(session, page), RangeScan)
+
+
+def test_a_mesh_is_delivered_in_the_unit_of_its_capture_or_its_restoration(tmp_path) -> None:
+    create_session(tmp_path / "book", Volume(title="A book"))
+    (tmp_path / "a.obj").write_text("v 0 0 0\nv 9 0 0\nv 0 9 0\nf 1 2 3\n")
+    with open_session(tmp_path / "book") as writer:
+        by_capture = add_original(writer, tmp_path / "a.obj", unit="cm")
+        restored = add_original(writer, tmp_path / "a.obj")
+        record_run(writer, "restore", restored, parameters={"unit": "in"}, result={})
+    session = read_session(tmp_path / "book")
+    sizes = [np.ptp(scan_of(session, page).vertices[:, 0]) for page in volume_of(session).pages]
+    assert by_capture.page == 1
+    assert sizes == [90.0, 228.6]
 
 
 @pytest.mark.parametrize("kind", ["bagit", "mets", "iiif", "pdf", "tiff", "mesh"])

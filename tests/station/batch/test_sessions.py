@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import Future
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from station.archive.from_session import volume_of
 from station.archive.volume import Role
 from station.batch.executors import Workers, local_workers
 from station.batch.process import Limits
-from station.batch.sessions import SessionBatch, SessionTask, restore_session_page
+from station.batch.sessions import SessionBatch, SessionTask, plan_session, restore_session_page
 from station.batch.whole import REPORT, run_batch
 from station.cli import main
 from station.errors import FolderInUse, UsageError
@@ -106,6 +107,20 @@ def test_the_session_is_the_batchs_alone(session, tmp_path) -> None:
         batch(session, tmp_path / "out", [])
     with pytest.raises(UsageError, match="lies in the session"):
         batch(session, session / "out", [])
+
+
+def test_a_profile_is_none_of_a_sessions_options(session, tmp_path) -> None:
+    with pytest.raises(UsageError, match="take no profile"):
+        batch(session, tmp_path / "out", [], replace(QUICK, colours=b"icc"))
+    assert not (tmp_path / "out").exists()
+
+
+def test_the_unit_is_that_of_scans_that_have_none(session, tmp_path) -> None:
+    original = small_scan(tmp_path / "more/m.ply")
+    with open_session(session) as writer:
+        add_original(writer, original, unit="in")
+        tasks = [*plan_session("book", writer, replace(QUICK, unit="cm"))]
+    assert [task.parameters["unit"] for task in tasks] == ["cm"] * 4 + ["in"]
 
 
 def test_the_command_takes_sessions_and_folders(session, tmp_path, capsys) -> None:

@@ -45,7 +45,7 @@ def test_the_link_opens_the_console_and_a_signal_ends_it(root):
         (["--listen", "0.0.0.0", "--cert", "a", "--key", "b"], "every address"),
         (["--listen", "192.0.2.1", "--cert", "a"], "--cert and --key go together"),
         (["--kiosk"], "--kiosk shows the link to other devices"),
-        (["--config", "gone.toml"], "cannot read gone.toml"),
+        (["--config", "gone.toml"], "there is no configuration 'gone.toml'"),
     ],
 )
 def test_what_cannot_be_served_is_refused_before_any_work(root, capsys, options, text):

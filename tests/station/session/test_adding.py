@@ -56,8 +56,9 @@ def test_a_scan_folder(volume, tmp_path):
 def test_what_cannot_be_read_is_no_page(volume, tmp_path, content):
     (tmp_path / "bad.obj").write_bytes(content)
     with open_session(volume) as writer:
-        with pytest.raises(BadInput):
+        with pytest.raises(BadInput) as caught:
             add_original(writer, tmp_path / "bad.obj")
+        assert str(volume) not in str(caught.value)  # the copy there is none of the operator's
         assert len(writer.history.events) == 1
 
 

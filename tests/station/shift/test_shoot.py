@@ -49,7 +49,7 @@ def test_the_station_of_the_session_is_used(place, monkeypatch, capsys):
     assert main(["shoot", "known"]) == 0
     assert opened == ["simulated"]
     assert main(["session", "new", str(place / "other"), "--config", "gone.toml"]) == 2
-    assert "cannot read gone.toml" in capsys.readouterr().err
+    assert "there is no configuration 'gone.toml'" in capsys.readouterr().err
 
 
 def test_without_a_scanner_what_is_left_is_done(place, monkeypatch, capsys):

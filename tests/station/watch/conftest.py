@@ -27,13 +27,15 @@ class Library:
 
     fault: BaseException | None = None
     calls: list[tuple[str, frozenset[str], Settings, tuple[str, ...]]] = field(default_factory=list)
+    units: dict[str, str] = field(default_factory=dict)
 
     def __call__(
-        self, source: Path, destination: Destination, *, settings: Settings, facts: Mapping[str, Any]
+        self, source: Path, destination: Destination, *, settings: Settings, unit: str, facts: Mapping[str, Any]
     ) -> Outcome:
         data = source.read_bytes()
         beside = tuple(sorted(str(path.relative_to(source.parent)) for path in source.parent.rglob("*.*")))
         self.calls.append((source.name, destination.kinds, settings, beside))
+        self.units[source.name] = unit
         if self.fault is not None:
             raise self.fault
         if not data.endswith(b"END\n"):

@@ -23,8 +23,18 @@ def test_sub_folders_have_their_own_settings(station) -> None:
     assert calls == {"a.glb": coarse, "b.glb": fine, "c.glb": fine, "d.glb": coarse}
 
 
+def test_the_unit_is_that_of_meshes_alone(station) -> None:
+    station.put("fine/planish.toml", b'unit = "7.91um"\n')
+    for name in ("a.obj", "b.abs.gz", "fine/c.ply", "fine/d.abs"):
+        station.put(name)
+    station.run(station.watch(base=Options(unit="cm")))
+    assert station.library.units == {"a.obj": "cm", "b.abs.gz": "auto", "c.ply": "7.91um", "d.abs": "auto"}
+
+
 @pytest.mark.parametrize(
-    "text", [b"dpi = 1\n", b"colour = 1\n", b'outputs = ["gold"]\n', b"dpi =\n", b"\xff", b"outputs = 3\n"]
+    "text",
+    [b"dpi = 1\n", b"colour = 1\n", b'outputs = ["gold"]\n', b"dpi =\n", b"\xff", b"outputs = 3\n"]
+    + [b'unit = "ell"\n'],
 )
 def test_a_mistake_is_told_once_and_scans_wait_until_it_is_mended(station, text: bytes) -> None:
     watch = station.watch()
