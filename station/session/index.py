@@ -33,6 +33,7 @@ create table if not exists pages (
     primary key (session, page)
 ) strict, without rowid;
 """
+MAGIC = b"SQLite format 3\0"
 WAIT_S = 10.0  # for another process that writes to the index: entries are written in milliseconds
 INDEX = "sessions.sqlite"
 
@@ -113,7 +114,10 @@ def level_of(page: Page) -> str:
 
 
 def update(index: Path, session: Session) -> None:
-    """Write the entries of one session. Raises BadInput for a path that is not UTF-8, IndexUnusable, OSError."""
+    """Write the entries of one session.
+
+    Raises BadInput for a path that is not UTF-8 and for a file that is no index, IndexUnusable, OSError.
+    """
     with _opened(index) as database:
         _write(database, session)
 
@@ -122,8 +126,9 @@ def reindex(index: Path, folders: Iterable[Path]) -> list[str]:
     """Build the index anew from the sessions in these folders and below; returns why those that were not read were not.
 
     Without any folder: from those that the index knows. The old index stays until the new one is complete.
-    Raises BadInput for a folder that is not there, IndexUnusable, OSError.
+    Raises BadInput for a folder that is not there and for a file that is no index, IndexUnusable, OSError.
     """
+    _refuse_others(index)
     given = list(folders)
     for folder in given:
         if not folder.is_dir():
@@ -141,7 +146,7 @@ def reindex(index: Path, folders: Iterable[Path]) -> list[str]:
 
 
 def sessions(index: Path) -> list[Entry]:
-    """All sessions of the index, the one that was changed last first. Raises IndexUnusable."""
+    """All sessions of the index, the one changed last first. Raises IndexUnusable, BadInput for another file."""
     if not index.exists():
         return []
     names = ", ".join(item.name for item in fields(Entry))
@@ -193,6 +198,7 @@ def _folder_of(entry: Entry) -> Path:
 @contextmanager
 def _opened(index: Path) -> Iterator[sqlite3.Connection]:
     """The database in a transaction, which ends with the block."""
+    _refuse_others(index)
     index.parent.mkdir(parents=True, exist_ok=True)
     try:
         with closing(sqlite3.connect(index, timeout=WAIT_S, isolation_level=None)) as database:
@@ -205,6 +211,29 @@ def _opened(index: Path) -> Iterator[sqlite3.Connection]:
     except sqlite3.Error as error:
         hint = "the sessions are whole without it: rebuild it with planish reindex FOLDER"
         raise IndexUnusable(f"the index {index} cannot be used: {error}", hint) from error
+
+
+def _refuse_others(index: Path) -> None:
+    """Raise BadInput for a file that is there and is no index, so that it is neither replaced nor added to.
+
+    A damaged index is known by its name, or by what it still has of a database.
+    """
+    if not index.is_file() or not index.stat().st_size:
+        return
+    with index.open("rb") as file:
+        is_database = file.read(len(MAGIC)) == MAGIC
+    tables = _tables(index) if is_database else set()
+    if (not is_database and index.name != INDEX) or (tables and "sessions" not in tables):
+        raise BadInput(f"{index} is no index of sessions", "name another file with --index")
+
+
+def _tables(index: Path) -> set[str]:
+    """The names in a database, which is only read; none when it is damaged."""
+    try:
+        with closing(sqlite3.connect(f"{index.absolute().as_uri()}?mode=ro", uri=True)) as database:
+            return {name for (name,) in database.execute("select name from sqlite_master")}
+    except sqlite3.Error:
+        return set()
 
 
 def _write(database: sqlite3.Connection, session: Session) -> None:

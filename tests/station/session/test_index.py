@@ -12,7 +12,7 @@ import pytest
 
 from restore import BadInput
 from station.session import Volume, add_scan, create_session, decide, open_session, read_session, record_run
-from station.session.index import IndexUnusable, default_index, find, pages, reindex, sessions, update
+from station.session.index import INDEX, IndexUnusable, default_index, find, pages, reindex, sessions, update
 
 
 def test_rebuilt_it_is_equal_to_the_one_that_grew(volume, tiny_scan, tmp_path):
@@ -55,12 +55,30 @@ def test_a_session_is_found_by_folder_identifier_or_title(volume, tmp_path):
 
 
 def test_a_damaged_index_is_told_and_rebuilt(volume, tmp_path):
-    index = tmp_path / "index"
+    index = tmp_path / INDEX
     index.write_bytes(b"no database at all" * 100)
     with pytest.raises(IndexUnusable, match="cannot be used"):
         update(index, read_session(volume))
     reindex(index, [tmp_path])
     assert [one.id for one in sessions(index)] == ["an-id"]
+
+
+def test_a_file_that_is_no_index_is_neither_replaced_nor_added_to(volume, tmp_path):
+    (tmp_path / "scan.ply").write_bytes(b"ply\n")
+    with closing(sqlite3.connect(tmp_path / "other.sqlite")) as database:
+        database.execute("create table photographs (name text)")
+    for name in ("scan.ply", "other.sqlite"):
+        before = (tmp_path / name).read_bytes()
+        for use in (sessions, lambda path: update(path, read_session(volume)), lambda path: reindex(path, [volume])):
+            with pytest.raises(BadInput, match="is no index of sessions"):
+                use(tmp_path / name)
+        assert (tmp_path / name).read_bytes() == before
+
+
+def test_an_empty_file_becomes_an_index(volume, tmp_path):
+    (tmp_path / "index").touch()
+    update(tmp_path / "index", read_session(volume))
+    assert [one.id for one in sessions(tmp_path / "index")] == ["an-id"]
 
 
 def test_a_damaged_session_is_left_out_and_named(volume, tmp_path):
