@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from station.errors import UsageError
-from station.options import Debug, Force, Json, output_path
+from station.options import Debug, Force, Json, output_path, require_suffix
 from station.terminal import print_result, report_faults
 
 if TYPE_CHECKING:
@@ -45,6 +45,7 @@ def board(
         from station.export.atomic import write_all
         from station.export.png import encode_png
 
+        require_suffix(output, ".png")
         picture = _board(columns, rows, marker, pitch).picture(BOARD_DPI)
         write_all([(output, encode_png(cv2.cvtColor(picture, cv2.COLOR_GRAY2RGB), BOARD_DPI))], force=force)
         print_result(f"{output}: print it at 100 %, then measure markers and pitch for `planish calibrate`")

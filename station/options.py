@@ -16,6 +16,7 @@ from typing import Annotated, Any, get_type_hints
 import typer
 
 from station.choices import Pieces, Turn
+from station.errors import UsageError
 from station.session_folder import refuse_session, session_around
 
 
@@ -34,6 +35,12 @@ def new_folder_path(text: str) -> Path:
     """The path of a folder to make, as `output_path` has it; a session of that name is told by who would make it."""
     session = session_around(Path(text))
     return Path(text) if session == Path(os.path.realpath(text)) else output_path(text)
+
+
+def require_suffix(output: Path, suffix: str) -> None:
+    """Raise UsageError for the name of a file that tells another format than is written."""
+    if output.suffix.lower() != suffix:
+        raise UsageError(f"--output: {output} does not end in {suffix}, which is what is written", f"add {suffix}")
 
 
 def unit_name(text: str) -> str:
@@ -75,6 +82,7 @@ TurnBy = Annotated[
 Anyway = Annotated[bool, typer.Option("--anyway", help="Write a page whose surface is no page's, too.")]
 Debug = Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")]
 
+MOST_S = 1e6  # of any time that is waited: eleven days
 FLAGS = ("tiff", "map", "mesh", "strain", "frames", "review", "ocr", "coverage")
 
 
@@ -155,7 +163,6 @@ class Restoration:
 def colours_of(kinds: Kinds, chosen: Restoration) -> dict[str, Any]:
     """The fields `colours` and `to_srgb` of a destination. Raises BadInput for an unusable profile, UsageError for two
     of them."""
-    from station.errors import UsageError
     from station.export.icc import read_profile
 
     path = chosen.white_profile

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from station.options import Debug, Force, output_path
+from station.options import Debug, Force, output_path, require_suffix
 from station.terminal import print_result, report_faults
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ def card(
         from restore import SCALE_CARD
         from station.export.atomic import write_all
 
+        require_suffix(output, ".pdf")
         write_all([(output, encode_card(SCALE_CARD))], force=force)
         print_result(f"{output}: print it at 100 %, and lay it beside the page for `planish photos`")
 

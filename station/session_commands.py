@@ -72,7 +72,7 @@ def new(
         )
         create_session(folder, volume)
         enter(index, read_session(folder))
-        print_result(f"{folder}\nshoot its pages with: planish shoot {folder}")
+        print_result(f"{folder}\nshoot its pages with: {shlex.join(['planish', 'shoot', str(folder)])}")
 
 
 @app.command("list")
@@ -178,10 +178,14 @@ def set_(
         if page and capture is None:
             raise _no_page(session, page)
         values = {"label": label, "side": side, "note": note, "position": position, "mark": mark}
+        if accept is None and set(values.values()) == {None}:
+            raise UsageError("there is nothing to set", "see planish session set --help")
+        if accept is not None and not page:
+            raise UsageError("the volume itself is not accepted", "give the number of a page with --accept or --again")
         for name, value in values.items():
             if value is not None:
                 decide(writer, name, value, page=page)
-        if accept is not None and page:
+        if accept is not None:
             decide(writer, "accept", accept, page=page, on=capture)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from station.errors import UsageError
-from station.options import Debug, Kinds, Out, Restoration, Unit, colours_of, grouped
+from station.options import MOST_S, Debug, Kinds, Out, Restoration, Unit, colours_of, grouped
 from station.terminal import print_result, report_faults
 
 if TYPE_CHECKING:
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
     from station.batch.executors import Workers
     from station.batch.progress import Event
+
+SHARE = 0.9  # of the memory: the rest is the system's
+LEAST_MIB = 512  # in less a worker cannot even load its libraries
 
 Sources = Annotated[
     list[Path],
@@ -34,14 +37,15 @@ Scheduler = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="Restore on a Dask cluster: its scheduler, tcp://HOST:8786.")
 ]
 Memory = Annotated[
-    int | None, typer.Option(min=0, metavar="MIB", help="Memory of each worker, 0 for no limit (an equal share).")
+    int | None,
+    typer.Option(min=0, max=2**30, metavar="MIB", help="Memory of each worker, 0 for no limit (an equal share)."),
 ]
-PageLimit = Annotated[float, typer.Option(min=1, metavar="S", help="Seconds after which a page is given up.")]
+PageLimit = Annotated[
+    float, typer.Option(min=1, max=MOST_S, metavar="S", help="Seconds after which a page is given up.")
+]
 JudgeAs = Annotated[
     str, typer.Option(metavar="PRESET", help="Limits of the verdict on pages of folders: book, map, …, a TOML file.")
 ]
-
-SHARE = 0.9  # of the memory: the rest is the system's
 
 
 @grouped
@@ -70,6 +74,8 @@ def batch(
 
         if workers is not None and scheduler is not None:
             raise UsageError("--workers is the cluster's business", "leave --workers out with --scheduler")
+        if memory is not None and 0 < memory < LEAST_MIB:
+            raise UsageError(f"--memory: in {memory} MiB no page is restored", f"give {LEAST_MIB} or more, or 0")
         options = Options(chosen.given, kinds.wanted, kinds.language, **colours_of(kinds, chosen), unit=unit)
         build_model(Settings, chosen.given, name=chosen.option, hint="see planish batch --help")
         limits = load_preset(judge_as).thresholds
@@ -88,12 +94,17 @@ def batch(
             print_result(f"{event.state:<10} {event.name}: {event.text}{progress}")
 
         report = run_batch(
-            [source.resolve() for source in sources], output.resolve(), options, places, show, limits=limits
+            list(dict.fromkeys(source.resolve() for source in sources)),
+            output.resolve(),
+            options,
+            places,
+            show,
+            limits=limits,
         )
         print_result(f"{counts['restored']} restored, {counts['set aside']} set aside\nreport     {report}")
 
 
 def _share_mib(count: int) -> int:
-    """An equal share of this computer's memory for each of so many processes, MiB."""
+    """An equal share of this computer's memory for each of so many processes, MiB; not less than each needs."""
     pages = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    return int(pages * SHARE / count) // 2**20
+    return max(int(pages * SHARE / count) // 2**20, LEAST_MIB)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -59,7 +60,7 @@ def add_original(writer: Writer, path: Path, *, page: int | None = None, unit: s
     gathered = gather(path)
     facts = {
         "by": "session add",
-        "from": str(path.absolute()),
+        "from": os.fsencode(path.absolute()).decode(errors="backslashreplace"),
         "unit": unit,
         "modified": {name: file.stat().st_mtime_ns for name, file in gathered.files.items()},
     }
@@ -71,7 +72,8 @@ def add_original(writer: Writer, path: Path, *, page: int | None = None, unit: s
             cause = error.__cause__
             if isinstance(cause, OSError):  # of the copy, which was written just now: the disk's fault
                 raise OSError(cause.errno, cause.strerror, str(copy)) from error
-            message = str(error).replace(str(copy.parent), str(path.parent))  # the copy is none of the operator's
+            # The copy is none of the operator's.
+            message = str(error).replace(str(copy), str(path)).replace(str(copy.parent), str(path.parent))
             raise BadInput(message, error.hint) from error
 
     return add_files(writer, gathered.files, gathered.source, page=page, facts=facts, inspect=provenance)

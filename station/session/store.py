@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 from uuid import uuid4
 
+from restore import BadInput
 from station.errors import StationError
 from station.export.atomic import claim_folder, new_folder
 from station.export.claim import Claim, lock_folder
@@ -168,7 +169,7 @@ class Writer:
                 files=file_digests(staged),
             )
             history = extended(self.history, event)
-            write_file(staged / RECORD, encode(event))
+            write_file(staged / RECORD, _line_of(event))
             _seal(staged)
             sync_tree(staged)
             self._broken = True
@@ -204,6 +205,14 @@ class Writer:
             self._digests[name].update(data)
         digests = {name: digest.hexdigest() for name, digest in self._digests.items()}
         replace_file(folder / bag.TAG_MANIFEST, self._claim.new, bag.tag_manifest(digests))
+
+
+def _line_of(event: Event) -> bytes:
+    """The record of an event. Raises BadInput for a text that is not UTF-8, as of a terminal in another encoding."""
+    try:
+        return encode(event)
+    except UnicodeEncodeError as error:
+        raise BadInput(f"{error.object[error.start : error.end]!r} is no text in UTF-8", "write it anew") from error
 
 
 def file_digests(folder: Path) -> dict[str, str]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from station.options import Debug, Kinds, Out, Restoration, Unit, colours_of, grouped
+from station.options import MOST_S, Debug, Kinds, Out, Restoration, Unit, colours_of, grouped
 from station.progress import progress_on
 from station.terminal import print_result, report_faults
 
@@ -18,9 +18,15 @@ if TYPE_CHECKING:
 
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="The folder in which scans arrive.", show_default=False)]
 Once = Annotated[bool, typer.Option("--once", help="End when everything that is there is done.")]
-Settle = Annotated[float, typer.Option(min=0, metavar="S", help="Seconds for which a file must not change.")]
-Pair = Annotated[float, typer.Option(min=0, metavar="S", help="Seconds to wait for a scan's picture and material.")]
-Poll = Annotated[float, typer.Option(min=0.05, metavar="S", help="Seconds between two looks at the folder.")]
+Settle = Annotated[
+    float, typer.Option(min=0, max=MOST_S, metavar="S", help="Seconds for which a file must not change.")
+]
+Pair = Annotated[
+    float, typer.Option(min=0, max=MOST_S, metavar="S", help="Seconds to wait for a scan's picture and material.")
+]
+Poll = Annotated[
+    float, typer.Option(min=0.05, max=MOST_S, metavar="S", help="Seconds between two looks at the folder.")
+]
 
 
 @grouped

@@ -82,6 +82,13 @@ def test_what_cannot_be_calibrated_from_is_refused(scans, tmp_path, monkeypatch,
     assert not (tmp_path / "body.toml").exists()
 
 
+@pytest.mark.parametrize(("command", "name"), [("board", "board.pdf"), ("board", "board"), ("card", "card.png")])
+def test_a_name_of_another_format_is_refused(tmp_path, capsys, command, name) -> None:
+    assert main([command, "-o", str(tmp_path / name)]) == 2
+    assert "which is what is written" in capsys.readouterr().err
+    assert not (tmp_path / name).exists()
+
+
 def test_the_board_prints_true_to_scale(tmp_path) -> None:
     output = tmp_path / "board.png"
     size = ["--columns", "5", "--rows", "4", "--marker", "20", "--pitch", "30"]

@@ -148,6 +148,10 @@ def test_a_session_without_runs_replays(place, capsys):
         (["undo", "book", "--page", "1", "--stage", "restored"], 2, "the stages are restore, verdict"),
         (["redo", "book", "--page", "1", "--stage", "x"], 2, "there is no stage 'x'"),
         (["new", "book"], 2, "is there already"),
+        (["set", "book", "1"], 2, "there is nothing to set"),
+        (["set", "book", "0", "--accept"], 2, "the volume itself is not accepted"),
+        (["set", "book", "1", "--note", os.fsdecode(b"M\xfcller")], 3, "is no text in UTF-8"),
+        (["add", "book", "."], 3, ". is no scan folder"),
         (["set", "book", "1", "--label", "x", "--position", "nan"], 2, "--position: nan is no place"),
         (["set", "book", "1", "--position", "-inf"], 2, "--position: -inf is no place"),
         (["new", "other", "--title", "x" * 5000], 2, "--title: has 5000 characters, 500 are the most"),
@@ -161,6 +165,22 @@ def test_what_cannot_be_is_refused(place, capsys, words, code, text):
     assert text in capsys.readouterr().err
     assert len(read_session(place / "book").history.events) == 3
     assert not (place / "other").exists()
+
+
+def test_a_scan_below_a_path_that_is_not_utf8_is_added(place, capsys):
+    folder = place / os.fsdecode(b"M\xfcller")
+    folder.mkdir()
+    shutil.move(place / "a.scan", folder / "a.scan")
+    assert main(["session", "add", "book", str(folder / "a.scan")]) == 0
+    event = read_session(place / "book").history.events[-1]
+    assert event.facts["from"].endswith("M\\xfcller/a.scan")
+    assert main(["verify", "book"]) == 0
+
+
+def test_the_next_command_is_told_as_it_is_typed(place, capsys):
+    capsys.readouterr()
+    assert main(["session", "new", "a book"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "shoot its pages with: planish shoot 'a book'"
 
 
 def test_a_second_writer_is_told_who_holds_the_session(place, capsys):

@@ -69,7 +69,15 @@ def test_options_are_checked_before_anything_else(scans, tmp_path, capsys) -> No
     assert main(["batch", str(scans), "-o", out, "--dpi", "1"]) == 2
     assert main(["batch", str(tmp_path / "nothing"), "-o", out]) == 2
     assert main(["batch", str(scans), "-o", out, "--workers", "2", "--scheduler", "tcp://127.0.0.1:1"]) == 2
+    for option in ("--page-limit", "inf"), ("--page-limit", "nan"), ("--memory", "1"), ("--memory", "9" * 20):
+        assert main(["batch", str(scans), "-o", out, *option]) == 2
     assert not (tmp_path / "out").exists()
+
+
+def test_a_source_that_is_named_twice_is_taken_once(scans, tmp_path, capsys) -> None:
+    words = ["batch", str(scans), f"{scans}/.", "-o", str(tmp_path / "out"), "-w", "1000000", *OPTIONS]
+    assert main(words) == 0
+    assert capsys.readouterr().out.splitlines()[-2] == "4 restored, 1 set aside"
 
 
 def test_several_folders_have_results_of_their_own(scans, tmp_path) -> None:

@@ -61,6 +61,7 @@ def test_ctrl_c_ends_it_in_order(library, scans, tmp_path, capsys):
 
 def test_options_are_checked_before_anything_else(library, scans, tmp_path, capsys):
     assert main(["watch", str(scans), "-o", str(tmp_path / "out"), "--dpi", "1", *QUICK]) == 2
+    assert main(["watch", str(scans), "-o", str(tmp_path / "out"), "--settle", "inf", "--once"]) == 2
     assert "dpi" in capsys.readouterr().err
     assert main(["watch", str(tmp_path / "nothing"), "-o", str(tmp_path / "out"), *QUICK]) == 2
     assert library.calls == []
