@@ -57,7 +57,7 @@ def overview_lines(session: Session) -> Iterator[str]:
     for page in told["pages"]:
         marked = "* " if page["mark"] else ""
         cells = page["page"], page["label"], page["side"], page["state"], page["level"], marked + page["note"]
-        yield ROW.format(*cells).rstrip()
+        yield ROW.format(*(" ".join(str(cell).split()) for cell in cells)).rstrip()
     for gap in missing_labels(session):
         yield f"pages are missing {gap}"
     for name, step in (("undo", undo_target(session.history)), ("redo", redo_target(session.history))):

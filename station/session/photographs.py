@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -27,13 +28,16 @@ def add_photographs(writer: Writer, paths: Sequence[Path], *, page: int | None =
     files = _by_name(paths)
     facts = {
         "by": "session add",
-        "from": [str(path.absolute()) for path in files.values()],
+        "from": [os.fsencode(path.absolute()).decode(errors="backslashreplace") for path in files.values()],
         SCALE: scale,
         "modified": {name: path.stat().st_mtime_ns for name, path in files.items()},
     }
 
     def provenance(copies: Path) -> dict[str, Any]:
-        sizes = {copy.name: _size(copy) for copy in pictures_in(copies)}
+        try:
+            sizes = {copy.name: _size(copy) for copy in pictures_in(copies)}
+        except BadInput as error:  # which names the copy
+            raise BadInput(str(error).replace(f"{copies}/", ""), error.hint) from error
         return {"provenance": {"device": "photographs", "unit": "mm", "pictures": sizes}}
 
     copied = {f"{FOLDER}/{name}": path for name, path in files.items()}

@@ -23,6 +23,15 @@ def test_pages_are_told_in_their_order_with_their_labels(volume, tiny_scan):
     assert lines[-2:] == ["undo: label of page 1", "redo: note of page 2"]
 
 
+def test_a_page_is_one_line_whatever_its_label_and_note_hold(volume, tiny_scan):
+    with open_session(volume) as writer:
+        add_scan(writer, tiny_scan, facts={})
+        decide(writer, "label", "a\nb", page=1)
+        decide(writer, "note", "torn\n\tat the top", page=1)
+        line = next(line for line in overview_lines(writer.session) if line.startswith("    1"))
+    assert line.split() == ["1", "a", "b", "new", "torn", "at", "the", "top"]
+
+
 def test_an_empty_session(volume):
     with open_session(volume) as writer:
         assert list(overview_lines(writer.session)) == ["A volume  tests", f"{volume}, 0 pages, 1 events, preset book"]

@@ -63,6 +63,9 @@ def test_what_is_no_set_is_not_stored(volume, pictures, tmp_path):
     with open_session(volume) as writer:
         with pytest.raises(BadInput, match=r"d\.jpg"):
             add_photographs(writer, [pictures])
+        (tmp_path / "no.obj").write_bytes(b"o\n")
+        with pytest.raises(BadInput, match=r"^no\.obj "):  # the copy is none of the operator's
+            add_photographs(writer, [tmp_path / "no.obj"])
         with pytest.raises(BadInput, match="have one name"):
             add_photographs(writer, [pictures / "a.jpg", twin])
         with pytest.raises(UsageError, match="--scale"):
