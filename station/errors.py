@@ -92,13 +92,14 @@ class Fault:
     hints: tuple[str, ...]
 
 
+NO_RIGHT = "you may not write there, or not read: use another folder, or ask for the right to"
 DISK_HINTS = {
     errno.ENOSPC: "free some space{disk}, or use another disk",
     errno.EDQUOT: "free some of your quota, or use another disk",
     errno.EFBIG: "the disk takes no file this large: use another, or lower --dpi, where the command has it",
     errno.EROFS: "the disk is read-only: use another",
-    errno.EACCES: "you may not write there: use another folder, or ask for the right to write",
-    errno.EPERM: "you may not write there: use another folder, or ask for the right to write",
+    errno.EACCES: NO_RIGHT,
+    errno.EPERM: NO_RIGHT,
     errno.ENOTDIR: "part of that path is a file: use another folder",
     errno.EEXIST: "that path is a file: use another folder",
     errno.ENAMETOOLONG: "the name is too long for this disk: choose a shorter one",
@@ -162,4 +163,7 @@ def _mounted_at(path: object) -> str:
 
 def _disk_message(error: OSError) -> str:
     reason = error.strerror or str(error)
-    return f"cannot write {error.filename}: {reason}" if error.filename else f"cannot write: {reason}"
+    doing = (
+        "cannot use" if error.errno in (errno.EACCES, errno.EPERM) else "cannot write"
+    )  # a right is missed in reading, too
+    return f"{doing} {error.filename}: {reason}" if error.filename else f"{doing}: {reason}"

@@ -19,3 +19,10 @@ def test_an_error_of_any_name_is_explained(name):
 def test_the_disk_is_named_where_there_is_one(tmp_path):
     fault = explain(OSError(errno.ENOSPC, "No space left on device", str(tmp_path / "a.png")))
     assert " on the disk at /" in fault.hints[0]
+
+
+@pytest.mark.parametrize("number", [errno.EACCES, errno.EPERM])
+def test_a_right_that_is_missed_may_be_that_to_read(number):
+    fault = explain(OSError(number, "Permission denied", "a.ply"))
+    assert fault.message == "cannot use a.ply: Permission denied"
+    assert "or not read" in fault.hints[0]
