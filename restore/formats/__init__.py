@@ -23,6 +23,7 @@ from restore.formats.stl import read_stl
 from restore.formats.tifxyz import is_tifxyz, read_tifxyz
 from restore.formats.unit import AUTO, UNSTATED, check_unit, in_millimetres
 from restore.formats.vcps import read_vcps
+from restore.formats.vertex_colours import with_picture
 from restore.formats.vrml import read_vrml, write_vrml
 from restore.formats.vvd import read_vvd, write_vvd
 from restore.mesh.ordered_grid import GridMesh
@@ -131,10 +132,15 @@ def _in_its_unit(path: Path, scan: RangeScan, unit: str) -> RangeScan:
 
 
 def _on_range_grid(mesh: SurfaceMesh) -> RangeScan | SurfaceMesh:
-    """The scan on the range grid of a mesh; without a grid the mesh without seams.
+    """The scan on the range grid of a mesh; without a grid the mesh without seams, or painted with its colours.
 
     Its texture is dropped if it has no coordinates.
     """
-    scan = organise(mesh, colours=mesh.colours if isinstance(mesh, PaintedMesh) else None)
+    colours = mesh.colours if isinstance(mesh, PaintedMesh) and mesh.texture is None else None
+    scan = organise(mesh, colours=colours)
+    if scan is not None:
+        return scan
+    if isinstance(mesh, PaintedMesh) and colours is not None:
+        return with_picture(mesh, colours)
     texture = None if mesh.texcoords is None else mesh.texture
-    return scan or without_seams(SurfaceMesh(mesh.vertices, mesh.faces, mesh.texcoords, texture, mesh.provenance))
+    return without_seams(SurfaceMesh(mesh.vertices, mesh.faces, mesh.texcoords, texture, mesh.provenance))

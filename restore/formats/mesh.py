@@ -51,8 +51,9 @@ def checked_mesh(
 
     vertices (n, 3) mm, faces (m, 3), uv (n, 2) with the origin at the lower left of the texture, which may repeat,
     colours (n, 3) RGB; the warnings go into the provenance.
-    Without texture and colours the picture beside the file is taken. A texture without uv is kept: its place may follow
-    from the scanner's geometry. uv without a texture mean nothing and are dropped. Raises BadInput.
+    Without texture and colours, or with one colour alone, the picture beside the file is taken. A texture without uv is
+    kept: its place may follow from the scanner's geometry. uv without a texture mean nothing and are dropped. Raises
+    BadInput.
     """
     points: Floats = _columns(path, "vertices", vertices, 3).astype(np.float64, copy=False)
     corners: Ints = _columns(path, "faces", faces, 3).astype(np.int64, copy=False)
@@ -67,6 +68,8 @@ def checked_mesh(
     if not used.all():
         corners = (np.cumsum(used) - 1)[corners]
         points, uv, colours = points[used], None if uv is None else uv[used], None if colours is None else colours[used]
+    if colours is not None and (colours == colours[0]).all():  # what programs write for want of colours
+        colours = None
     if texture is None and colours is None:
         texture = adjacent_picture(path)
     texcoords = None if uv is None or texture is None else _texcoords(path, uv, texture, points, corners)

@@ -228,10 +228,14 @@ def _camera_centre(surface: Sheet | SurfaceMesh, fine: FlatMesh) -> Floats | Non
 def viewpoint(page: FlatMesh) -> Floats | None:
     """The centre (3,) mm of the camera that took the texture of a page, or None when it was not one pinhole camera.
 
+    A picture that was painted, of charts or of the colours of vertices, is no camera's, be it like one's.
     Of a camera as good as at infinity the projection does not tell on which side of the page it was: on the side that
     most faces are turned to.
     """
-    if page.texcoords is None or (centre := pinhole_centre(page.vertices, page.texcoords)) is None:
+    if page.texcoords is None or "oversampling" in page.provenance:
+        return None
+    centre = pinhole_centre(page.vertices, page.texcoords)
+    if centre is None:
         return None
     middle = page.vertices.mean(axis=0)
     far = np.linalg.norm(centre - middle) > FAR * np.ptp(page.vertices, axis=0).max()

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
-from math import ceil, floor
+from math import ceil, floor, sqrt
 from typing import Any
 
 import cv2
@@ -124,9 +124,14 @@ def sampling_ppi(flat: Floats, faces: Ints, pixels: Floats) -> float:
     flat (n, 2) mm, faces (m, 3), pixels (n, 2) texture pixels.
     """
     page, source = np.abs(signed_areas(flat, faces)), np.abs(signed_areas(pixels, faces))
-    order = np.argsort(ratio := source / np.maximum(page, TINY))
-    middle = np.searchsorted(np.cumsum(page[order]), page.sum() / 2)
-    return float(np.sqrt(ratio[order][min(middle, len(order) - 1)]) * MM_PER_INCH)
+    return sqrt(median_over_area(source / np.maximum(page, TINY), page)) * MM_PER_INCH
+
+
+def median_over_area(values: Floats, areas: Floats, *, share: float = 0.5) -> float:
+    """The value that half of the area does not exceed, or another share of it, of values (m,) on areas (m,)."""
+    order = np.argsort(values)
+    middle = np.searchsorted(np.cumsum(areas[order]), areas.sum() * share)
+    return float(values[order][min(middle, len(order) - 1)])
 
 
 def extend_edge_colours(texture: Bytes, texcoords: Floats, faces: Ints, *, mixed_pixels: int = 1) -> Bytes:

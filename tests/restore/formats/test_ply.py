@@ -101,10 +101,10 @@ def test_colours_of_a_shot_become_its_picture(mesh, tmp_path):
     assert [order[tuple(p)] for p in scan.points[seen]] == scan.texture[seen].tolist()
 
 
-def test_colours_of_any_other_mesh_are_left_out(mesh, tmp_path):
+def test_one_colour_of_all_vertices_is_no_picture(mesh, tmp_path):
     sheet = mesh()
     moved = SurfaceMesh(sheet.vertices + [60.0, 0, 300], sheet.faces)
-    (tmp_path / "a.ply").write_text(with_colours(moved, np.zeros((len(sheet.vertices), 3), int)))
+    (tmp_path / "a.ply").write_text(with_colours(moved, np.full((len(sheet.vertices), 3), 200)))
     scan = load_scan(tmp_path / "a.ply")
     assert isinstance(scan, SurfaceMesh)
     assert scan.texture is None

@@ -1,0 +1,87 @@
+"""A picture for a mesh whose vertices have colours and no place in one, as most scanners and photogrammetry write it.
+
+The surface is laid out once and its colours are painted there, interpolated over the faces. What the picture resolves
+are the vertices, whatever its pixels: they are a little finer, so that to paint it on the page does not blur it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import sqrt
+
+import numpy as np
+
+from restore.errors import RestoreError
+from restore.flattening.methods import flatten_points
+from restore.formats.copies import first_at_place
+from restore.formats.mesh import PaintedMesh
+from restore.mesh.measures import face_normals, signed_areas
+from restore.mesh.pose import pose_on_table
+from restore.mesh.triangulate import compact
+from restore.mesh.validate import ValidMesh, validated
+from restore.range_image.resample import resample
+from restore.scan import Bytes, Floats, Ints, SurfaceMesh, with_warnings
+from restore.texture.page import MM_PER_INCH, median_over_area, nearest_colours, page_map
+
+OVERSAMPLING = 1.5  # of the vertices where they are dense
+DENSE = 0.9  # of the area has vertices no denser
+MAX_PIXELS = 16_000_000  # ten times the vertices of the largest range camera
+
+
+def with_picture(mesh: PaintedMesh, colours: Bytes) -> SurfaceMesh:
+    """The mesh with one vertex for each place, and a picture of the colours (n, 3) of its vertices.
+
+    The mesh without them, with a warning in its provenance, where its surface cannot be laid out.
+    """
+    bare = SurfaceMesh(mesh.vertices, mesh.faces, provenance=mesh.provenance)
+    place = first_at_place(bare)
+    used, faces = compact(np.arange(len(mesh.vertices)), place[mesh.faces])
+    number = np.zeros(len(mesh.vertices), np.int64)
+    number[used] = np.arange(len(used))
+    try:
+        joined = validated(replace(bare, vertices=mesh.vertices[used], faces=faces))
+        return _painted(joined, bare, _means(colours, number[place], len(used)))
+    except RestoreError as error:
+        warning = f"the colours of its vertices are left out, as its surface cannot be laid out for a picture: {error}"
+        return replace(bare, provenance=with_warnings(mesh.provenance, warning))
+
+
+def _means(colours: Bytes, number: Ints, count: int) -> Floats:
+    """(count, 3) the mean colours of the vertices that have each number (n,)."""
+    share = 1.0 / np.maximum(np.bincount(number, minlength=count), 1)
+    return np.stack([np.bincount(number, channel, count) * share for channel in colours.T], axis=1)
+
+
+def _painted(mesh: ValidMesh, source: SurfaceMesh, colours: Floats) -> SurfaceMesh:
+    """A mesh with a picture of the colours (n, 3) of its vertices, and the provenance of its source."""
+    flat = _laid_out(mesh)
+    areas = np.abs(signed_areas(flat, mesh.faces))
+    ppi = _picture_ppi(flat, areas)
+    painted = page_map(flat, mesh.faces, colours, ppi)
+    known = np.isfinite(painted[..., 0])
+    picture = nearest_colours(np.nan_to_num(painted + 0.5).astype(np.uint8), known)
+    corner = np.array([flat[:, 0].min(), flat[:, 1].max()])
+    texcoords = (flat - corner) * (np.array([1.0, -1.0]) * ppi / MM_PER_INCH) - 0.5  # as in page_map
+    surface = np.linalg.norm(face_normals(mesh.vertices, mesh.faces), axis=1)
+    finer = median_over_area(_apart(areas), surface) * ppi / MM_PER_INCH
+    provenance = {**source.provenance, "picture": "colours of vertices", "oversampling": finer}
+    return SurfaceMesh(mesh.vertices, mesh.faces, texcoords, picture, provenance)
+
+
+def _laid_out(mesh: ValidMesh) -> Floats:
+    """(n, 2) mm: the vertices as one view shows them, y up; by angles where none shows all, or few have to be laid."""
+    if resample(mesh) is not None:
+        return pose_on_table(mesh.vertices, mesh.faces).positions[:, :2]
+    return flatten_points(mesh, "conformal").flat
+
+
+def _picture_ppi(flat: Floats, areas: Floats) -> float:
+    """Pixels per inch of a picture for vertices at flat (n, 2) mm, between faces of areas (m,) mm²."""
+    densest = median_over_area(-_apart(areas), areas, share=DENSE)
+    most = sqrt(MAX_PIXELS / float(np.prod(np.ptp(flat, axis=0))))
+    return MM_PER_INCH * min(OVERSAMPLING / -densest, most)
+
+
+def _apart(areas: Floats) -> Floats:
+    """(m,) mm between the vertices round faces of areas (m,) mm²: there are two faces to a vertex."""
+    return np.sqrt(2.0 * areas)

@@ -1,0 +1,100 @@
+"""Colours of vertices become a picture: the page shows them, as fine as the vertices lie and no finer."""
+
+import numpy as np
+import pytest
+
+from restore import Settings, restore, turn_page
+from restore.formats import load_scan
+from restore.mesh.ordered_grid import grid_faces
+from restore.scan import SurfaceMesh
+from restore.texture.coverage import pinhole_centre, viewpoint
+
+WIDTH, HEIGHT, RADIUS = 120.0, 160.0, 90.0  # mm
+INCH = 25.4
+COARSE, DENSE = (41, 53), (170, 230)  # vertices along either side; a dense mesh is seen from one view
+CODES = 6.0  # of 255: waves that are sampled six times by the vertices and painted twice
+FINENESS = 0.05  # of the resolution: cells of triangles are no squares
+DPI = 60
+
+
+def waves(across, down):
+    """(n, 3) colours, 0…255, at places of the page in mm."""
+    parts = [np.sin(across / 7.0), np.cos(down / 9.0), np.sin((across + 2 * down) / 31.0)]
+    return np.rint(127.5 + 110.0 * np.stack(parts, axis=-1)).astype(np.uint8)
+
+
+def curl(shape, tilt=0.3):
+    """Vertices (n, 3) mm of a page bent to a cylinder and tilted, its faces, and places (n, 2) mm on the page."""
+    across, down = (
+        axis.ravel() for axis in np.meshgrid(np.linspace(0, WIDTH, shape[0]), np.linspace(0, HEIGHT, shape[1]))
+    )
+    angle = (across - WIDTH / 2) / RADIUS
+    upright = np.stack([RADIUS * np.sin(angle), -down, RADIUS * np.cos(angle)], axis=-1)
+    turn = np.array([[1, 0, 0], [0, np.cos(tilt), -np.sin(tilt)], [0, np.sin(tilt), np.cos(tilt)]])
+    faces = grid_faces(np.ones((shape[1], shape[0]), bool))
+    return upright @ turn.T - [0, 0, 500], faces, np.stack([across, down], axis=-1)
+
+
+def write(path, vertices, faces, colours):
+    """A PLY text with a colour for each vertex."""
+    names = [f"property float {axis}" for axis in "xyz"] + [
+        f"property uchar {name}" for name in ("red", "green", "blue")
+    ]
+    head = ["ply", "format ascii 1.0", f"element vertex {len(vertices)}", *names]
+    head += [f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
+    points = [f"{x:.5f} {y:.5f} {z:.5f} {r} {g} {b}" for (x, y, z), (r, g, b) in zip(vertices, colours, strict=True)]
+    path.write_text("\n".join([*head, *points, *("3 {} {} {}".format(*face) for face in faces)]) + "\n")
+    return path
+
+
+def loaded(folder, shape, *, soup=False):
+    vertices, faces, places = curl(shape)
+    colours = waves(*places.T)
+    if soup:
+        vertices, colours, faces = vertices[faces].reshape(-1, 3), colours[faces].reshape(-1, 3), np.arange(faces.size)
+    return load_scan(write(folder / "page.ply", vertices, faces.reshape(-1, 3), colours))
+
+
+@pytest.mark.parametrize(("shape", "soup"), [(COARSE, False), (COARSE, True), (DENSE, False)])
+def test_the_page_shows_the_colours_of_the_vertices(tmp_path, shape, soup):
+    mesh = loaded(tmp_path, shape, soup=soup)
+    assert isinstance(mesh, SurfaceMesh) and len(mesh.vertices) == shape[0] * shape[1]
+    page = restore(mesh, Settings(dpi=DPI))
+    y, x = np.mgrid[4 : page.image.shape[0] - 4, 4 : page.image.shape[1] - 4]
+    expected = waves((x + 0.5) * INCH / DPI, (y + 0.5) * INCH / DPI)
+    shown = page.image[y, x].astype(float)
+    assert np.sqrt(((shown - expected) ** 2).mean()) < CODES
+    assert page.report["coverage"]["hidden"] == 0.0
+
+
+@pytest.mark.parametrize("shape", [COARSE, DENSE])
+def test_the_page_resolves_what_the_vertices_do(tmp_path, shape):
+    report = restore(loaded(tmp_path, shape), Settings(dpi=DPI)).report
+    vertices_per_inch = INCH * np.sqrt((shape[0] - 1) * (shape[1] - 1) / (WIDTH * HEIGHT))
+    assert report["sampling_ppi"] == pytest.approx(vertices_per_inch, rel=FINENESS)
+    assert report["effective_ppi"] is None or report["effective_ppi"] <= report["sampling_ppi"]
+    assert report["warnings"] == []
+    assert report["source"]["picture"] == "colours of vertices"
+
+
+def test_the_page_is_turned_and_its_colours_with_it(tmp_path):
+    page = restore(loaded(tmp_path, COARSE), Settings(dpi=DPI))
+    np.testing.assert_array_equal(turn_page(page, 90).image, np.rot90(page.image, -1))
+
+
+def test_no_camera_is_found_in_a_painted_picture(tmp_path):
+    mesh = loaded(tmp_path, COARSE)
+    page = restore(mesh).fine
+    assert pinhole_centre(page.vertices, page.texcoords) is not None  # a page so even fits one by chance
+    assert viewpoint(page) is None
+
+
+def test_colours_of_a_surface_that_cannot_be_laid_out_are_told_to_be_left_out(tmp_path):
+    angle = np.arange(24) * (2 * np.pi / 24)
+    ring = np.stack([60 * np.cos(angle), 60 * np.sin(angle), 0 * angle - 500], axis=-1)
+    here, there = np.arange(24), np.roll(np.arange(24), -1)
+    band = np.concatenate([np.stack([here, there, here + 24], 1), np.stack([there, there + 24, here + 24], 1)])
+    vertices = np.concatenate([ring, ring + [0, 0, 20]])
+    mesh = load_scan(write(tmp_path / "band.ply", vertices, band, np.arange(3 * 48).reshape(-1, 3)))
+    assert mesh.texture is None and len(mesh.vertices) == 48
+    assert mesh.provenance["warnings"][0].startswith("the colours of its vertices are left out, as its surface cannot")
