@@ -10,14 +10,14 @@ import numpy as np
 from restore.flattening.layout import arrange_pieces
 from restore.flattening.methods import DEFAULT, METHODS, OnStep, flatten_points
 from restore.flattening.near_page import least_absolute_page
-from restore.flattening.ordered_grid import flatten_grid
+from restore.flattening.ordered_grid import flatten_grid, points_on_grid, typical_links
 from restore.flattening.repair import uninverted
 from restore.flattening.solution import Solution
 from restore.mesh.adjacency import sides_of
 from restore.mesh.clean import select
 from restore.mesh.decimate import patch_and_smooth
 from restore.mesh.jets import rings_of
-from restore.mesh.measures import flipped_faces, straight_lengths
+from restore.mesh.measures import flipped_faces, signed_areas, straight_lengths
 from restore.mesh.network import edges_of, make_network, pieces
 from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.pose import move_upright, pose_on_table
@@ -54,8 +54,11 @@ def flatten(
     >>> page.flat.shape, round(float(np.linalg.norm(page.flat[0] - page.flat[2])), 3)
     ((4, 2), 14.142)
     """
-    if isinstance(mesh, GridMesh) and method == DEFAULT and lengths is None:
-        return flatten_grid(mesh)
+    if isinstance(mesh, GridMesh):
+        if method == DEFAULT and lengths is None:
+            return replace(flatten_grid(mesh, len(mesh.vertices))[0], vertices=mesh.vertices)
+        unordered = SurfaceMesh(mesh.vertices, mesh.faces, mesh.texcoords, mesh.texture, mesh.provenance)
+        return _in_order(flatten(unordered, method, lengths=lengths, on_step=on_step), mesh)
     if lengths is not None or method not in METHODS or len(mesh.vertices) < MIN_VERTICES:
         return flatten_points(mesh, method, lengths=lengths, on_step=on_step)
     mesh = validated(mesh)
@@ -72,6 +75,22 @@ def flatten(
         worst = worst.joined(Solution(piece.flat, piece.steps, **piece.convergence))
     arrange_pieces(flat, [(part.vertices, part.faces) for part in parts])
     return FlatMesh.of(mesh, flat, rest, worst.iterations, **worst.convergence)
+
+
+def _in_order(page: FlatMesh, grid: GridMesh) -> FlatMesh:
+    """The page of a grid, each piece turned so that columns run to the right and rows down, and over if mirrored."""
+    (along, _), (down, _) = typical_links(points_on_grid(grid))
+    rows, cols = np.divmod(grid.places, grid.shape[1])
+    wanted, flat = np.stack([along * cols, -down * rows], axis=1), page.flat.copy()
+    parts = list(pieces(make_network(page.vertices, page.faces)))
+    for part in parts:
+        own = flat[part.vertices]
+        if signed_areas(own, part.faces).sum() < 0.0:
+            own = own * [-1.0, 1.0]
+        posed = pose_on_table(page.vertices[part.vertices], part.faces)
+        flat[part.vertices] = move_upright(own, replace(posed, seen=wanted[part.vertices]))
+    arrange_pieces(flat, [(part.vertices, part.faces) for part in parts])
+    return replace(page, flat=flat)
 
 
 def _flatten_piece(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMesh:

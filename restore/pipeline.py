@@ -11,7 +11,7 @@ import numpy as np
 
 from restore.flatten_mesh import flatten
 from restore.flattening.methods import DEFAULT, OnStep
-from restore.flattening.ordered_grid import flatten_grid, thinned
+from restore.flattening.ordered_grid import thinned
 from restore.mesh.clean import clean
 from restore.mesh.ordered_grid import GridMesh
 from restore.photo import (
@@ -41,7 +41,7 @@ from restore.texture.coverage import (
     with_interpolated,
 )
 from restore.texture.page import Painting
-from restore.unroll import Unrolled, square_to_picture, unroll
+from restore.unroll import Unrolled, square_to_picture, unroll, unroll_grid
 
 STAGES = ("prepare", "decimate", "flatten", "refine", "texture", "shade")
 
@@ -155,8 +155,7 @@ def _unroll(surface: Sheet | SurfaceMesh, settings: Settings, clock: Stopwatch, 
     count = settings.points or len(surface.vertices)
     if isinstance(surface, GridMesh) and settings.method == DEFAULT:  # all points tell the shape
         with clock("flatten"):
-            flat = square_to_picture(flatten_grid(surface, count))
-        return Unrolled(flat, flat, np.empty((0, 2)), {})
+            return unroll_grid(surface, count)
     with clock("decimate"):
         mesh = thinned(surface, count) if isinstance(surface, GridMesh) else clean(surface, count)
     with clock("flatten"):

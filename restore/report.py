@@ -28,6 +28,7 @@ from restore.unroll import Unrolled
 NOT_DEVELOPABLE = 0.005  # rms of the smooth strain: paper stretches by less before it tears
 ESTIMATED = 0.01  # of its straight length: an edge whose rest length differs by more bends much
 LOST_BORDER = 0.01  # of the outline: a centimetre of an A4 page; where no paper was lost it is 0
+UPSIDE_DOWN = 0.01  # of the faces: noise turns single ones
 MOSTLY = 0.5  # of the edges: the rest lengths of fewer are checked by those that need no estimate
 
 
@@ -116,13 +117,16 @@ def _lost(share: float) -> list[str]:
     ]
 
 
-def _warnings(fine: SurfaceMesh, smooth_strain: float, estimated_share: float) -> list[str]:
+def _warnings(fine: FlatMesh, smooth_strain: float, estimated_share: float) -> list[str]:
     warnings = [str(text) for text in fine.provenance.get("warnings", ())]
     if fine.texture is None or fine.texcoords is None:
         warnings.append("the scan has no colour image: the page shows the relief of its surface")
     count = connected_pieces(fine.faces)
     if count > 1:
         warnings.append(f"the surface is in {count} pieces, laid out beside each other in one picture")
+    upside_down = flipped_faces(fine.flat, fine.faces) / len(fine.faces)
+    if upside_down > UPSIDE_DOWN:
+        warnings.append(f"{upside_down:.0%} of the faces lie upside down, the page is folded there: use another method")
     if smooth_strain > NOT_DEVELOPABLE:
         warnings.append(f"the surface cannot be laid flat without stretching: {smooth_strain:.1%} rms strain remains")
     if estimated_share > MOSTLY:

@@ -9,7 +9,7 @@ ordinary link, so that the grid keeps its order. The strain there shows the jump
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil, sqrt
 
 import numpy as np
@@ -85,10 +85,10 @@ class Nodes:
         return chosen
 
 
-def flatten_grid(mesh: GridMesh, most: int | None = None) -> FlatMesh:
-    """The page of an ordered grid, or of about `most` of its points, with the grid's rows and columns as its own.
+def flatten_grid(mesh: GridMesh, *most: int) -> list[FlatMesh]:
+    """Pages of an ordered grid, each of about so many of its points, with the grid's rows and columns as its own.
 
-    The rest lengths are those between the points moved onto the surface; over a jump they are those in space.
+    The points are moved onto the surface, and the rest lengths are those between them; over a jump those in space.
     Raises NotEnoughSurface for a grid without area, and where no node has enough points round it.
     """
     if surface_area(mesh.vertices, mesh.faces) <= SMALL * np.ptp(mesh.vertices) ** 2:
@@ -102,13 +102,18 @@ def flatten_grid(mesh: GridMesh, most: int | None = None) -> FlatMesh:
         raise NotEnoughSurface("the grid has no patch of neighbouring points", "export a larger segment")
     along, down = nodes.typical_steps()
     page = _page_of(nodes, sheet, along, down)
-    kept = mesh if most is None else thinned(mesh, most)
     displacement = _harmonic(sheet, page.flat - page.vertices[:, :2])
     flat = _between(nodes, displacement, mesh.shape) + _plane(mesh.shape, along, down)
     surface = _moved_onto_surface(points, pieces, nodes)
-    lengths = straight_lengths(surface.reshape(-1, 3)[kept.places], edges_of(kept.faces))
+    return [_page_at(thinned(mesh, count), page, flat, surface) for count in most]
+
+
+def _page_at(mesh: GridMesh, solved: FlatMesh, flat: Floats, surface: Floats) -> FlatMesh:
+    """The page at the points of a grid, flat (rows, cols, 2) mm and surface (rows, cols, 3) mm, as it was solved."""
+    mesh = replace(mesh, vertices=surface.reshape(-1, 3)[mesh.places])
+    lengths = straight_lengths(mesh.vertices, edges_of(mesh.faces))
     lengths = np.maximum(lengths, SINGLE_PRECISION * lengths.mean())
-    return FlatMesh.of(kept, flat.reshape(-1, 2)[kept.places], lengths, page.steps, **page.convergence)
+    return FlatMesh.of(mesh, flat.reshape(-1, 2)[mesh.places], lengths, solved.steps, **solved.convergence)
 
 
 def points_on_grid(mesh: GridMesh) -> Floats:

@@ -18,6 +18,7 @@ from scipy.ndimage import label
 from scipy.spatial import cKDTree
 
 from restore.mesh.measures import face_normals
+from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.raster import rasterise
 from restore.numerics import TINY
 from restore.range_image.camera import Rays
@@ -219,7 +220,12 @@ def _crop_or_pad(field: NDArray[np.float32], shape: tuple[int, ...]) -> NDArray[
 
 
 def _camera_centre(surface: Sheet | SurfaceMesh, fine: FlatMesh) -> Floats | None:
-    """The centre (3,) mm of the camera, or None when the texture is not the picture of one pinhole camera."""
+    """The centre (3,) mm of the camera, or None when the texture is not the picture of one pinhole camera.
+
+    That of a segment of a volume is none: it was drawn over the grid.
+    """
+    if isinstance(surface, GridMesh):
+        return None
     if isinstance(surface, Sheet) and _is_scanner_camera(surface.rays):
         return surface.rays.origin
     return viewpoint(fine)

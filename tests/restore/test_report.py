@@ -41,6 +41,12 @@ def described(fine, *, surface=None, settings=None, distance=None):
     )
 
 
+def test_a_page_that_is_folded_over_itself_is_told(page):
+    across = page.flat[:, 0]
+    folded = replace(page, flat=np.column_stack([np.where(across > 90.0, 180.0 - across, across), page.flat[:, 1]]))
+    assert any("of the faces lie upside down" in text for text in described(folded)["warnings"])
+
+
 def test_the_report_holds_the_options_and_the_measures(page):
     settings = Settings(points=500, dpi=200, shading="remove")
     report = described(page, settings=settings, distance={"mean_mm": 0.1, "sd_mm": 0.2, "max_mm": 0.3})

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from oracles.markers import rigid_residual
-from restore import flatten
+from restore import Settings, flatten, restore
 from restore.errors import NotEnoughSurface
 from restore.flattening.ordered_grid import flatten_grid, node_step, points_on_grid, thinned, typical_links
 from restore.formats.segment import segment_mesh
@@ -19,6 +19,8 @@ from restore.mesh.ordered_grid import GridMesh
 
 RADIUS, PITCH, WINDINGS, STEP, ROWS = 60.0, 15.0, 2.0, 4.0, 30
 EXACT = 2e-4  # of the length: patches of five points at the innermost radius, where a link turns by 4°
+FEW = 2e-3  # with three hundred points, whose lengths along the surface are estimates
+ALONG = 0.999  # correlation of a page's positions with the lines of its grid
 NOISY = 1e-3  # the same with noise of a twelfth of a link
 NOISE = 0.3
 
@@ -105,12 +107,33 @@ def test_holes_stay_holes_and_an_island_keeps_its_place():
 def test_a_thinned_page_has_the_positions_of_the_whole_one():
     points, _ = spiral()
     mesh = mesh_of(points)
-    whole, few = flatten_grid(mesh), flatten_grid(mesh, 500)
+    whole, few = flatten_grid(mesh, len(mesh.vertices), 500)
     chosen = thinned(mesh, 500)
     assert 300 < len(few.vertices) < 800
-    np.testing.assert_array_equal(few.vertices, mesh.vertices[np.searchsorted(mesh.places, chosen.places)])
+    np.testing.assert_array_equal(few.vertices, whole.vertices[np.searchsorted(mesh.places, chosen.places)])
     np.testing.assert_allclose(few.flat, whole.flat[np.searchsorted(mesh.places, chosen.places)])
     assert len(few.lengths) == len(edges_of(few.faces))
+
+
+@pytest.mark.parametrize("facing", [1, -1], ids=["", "from behind"])
+@pytest.mark.parametrize("method", ["sticks", "conformal"])
+def test_other_methods_keep_the_order_of_the_grid_too(method, facing):
+    points, flat = spiral()
+    mesh = thinned(mesh_of(points * [1, 1, facing]), 300)  # by sticks one of the two comes out mirrored
+    page = flatten(mesh, method)
+    assert off(page, flat, mesh.places) < FEW * np.ptp(flat)
+    rows, cols = np.divmod(mesh.places, mesh.shape[1])
+    assert (signed_areas(page.flat, page.faces) > 0).all()
+    assert np.corrcoef(page.flat[:, 0], cols)[0, 1] > ALONG
+    assert np.corrcoef(page.flat[:, 1], -rows)[0, 1] > ALONG
+
+
+def test_the_strain_of_a_page_is_that_of_its_grid_and_not_of_the_points_that_are_asked_for():
+    points, _ = spiral()
+    few, many = (restore(mesh_of(points), Settings(points=count, dpi=30)).report for count in (300, 1000))
+    assert few["points"] < many["points"]
+    assert few["strain"] == many["strain"] and few["page_mm"] == many["page_mm"]
+    assert few["strain"]["rms"] < EXACT
 
 
 def test_the_nodes_lie_the_farther_apart_the_more_noise_there_is():
