@@ -40,6 +40,7 @@ from restore.texture.coverage import (
     inpaint_hidden,
     with_interpolated,
 )
+from restore.texture.holes import end_at_holes, hole_warnings, holes_on_page
 from restore.texture.page import Painting
 from restore.unroll import Unrolled, square_to_picture, unroll, unroll_grid
 
@@ -85,6 +86,8 @@ def restore(
         coverage = compute_coverage(surface, unrolled.fine, painting, settings.dpi)
         if isinstance(scan, InterpolatedMesh):
             coverage = with_interpolated(coverage, scan, unrolled.fine, settings.dpi)
+        holes = holes_on_page(surface, unrolled.fine, painting.mask.shape, settings.dpi)
+        painting, coverage = end_at_holes(painting, coverage, holes)
         painting = replace(painting, image=blank_hidden(painting.image, coverage), mask=coverage.mask)
     with clock("shade"):
         shading = _remove_shading(surface, unrolled, painting, registered, settings)
@@ -92,7 +95,7 @@ def restore(
         image = blank_hidden(balance.image, coverage)
         image, coverage = inpaint_hidden(image, coverage, settings.dpi, settings.fill_hidden_mm)
     report = describe(surface, unrolled, painting, settings)
-    report["warnings"] += _cut_off(scan, painting, coverage)
+    report["warnings"] += [*_cut_off(scan, painting, coverage), *hole_warnings(holes, settings.dpi)]
     report |= {"light": shading.report, "white": balance.report, "coverage": coverage.shares()}
     report["warnings"] += [*_reasons_for_keeping(shading, balance), *coverage.warnings()]
     report |= {"source": dict(scan.provenance), "seconds": clock.seconds}

@@ -19,8 +19,9 @@ from restore.mesh.validate import validated
 from restore.numerics import TINY
 from restore.range_image.camera import find_rays
 from restore.range_image.facet_model import PRECISION, fit_facets
+from restore.range_image.holes import holes_to_mesh, holes_to_table
 from restore.range_image.lost_border import lost_border
-from restore.range_image.off_table import off_table
+from restore.range_image.off_table import page_and_table
 from restore.range_image.resample import resample
 from restore.range_image.segment import SegmentedScan, find_sheet, largest_surface, segment
 from restore.range_image.sheet import Sheet, make_sheet
@@ -46,13 +47,13 @@ def prepare(scan: RangeScan | SurfaceMesh | SegmentedScan) -> Sheet | SurfaceMes
         return scan
     if isinstance(scan, SegmentedScan):
         _check_size(scan.scan)
-        return fit_sheet(scan)
+        return _with_holes(scan)
     refuse_unusable(scan)
     if isinstance(scan, RangeScan):
         _check_size(scan)
         rays = find_rays(scan)
         if rays is not None:
-            return fit_sheet(find_sheet(scan, rays))
+            return _with_holes(find_sheet(scan, rays))
         scan = triangulate(scan)
     return _prepare_mesh(scan)
 
@@ -63,12 +64,19 @@ def _prepare_mesh(scan: SurfaceMesh) -> Sheet | SurfaceMesh:
     _check_size(mesh)
     mesh = validated(weld(mesh))
     alone = isinstance(scan, InterpolatedMesh)  # of the page: a flat part of it, lit otherwise, is no table
-    page = mesh if alone else off_table(mesh)
+    page, table = (mesh, None) if alone else page_and_table(mesh)
     view = resample(page)
     if view is not None:
         sheet = segment(*view, view[0].measured) if alone else largest_surface(*view, view[0].measured)
-        return fit_sheet(sheet, precision=MESH_PRECISION, cut_out=not alone)
+        fitted = fit_sheet(sheet, precision=MESH_PRECISION, cut_out=not alone)
+        return fitted if table is None else replace(fitted, holes=holes_to_mesh(fitted, table))
     return mesh if page is mesh else select(page, page.faces[max(large_pieces(page), key=np.count_nonzero)])
+
+
+def _with_holes(segmented: SegmentedScan) -> Sheet:
+    """The sheet of a scanner's own picture, with the holes through it."""
+    sheet = fit_sheet(segmented)
+    return replace(sheet, holes=holes_to_table(sheet, segmented.scan))
 
 
 def _check_size(scan: RangeScan | SurfaceMesh) -> None:

@@ -15,7 +15,7 @@ from restore.range_image.resample import view_of
 from restore.range_image.segment import MAX_SLOPE, inverse_depths
 from restore.range_image.table import BORDER_BAND, MIN_NOISE_MM, ON_PLANE_SIGMAS, find_table
 from restore.robust import robust_sigma
-from restore.scan import Floats, Ints, Mask, RangeScan
+from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 
 STEEP = 1.0  # slope from the table, 45°: a face with a vertex in its plane that is steeper bridges the step
 MIN_BRIDGES = 0.3  # of the faces between page and table: all but where the page touches it; none within a page
@@ -24,20 +24,25 @@ MIN_OF_TABLE = 3  # vertices that determine its plane
 
 
 def off_table(mesh: ValidMesh) -> ValidMesh:
-    """A mesh without its table and the faces that bridge the step to it; itself where its view shows no table.
+    """A mesh without its table and the faces that bridge the step to it; itself where its view shows no table."""
+    return page_and_table(mesh)[0]
+
+
+def page_and_table(mesh: ValidMesh) -> tuple[ValidMesh, SurfaceMesh | None]:
+    """A mesh without its table and the faces that bridge the step to it, and the table; itself and None without one.
 
     Of the faces next to these those steeper than MAX_SLOPE are left out, too: a step may have vertices half-way, from
     samples that mix both depths. A mesh that no single view shows all of is returned as it is.
     """
     view = view_of(mesh)
     if view is None or min(view[0].points.shape[:2]) < LEAST_VIEW:
-        return mesh
+        return mesh, None
     scan, rays = view
     table = find_table(scan, inverse_depths(scan), scan.measured, framed=False).samples
     over = (mesh.vertices - rays.origin) @ rays.axes.T
     of_table = _shown_by(table, mesh.vertices, over[:, 2], scan, rays)
     if of_table.sum() < MIN_OF_TABLE:
-        return mesh
+        return mesh, None
     design = np.column_stack([over[:, :2], np.ones(len(over))])
     plane, *_ = np.linalg.lstsq(design[of_table], over[of_table, 2], rcond=None)
     height = over[:, 2] - design @ plane
@@ -47,8 +52,9 @@ def off_table(mesh: ValidMesh) -> ValidMesh:
     gone = (of_table & in_plane)[mesh.faces].any(axis=1) | (touches & (slope > STEEP))
     gone |= (slope > MAX_SLOPE) & np.isin(mesh.faces, mesh.faces[gone]).any(axis=1)
     if gone.all() or not _is_step(mesh, mesh.faces[~gone], gone & touches, slope):
-        return mesh
-    return validated(select(mesh, mesh.faces[~gone]))
+        return mesh, None
+    lying = (of_table & in_plane)[mesh.faces].all(axis=1)
+    return validated(select(mesh, mesh.faces[~gone])), SurfaceMesh(mesh.vertices, mesh.faces[lying])
 
 
 def _is_step(mesh: ValidMesh, kept: Ints, left_out: Mask, slope: Floats) -> bool:

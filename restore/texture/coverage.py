@@ -87,7 +87,7 @@ def compute_coverage(surface: Sheet | SurfaceMesh, fine: FlatMesh, painting: Pai
     seen = np.where(on_mesh, Seen.MEASURED, Seen.OUTSIDE).astype(np.uint8)
     seen[_enclosed_holes(on_mesh)] = Seen.HIDDEN
     if isinstance(surface, Sheet):
-        grid_xy = _rasterise_on_page(
+        grid_xy = rasterise_on_page(
             fine, np.stack(surface.rays.grid(fine.vertices), axis=1)[:, ::-1], on_mesh.shape, dpi
         )
         measured = cv2.remap(
@@ -111,7 +111,7 @@ def with_interpolated(coverage: Coverage, surface: InterpolatedMesh, fine: FlatM
     """
     seen = coverage.seen.copy()
     distance = distance_to(surface.measured, fine.vertices)
-    near = _rasterise_on_page(fine, distance[:, None], seen.shape, dpi)[..., 0] <= surface.reach_mm
+    near = rasterise_on_page(fine, distance[:, None], seen.shape, dpi)[..., 0] <= surface.reach_mm
     seen[~near & (seen == Seen.MEASURED)] = Seen.FILLED
     return Coverage(seen)
 
@@ -207,7 +207,7 @@ def _inpaint(image: Bytes, unknown: NDArray[np.uint8], selected: Mask) -> Bytes:
     return out
 
 
-def _rasterise_on_page(fine: FlatMesh, values: Floats, shape: tuple[int, ...], dpi: float) -> NDArray[np.float32]:
+def rasterise_on_page(fine: FlatMesh, values: Floats, shape: tuple[int, ...], dpi: float) -> NDArray[np.float32]:
     """(h, w, k) float32: values (n, k) of the vertices at the pixels of a page of a shape (h, w), NaN outside."""
     return _crop_or_pad(page_map(fine.flat, fine.faces, values, dpi), shape)
 
@@ -302,7 +302,7 @@ def occluded(fine: FlatMesh, camera_centre: Floats, shape: tuple[int, ...], dpi:
     size = fine.texture.shape[:2]
     depth = distance - distance.min()  # single precision holds it, also from far away
     nearest_depth = rasterise(fine.texcoords, fine.faces, depth[:, None], *size, 1.0 / distance)[..., 0]
-    on_page = _rasterise_on_page(fine, np.column_stack([fine.texcoords, depth]), shape, dpi)
+    on_page = rasterise_on_page(fine, np.column_stack([fine.texcoords, depth]), shape, dpi)
     front_depth = cv2.remap(
         np.where(np.isnan(nearest_depth), np.float32(np.inf), nearest_depth),
         np.ascontiguousarray(on_page[..., :2]),

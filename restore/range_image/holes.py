@@ -1,0 +1,92 @@
+"""Holes through a sheet, where the scanner saw its table.
+
+Behind a hole the table was measured, farther away than the paper; where ink is dark or the paper shiny nothing was, and
+the sheet goes on. What was measured neither on the sheet nor on the table may be another sheet or an island of this
+one: that tells of no hole either.
+"""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+from scipy.ndimage import distance_transform_edt, label
+
+from restore.mesh.raster import rasterise
+from restore.range_image.segment import MAX_LOST_SLOPE, inverse_depths
+from restore.range_image.sheet import Sheet
+from restore.range_image.table import find_table
+from restore.robust import robust_sigma
+from restore.scan import Floats, Mask, RangeScan, SurfaceMesh
+
+LEAST_SAMPLES = 6  # on the table, of one hole: two millimetres wide for a page that fills the picture
+LEAST_STEP_MM = 1.0  # from paper to table: a page that lies on it may have print of its colour
+STEP_SIGMAS = 10.0  # of the noise of the table
+LEAST_SHARE = 0.3  # of a gap in the sheet: where less of it shows the table, the rest is a drop-out beside a hole
+BROAD = (5, 5)  # samples: what is narrower at a hole is a chain of drop-outs beside it
+MIN_OF_TABLE = 3  # samples that determine its plane
+
+
+def holes_to_table(sheet: Sheet, scan: RangeScan) -> Mask:
+    """(rows, cols) True on a sheet where there is none: the table was measured through it, or lies in a shadow there.
+
+    scan: the whole of what the sheet was cut out of. A shadow of the laser in a hole is no wider than the table lies
+    below the paper.
+    """
+    beside = sheet.inside & sheet.scan.measured & ~sheet.measured
+    if beside.sum() < LEAST_SAMPLES:
+        return beside & False
+    table = find_table(scan, inverse_depths(scan), scan.measured)
+    return _holes(sheet, np.where(beside[..., None], sheet.scan.points, np.nan), scan.points[table])
+
+
+def holes_to_mesh(sheet: Sheet, table: SurfaceMesh) -> Mask:
+    """(rows, cols) True on a sheet that a view of a mesh shows, where the same mesh has a table behind it."""
+    rays = sheet.rays
+    seen = (table.vertices - rays.origin) @ rays.axes.T
+    row, col = rays.grid(table.vertices)
+    places, depth = np.stack([col, row], axis=1), -seen[:, 2:]
+    inverse_depth = rasterise(places, table.faces, 1.0 / depth, *sheet.inside.shape)[..., 0].astype(np.float64)
+    inverse_depth[~sheet.inside | sheet.measured] = np.nan
+    rows, cols = np.indices(sheet.inside.shape)
+    directions = np.dstack([rays.x0 + rays.dx * cols, rays.y0 + rays.dy * rows, np.full(rows.shape, -1.0)])
+    return _holes(sheet, directions / inverse_depth[..., None], seen[np.unique(table.faces)])
+
+
+def _holes(sheet: Sheet, behind: Floats, table: Floats) -> Mask:
+    """(rows, cols) the holes of a sheet behind which points (rows, cols, 3) mm lie on a table, points (n, 3) mm.
+
+    All are in the frame of the camera.
+    """
+    through = _on_table(sheet, behind, table) if len(table) >= MIN_OF_TABLE else np.zeros(sheet.inside.shape)
+    gaps, count = label(sheet.inside & ~sheet.measured, np.ones((3, 3)))
+    seen, size = (np.bincount(gaps[cells], minlength=count + 1) for cells in (through > 0.0, gaps > 0))
+    known = (through > 0.0) & (seen >= LEAST_SAMPLES)[gaps]
+    if not known.any():
+        return known
+    distance, (row, col) = distance_transform_edt(~known, return_indices=True)
+    shadowed = (gaps == gaps[row, col]) & (distance < MAX_LOST_SLOPE * through[row, col])
+    shadowed &= (seen > LEAST_SHARE * size)[gaps] & (gaps > 0)
+    return known | _without_tails(known | shadowed, known)
+
+
+def _without_tails(hole: Mask, known: Mask) -> Mask:
+    """(rows, cols) the broad parts of a hole that have cells known to be one: drop-outs hang on it by a few samples."""
+    broad = cv2.morphologyEx(hole.astype(np.uint8), cv2.MORPH_OPEN, cv2.getStructuringElement(cv2.MORPH_ELLIPSE, BROAD))
+    parts, _ = label(broad)
+    return np.isin(parts, np.unique(parts[known & (broad > 0)])) & (broad > 0)
+
+
+def _on_table(sheet: Sheet, behind: Floats, table: Floats) -> Floats:
+    """(rows, cols) how many samples deep below the paper the table lies, where it was measured; 0 elsewhere."""
+    design, found = _design(table), -1.0 / table[:, 2]
+    plane, *_ = np.linalg.lstsq(design, found, rcond=None)
+    paper, of_table, own = sheet.planes[..., 0], _design(behind) @ plane, -1.0 / behind[..., 2]
+    step = paper - of_table
+    least = np.maximum(LEAST_STEP_MM * paper * of_table, STEP_SIGMAS * robust_sigma(found - design @ plane))
+    on_table = (step > least) & (np.abs(own - of_table) < 0.5 * step)
+    return np.where(on_table, step / (of_table * abs(sheet.rays.dx)), 0.0)
+
+
+def _design(points: Floats) -> Floats:
+    """(…, 3) in which inverse depth on a plane is linear, for points (…, 3) mm in the frame of the camera."""
+    return points / -points[..., 2:]
