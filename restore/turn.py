@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from restore.scan import FlatMesh, RestoredPage
+from restore.scan import FlatMesh, Floats, RestoredPage
+
+RIGHT_ANGLES = (0, 90, 180, 270)
 
 
 def turn_page(page: RestoredPage, degrees: int) -> RestoredPage:
     """The page turned clockwise by 0, 90, 180 or 270 degrees: its pictures, its maps and its flat meshes.
 
-    The report says `turned_deg`, and the size of the turned page. Raises ValueError for another angle.
+    The report has the size of the turned page, and in `turned_deg` how far it is turned in all, if it is. Raises
+    ValueError for another angle.
     """
-    quarters, rest = divmod(degrees, 90)
-    if rest or not 0 <= quarters < 4:
-        raise ValueError(f"{degrees} degrees are no right angle from 0 to 270")
+    if degrees not in RIGHT_ANGLES:
+        raise ValueError(f"{degrees!r} degrees are no right angle from 0 to 270")
+    quarters = int(degrees) // 90
     if quarters == 0:
         return page
     pictures = ("image", "mask", "page_map", "master", "coverage", "page_source")
@@ -27,13 +31,28 @@ def turn_page(page: RestoredPage, degrees: int) -> RestoredPage:
     }
     flat = _turn_mesh(page.flat, quarters)
     fine = flat if page.fine is page.flat else _turn_mesh(page.fine, quarters)
-    size = list(page.report["page_mm"])[:: -1 if quarters % 2 else 1]
-    return replace(page, flat=flat, fine=fine, report={**page.report, "page_mm": size, "turned_deg": degrees}, **turned)
+    return replace(page, flat=flat, fine=fine, report=_turn_report(page.report, quarters), **turned)
+
+
+def _turn_report(report: Mapping[str, Any], quarters: int) -> dict[str, Any]:
+    """The report of a turned page: its size, a place on it, and how far it is turned in all."""
+    turned = {**report, "page_mm": list(report["page_mm"])[:: -1 if quarters % 2 else 1]}
+    strain = turned.get("strain", {})
+    if place := strain.get("against_chords", {}).get("farthest_at_mm"):
+        (x,), (y,) = _clockwise(np.array(place)[None], quarters).T
+        chords = {**strain["against_chords"], "farthest_at_mm": [float(x), float(y)]}
+        turned["strain"] = {**strain, "against_chords": chords}
+    in_all = (turned.pop("turned_deg", 0) + 90 * quarters) % 360
+    return {**turned, "turned_deg": in_all} if in_all else turned
 
 
 def _turn_mesh(mesh: FlatMesh, quarters: int) -> FlatMesh:
-    """The mesh with its flat positions turned clockwise about the origin, without rounding."""
-    x, y = mesh.flat.T
+    return replace(mesh, flat=_clockwise(mesh.flat, quarters))
+
+
+def _clockwise(flat: Floats, quarters: int) -> Floats:
+    """Positions (n, 2) mm turned about the origin, without rounding."""
+    x, y = flat.T
     for _ in range(quarters):
         x, y = y, -x
-    return replace(mesh, flat=np.column_stack([x, y]))
+    return np.column_stack([x, y])

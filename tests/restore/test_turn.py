@@ -49,14 +49,33 @@ def test_turned_on_to_a_full_turn_it_is_the_page_itself(page, degrees):
     for name in FIELDS:
         np.testing.assert_array_equal(getattr(back, name), getattr(page, name))
     np.testing.assert_array_equal(back.flat.flat, page.flat.flat)
-    assert back.report["page_mm"] == page.report["page_mm"]
+    np.testing.assert_array_equal(back.fine.flat, page.fine.flat)
+    assert back.report == page.report
+
+
+@pytest.mark.parametrize(("first", "second", "both"), [(90, 90, 180), (180, 90, 270), (270, 180, 90)])
+def test_turned_twice_it_is_as_turned_once_by_both(page, first, second, both):
+    twice, once = turn_page(turn_page(page, first), second), turn_page(page, both)
+    for name in FIELDS:
+        np.testing.assert_array_equal(getattr(twice, name), getattr(once, name))
+    np.testing.assert_array_equal(twice.fine.flat, once.fine.flat)
+    assert twice.report == once.report and once.report["turned_deg"] == both
+
+
+@pytest.mark.parametrize("degrees", [90, 180, 270])
+def test_the_place_in_the_report_is_turned_with_the_mesh(page, degrees):
+    at = np.array(page.report["strain"]["against_chords"]["farthest_at_mm"])
+    now = turn_page(page, degrees)
+    nearest = np.linalg.norm(page.fine.flat - at, axis=1)
+    turned = np.linalg.norm(now.fine.flat - now.report["strain"]["against_chords"]["farthest_at_mm"], axis=1)
+    np.testing.assert_allclose(turned, nearest, atol=ROUNDING)
 
 
 def test_pictures_that_are_not_there_stay_away(page):
     assert turn_page(replace(page, page_source=None), 90).page_source is None
 
 
-@pytest.mark.parametrize("degrees", [45, -90, 360])
+@pytest.mark.parametrize("degrees", [45, -90, 360, "90", None])
 def test_other_angles_are_refused(page, degrees):
     with pytest.raises(ValueError, match="right angle"):
         turn_page(page, degrees)
