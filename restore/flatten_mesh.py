@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from restore.arguments import checks_types
 from restore.flattening.layout import arrange_pieces
 from restore.flattening.methods import DEFAULT, METHODS, OnStep, flatten_points
 from restore.flattening.near_page import least_absolute_page
@@ -28,12 +29,14 @@ from restore.range_image.resample import MIN_VERTICES, resample
 from restore.range_image.segment import segment
 from restore.refine import interpolate_flat_positions
 from restore.scan import FlatMesh, Floats, Ints, SurfaceMesh
+from restore.scan_check import refuse_unusable
 from restore.settings import Settings
 from restore.unroll import unroll
 
 CLEAN = 0.002  # of the mean edge: noise that no scanner is without
 
 
+@checks_types
 def flatten(
     mesh: SurfaceMesh, method: str = "isometric", *, lengths: Floats | None = None, on_step: OnStep | None = None
 ) -> FlatMesh:
@@ -54,6 +57,7 @@ def flatten(
     >>> page.flat.shape, round(float(np.linalg.norm(page.flat[0] - page.flat[2])), 3)
     ((4, 2), 14.142)
     """
+    refuse_unusable(mesh)
     if isinstance(mesh, GridMesh):
         if method == DEFAULT and lengths is None:
             return replace(flatten_grid(mesh, len(mesh.vertices))[0], vertices=mesh.vertices)

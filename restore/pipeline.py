@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from restore.arguments import checks_types
 from restore.flatten_mesh import flatten
 from restore.flattening.methods import DEFAULT, OnStep
 from restore.flattening.ordered_grid import thinned
@@ -49,6 +50,7 @@ STAGES = ("prepare", "decimate", "flatten", "refine", "texture", "shade")
 Progress = Callable[[str, float], None]
 
 
+@checks_types
 def restore(
     scan: RangeScan | SurfaceMesh | SegmentedScan,
     settings: Settings | None = None,

@@ -7,43 +7,62 @@ from typing import Any
 import numpy as np
 
 from restore.errors import BadInput
+from restore.provenance import check_provenance
 from restore.scan import Bytes, Floats, Mask, RangeScan, SurfaceMesh
 
 HINT = "read the scan with load_scan, or give arrays as RangeScan and SurfaceMesh describe them"
 
 
 def refuse_unusable(scan: RangeScan | SurfaceMesh) -> None:
-    """Raise BadInput for arrays of other shapes or types than RangeScan and SurfaceMesh tell, and for a picture that
-    shows nothing of the scan. The vertices and faces of a mesh are checked where it is validated."""
+    """Raise BadInput for arrays of other shapes or types than RangeScan and SurfaceMesh tell, for a picture that shows
+    nothing of the scan, and for a provenance that cannot be read. The vertices and faces of a mesh are checked where
+    it is validated."""
+    check_provenance(scan.provenance)
     if scan.texture is not None:
         _check_picture(scan.texture)
     if isinstance(scan, RangeScan):
         _check_grid(scan)
-    elif scan.texcoords is not None:
+        return
+    for what in ("vertices", "faces"):
+        if not np.ndim(getattr(scan, what)):
+            raise BadInput(f"the {what} of the mesh are no array", HINT)
+    if scan.texcoords is not None:
         _check_texcoords(scan.texcoords, scan.texture)
 
 
 def _check_picture(texture: Bytes) -> None:
+    _check_array("a colour image", texture)
     if texture.dtype != np.uint8 or texture.ndim != 3 or texture.shape[2] != 3 or texture.size == 0:
         raise BadInput(f"a colour image {_described(texture)} is no picture: (h, w, 3) of uint8 is one", HINT)
 
 
 def _check_grid(scan: RangeScan) -> None:
     points, places = scan.points, scan.texture_xy
+    _check_array("points", points)
+    _check_array("texture_xy", places)
     if points.ndim != 3 or points.shape[2] != 3 or points.dtype.kind != "f":
         raise BadInput(f"points {_described(points)} are no range grid: (rows, cols, 3) of floats is one", HINT)
-    if places.shape != (*points.shape[:2], 2):
-        raise BadInput(f"texture_xy {_described(places)} does not fit points {_described(points)}", HINT)
+    if places.shape != (*points.shape[:2], 2) or places.dtype.kind != "f":
+        shapes = f"texture_xy {_described(places)} does not fit points {_described(points)}"
+        raise BadInput(f"{shapes}: (rows, cols, 2) of floats does", HINT)
     if scan.texture is not None and scan.measured.any() and not (_seen(places, scan.texture) & scan.measured).any():
         raise BadInput("no sample of the scan lies in its colour image", HINT)
 
 
 def _check_texcoords(texcoords: Floats, texture: Bytes | None) -> None:
+    _check_array("texture coordinates", texcoords)
+    if texcoords.dtype.kind not in "fiu":
+        raise BadInput(f"texture coordinates {_described(texcoords)} are no numbers", HINT)
     if not np.isfinite(texcoords).all():
         raise BadInput("some vertices have texture coordinates that are not finite", HINT)
     fits = texcoords.ndim == 2 and texcoords.shape[1] == 2 and len(texcoords)  # others are refused in validation
     if texture is not None and fits and not _seen(texcoords, texture).any():
         raise BadInput("no vertex of the mesh lies in its colour image", HINT)
+
+
+def _check_array(what: str, array: Any) -> None:
+    if not isinstance(array, np.ndarray):
+        raise BadInput(f"{what}: {type(array).__name__!r} is no array", HINT)
 
 
 def _seen(places: Floats, texture: Bytes) -> Mask:

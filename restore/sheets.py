@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
+from restore.arguments import checks_types
 from restore.errors import RestoreError
 from restore.flatten_mesh import flatten
 from restore.mesh.adjacency import border_of, components
@@ -21,6 +22,7 @@ from restore.range_image.camera import find_rays
 from restore.range_image.off_table import off_table
 from restore.range_image.segment import MAX_GAP, SegmentedScan, find_pieces
 from restore.scan import Floats, InterpolatedMesh, Ints, Mask, RangeScan, SurfaceMesh
+from restore.scan_check import refuse_unusable
 
 OUTLINE_POINTS = 300  # of a sheet that is flattened for its outline alone: ten on each side of a page
 
@@ -39,6 +41,7 @@ class ScannedSheet:
     segmented: SegmentedScan | None = None
 
 
+@checks_types
 def separate_sheets(scan: RangeScan | SurfaceMesh) -> list[ScannedSheet]:
     """The sheets of a scan, left to right as the scanner saw them; one, the scan itself, where it holds one.
 
@@ -46,6 +49,7 @@ def separate_sheets(scan: RangeScan | SurfaceMesh) -> list[ScannedSheet]:
     those between which a range image has only lost samples, as many as `find_pieces` goes on over.
     Raises NotEnoughSurface when there is no surface, BadInput for a broken mesh.
     """
+    refuse_unusable(scan)
     if isinstance(scan, SurfaceMesh):
         return _sheets_of_mesh(scan)
     rays = find_rays(scan)
@@ -69,6 +73,7 @@ def _without(scan: RangeScan, others: list[Mask]) -> RangeScan:
     return replace(scan, points=np.where(np.logical_or.reduce(others)[..., None], np.nan, scan.points))
 
 
+@checks_types
 def is_rectangular(mesh: SurfaceMesh) -> bool:
     """True when a connected mesh, laid flat, is a rectangle: a sheet of its own, no fragment of a torn one."""
     try:

@@ -8,11 +8,13 @@ from typing import Any
 
 import numpy as np
 
+from restore.arguments import checks_types
 from restore.scan import FlatMesh, Floats, RestoredPage
 
 RIGHT_ANGLES = (0, 90, 180, 270)
 
 
+@checks_types
 def turn_page(page: RestoredPage, degrees: int) -> RestoredPage:
     """The page turned clockwise by 0, 90, 180 or 270 degrees: its pictures, its maps and its flat meshes.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+from restore.arguments import checks_types
 from restore.errors import BadInput
 from restore.formats.abs import read_abs, write_abs
 from restore.formats.captures import is_captures, read_captures
@@ -67,6 +68,7 @@ SCAN_SUFFIXES = tuple(READERS)
 """How the names of scan files end, in lower case."""
 
 
+@checks_types
 def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str = AUTO) -> RangeScan | SurfaceMesh:
     """Read a scan file or a scan folder; a mesh that is one shot of a scanner comes back on its range grid.
 

@@ -18,59 +18,23 @@ from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator
+from pydantic import BaseModel, Field, ValidationError, field_validator
 
+from restore.arguments import checks_types
 from restore.bands import in_threads
 from restore.errors import BadInput
 from restore.formats.grid import check_grid
 from restore.formats.picture import check_size, decode_picture, encode_png
 from restore.formats.source import DAMAGED, MAX_COORDINATE_MM, MAX_SAMPLES, is_file, read_bytes
+from restore.provenance import KnownProvenance, check_provenance
 from restore.scan import Bytes, Floats, RangeScan
 
 VERSION = 1
 INDEX, POINTS, TEXTURE = "scan.json", "points.npz", "texture.png"
 MAX_INDEX_BYTES = 2**20  # provenance is a page of settings, never a megabyte
-MAX_SUPER_FACTOR = 16  # shots on a grid of sixteenths of a pixel: finer than any registration
 COMPRESSION = 1  # of zlib: half the time of its default for a file that is a hundredth larger
 MAX_ARRAY_HEADER = 1024  # NumPy pads the header of a plain array to 128 bytes
 ARRAYS = "give arrays as RangeScan describes them, in millimetres, NaN where nothing was measured"
-
-
-class SuperRecord(BaseModel):
-    """Record of the super-resolution of a colour image: its pixels per pixel of the camera, along one side."""
-
-    factor: int = Field(default=1, ge=1, le=MAX_SUPER_FACTOR)
-
-
-class AxisRecord(BaseModel):
-    """Record of the axis of the rotary stage: a point on it, mm, and its direction."""
-
-    model_config = ConfigDict(allow_inf_nan=False)
-    point_mm: tuple[float, float, float]
-    direction: tuple[float, float, float]
-
-    @field_validator("direction")
-    @classmethod
-    def _has_length(cls, direction: tuple[float, float, float]) -> tuple[float, float, float]:
-        if not any(direction):
-            raise ValueError("direction has no length")
-        return direction
-
-
-class TurnRecord(BaseModel):
-    """Record of the stage's angle, degrees, and of its axis."""
-
-    model_config = ConfigDict(allow_inf_nan=False)
-    deg: float
-    axis: AxisRecord | None = None
-
-
-class KnownProvenance(BaseModel):
-    """The provenance that the restoration reads; the rest is free."""
-
-    super: SuperRecord = SuperRecord()
-    turn: TurnRecord | None = None
-    warnings: list[str] = []
 
 
 class Index(BaseModel):
@@ -88,7 +52,8 @@ class Index(BaseModel):
         return provenance
 
 
-def save_scan(scan: RangeScan, folder: Path, *, overwrite: bool = False) -> None:
+@checks_types
+def save_scan(scan: RangeScan, folder: Path | str, *, overwrite: bool = False) -> None:
     """Write a scan folder; `read_folder` returns an identical scan.
 
     Raises BadInput when the folder holds a scan already (without `overwrite`), the arrays are not those of a range scan
@@ -100,14 +65,16 @@ def save_scan(scan: RangeScan, folder: Path, *, overwrite: bool = False) -> None
     if (folder / INDEX).exists() and not overwrite:
         raise BadInput(f"{folder} holds a scan already", "give another folder, or say that it may be overwritten")
     _check_arrays(scan)
+    check_provenance(scan.provenance)
     encoders = {POINTS: partial(_npz, {"points": scan.points, "texture_xy": scan.texture_xy})}
     if scan.texture is not None:
         encoders[TEXTURE] = partial(encode_png, scan.texture)
     files = dict(zip(encoders, in_threads(lambda encode: encode(), encoders.values()), strict=True))
     if scan.texture is not None:
         check_size(scan.texture.shape[1], scan.texture.shape[0], len(files[TEXTURE]), "the scan's colour image")
-    index = Index(files={name: _sha256(data) for name, data in files.items()}, provenance=dict(scan.provenance))
+    digests = {name: _sha256(data) for name, data in files.items()}
     try:
+        index = Index(files=digests, provenance=dict(scan.provenance))
         files[INDEX] = (json.dumps(index.model_dump(), indent=1, allow_nan=False) + "\n").encode()
     except (TypeError, ValueError, RecursionError) as error:
         raise BadInput(f"the scan's provenance is not plain JSON: {error}", "keep numbers, texts and lists") from error

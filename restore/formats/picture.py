@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from PIL import Image, UnidentifiedImageError
 
+from restore.arguments import checks_types
 from restore.errors import BadInput
 from restore.formats.source import CUT_SHORT, is_file, read_bytes, scan_stem
 from restore.scan import Bytes
@@ -32,7 +33,8 @@ BITS, PHOTOMETRIC, PLANES, SAMPLE_FORMAT = 258, 262, 284, 339
 WHITE_IS_ZERO, SEPARATE, UNSIGNED = 0, 2, 1
 
 
-def read_picture(path: Path) -> Bytes:
+@checks_types
+def read_picture(path: Path | str) -> Bytes:
     """Read a picture file as (h, w, 3) uint8 RGB. Raises BadInput when it is missing, damaged or too large."""
     return decode_picture(read_bytes(Path(path)), str(path))
 
@@ -88,6 +90,7 @@ def _rgb(image: Image.Image) -> Bytes:
     return out
 
 
+@checks_types
 def encode_png(picture: Bytes, **chunks: Any) -> bytes:
     """Encode (h, w, 3) uint8 RGB as PNG, without loss; chunks: what Pillow's writer of PNG takes besides."""
     out = io.BytesIO()

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
+from restore.arguments import checks_types
 from restore.errors import BadInput
 from restore.formats.obj import picture_name
 from restore.formats.source import is_file, read_bytes, resolve_reference, with_newlines, without_mark
@@ -19,6 +20,7 @@ _REFERENCES = {
 }
 
 
+@checks_types
 def referenced_files(path: Path) -> list[Path]:
     """The files that a scan file refers to, and those that these refer to, as far as they are there.
 

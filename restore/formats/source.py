@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
+from restore.arguments import checks_types
 from restore.errors import BadInput
 from restore.files import read_regular
 from restore.scan import Floats
@@ -80,8 +81,10 @@ def is_folder(path: Path) -> bool:
         return False
 
 
-def scan_stem(path: Path) -> str:
+@checks_types
+def scan_stem(path: Path | str) -> str:
     """The name of a scan without its folder and extension; `.abs.gz` is one extension, a folder has none."""
+    path = Path(path)
     if is_folder(path):
         return path.resolve().name
     return Path(path.name[:-3] if path.name.lower().endswith(".abs.gz") else path.name).stem

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from restore.arguments import checks_types
 from restore.errors import BadInput
 from restore.formats.source import MAX_COORDINATE_MM
 from restore.mesh.ordered_grid import GridMesh
@@ -24,6 +25,7 @@ UNSTATED = "mm"  # what scanners' software writes into formats that have no unit
 GIVEN, BY_FORMAT, ASSUMED = "given", "format", "assumed"
 
 
+@checks_types
 def check_unit(unit: str) -> None:
     """Raise BadInput for a unit that is none of UNIT_MM, not AUTO, and no edge of a voxel such as 7.91um."""
     if unit != AUTO and unit_mm(unit) is None:

@@ -56,7 +56,7 @@ def validated(mesh: SurfaceMesh) -> ValidMesh:
 
 
 def _checked(mesh: SurfaceMesh) -> SurfaceMesh:
-    if len(mesh.faces) == 0:
+    if np.shape(mesh.faces)[:1] == (0,):
         raise NotEnoughSurface("the mesh has no faces", "scan the page again or give a mesh with triangles")
     vertices, faces = _declared_types(mesh)
     if not np.isfinite(vertices).all():

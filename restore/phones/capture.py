@@ -10,6 +10,7 @@ from typing import Protocol
 import cv2
 import numpy as np
 
+from restore.arguments import checks_types
 from restore.errors import BadInput, NotEnoughSurface
 from restore.mesh.clean import large_pieces, select, weld
 from restore.mesh.measures import surface_area, vertex_normals
@@ -61,11 +62,13 @@ class PhoneCapture:
     photographs: tuple[Photograph, ...]
 
 
+@checks_types
 def is_phone_capture(path: Path | str) -> bool:
     """Whether a path is a folder that a phone's scanning program exported with photographs and their cameras."""
     return _reader(Path(path)) is not None
 
 
+@checks_types
 def load_phone_capture(path: Path | str) -> PhoneCapture:
     """The page of a folder that Polycam (raw data) or 3d Scanner App (all data) exported.
 

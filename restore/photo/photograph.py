@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from PIL import ExifTags, Image, ImageCms, ImageOps, UnidentifiedImageError
 
+from restore.arguments import checks_types
 from restore.errors import BadInput, LibraryMissing
 from restore.files import read_regular
 from restore.photo.camera import PhotoCamera
@@ -54,6 +55,7 @@ class Photograph:
     orientation: int = UPRIGHT
 
 
+@checks_types
 def read_photograph(path: Path | str) -> Photograph:
     """Read a photograph: turned as EXIF says, its colours brought to sRGB.
 

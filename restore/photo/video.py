@@ -8,6 +8,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from restore.arguments import checks_types
 from restore.errors import BadInput
 from restore.photo.photograph import MAX_PIXELS, MIN_SIDE, Photograph
 from restore.scan import Bytes, Floats, Ints
@@ -28,6 +29,7 @@ def is_video(path: Path) -> bool:
     return path.suffix.lower() in ENDINGS
 
 
+@checks_types
 def read_video(path: Path, progress: Progress, *, frames: int = FRAMES) -> list[Photograph]:
     """The sharpest frames of a video, one of each of so many equal shares of its motion.
 

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from restore.arguments import checks_types
 from restore.photo.camera import PhotoCamera
 from restore.photo.orientation import turned_like
 from restore.photo.photograph import Photograph
@@ -80,6 +81,7 @@ def rescaled(page: PhotographedPage, factor: float, source: Mapping[str, Any]) -
     return PhotographedPage(mesh, photographs, {**page.report, "scale": dict(source)})
 
 
+@checks_types
 def reconstruct_page(
     photographs: Sequence[Photograph], *, card: ScaleCard | None = SCALE_CARD, progress: Progress = _silent
 ) -> PhotographedPage:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from restore.arguments import checks_types
 from restore.errors import BadInput
 from restore.scan import Bytes
 
@@ -43,6 +44,7 @@ class Projector:
         return 2 * sum(self.bits) + 2
 
 
+@checks_types
 def draw_patterns(projector: Projector) -> Iterator[Bytes]:
     """The patterns (height, width) uint8, 0 or 255, in the order in which they are to be shown."""
     generator = cv2.structured_light.GrayCodePattern.create(projector.width, projector.height)

