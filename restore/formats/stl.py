@@ -2,63 +2,101 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 
 from restore.errors import BadInput
 from restore.formats.mesh import check_counts, check_vertices, checked_mesh
-from restore.formats.source import CUT_SHORT, DAMAGED, parse_numbers, read_bytes
-from restore.scan import Bytes, Floats, SurfaceMesh
+from restore.formats.source import CUT_SHORT, DAMAGED, parse_numbers, read_bytes, with_newlines, without_mark
+from restore.mesh.adjacency import components
+from restore.scan import Bytes, Floats, Ints, SurfaceMesh
 
 HEADER_BYTES = 84  # 80 of any text, then the number of triangles
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
-VERTEX, END = b"vertex", b"endsolid"
+UNCOUNTED = (0, 2**32 - 1)  # what a program leaves in the header that writes triangles as they come
+VERTEX = b"vertex"
 _VERTEX = np.frombuffer(VERTEX, np.uint8)
+_NAMED = re.compile(rb"^([ \t]*(?:end[ \t]*)?solid)\b.*$", re.MULTILINE)  # a name may hold any word
+_END = re.compile(rb"end[ \t]*solid")
+_TEXT = re.compile(rb"solid[^\n]*(\n[ -~\s]*)?")  # its name may have any letters; numbers have other bytes than these
+TEXT_BYTES = 1024  # tell text from numbers
 NEWLINE, BLANK = 10, 32
+APART = 1.5  # vertices for each triangle: a sheet has half as many, triangles that share no corner three
+SAME_CORNER = 0.01  # of the shorter edges: rounded by a program for each triangle, corners lie this near
+SHORTER = 0.05  # of the edges are shorter
 
 
 def read_stl(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
-    """Read the triangles and join corners at the same place to one vertex; `texture` (h, w, 3). Raises BadInput."""
+    """Read the triangles and join corners at the same place to one vertex; `texture` (h, w, 3). Raises BadInput.
+
+    Where hardly any lie at the same place, those that nearly do are joined, with a warning. So there is for a number of
+    triangles in the header that is not that of the file, and for what stands behind them.
+    """
     data = read_bytes(path)
+    corners, warnings = _text_corners(path, data) if _is_text(data) else _binary_corners(path, data)
+    check_vertices(path, corners)
+    vertices, number = _join(corners)
+    if len(vertices) > APART * len(corners) / 3:
+        vertices, number, joined = _join_near(vertices, number)
+        warnings += joined
+    return checked_mesh(path, vertices, number.reshape(-1, 3), texture=texture, warnings=warnings)
+
+
+def _is_text(data: bytes) -> bool:
+    """Whether a file is text. Headers of binary files begin with `solid`, too."""
+    start = with_newlines(without_mark(data[:TEXT_BYTES])).lstrip().rstrip(b"\0\x1a").lower()
+    found = _TEXT.fullmatch(start)
+    return found is not None and (found[1] is not None or len(start) < HEADER_BYTES)
+
+
+def _binary_corners(path: Path, data: bytes) -> tuple[Floats, list[str]]:
+    """The corners (3m, 3) of a binary file, and warnings."""
+    count, warnings = _count(path, data)
+    check_counts(path, 0, count)
+    with np.errstate(invalid="ignore"):  # of a NaN that signals, which is refused below
+        corners = np.frombuffer(data, TRIANGLE, count, HEADER_BYTES)["corners"].reshape(-1, 3).astype(np.float64)
+    return corners, warnings
+
+
+def _count(path: Path, data: bytes) -> tuple[int, list[str]]:
+    """The number of triangles of a binary file, and warnings."""
     count = int.from_bytes(data[HEADER_BYTES - 4 : HEADER_BYTES], "little")
     expected = HEADER_BYTES + count * TRIANGLE.itemsize
+    held, behind = divmod(len(data) - HEADER_BYTES, TRIANGLE.itemsize)
     if len(data) >= HEADER_BYTES and len(data) == expected:
-        corners = _binary_corners(path, data, count)
-    elif data.lstrip()[:5].lower() == b"solid":
-        corners = _text_corners(path, data)
-    elif len(data) < expected:
+        return count, []
+    if held > 0 and behind == 0 and (count in UNCOUNTED or count < held):
+        return held, [f"the header of the file counts {count} triangles, it holds {held}: all of them are read"]
+    if len(data) < expected:
         raise BadInput(
             f"{path} seems cut short: it has {len(data)} bytes, {count} triangles need {expected}", CUT_SHORT
         )
-    else:
+    if count == 0:
         raise BadInput(f"{path} has {len(data)} bytes, its {count} triangles need {expected}", DAMAGED)
-    check_vertices(path, corners)
-    vertices, number = _join(corners)
-    return checked_mesh(path, vertices, number.reshape(-1, 3), texture=texture)
+    return count, [f"{len(data) - expected} bytes behind the {count} triangles of the file are left out"]
 
 
-def _binary_corners(path: Path, data: bytes, count: int) -> Floats:
-    """The corners (3m, 3) of a binary file."""
-    check_counts(path, 0, count)
-    with np.errstate(invalid="ignore"):  # of a NaN that signals, which is refused below
-        return np.frombuffer(data, TRIANGLE, count, HEADER_BYTES)["corners"].reshape(-1, 3).astype(np.float64)
-
-
-def _text_corners(path: Path, data: bytes) -> Floats:
-    """The corners (3m, 3) of a text file: the numbers behind each word `vertex`."""
-    lower = data.lower()
-    if lower.rfind(END) < lower.rfind(VERTEX):
-        raise BadInput(f"{path} seems cut short: it does not end with {END.decode()}", CUT_SHORT)
+def _text_corners(path: Path, data: bytes) -> tuple[Floats, list[str]]:
+    """The corners (3m, 3) of a text file, the numbers behind each word `vertex`, and warnings."""
+    lower = _NAMED.sub(rb"\1", with_newlines(without_mark(data)).lower())
+    ends = [end.start() for end in _END.finditer(lower)]
+    if not ends or ends[-1] < lower.rfind(VERTEX):
+        raise BadInput(f"{path} seems cut short: it does not end with endsolid", CUT_SHORT)
     check_counts(path, 0, lower.count(VERTEX) // 3)
-    numbers = np.empty(len(data) + 1, np.uint8)
+    numbers = np.empty(len(lower) + 1, np.uint8)
     used = _vertex_numbers(np.frombuffer(lower, np.uint8), numbers)
-    values = parse_numbers(numbers[:used].tobytes(), path, "a vertex")
+    words, warnings = numbers[:used].tobytes(), list[str]()
+    if b"," in words and b"." not in words:
+        words, warnings = words.replace(b",", b"."), ["the numbers of the file have decimal commas"]
+    values = parse_numbers(words, path, "a vertex")
     if values.size % 9:
         raise BadInput(f"{path} has {values.size} coordinates, triangles have nine each", DAMAGED)
-    return values.reshape(-1, 3)
+    return values.reshape(-1, 3), warnings
 
 
 @numba.njit(cache=True)
@@ -91,3 +129,17 @@ def _join(corners: Floats) -> tuple[Floats, NDArray[np.int64]]:
     number = np.empty(len(order), np.int64)
     number[order] = np.cumsum(new) - 1
     return ordered[new], number
+
+
+def _join_near(vertices: Floats, number: Ints) -> tuple[Floats, Ints, list[str]]:
+    """Vertices (n, 3) mm with those joined that nearly lie at one place, the number of each corner (c,), a warning."""
+    corners = vertices[number.reshape(-1, 3)]
+    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
+    reach = SAME_CORNER * float(np.quantile(edges, SHORTER))
+    pairs = cKDTree(vertices).query_pairs(reach, output_type="ndarray") if reach > 0.0 else np.empty((0, 2), np.int64)
+    if not len(pairs):
+        return vertices, number, []
+    place = components(pairs, len(vertices))
+    _, first, joined = np.unique(place, return_index=True, return_inverse=True)
+    warning = f"corners of triangles that lay up to {reach:.2g} apart, in the unit of the file, were joined"
+    return vertices[first], joined.reshape(-1)[number], [warning]

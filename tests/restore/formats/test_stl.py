@@ -7,7 +7,7 @@ from PIL import Image
 
 from restore.errors import BadInput
 from restore.formats import load_scan
-from restore.formats.stl import read_stl
+from restore.formats.stl import TRIANGLE, read_stl
 
 HALF_FLOAT_MM = 3.1e-5  # half the last place of a float32 between 512 and 1024
 PLACE_PX = 0.01  # what that moves a sample in the picture, with room for the fitted lattice
@@ -61,7 +61,7 @@ def test_a_second_solid_that_is_cut_is_told(exported):
 @pytest.mark.parametrize(
     ("damage", "fault"),
     [
-        (lambda data: data + b"more", "triangles need"),
+        (lambda data: data[:80] + b"\0\0\0\0" + data[84:] + b"more", "0 triangles need 84"),
         (lambda data: b"hello", "has 5 bytes, its 0 triangles need 84|seems cut short"),
         (lambda data: b"\0" * 84, "no triangle"),
     ],
@@ -87,3 +87,77 @@ def test_text_that_is_no_number_is_named(exported):
     path.write_text(path.read_text().replace("vertex -", "vertex minus", 1))
     with pytest.raises(BadInput, match=r"page\.stl: a vertex holds b'minus"):
         load_scan(path)
+
+
+def binary(data, *, head=b"", count=None, behind=b""):
+    """A binary file with another header, another number of triangles in it, or something behind them."""
+    number = data[80:84] if count is None else count.to_bytes(4, "little")
+    return head.ljust(80, b" ") + number + data[84:] + behind
+
+
+@pytest.mark.parametrize(
+    ("options", "warning"),
+    [
+        ({"head": b"solid exported by a program"}, None),
+        ({"head": b"solid a\nsolid b"}, None),
+        ({"head": b"solid", "behind": b"\0\0"}, "2 bytes behind the 260 triangles"),
+        ({"behind": b" " * 80}, "80 bytes behind"),
+        ({"count": 0}, "counts 0 triangles, it holds 260"),
+        ({"count": 2**32 - 1}, "counts 4294967295 triangles, it holds 260"),
+        ({"count": 200}, "counts 200 triangles, it holds 260"),
+    ],
+)
+def test_headers_of_other_programs_lose_no_triangle(exported, mesh, options, warning):
+    path = exported()
+    path.write_bytes(binary(path.read_bytes(), **options))
+    back = read_stl(path)
+    assert len(back.faces) == len(mesh().faces)
+    told = back.provenance.get("warnings", [])
+    assert len(told) == (warning is not None) and all(warning in text for text in told)
+
+
+def test_normals_that_are_no_numbers_are_not_read(exported, mesh):
+    path = exported()
+    triangles = np.frombuffer(path.read_bytes(), TRIANGLE, offset=84).copy()
+    triangles["normal"] = np.nan
+    path.write_bytes(path.read_bytes()[:84] + triangles.tobytes())
+    assert len(read_stl(path).faces) == len(mesh().faces)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        str.upper,
+        lambda text: text.replace("\n", "\r"),
+        lambda text: "\ufeff" + text,
+        lambda text: text.replace("endsolid", "end solid"),
+        lambda text: text.replace("solid", "solid a vertex 1 2 model"),
+        lambda text: text.replace("solid", "solid Blättchen"),
+        lambda text: text.replace("endloop", "endloop of it") + "\x1a",
+    ],
+)
+def test_text_of_other_programs_is_read(exported, mesh, change):
+    path = exported("stl_ascii")
+    path.write_text(change(path.read_text()), encoding="utf-8", newline="")
+    back = read_stl(path)
+    assert len(back.faces) == len(mesh().faces)
+    assert "warnings" not in back.provenance
+
+
+def test_decimal_commas_are_read_with_a_warning(exported):
+    path = exported("stl_ascii")
+    whole = read_stl(path)
+    path.write_text(path.read_text().replace(".", ","))
+    commas = read_stl(path)
+    np.testing.assert_array_equal(commas.vertices, whole.vertices)
+    assert commas.provenance["warnings"] == ["the numbers of the file have decimal commas"]
+
+
+def test_corners_that_nearly_lie_at_one_place_are_joined_with_a_warning(exported, mesh):
+    path, sheet = exported(), mesh()
+    triangles = np.frombuffer(path.read_bytes(), TRIANGLE, offset=84).copy()
+    triangles["corners"] += np.random.default_rng(0).normal(scale=1e-4, size=triangles["corners"].shape)
+    path.write_bytes(path.read_bytes()[:84] + triangles.tobytes())
+    back = read_stl(path)
+    assert len(back.vertices) == len(np.unique(sheet.faces))
+    assert "were joined" in back.provenance["warnings"][0]
