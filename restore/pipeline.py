@@ -39,6 +39,7 @@ from restore.texture.coverage import (
     compute_coverage,
     cut_warnings,
     inpaint_hidden,
+    mirror_warnings,
     with_interpolated,
 )
 from restore.texture.holes import end_at_holes, hole_warnings, holes_on_page
@@ -97,6 +98,7 @@ def restore(
         image = blank_hidden(balance.image, coverage)
         image, coverage = inpaint_hidden(image, coverage, settings.dpi, settings.fill_hidden_mm)
     report = describe(surface, unrolled, painting, settings)
+    report["warnings"] += mirror_warnings(unrolled.fine)
     report["warnings"] += [*_cut_off(scan, painting, coverage), *hole_warnings(holes, settings.dpi)]
     report |= {"light": shading.report, "white": balance.report, "coverage": coverage.shares()}
     report["warnings"] += [*_reasons_for_keeping(shading, balance), *coverage.warnings()]

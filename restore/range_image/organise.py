@@ -7,13 +7,13 @@ pitch of the lattice is one over the focal length in samples. A moved, merged or
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from restore.bands import in_threads
-from restore.scan import Bytes, Floats, Ints, Mask, RangeScan, SurfaceMesh
+from restore.scan import Bytes, Floats, Ints, Mask, RangeScan, SurfaceMesh, with_warnings
 from restore.vivid import FOCAL_PX, TEXTURE_COLS, TEXTURE_ROWS
 
 # Image pixels per sample: FINE takes every pixel, FAST every second; exports thin them further.
@@ -38,6 +38,10 @@ MIN_SHORT_EDGES = 0.9  # share of edges between neighbouring cells
 # Colour and range come from one camera: texture coordinates are an affine function of the grid to within the
 # registration of the two exposures.
 MAX_TEXTURE_SCATTER_PX = 2.0
+MIRRORED = (
+    "the picture and the surface are mirror images of each other: the page reads as the picture does; where that is "
+    "wrong, mirror the picture, or turn v of the texture coordinates over, and export again"
+)
 SPECTRUM_BINS = 2**15  # 16 bins to a line at MAX_LINES
 MIN_LINE_STRENGTH = 0.5  # of a perfect lattice; a scatter of 0.1 of the pitch leaves 0.82
 
@@ -78,6 +82,7 @@ class Lattice:
 def organise(mesh: SurfaceMesh, *, colours: Bytes | None = None) -> RangeScan | None:
     """The range grid that a mesh was made from, or None when its vertices are not the samples of one shot.
 
+    A surface that is the mirror image of its picture is mirrored, with a warning.
     Texture positions come from the mesh's texture coordinates; without them from the camera: the picture is taken
     through the same lens, whose focal length follows from the pitch. A picture that no lens fits is left out. `colours`
     (n, 3) uint8 RGB, one a vertex, give a picture of the size of the grid when the mesh has none.
@@ -85,6 +90,8 @@ def organise(mesh: SurfaceMesh, *, colours: Bytes | None = None) -> RangeScan | 
     lattice = _find_lattice(mesh.vertices)
     if lattice is None or not _is_grid(lattice.occupied) or not _joins_neighbours(lattice.cells, mesh.faces):
         return None
+    if mesh.texcoords is not None and np.linalg.det(_affine(mesh.texcoords, lattice)[:2]) < 0.0:
+        return organise(_mirrored(mesh))
     lens = _lens(lattice)
     if mesh.texcoords is not None:
         texture, texture_xy = mesh.texture, _texture_positions(mesh.texcoords, lattice)
@@ -190,19 +197,36 @@ def _lens(lattice: Lattice) -> tuple[str, int] | None:
     return best if error[best] < FOCAL_TOLERANCE else None
 
 
+def _mirrored(mesh: SurfaceMesh) -> SurfaceMesh:
+    """The mirror image of a surface, left for right, with a warning."""
+    provenance = with_warnings(mesh.provenance, MIRRORED)
+    return replace(mesh, vertices=mesh.vertices * [-1.0, 1.0, 1.0], faces=mesh.faces[:, ::-1], provenance=provenance)
+
+
+def _affine(texcoords: Floats, lattice: Lattice) -> Floats:
+    """(3, 2) pixels: how texture coordinates (n, 2) change per column and per row of the grid, and their mean."""
+    design = _design(lattice)
+    return np.asarray(np.linalg.solve(design @ design.T, design @ texcoords), np.float64)
+
+
+def _design(lattice: Lattice) -> Floats:
+    """(3, n) columns and rows of the vertices, centred for a well-conditioned fit, and ones."""
+    rows, cols = lattice.cells.T.astype(np.float64)
+    return np.stack([cols - cols.mean(), rows - rows.mean(), np.ones_like(cols)])
+
+
 def _texture_positions(texcoords: Floats, lattice: Lattice) -> Floats | None:
     """(rows, cols, 2) texture coordinates: the mesh's own where it has a vertex, their affine extrapolation elsewhere.
 
-    None when they are not affine in the grid, or mirrored: the picture is not the camera's view.
+    None when they are not affine in the grid: the picture is not the camera's view.
     """
-    rows, cols = lattice.cells.T.astype(np.float64)
-    design = np.stack([cols - cols.mean(), rows - rows.mean(), np.ones_like(cols)])  # centred: well conditioned
-    affine = np.linalg.solve(design @ design.T, design @ texcoords)
-    scatter = np.sqrt(np.mean((affine.T @ design - texcoords.T) ** 2))
+    affine = _affine(texcoords, lattice)
+    scatter = np.sqrt(np.mean((affine.T @ _design(lattice) - texcoords.T) ** 2))
     if scatter > MAX_TEXTURE_SCATTER_PX or np.linalg.det(affine[:2]) <= 0:
         return None
     height, width = lattice.occupied.shape
-    along, down = (np.arange(width) - cols.mean())[:, None], (np.arange(height) - rows.mean())[:, None, None]
+    row, col = lattice.cells.mean(axis=0)
+    along, down = (np.arange(width) - col)[:, None], (np.arange(height) - row)[:, None, None]
     positions = along * affine[0] + (down * affine[1] + affine[2])
     positions[lattice.occupied] = texcoords[lattice.vertex_at[lattice.occupied]]
     return positions

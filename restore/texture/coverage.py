@@ -22,6 +22,7 @@ from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.raster import rasterise
 from restore.numerics import TINY
 from restore.range_image.camera import Rays
+from restore.range_image.organise import MIRRORED
 from restore.range_image.segment import MAX_SLOPE
 from restore.range_image.sheet import Sheet
 from restore.scan import Bytes, FlatMesh, Floats, InterpolatedMesh, Mask, SurfaceMesh
@@ -40,6 +41,7 @@ STROKE_MM = 2.5  # of a title; those of running text are half a millimetre
 EDGE_PX = 3.0  # of the picture: the page is painted by interpolation, so its last pixel lies within two of the edge
 # of the outline of a page that is said to be cut off: the presets of the station are amber from there
 MAX_CUT = 0.02
+STEEPEST_COSINE = 1.0 / np.hypot(1.0, MAX_SLOPE)
 PAPER = 255
 
 
@@ -245,7 +247,7 @@ def viewpoint(page: FlatMesh) -> Floats | None:
         return None
     middle = page.vertices.mean(axis=0)
     far = np.linalg.norm(centre - middle) > FAR * np.ptp(page.vertices, axis=0).max()
-    return 2.0 * middle - centre if far and _turned_away(page, centre).mean() > 0.5 else centre
+    return 2.0 * middle - centre if far and _is_mirrored(_cosines(page, centre)) else centre
 
 
 def _is_scanner_camera(rays: Rays) -> bool:
@@ -321,10 +323,30 @@ def occluded(fine: FlatMesh, camera_centre: Floats, shape: tuple[int, ...], dpi:
     return np.asarray(hidden | (_crop_or_pad(flags, shape)[..., 0] > 0.5))
 
 
-def _turned_away(fine: FlatMesh, camera_centre: Floats) -> NDArray[np.bool_]:
-    """(m,) True for faces that the camera at a centre (3,) mm sees from behind or edge-on."""
+def _turned_away(fine: FlatMesh, camera_centre: Floats) -> Mask:
+    """(m,) True for faces that the camera at a centre (3,) mm sees from behind or edge-on.
+
+    Of a picture that is mirrored to the surface, it is the other side of the faces that the camera saw.
+    """
+    cosine = _cosines(fine, camera_centre)
+    seen = -cosine if _is_mirrored(cosine) else cosine
+    return np.asarray(seen < STEEPEST_COSINE)
+
+
+def _cosines(fine: FlatMesh, camera_centre: Floats) -> Floats:
+    """(m,) cosines of the angles between the normals of the faces and the way to the camera at a centre (3,) mm."""
     a, b, c = (fine.vertices[fine.faces[:, k]] for k in range(3))
     normals, to_camera = face_normals(fine.vertices, fine.faces), camera_centre - (a + b + c) / 3
     scale = np.linalg.norm(normals, axis=1) * np.linalg.norm(to_camera, axis=1)
-    cosine = np.einsum("ij,ij->i", normals, to_camera) / np.maximum(scale, TINY)
-    return np.asarray(cosine < 1 / np.hypot(1.0, MAX_SLOPE))
+    return np.asarray(np.einsum("ij,ij->i", normals, to_camera) / np.maximum(scale, TINY))
+
+
+def _is_mirrored(cosines: Floats) -> bool:
+    """Whether most faces are turned away from the camera that took their picture: none can see them so."""
+    return bool((cosines < 0.0).mean() > 0.5)
+
+
+def mirror_warnings(page: FlatMesh) -> list[str]:
+    """What an operator must know of a page whose picture and surface are mirror images of each other."""
+    centre = viewpoint(page)
+    return [MIRRORED] if centre is not None and _is_mirrored(_cosines(page, centre)) else []

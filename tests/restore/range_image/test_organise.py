@@ -50,6 +50,20 @@ def assert_same(back, scan, tolerance_px):
     np.testing.assert_allclose(back.texture_xy, scan.texture_xy, atol=tolerance_px, rtol=0)
 
 
+@pytest.mark.parametrize("flipped", [0, 1], ids=["left for right", "upside down"])
+def test_a_shot_and_its_mirrored_picture_are_brought_together_with_a_warning(flipped):
+    mesh = joined(shot())
+    size = np.array([639.0, 479.0])
+    texcoords = mesh.texcoords.copy()
+    texcoords[:, flipped] = size[flipped] - texcoords[:, flipped]
+    back = organise(replace(mesh, texcoords=texcoords))
+    mirrored = organise(replace(mesh, vertices=mesh.vertices * [-1, 1, 1], texcoords=texcoords))
+    np.testing.assert_array_equal(back.points, mirrored.points)
+    np.testing.assert_array_equal(back.texture_xy, mirrored.texture_xy)
+    assert "mirror images of each other" in back.provenance["warnings"][0]
+    assert "warnings" not in mirrored.provenance
+
+
 def test_samples_are_restored_to_their_cells():
     scan = shot()
     back = organise(joined(scan))
@@ -208,7 +222,8 @@ def test_a_mesh_with_faces_between_distant_samples_is_not_organised():
 
 
 @pytest.mark.parametrize(
-    "change", [lambda xy: xy * [-1, 1] + [639, 0], lambda xy: xy + 9 * np.sin(xy / 3), lambda xy: xy * 0]
+    "change",
+    [lambda xy: (xy + 9 * np.sin(xy / 3)) * [-1, 1], lambda xy: xy + 9 * np.sin(xy / 3), lambda xy: xy * 0],
 )
 def test_a_texture_that_is_not_the_cameras_view_is_not_organised(change):
     mesh = joined(shot())

@@ -16,6 +16,7 @@ from restore.texture.coverage import (
     cut_share,
     cut_warnings,
     inpaint_hidden,
+    mirror_warnings,
     pinhole_centre,
     with_interpolated,
 )
@@ -204,3 +205,12 @@ def test_what_lies_far_from_all_measured_points_is_filled_in():
     assert (found.seen[:, :10] == Seen.HIDDEN).all()
     nowhere = with_interpolated(measured, replace(surface, measured=np.empty((0, 3))), page, DPI)
     assert not (nowhere.seen == Seen.MEASURED).any()
+
+
+def test_a_picture_that_mirrors_its_surface_is_told_and_hides_as_much():
+    page = folded()
+    mirrored = replace(page, vertices=page.vertices * [-1.0, 1.0, 1.0])
+    (told,) = mirror_warnings(mirrored)
+    assert "mirror images of each other" in told
+    assert mirror_warnings(page) == []
+    np.testing.assert_array_equal(covered(mirrored)[0].seen, covered(page)[0].seen)
