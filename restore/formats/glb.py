@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import json
 import struct
 from pathlib import Path
 from typing import TypeVar
@@ -42,6 +44,8 @@ Model = TypeVar("Model", bound=BaseModel)
 def read_glb(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     """Read a mesh with its embedded picture, which `texture` (h, w, 3) replaces. Raises BadInput."""
     data = read_bytes(path)
+    if len(chunks := _all_chunks(path, data)) == 1:  # as open3d writes it
+        data = _file(*_embedded(path, chunks[0][1]))
     header, binary = _chunks(path, data)
     layout = _layout(path, header, len(binary))
     changed = plain_attributes(path, header, binary, layout)
@@ -57,6 +61,14 @@ def read_glb(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
 
 def _chunks(path: Path, data: bytes) -> tuple[bytes, bytes]:
     """The JSON and the binary chunk."""
+    chunks = _all_chunks(path, data)
+    if [kind for kind, _ in chunks[:2]] != [JSON_CHUNK, BINARY_CHUNK] or len(chunks[0][1]) > MAX_HEADER_BYTES:
+        raise BadInput(f"{path} is not made of a JSON header and a binary chunk", DAMAGED)
+    return chunks[0][1], chunks[1][1]
+
+
+def _all_chunks(path: Path, data: bytes) -> list[tuple[bytes, bytes]]:
+    """The kind of each chunk and its bytes."""
     magic, version, length = struct.unpack("<4sII", data[:12].ljust(12, b"\0"))
     if (magic, version) == (MAGIC, VERSION) and length > len(data):
         raise BadInput(f"{path} seems cut short: it has {len(data)} of {length} bytes", CUT_SHORT)
@@ -67,10 +79,22 @@ def _chunks(path: Path, data: bytes) -> tuple[bytes, bytes]:
         length, kind = struct.unpack_from("<I4s", data, at)
         chunks.append((kind, data[at + 8 : at + 8 + length]))
         at += 8 + length
-    kinds = [kind for kind, _ in chunks[:2]]
-    if kinds != [JSON_CHUNK, BINARY_CHUNK] or at != len(data) or len(chunks[0][1]) > MAX_HEADER_BYTES:
+    if at != len(data):
         raise BadInput(f"{path} is not made of a JSON header and a binary chunk", DAMAGED)
-    return chunks[0][1], chunks[1][1]
+    return chunks
+
+
+def _embedded(path: Path, header: bytes) -> tuple[bytes, bytes]:
+    """The header and the binary chunk of a file that has its one buffer as text in the header (a data URI)."""
+    try:
+        described = json.loads(header)
+        (buffer,) = described["buffers"]
+        kind, _, text = buffer.pop("uri").partition(",")
+        if not (kind.startswith("data:") and kind.endswith(";base64")):
+            raise ValueError(f"a buffer is {kind[:MAX_NAME]!r}")
+        return json.dumps(described).encode(), base64.b64decode(text, validate=True)
+    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
+        raise BadInput(f"{path} holds no binary chunk, and no buffer in its header: {error}", PLAIN) from error
 
 
 def _file(header: bytes, binary: bytes) -> bytes:

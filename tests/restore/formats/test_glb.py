@@ -1,5 +1,6 @@
 """Binary glTF."""
 
+import base64
 import json
 import struct
 
@@ -143,3 +144,28 @@ def test_a_cut_file_is_named(exported, size, fault):
     path.write_bytes(path.read_bytes()[:size])
     with pytest.raises(BadInput, match=rf"page\.glb.*{fault}"):
         load_scan(path)
+
+
+def as_text_in_header(path, uri="data:application/octet-stream;base64,"):
+    """The file with its binary chunk as a data URI in the header, as open3d writes it."""
+    data = path.read_bytes()
+    size = struct.unpack_from("<I", data, 12)[0]
+    header, binary = json.loads(data[20 : 20 + size]), data[28 + size :]
+    header["buffers"] = [{"byteLength": len(binary), "uri": uri + base64.b64encode(binary).decode()}]
+    text = json.dumps(header).encode()
+    text += b" " * (-len(text) % 4)
+    path.write_bytes(struct.pack("<4sII", b"glTF", 2, 20 + len(text)) + struct.pack("<I4s", len(text), b"JSON") + text)
+    return path
+
+
+def test_a_buffer_in_the_header_is_as_good_as_a_binary_chunk(exported):
+    whole = load_scan(exported())
+    back = load_scan(as_text_in_header(exported()))
+    np.testing.assert_array_equal(back.points, whole.points)
+    np.testing.assert_array_equal(back.texture, whole.texture)
+
+
+@pytest.mark.parametrize("uri", ["page.bin,", "data:application/octet-stream,", "data:;base64,=="])
+def test_a_buffer_that_is_elsewhere_is_told(exported, uri):
+    with pytest.raises(BadInput, match=r"page\.glb holds no binary chunk, and no buffer in its header"):
+        load_scan(as_text_in_header(exported(), uri))
