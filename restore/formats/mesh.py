@@ -132,6 +132,16 @@ def _texcoords(path: Path, uv: NDArray[np.floating], texture: Bytes, vertices: F
     return texture_pixels(in_first_tile(path, coordinates, faces), texture)
 
 
+def colours_from(values: NDArray[Any]) -> Bytes:
+    """(n, 3) uint8 RGB of colours (n, 3): fractions of 1 or numbers up to 255 where they are floats, whole numbers up
+    to the largest of their type; what is no number is black."""
+    if values.dtype.kind == "f":
+        scale = 255.0 if np.nanmax(values, initial=0.0) <= 1.0 else 1.0
+    else:
+        scale = 255.0 / np.iinfo(values.dtype).max if values.dtype.itemsize == 2 else 1.0
+    return np.clip(np.rint(np.nan_to_num(values.astype(np.float64)) * scale), 0, 255).astype(np.uint8)
+
+
 def texture_pixels(uv: Floats, texture: Bytes) -> Floats:
     """(n, 2) pixels, y down, the first pixel's centre at 0, from uv (n, 2) in 0…1, v up."""
     height, width = texture.shape[:2]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from restore.errors import BadInput
 from restore.formats.bare_faces import kept_faces
 from restore.formats.grid import check_grid, grid_polygons
-from restore.formats.mesh import check_polygons, checked_mesh, fan_triangles, split_seams, texture_uv
+from restore.formats.mesh import check_polygons, checked_mesh, colours_from, fan_triangles, split_seams, texture_uv
 from restore.formats.obj import file_name
 from restore.formats.picture import encode_png, read_picture
 from restore.formats.ply_data import PlyData, parse_ply
@@ -21,7 +21,7 @@ from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
 # Names that are in use.
 CORNERS = ("vertex_indices", "vertex_index")
 TEXCOORDS = (("texture_u", "texture_v"), ("u", "v"), ("s", "t"))
-COLOURS = ("red", "green", "blue")
+COLOURS = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"), ("r", "g", "b"))
 PICTURE = b"texturefile"
 
 
@@ -79,13 +79,16 @@ def _columns(columns: dict[str, NDArray[Any]], names: str | tuple[str, ...]) -> 
 
 
 def _colours(content: PlyData) -> Bytes | None:
-    """The colours (n, 3) of the vertices: 0 to 255, or 0 to 1 where the header says that they are no whole numbers."""
-    colours = _columns(content.columns["vertex"], COLOURS)
-    if colours is None or not len(colours):
-        return None
-    vertex = next(element for element in content.header.elements if element.name == "vertex")
-    fractions = all(p.kind[1] == "f" for p in vertex.properties if p.name in COLOURS) and colours.max() <= 1.0
-    return np.clip(np.rint(np.nan_to_num(colours) * (255.0 if fractions else 1.0)), 0, 255).astype(np.uint8)
+    """The colours (n, 3) of the vertices, under any name that is in use, and of the type that the header says."""
+    columns = content.columns["vertex"]
+    kinds = {
+        p.name: p.kind for element in content.header.elements if element.name == "vertex" for p in element.properties
+    }
+    for names in COLOURS:
+        if all(name in columns for name in names) and len(columns[names[0]]):
+            with np.errstate(invalid="ignore"):  # of a NaN that signals, or a text of other numbers than its header
+                return colours_from(np.column_stack([columns[name].astype(kinds[name]) for name in names]))
+    return None
 
 
 def _faces(path: Path, content: PlyData) -> tuple[Ints, Ints | None, Floats | None]:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.errors import BadInput
-from restore.formats.mesh import MAX_ITEMS
+from restore.formats.mesh import MAX_ITEMS, colours_from
 from restore.formats.source import DAMAGED, ONE_SHOT
 from restore.scan import Bytes, Mask
 
@@ -139,4 +139,8 @@ def _uv(mesh: Any) -> Any:
 
 
 def _colours(mesh: Any) -> Any:
-    return np.asarray(mesh.visual.vertex_colors)[:, :3] if mesh.visual.kind == "vertex" else None
+    """The colours (n, 3) of the vertices, also those beside a material; None without."""
+    if mesh.visual.kind == "vertex":
+        return np.asarray(mesh.visual.vertex_colors)[:, :3]
+    colours = getattr(mesh.visual, "vertex_attributes", {}).get("color")
+    return None if colours is None or np.ndim(colours) != 2 else colours_from(np.asarray(colours)[:, :3])

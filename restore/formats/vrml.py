@@ -15,7 +15,7 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.formats.grid import grid_polygons
-from restore.formats.mesh import check_counts, check_polygons, checked_mesh, fan_triangles, split_seams
+from restore.formats.mesh import check_counts, check_polygons, checked_mesh, colours_from, fan_triangles, split_seams
 from restore.formats.picture import encode_png, read_picture
 from restore.formats.source import (
     CUT_SHORT,
@@ -31,7 +31,9 @@ from restore.scan import Bytes, Floats, Ints, RangeScan, SurfaceMesh
 HEADER = b"#VRML V1.0 ascii"
 MAX_PIECES = 1000  # of a file; the scanner's software writes one, or one for each of its shots
 NEWLINE, RETURN, BLANK, QUOTE, HASH = b'\n\r "#'
-_NODE = re.compile(rb"\b(Coordinate3|TextureCoordinate2|IndexedFaceSet|Texture2)\s*\{([^{}]*)\}")
+_NODE = re.compile(
+    rb"\b(Coordinate3|TextureCoordinate2|IndexedFaceSet|Texture2|Material|MaterialBinding)\s*\{([^{}]*)\}"
+)
 _FILE_NAME = re.compile(rb'\bfilename\s+"([^"]*)"')
 
 
@@ -45,13 +47,16 @@ def read_vrml(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
         raise BadInput(f"{path} seems cut short: a bracket does not end", CUT_SHORT)
     pieces = _face_sets(path, text)
     vertices, faces, uv = np.concatenate(pieces.vertices), np.concatenate(pieces.faces), None
+    known = [part for part in pieces.colours if part is not None]
+    colours: Bytes | None = np.concatenate(known) if len(known) == len(pieces.colours) else None
     if len(pieces.uv_faces) == len(pieces.faces):  # all face sets have texture coordinates
         uv = np.concatenate(pieces.uv)
         take, take_uv, faces = split_seams(faces, np.concatenate(pieces.uv_faces), len(uv))
         vertices, uv = vertices[take], uv[take_uv]
+        colours = None if colours is None else colours[take]
     if texture is None and uv is not None:
         texture = _named_picture(path, text)
-    return checked_mesh(path, vertices, faces, uv=uv, texture=texture)
+    return checked_mesh(path, vertices, faces, uv=uv, texture=texture, colours=colours)
 
 
 def write_vrml(scan: RangeScan, path: Path) -> None:
@@ -78,12 +83,18 @@ def write_vrml(scan: RangeScan, path: Path) -> None:
 
 @dataclass
 class Pieces:
-    """Coordinates of a file, (n, 3) and (t, 2) each; triangles (m, 3) of each face set among all of them together."""
+    """Coordinates of a file, (n, 3) and (t, 2) each; triangles (m, 3) of each face set among all of them together.
+
+    colours (n, 3) of the vertices, None where they have none; materials are those (k, 3) of the next face set.
+    """
 
     vertices: list[Floats] = field(default_factory=list)
     uv: list[Floats] = field(default_factory=list)
     faces: list[Ints] = field(default_factory=list)
     uv_faces: list[Ints] = field(default_factory=list)
+    colours: list[Bytes | None] = field(default_factory=list)
+    materials: Floats | None = None
+    by_vertex: bool = False
 
 
 def _without_comments(data: bytes) -> bytes:
@@ -116,9 +127,14 @@ def _face_sets(path: Path, text: bytes) -> Pieces:
         if kind == b"Coordinate3":
             first = sum(map(len, pieces.vertices))
             pieces.vertices.append(_tuples(path, body, "Coordinate3", 3))
+            pieces.colours.append(None)
         elif kind == b"TextureCoordinate2":
             first_uv = sum(map(len, pieces.uv))
             pieces.uv.append(_tuples(path, body, "TextureCoordinate2", 2))
+        elif kind == b"Material":
+            pieces.materials = _diffuse(path, body)
+        elif kind == b"MaterialBinding":
+            pieces.by_vertex = b"PER_VERTEX" in body
         elif kind == b"IndexedFaceSet":
             _add_faces(path, body, pieces, first, first_uv)
         if max(len(pieces.vertices), len(pieces.uv), len(pieces.faces)) > MAX_PIECES:
@@ -137,6 +153,11 @@ def _add_faces(path: Path, body: bytes, pieces: Pieces, first: int, first_uv: in
         if uv_faces.shape != faces.shape or (faces.size and uv_faces.max() >= len(uv)):
             raise BadInput(f"{path}: the texture coordinates do not match the faces", DAMAGED)
         pieces.uv_faces.append(uv_faces + first_uv)
+    if pieces.by_vertex and pieces.materials is not None and len(pieces.materials) == len(vertices):
+        numbered = b"materialIndex" not in body or np.array_equal(
+            _triangles(path, body, b"materialIndex", len(vertices)), faces
+        )
+        pieces.colours[-1] = colours_from(pieces.materials) if numbered else None
     pieces.faces.append(faces + first)
     check_counts(path, 0, sum(map(len, pieces.faces)))
 
@@ -152,8 +173,13 @@ def _triangles(path: Path, body: bytes, field: bytes, count: int) -> Ints:
     return fan_triangles(indices, starts, sizes)
 
 
-def _tuples(path: Path, body: bytes, kind: str, width: int) -> Floats:
-    values = parse_numbers(_list(path, body, b"point"), path, kind)
+def _diffuse(path: Path, body: bytes) -> Floats | None:
+    """The colours (k, 3), fractions of 1, of a list of materials; None for a single one."""
+    return _tuples(path, body, "Material", 3, b"diffuseColor") if re.search(rb"\bdiffuseColor\s*\[", body) else None
+
+
+def _tuples(path: Path, body: bytes, kind: str, width: int, field: bytes = b"point") -> Floats:
+    values = parse_numbers(_list(path, body, field), path, kind)
     if values.size % width:
         raise BadInput(f"{path}: {kind} holds {values.size} numbers, not a multiple of {width}", DAMAGED)
     return values.reshape(-1, width)

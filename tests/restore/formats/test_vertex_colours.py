@@ -2,9 +2,13 @@
 
 import numpy as np
 import pytest
+import trimesh
 
 from restore import Settings, restore, turn_page
 from restore.formats import load_scan
+from restore.formats.glb import read_glb
+from restore.formats.ply import read_ply
+from restore.formats.vrml import read_vrml
 from restore.mesh.ordered_grid import grid_faces
 from restore.scan import SurfaceMesh
 from restore.texture.coverage import pinhole_centre, viewpoint
@@ -45,6 +49,57 @@ def write(path, vertices, faces, colours):
     points = [f"{x:.5f} {y:.5f} {z:.5f} {r} {g} {b}" for (x, y, z), (r, g, b) in zip(vertices, colours, strict=True)]
     path.write_text("\n".join([*head, *points, *("3 {} {} {}".format(*face) for face in faces)]) + "\n")
     return path
+
+
+@pytest.mark.parametrize(
+    ("kind", "names", "scale"),
+    [
+        ("uchar", ("red", "green", "blue"), 1),
+        ("uchar", ("diffuse_red", "diffuse_green", "diffuse_blue"), 1),
+        ("uchar", ("r", "g", "b"), 1),
+        ("ushort", ("red", "green", "blue"), 257),
+        ("float", ("red", "green", "blue"), 1 / 255),
+    ],
+)
+def test_colours_are_read_under_their_names_and_of_their_types(tmp_path, kind, names, scale):
+    vertices, faces, places = curl(COARSE)
+    colours = waves(*places.T)
+    path = write(tmp_path / "page.ply", vertices, faces, colours.astype(int) * scale)
+    text = path.read_text()
+    for usual, name in zip(("red", "green", "blue"), names, strict=True):
+        text = text.replace(f"property uchar {usual}\n", f"property {kind} {name}\n")
+    path.write_text(text)
+    np.testing.assert_allclose(read_ply(path).colours, colours, atol=0.5)
+
+
+def test_colours_beside_a_material_are_read(tmp_path):
+    vertices, faces, places = curl(COARSE)
+    colours = np.column_stack([waves(*places.T), np.full(len(places), 255, np.uint8)])
+    mesh = trimesh.Trimesh(vertices / 1000.0, faces, process=False)
+    mesh.visual = trimesh.visual.TextureVisuals(material=trimesh.visual.material.PBRMaterial())
+    mesh.visual.vertex_attributes["color"] = colours
+    mesh.export(tmp_path / "page.glb")
+    np.testing.assert_array_equal(read_glb(tmp_path / "page.glb").colours, colours[:, :3])
+
+
+@pytest.mark.parametrize(
+    ("binding", "index", "coloured"),
+    [
+        ("PER_VERTEX_INDEXED", "", True),
+        ("PER_VERTEX", "materialIndex [ 0, 1, 2, -1, 0, 2, 3, -1 ]", True),
+        ("PER_VERTEX_INDEXED", "materialIndex [ 0, 0, 0, -1, 1, 1, 1, -1 ]", False),
+        ("OVERALL", "", False),
+    ],
+)
+def test_colours_of_vrml_are_read_where_they_are_those_of_its_vertices(tmp_path, binding, index, coloured):
+    (tmp_path / "page.wrl").write_text(
+        "#VRML V1.0 ascii\nSeparator {\nMaterial { diffuseColor [ 1 0 0, 0 1 0, 0 0 1, 1 1 1 ] }\n"
+        f"MaterialBinding {{ value {binding} }}\nCoordinate3 {{ point [ 0 0 -9, 9 0 -9, 9 9 -9, 0 9 -9 ] }}\n"
+        f"IndexedFaceSet {{ coordIndex [ 0, 1, 2, -1, 0, 2, 3, -1 ] {index} }}\n}}\n"
+    )
+    colours = read_vrml(tmp_path / "page.wrl").colours
+    assert (colours is not None) is coloured
+    assert not coloured or colours.tolist() == [[255, 0, 0], [0, 255, 0], [0, 0, 255], [255, 255, 255]]
 
 
 def loaded(folder, shape, *, soup=False):
