@@ -19,6 +19,7 @@ import numpy as np
 
 Given = ParamSpec("Given")
 Answer = TypeVar("Answer")
+COLLECTED = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
 ARRAY_LIKE = (np.ndarray, list, tuple)
 WIDER: dict[type, tuple[type, ...]] = {float: (Real,), int: (Real,), Path: (os.PathLike,)}
 
@@ -43,7 +44,8 @@ def checks_types(function: Callable[Given, Answer]) -> Callable[Given, Answer]:
         except TypeError:  # too many arguments or too few: the call itself tells
             given = {}
         for name, value in given.items():
-            _check(function, name, value)
+            if signature.parameters[name].kind not in COLLECTED:
+                _check(function, name, value)
         return function(*args, **kwargs)
 
     return checked
@@ -80,7 +82,7 @@ def _fits(value: Any, wanted: Any) -> bool:
         return isinstance(value, Mapping)
     if origin is Callable:
         return callable(value)
-    return not isinstance(wanted, type) or isinstance(value, WIDER.get(wanted, (wanted,)))
+    return wanted is Any or not isinstance(wanted, type) or isinstance(value, WIDER.get(wanted, (wanted,)))
 
 
 def _named(wanted: Any) -> list[str]:

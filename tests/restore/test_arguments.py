@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -31,6 +32,16 @@ def example(scan: RangeScan | None, path: Path | str, *, many: Sequence[float] =
 def framed(array: Floats) -> int:
     """The length of an array."""
     return len(array)
+
+
+@checks_types
+def collecting(first: Any, *others: int, **more: Any) -> tuple[Any, ...]:
+    """Whatever it is given."""
+    return first, others, more
+
+
+def test_what_may_be_anything_and_what_is_collected_is_not_checked():
+    assert collecting("a", 1, 2, b=None) == ("a", (1, 2), {"b": None})
 
 
 @pytest.mark.parametrize(
