@@ -35,7 +35,7 @@ def holes_to_table(sheet: Sheet, scan: RangeScan) -> Mask:
     beside = sheet.inside & sheet.scan.measured & ~sheet.measured
     if beside.sum() < LEAST_SAMPLES:
         return beside & False
-    table = find_table(scan, inverse_depths(scan), scan.measured)
+    table = find_table(scan, inverse_depths(scan), scan.measured).samples
     return _holes(sheet, np.where(beside[..., None], sheet.scan.points, np.nan), scan.points[table])
 
 
