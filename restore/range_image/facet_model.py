@@ -158,7 +158,9 @@ def _fit_windows(
     narrow, _ = _shift_windows(close, distance, limit, unfit, NARROW_RADIUS)
     better = unfit & ((narrow[..., 5] > 0) | np.isnan(facets[..., 0]))
     facets[better] = narrow[better]
-    sparse = inside & (np.isnan(wide.variance) | _sparse(inside & (weight > 0), inside))
+    sparse = inside & np.isnan(wide.variance)
+    if crease is not None:
+        sparse |= inside & _sparse(inside & (weight > 0), inside)
     _fit_sparse(facets, data, weight, sparse, limit)
     return facets, float(np.sqrt(noise2))
 
