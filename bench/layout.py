@@ -3,7 +3,8 @@
 Every pixel of the page has a place in the scanner's picture, and what lies on that line of sight has an exact place on
 the sheet before it was warped. The difference of the two, after the best rigid motion and without scale, is the error
 of the layout; no marker and no print has a part in it. Sheets are drawn from the seed, by default of today, through the
-whole pipeline with noise, shadow and drop-outs.
+whole pipeline with noise, shadow and drop-outs. `--artwork` takes another print than the markers, `--table` another
+table than the dark one.
 """
 
 from __future__ import annotations
@@ -12,19 +13,22 @@ import argparse
 import datetime
 import statistics
 from collections.abc import Callable
+from functools import partial
+from typing import get_args
 
 import numpy as np
-from scipy.ndimage import map_coordinates
 
 from drivers.simulated import Cone, Crumpled, Curl, Miura, MultiFold, Pose, Spread, Truth, Wave, shoot
+from drivers.simulated.artwork import ARTWORK
+from drivers.simulated.scene import Table
 from drivers.simulated.sheets import Sheet
-from oracles.markers import rigid_residual
-from restore import RangeScan, RestoredPage, Settings, restore
-from restore.scan import Floats
-from restore.texture.page import MM_PER_INCH
+from drivers.vivid900.lenses import Mode
+from oracles.layout import layout_error
+from restore import RangeScan, Settings, restore
+
+Shot = Callable[..., tuple[RangeScan, Truth]]
 
 COUNT = 3
-MOST_PIXELS = 200_000  # of a page are compared
 PAGE_WIDTH_MM = 280.0
 TILT_DEG = 5.0  # at most, as pages lie
 ROW = "{:<12} {:>10} {:>10} {:>10} {:>10} {:>10} {:>7}"
@@ -58,44 +62,28 @@ def _creases(rng: np.random.Generator) -> tuple[tuple[float, float, float], ...]
     )
 
 
-def main(count: int = COUNT, seed: int | None = None, mode: str = "fine") -> None:
+def main(
+    count: int = COUNT, seed: int | None = None, mode: Mode = "fine", artwork: str = "markers", table: Table = "dark"
+) -> None:
     """Print a line for each kind of sheet."""
     seed = seed or int(datetime.date.today().strftime("%Y%m%d"))
     print(f"\nlayout of whole pages, {count} sheets of each kind, seed {seed}, mode {mode}; rms mm over all pixels")
+    print(f"print: {artwork}, table: {table}")
+    shot = partial(shoot, artwork=ARTWORK[artwork](), mode=mode, table=table)
     print(ROW.format(*HEADINGS))
     for number, (kind, (wanted, draw)) in enumerate(SHEETS.items()):
         drawn = [np.random.default_rng([seed, number, k]) for k in range(count)]
-        print(_line(kind, wanted, [measured(draw(rng), rng, mode) for rng in drawn]), flush=True)
+        print(_line(kind, wanted, [measured(draw(rng), rng, shot) for rng in drawn]), flush=True)
 
 
-def measured(sheet: Sheet, rng: np.random.Generator, mode: str) -> tuple[float, float, float, bool]:
+def measured(sheet: Sheet, rng: np.random.Generator, shot: Shot) -> tuple[float, float, float, bool]:
     """rms and 99th percentile of the error, mm, the greater relative error of the sides, and whether the page warns."""
     pose = Pose(tilt_deg=rng.uniform(-TILT_DEG, TILT_DEG), turn_deg=rng.uniform(-TILT_DEG, TILT_DEG))
-    fine = mode == "fine"
-    scan, truth = shoot(sheet, seed=int(rng.integers(2**31)), pose=pose, mode="fine" if fine else "fast")
+    scan, truth = shot(sheet, seed=int(rng.integers(2**31)), pose=pose)
     page = restore(scan, Settings())
     error = np.linalg.norm(layout_error(page, scan, truth), axis=1)
     sizes = [abs(found / true - 1) for found, true in zip(page.report["page_mm"], truth.page_mm, strict=True)]
     return float(np.sqrt((error**2).mean())), float(np.quantile(error, 0.99)), max(sizes), bool(page.report["warnings"])
-
-
-def layout_error(page: RestoredPage, scan: RangeScan, truth: Truth) -> Floats:
-    """(k, 2) mm between pixels of the page and the true places on the sheet of what they show."""
-    rows, cols = np.nonzero(np.isfinite(page.page_map[..., 0]))
-    step = len(rows) // MOST_PIXELS + 1
-    rows, cols = rows[::step], cols[::step]
-    places = _grid_positions(page.page_map[rows, cols], scan)
-    true = np.stack([map_coordinates(truth.flat[..., k], places, order=1, cval=np.nan) for k in (0, 1)], axis=1)
-    known = np.isfinite(true).all(axis=1)
-    found = np.stack([cols, -rows], axis=1) * MM_PER_INCH / page.dpi
-    return rigid_residual(found[known], true[known])[0]
-
-
-def _grid_positions(pixels: Floats, scan: RangeScan) -> Floats:
-    """(2, k) rows and columns of the range grid at pixels (k, 2) x, y of the colour image."""
-    first, last = scan.texture_xy[0, 0], scan.texture_xy[-1, -1]
-    share = (pixels - first) / (last - first)
-    return np.stack([share[:, 1] * (scan.points.shape[0] - 1), share[:, 0] * (scan.points.shape[1] - 1)])
 
 
 def _line(kind: str, wanted: float, found: list[tuple[float, float, float, bool]]) -> str:
@@ -116,5 +104,7 @@ if __name__ == "__main__":
     parser.add_argument("--count", type=int, default=COUNT)
     parser.add_argument("--seed", type=int)
     parser.add_argument("--mode", choices=("fine", "fast"), default="fine")
+    parser.add_argument("--artwork", choices=ARTWORK, default="markers")
+    parser.add_argument("--table", choices=get_args(Table), default="dark")
     options = parser.parse_args()
-    main(options.count, options.seed, options.mode)
+    main(options.count, options.seed, options.mode, options.artwork, options.table)

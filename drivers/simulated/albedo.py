@@ -12,9 +12,9 @@ _CODE = np.arange(256) / 255
 LINEAR = np.where(_CODE <= 0.04045, _CODE / 12.92, ((_CODE + 0.055) / 1.055) ** 2.4).astype(np.float32)
 """(256,) linear light of an sRGB code (IEC 61966-2-1)."""
 
-# sRGB: stained matte board, red reflectance 0.09; planed beech, 0.55.
-BOARD = {"dark": (84, 76, 68), "light": (196, 158, 116)}
-GRAIN = {"dark": 0.04, "light": 0.10}  # relative swing of the board from grain to grain
+# sRGB: stained matte board, red reflectance 0.09; planed beech, 0.55; white laminate, of the colour of paper, 0.81.
+BOARD = {"dark": (84, 76, 68), "light": (196, 158, 116), "white": (232, 231, 227)}
+GRAIN = {"dark": 0.04, "light": 0.10, "white": 0.01}  # relative swing of the board from grain to grain
 REMAP_COLS = 4096  # cv2.remap takes images up to 32,767 pixels a side, so long lists are folded
 GRAIN_MM = 7.0  # from one growth ring to the next on a plain-sawn board
 

@@ -16,7 +16,7 @@ from drivers.simulated.sheets import PageSize, Sheet
 from drivers.simulated.sheets.sheet import parameters
 from restore.scan import Bytes, Floats, Ints, Mask
 
-Table = Literal["none", "dark", "light"]
+Table = Literal["none", "dark", "light", "white"]
 TABLE_HALF_MM = 3000.0  # beyond the field of view of any lens
 STEEPEST_DEG = 85.0  # a steeper wall counts as an overhang: nothing on it is legible
 

@@ -8,9 +8,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from drivers.simulated import Flat, MultiFold, Pose, Truth, White, shoot
+from drivers.simulated import Figure, Flat, MultiFold, Pose, Truth, White, shoot
 from drivers.vivid900.calibration import nominal
 from drivers.vivid900.lenses import LENSES
+from oracles.layout import layout_error
 from oracles.markers import MarkerError, marker_error, rigid_residual
 from oracles.sheets import CASES
 from restore import (
@@ -33,6 +34,8 @@ from restore.texture.page import MM_PER_INCH
 SIZE_TOLERANCE = 0.001  # of the page: the outline is known to a quarter of a sample, 0.12 mm, on either side
 # Both edges of a page to a sixth of a sample, where its samples lie 0.47 mm apart, and half a pixel of the picture.
 EDGES_MM = 0.25
+OWN_COLOUR_MM = 0.1  # a fifth of a sample: of the edge the picture shows next to nothing
+DARK_MM = 0.5  # anywhere on the page; a length over noise of one sample would be off by more
 FILLED = 0.99  # of the picture is page: a corner that the scanner lost is white
 STRAIGHT_MM = 0.05  # a fifteenth of the spacing: sides cross the rows of the view that a mesh is sampled by
 ROUNDED_CODES = 1
@@ -121,6 +124,23 @@ def test_the_page_does_not_depend_on_the_pose_of_the_sheet(name, pose):
     measured = error(page(name, **pose), shot(name, **pose)[1])
     assert measured.rms_mm <= CASES[name].limit_mm
     assert abs(measured.rms_mm - error(page(name), shot(name)[1]).rms_mm) < POSE_SPREAD_MM
+
+
+@pytest.mark.parametrize("name", ["wave", "multi-fold"])
+def test_a_page_on_a_table_of_its_own_colour_has_its_size(name):
+    scan, truth = shoot(CASES[name].sheet, seed=5, pose=Pose(tilt_deg=2.0, turn_deg=3.0), table="white")
+    report = restore(scan).report
+    np.testing.assert_allclose(report["page_mm"], truth.page_mm, atol=OWN_COLOUR_MM)
+    assert report["warnings"] == []
+
+
+def test_a_dark_picture_on_a_page_bends_nothing():
+    """Of its lower part, hills in the dark, the laser gets one sample in eight back."""
+    scan, truth = shoot(CASES["wave"].sheet, Figure(), seed=5, pose=Pose(tilt_deg=-8.0))
+    page = restore(scan)
+    error = np.linalg.norm(layout_error(page, scan, truth), axis=1)
+    assert error.max() < DARK_MM
+    assert page.report["warnings"] == []
 
 
 def test_a_flat_sheet_stays_flat_and_at_its_place():

@@ -102,14 +102,15 @@ def test_every_pixel_is_the_mean_over_its_area(picture: Callable[..., Bytes]) ->
 
 def test_brightness_of_paper_void_and_tables(picture: Callable[..., Bytes]) -> None:
     level = {
-        table: picture(Flat(), White(), table=table, noise=False).astype(int) for table in ("none", "dark", "light")
+        table: picture(Flat(), White(), table=table, noise=False).astype(int)
+        for table in ("none", "dark", "light", "white")
     }
     assert level["none"][240, 320, 0] == pytest.approx(226, abs=2)
     assert level["none"][5, 5].max() < 40
-    for table, low, high in (("dark", 50, 95), ("light", 140, 210)):
+    for table, low, high in (("dark", 50, 95), ("light", 140, 210), ("white", 200, 226)):
         board = level[table][:15]
         assert low < board[..., 0].mean() < high
-        assert (board[..., 0] > board[..., 2]).all()  # both boards are warm
+        assert (board[..., 0] > board[..., 2]).all()  # all boards are warm
 
 
 def test_walls_are_shaded_by_their_slope(picture: Callable[..., Bytes]) -> None:
