@@ -22,7 +22,6 @@ from drivers.simulated import Cone, Crumpled, Curl, Miura, MultiFold, Pose, Spre
 from drivers.simulated.artwork import ARTWORK
 from drivers.simulated.scene import Table
 from drivers.simulated.sheets import Sheet
-from drivers.vivid900.lenses import Mode
 from oracles.layout import layout_error
 from restore import RangeScan, Settings, restore
 
@@ -63,7 +62,7 @@ def _creases(rng: np.random.Generator) -> tuple[tuple[float, float, float], ...]
 
 
 def main(
-    count: int = COUNT, seed: int | None = None, mode: Mode = "fine", artwork: str = "markers", table: Table = "dark"
+    count: int = COUNT, seed: int | None = None, mode: str = "fine", artwork: str = "markers", table: Table = "dark"
 ) -> None:
     """Print a line for each kind of sheet."""
     seed = seed or int(datetime.date.today().strftime("%Y%m%d"))
