@@ -50,7 +50,8 @@ def table_by_depth(height: Floats, tolerance: float, pitch: float) -> TableByDep
     apart = distance_transform_edt(~table)[outline]
     step = height[outline] / (apart * pitch)
     clear = (step > CLEAR_STEP) | ((step > SHADOW_STEP) & (apart >= 2.0))
-    return TableByDepth(table, *(float(some.sum() / max(some.size, 1)) for some in (clear, step < SHADOW_STEP)))
+    touching = height[outline] < tolerance + CONTACT_SLOPE * pitch
+    return TableByDepth(table, *(float(some.sum() / max(some.size, 1)) for some in (clear, touching)))
 
 
 def _largest(mask: Mask) -> Mask:
