@@ -46,7 +46,7 @@ def table_by_depth(height: Floats, tolerance: float, pitch: float) -> TableByDep
     inside = binary_fill_holes(cv2.morphologyEx(solid, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)))
     table = np.asarray(measured & (np.abs(height) < tolerance) & ~inside)
     page = _largest(inside)
-    outline = page & ~binary_erosion(page) & measured
+    outline = page & ~binary_erosion(page, border_value=1) & measured  # at the frame it goes on unseen
     apart = distance_transform_edt(~table)[outline]
     step = height[outline] / (apart * pitch)
     clear = (step > CLEAR_STEP) | ((step > SHADOW_STEP) & (apart >= 2.0))

@@ -89,3 +89,12 @@ def test_compiled_and_plain_python_agree(page, columns, plain):
     compiled = table_by_depth(height, TOLERANCE, PITCH)
     assert "_contacts" in plain(import_module("restore.range_image.table_by_depth"))
     np.testing.assert_array_equal(table_by_depth(height, TOLERANCE, PITCH).samples, compiled.samples)
+
+
+def test_where_a_page_leaves_the_picture_it_has_no_outline(page):
+    """It goes on over the lower and the right side."""
+    beyond = page.copy()
+    beyond[30:, 40:] = True
+    found = table_by_depth(np.where(beyond, 5.0, 0.0), TOLERANCE, PITCH)
+    np.testing.assert_array_equal(found.samples, ~beyond)
+    assert (found.clear, found.touching) == (1.0, 0.0)
