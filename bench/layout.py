@@ -9,8 +9,6 @@ table than the dark one.
 
 from __future__ import annotations
 
-import argparse
-import datetime
 import statistics
 from collections.abc import Callable
 from functools import partial
@@ -18,6 +16,7 @@ from typing import get_args
 
 import numpy as np
 
+from bench.draws import draws_parser, seed_of_today
 from drivers.simulated import Cone, Crumpled, Curl, Miura, MultiFold, Pose, Spread, Truth, Wave, shoot
 from drivers.simulated.artwork import ARTWORK
 from drivers.simulated.scene import Table
@@ -65,7 +64,7 @@ def main(
     count: int = COUNT, seed: int | None = None, mode: str = "fine", artwork: str = "markers", table: Table = "dark"
 ) -> None:
     """Print a line for each kind of sheet."""
-    seed = seed or int(datetime.date.today().strftime("%Y%m%d"))
+    seed = seed or seed_of_today()
     print(f"\nlayout of whole pages, {count} sheets of each kind, seed {seed}, mode {mode}; rms mm over all pixels")
     print(f"print: {artwork}, table: {table}")
     shot = partial(shoot, artwork=ARTWORK[artwork](), mode=mode, table=table)
@@ -99,9 +98,7 @@ def _line(kind: str, wanted: float, found: list[tuple[float, float, float, bool]
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=COUNT)
-    parser.add_argument("--seed", type=int)
+    parser = draws_parser(__doc__, COUNT)
     parser.add_argument("--mode", choices=("fine", "fast"), default="fine")
     parser.add_argument("--artwork", choices=ARTWORK, default="markers")
     parser.add_argument("--table", choices=get_args(Table), default="dark")

@@ -7,13 +7,11 @@ today. The mesh ends up to a sample inside the page; what is printed is how far 
 
 from __future__ import annotations
 
-import argparse
-import datetime
-
 import numpy as np
 from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
 
+from bench.draws import draws_parser, seed_of_today
 from bench.layout import SHEETS, TILT_DEG
 from drivers.simulated import Pose, Truth, shoot
 from restore import RangeScan, RestoreError, Settings, SurfaceMesh, restore
@@ -29,7 +27,7 @@ HEADINGS = ("sheet", "alone mm", "alone worst mm", "on table mm", "on table wors
 
 def main(count: int = COUNT, seed: int | None = None) -> None:
     """Print a line for each kind of sheet: median and worst error of the page's sides, alone and on a table."""
-    seed = seed or int(datetime.date.today().strftime("%Y%m%d"))
+    seed = seed or seed_of_today()
     print(f"\nsides of pages from irregular meshes, {count} sheets of each kind, seed {seed}")
     print(ROW.format(*HEADINGS))
     for number, (kind, (_, draw)) in enumerate(SHEETS.items()):
@@ -77,8 +75,6 @@ def side_error(found: tuple[float, float], true: tuple[float, float]) -> float:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=COUNT)
-    parser.add_argument("--seed", type=int)
+    parser = draws_parser(__doc__, COUNT)
     options = parser.parse_args()
     main(options.count, options.seed)

@@ -8,12 +8,12 @@ while the rows are read (rolling shutter), and all of it. Errors in mm as `bench
 from __future__ import annotations
 
 import argparse
-import datetime
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from bench.draws import seed_of_today
 from bench.photographs import measured
 from drivers.simulated import Text, Wave
 from drivers.simulated.camera import Camera, Exposure, photograph_scene
@@ -31,7 +31,7 @@ HEADINGS = ("camera", "rms", "99 %", "of print", "scale", "size", "joined", "cpu
 
 def main(seed: int | None, width: int) -> None:
     """Print a line for each kind of camera."""
-    seed = seed or int(datetime.date.today().strftime("%Y%m%d"))
+    seed = seed or seed_of_today()
     rng = np.random.default_rng(seed)
     sheet = Wave(slope_deg=rng.uniform(15, 30), wavelength_mm=rng.uniform(90, 160))
     artwork = Text(sizes_pt=(10.0,), title_pt=16.0, margin_mm=10.0, columns=2, seed=seed)

@@ -11,7 +11,6 @@ at 400 dpi: the effective pixels per inch of its own edges beside those that the
 from __future__ import annotations
 
 import argparse
-import datetime
 import tempfile
 import time
 from dataclasses import dataclass, field
@@ -20,6 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
+from bench.draws import seed_of_today
 from bench.memory import status_mb
 from bench.photographs import compared, photographed
 from drivers.simulated import Curl, Wave
@@ -54,7 +54,7 @@ def main(seed: int | None, width: int, views: int, folder: Path | None) -> None:
     if folder is not None:
         _measure(sorted(folder.iterdir()))
         return
-    seed = seed or int(datetime.date.today().strftime("%Y%m%d"))
+    seed = seed or seed_of_today()
     rng = np.random.default_rng(seed)
     wave = Wave(slope_deg=rng.uniform(15, 38), wavelength_mm=rng.uniform(90, 200))
     print(f"{views} photographs of {width} × {width * 3 // 4}, seed {seed}")

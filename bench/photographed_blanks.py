@@ -11,13 +11,13 @@ that the coverage map marks as filled in.
 from __future__ import annotations
 
 import argparse
-import datetime
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 
+from bench.draws import seed_of_today
 from bench.photographs import CARD_DPI, compared
 from drivers.simulated import Cone, Curl, Text, Wave
 from drivers.simulated.artwork import Artwork, Print
@@ -66,7 +66,7 @@ class WithBlank:
 
 def main(seed: int | None, width: int, views: int, blanks: tuple[int, ...], sheets: tuple[str, ...]) -> None:
     """Print a line for each sheet and side of a square."""
-    seed = seed or int(datetime.date.today().strftime("%Y%m%d"))
+    seed = seed or seed_of_today()
     shots = Shots(size=(width, width * 3 // 4))
     print(f"blank squares in {views} photographs of {width} × {width * 3 // 4}, seed {seed}; mm, no scale fit")
     print(ROW.format(*HEADINGS), flush=True)

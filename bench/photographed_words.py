@@ -10,7 +10,6 @@ of words read right.
 from __future__ import annotations
 
 import argparse
-import datetime
 import itertools
 import shutil
 import subprocess
@@ -20,6 +19,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from bench.draws import seed_of_today
 from bench.photographs import CARD_DPI, MARGIN_MM, SHEETS
 from drivers.simulated import Text
 from drivers.simulated.photographs import PhotographSet, Shots, photograph_page
@@ -41,7 +41,7 @@ ROW = "{:<8} {:>12} {:>12} {:>12} {:>14}"
 
 def main(seed: int | None, width: int, views: int, sheets: list[str]) -> None:
     """Print a line for each kind of sheet."""
-    seed = seed or int(datetime.date.today().strftime("%Y%m%d"))
+    seed = seed or seed_of_today()
     shots = Shots(size=(width, width * 3 // 4))
     print(
         f"{TYPE_PT:g}-point words read right, per cent; {views} views of {shots.size[0]} × {shots.size[1]}, seed {seed}"

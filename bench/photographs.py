@@ -11,13 +11,13 @@ many of the same set.
 from __future__ import annotations
 
 import argparse
-import datetime
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
+from bench.draws import seed_of_today
 from drivers.simulated import Cone, Crumpled, Curl, Miura, MultiFold, Spread, Text, Wave
 from drivers.simulated.photographs import PhotographSet, Shots, photograph_page, views_from
 from drivers.simulated.sheets import Sheet
@@ -70,7 +70,7 @@ def _multifold(rng: np.random.Generator) -> MultiFold:
 
 def main(seed: int | None = None, width: int = 2000, views: tuple[int, ...] = (), sheets: tuple[str, ...] = ()) -> None:
     """Print a line for each kind of sheet and number of views."""
-    seed = seed or int(datetime.date.today().strftime("%Y%m%d"))
+    seed = seed or seed_of_today()
     shots = Shots(size=(width, width * 3 // 4))
     print(f"\npages from photographs of {shots.size[0]} × {shots.size[1]}, seed {seed}; mm, rigid fit, no scale fit")
     print(ROW.format(*HEADINGS), flush=True)

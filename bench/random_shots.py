@@ -8,14 +8,14 @@ warning that has no cause.
 
 from __future__ import annotations
 
-import argparse
-import datetime
 from dataclasses import dataclass, replace
 from typing import Any, get_args
 
 import numpy as np
 
+from bench.draws import draws_parser, seed_of_today
 from bench.layout import SHEETS
+from bench.page_meshes import side_error
 from drivers.simulated import Pose, Truth, shoot
 from drivers.simulated.artwork import ARTWORK
 from drivers.simulated.scene import Table
@@ -48,7 +48,7 @@ class Shot:
 
 def main(count: int = COUNT, seed: int | None = None) -> None:
     """Print a line for each shot, and how many are flagged."""
-    seed = seed or int(datetime.date.today().strftime("%Y%m%d"))
+    seed = seed or seed_of_today()
     print(f"\n{count} random shots, seeds from {seed}")
     print(ROW.format(*HEADINGS))
     flagged = sum(_line(number, random_shot(number)) for number in range(seed, seed + count))
@@ -78,9 +78,7 @@ def _line(seed: int, shot: Shot) -> bool:
         print(ROW.format("!", seed, *shot.drawn, "", "", "", error), flush=True)
         return True
     error = np.linalg.norm(layout_error(page, shot.scan, shot.truth), axis=1)
-    size = min(
-        np.abs(np.subtract(page.report["page_mm"], way)).max() for way in (shot.truth.page_mm, shot.truth.page_mm[::-1])
-    )
+    size = side_error(page.report["page_mm"], shot.truth.page_mm)
     warnings = [warning for warning in page.report["warnings"] if CUT not in warning]
     whole = len(warnings) == len(page.report["warnings"])
     flag = bool(error.max() > FAR_MM or (whole and size > SIZE_MM) or warnings)
@@ -90,8 +88,6 @@ def _line(seed: int, shot: Shot) -> bool:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--count", type=int, default=COUNT)
-    parser.add_argument("--seed", type=int)
+    parser = draws_parser(__doc__, COUNT)
     options = parser.parse_args()
     main(options.count, options.seed)

@@ -11,7 +11,6 @@ Sheets, poses, print, light and spoils are drawn from the seed, by default of to
 from __future__ import annotations
 
 import argparse
-import datetime
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -19,6 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from bench.draws import seed_of_today
 from bench.spoils import KINDS, MARGIN_MM, PAGE_MM, Views, given, good_set, truth
 from drivers.simulated import Cone, Curl, Wave
 from drivers.simulated.sheets import Sheet
@@ -53,7 +53,7 @@ class Result:
 
 def main(seed: int | None, sets: int, width: int, only: Sequence[str]) -> int:
     """Print a line for each set and the totals; returns the number of sets that are wrong in silence."""
-    seed = seed or int(datetime.date.today().strftime("%Y%m%d"))
+    seed = seed or seed_of_today()
     print(f"spoilt sets of five photographs of {width} × {width * 3 // 4}, seed {seed}", flush=True)
     kinds = [GOOD, *KINDS]
     totals: dict[str, int] = {}

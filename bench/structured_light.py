@@ -9,10 +9,10 @@ error of the page. Sheets, print, rig and light are drawn from the seed, by defa
 from __future__ import annotations
 
 import argparse
-import datetime
 
 import numpy as np
 
+from bench.draws import seed_of_today
 from bench.layout import SHEETS
 from drivers.simulated import Text
 from drivers.simulated.sheets import Sheet
@@ -31,7 +31,7 @@ HEADINGS = ("sheet", "depth mm", "99 %", "page mm", "99 %", "size mm", "measured
 
 def main(seed: int | None = None, width: int = 1600, sheets: tuple[str, ...] = ()) -> None:
     """Print a line for each kind of sheet."""
-    seed = seed or int(datetime.date.today().strftime("%Y%m%d"))
+    seed = seed or seed_of_today()
     print(
         f"\nstructured light, camera of {width} × {width * 3 // 4}, projector of 1280 × 800, seed {seed}; mm\n"
         "median and 99 % of the depth's error on the page, rms and 99 % of the page's, error of its width and height"
