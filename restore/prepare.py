@@ -76,7 +76,7 @@ def _prepare_mesh(scan: SurfaceMesh) -> Sheet | SurfaceMesh:
 def _with_holes(segmented: SegmentedScan) -> Sheet:
     """The sheet of a scanner's own picture, with the holes through it."""
     sheet = fit_sheet(segmented)
-    return replace(sheet, holes=holes_to_table(sheet, segmented.scan))
+    return replace(sheet, holes=holes_to_table(sheet, segmented))
 
 
 def _check_size(scan: RangeScan | SurfaceMesh) -> None:

@@ -41,6 +41,7 @@ def describe(
     strain = edge_strain(fine.flat, edges, fine.lengths)
     smooth = smooth_rms_strain(fine.flat, edges, fine.lengths)
     chords = _chord_strain(fine, edges)
+    flipped = flipped_faces(fine.flat, fine.faces)
     width, height = page_size(fine.flat[border_of(fine.faces)])
     report: dict[str, Any] = {
         "points": len(unrolled.coarse.vertices),
@@ -48,7 +49,7 @@ def describe(
         "dpi": settings.dpi,
         "shading": settings.shading,
         "steps": unrolled.coarse.steps,
-        "flipped_faces": flipped_faces(fine.flat, fine.faces),
+        "flipped_faces": flipped,
         "area_ratio": float(np.abs(signed_areas(fine.flat, fine.faces)).sum())
         / surface_area(fine.vertices, fine.faces),
         "folded_faces": int((face_signs(fine.vertices, fine.faces) < 0.0).sum()),
@@ -63,7 +64,7 @@ def describe(
         "page_mm": [width, height],
         **painting.resolution.described(),
         "decimation": unrolled.distance,
-        "warnings": _warnings(fine, smooth, chords["estimated_share"]),
+        "warnings": _warnings(fine, flipped, smooth, chords["estimated_share"]),
     }
     if isinstance(surface, Sheet):
         report["samples"] = int(surface.measured.sum())
@@ -117,14 +118,14 @@ def _lost(share: float) -> list[str]:
     ]
 
 
-def _warnings(fine: FlatMesh, smooth_strain: float, estimated_share: float) -> list[str]:
+def _warnings(fine: FlatMesh, flipped: int, smooth_strain: float, estimated_share: float) -> list[str]:
     warnings = [str(text) for text in fine.provenance.get("warnings", ())]
     if fine.texture is None or fine.texcoords is None:
         warnings.append("the scan has no colour image: the page shows the relief of its surface")
     count = connected_pieces(fine.faces)
     if count > 1:
         warnings.append(f"the surface is in {count} pieces, laid out beside each other in one picture")
-    upside_down = flipped_faces(fine.flat, fine.faces) / len(fine.faces)
+    upside_down = flipped / len(fine.faces)
     if upside_down > UPSIDE_DOWN:
         warnings.append(f"{upside_down:.0%} of the faces lie upside down, the page is folded there: use another method")
     if smooth_strain > NOT_DEVELOPABLE:

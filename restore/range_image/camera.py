@@ -20,6 +20,8 @@ from restore.scan import Floats, Ints, RangeScan
 # views scatter by whole samples.
 MAX_SCATTER = 0.1
 MIN_SAMPLES = 50
+# 45°: a shadow of the laser ends on its ray, steeper than that for any baseline that is shorter than the distance.
+SHADOW_SLOPE = 1.0
 MIN_DISTORTION_GAIN = 0.005  # samples: least reduction of the scatter for which lens distortion is fitted
 SUBSET_STRIDE = 7  # every seventh sample determines six unknowns well enough
 DISTORTION_ITERATIONS = 8  # each divides the error by ten or more for a lens that shifts the corners by up to 5 %

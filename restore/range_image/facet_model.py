@@ -168,11 +168,8 @@ def _fit_windows(
 def _sparse(used: Mask, inside: Mask) -> Mask:
     """(rows, cols) True where less than a share SPARSE of the samples inside, in a wide window, is used."""
     size = (2 * WIDE_RADIUS + 1,) * 2
-    counts = (
-        cv2.boxFilter(mask.astype(np.float32), -1, size, borderType=cv2.BORDER_CONSTANT) for mask in (used, inside)
-    )
-    few, all_inside = counts
-    return np.asarray(few < SPARSE * all_inside)
+    counted = inside.astype(np.float32) * SPARSE - used
+    return np.asarray(cv2.boxFilter(counted, -1, size, borderType=cv2.BORDER_CONSTANT) > 0.0)
 
 
 def _fit_sparse(facets: Floats, data: Floats, weight: Floats, sparse: Mask, limit: float) -> None:

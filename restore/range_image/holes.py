@@ -7,36 +7,39 @@ one: that tells of no hole either.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from scipy.ndimage import distance_transform_edt, label
 
+from restore.mesh.adjacency import used_vertices
 from restore.mesh.raster import rasterise
-from restore.range_image.segment import MAX_LOST_SLOPE, inverse_depths
+from restore.range_image.camera import SHADOW_SLOPE
+from restore.range_image.off_table import MIN_OF_TABLE
+from restore.range_image.segment import SegmentedScan
 from restore.range_image.sheet import Sheet
-from restore.range_image.table import find_table
 from restore.robust import robust_sigma
-from restore.scan import Floats, Mask, RangeScan, SurfaceMesh
+from restore.scan import Floats, Mask, SurfaceMesh
 
 LEAST_SAMPLES = 6  # on the table, of one hole: two millimetres wide for a page that fills the picture
 LEAST_STEP_MM = 1.0  # from paper to table: a page that lies on it may have print of its colour
 STEP_SIGMAS = 10.0  # of the noise of the table
 LEAST_SHARE = 0.3  # of a gap in the sheet: where less of it shows the table, the rest is a drop-out beside a hole
 BROAD = (5, 5)  # samples: what is narrower at a hole is a chain of drop-outs beside it
-MIN_OF_TABLE = 3  # samples that determine its plane
 
 
-def holes_to_table(sheet: Sheet, scan: RangeScan) -> Mask:
+def holes_to_table(sheet: Sheet, segmented: SegmentedScan) -> Mask:
     """(rows, cols) True on a sheet where there is none: the table was measured through it, or lies in a shadow there.
 
-    scan: the whole of what the sheet was cut out of. A shadow of the laser in a hole is no wider than the table lies
+    segmented: the scan that the sheet was cut out of. A shadow of the laser in a hole is no wider than the table lies
     below the paper.
     """
     beside = sheet.inside & sheet.scan.measured & ~sheet.measured
-    if beside.sum() < LEAST_SAMPLES:
-        return beside & False
-    table = find_table(scan, inverse_depths(scan), scan.measured).samples
-    return _holes(sheet, np.where(beside[..., None], sheet.scan.points, np.nan), scan.points[table])
+    if segmented.table is None or beside.sum() < LEAST_SAMPLES:
+        return np.zeros_like(beside)
+    table = segmented.scan.points[segmented.table]
+    return _holes(sheet, np.where(beside[..., None], sheet.scan.points, np.nan), table)
 
 
 def holes_to_mesh(sheet: Sheet, table: SurfaceMesh) -> Mask:
@@ -47,9 +50,10 @@ def holes_to_mesh(sheet: Sheet, table: SurfaceMesh) -> Mask:
     places, depth = np.stack([col, row], axis=1), -seen[:, 2:]
     inverse_depth = rasterise(places, table.faces, 1.0 / depth, *sheet.inside.shape)[..., 0].astype(np.float64)
     inverse_depth[~sheet.inside | sheet.measured] = np.nan
-    rows, cols = np.indices(sheet.inside.shape)
-    directions = np.dstack([rays.x0 + rays.dx * cols, rays.y0 + rays.dy * rows, np.full(rows.shape, -1.0)])
-    return _holes(sheet, directions / inverse_depth[..., None], seen[np.unique(table.faces)])
+    in_camera = replace(rays, axes=np.eye(3), origin=np.zeros(3))
+    rows, cols = np.indices(sheet.inside.shape).astype(float)
+    behind = in_camera.points(rows, cols, inverse_depth)
+    return _holes(sheet, behind, seen[used_vertices(table.faces, len(seen))])
 
 
 def _holes(sheet: Sheet, behind: Floats, table: Floats) -> Mask:
@@ -64,7 +68,7 @@ def _holes(sheet: Sheet, behind: Floats, table: Floats) -> Mask:
     if not known.any():
         return known
     distance, (row, col) = distance_transform_edt(~known, return_indices=True)
-    shadowed = (gaps == gaps[row, col]) & (distance < MAX_LOST_SLOPE * through[row, col])
+    shadowed = (gaps == gaps[row, col]) & (distance < SHADOW_SLOPE * through[row, col])
     shadowed &= (seen > LEAST_SHARE * size)[gaps] & (gaps > 0)
     return known | _without_tails(known | shadowed, known)
 

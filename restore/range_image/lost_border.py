@@ -10,7 +10,8 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from restore.range_image.segment import MAX_LOST_SLOPE, SegmentedScan
+from restore.range_image.camera import SHADOW_SLOPE
+from restore.range_image.segment import SegmentedScan
 from restore.scan import Floats, Mask
 
 MIN_GAP = 4  # samples: of 30 % lost at random, four in a row are lost at one place in a hundred
@@ -26,7 +27,7 @@ def lost_border(segmented: SegmentedScan) -> float:
     beyond = measured[~inside]
     if not beyond.size or beyond.mean() < MEASURED_TABLE:
         return 0.0
-    step = abs(segmented.rays.dx) * MAX_LOST_SLOPE
+    step = abs(segmented.rays.dx) * SHADOW_SLOPE
     along = [depth, measured, inside]
     down = [np.ascontiguousarray(grid.T) for grid in along]
     shadow = _steep_gaps(depth, measured, step) | _steep_gaps(*down[:2], step).T

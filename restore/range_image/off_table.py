@@ -20,7 +20,7 @@ from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 STEEP = 1.0  # slope from the table, 45°: a face with a vertex in its plane that is steeper bridges the step
 MIN_BRIDGES = 0.3  # of the faces between page and table: all but where the page touches it; none within a page
 LEAST_VIEW = 4 * BORDER_BAND  # samples a side: the border where a table is looked for is three quarters of it
-MIN_OF_TABLE = 3  # vertices that determine its plane
+MIN_OF_TABLE = 3  # vertices or samples that determine its plane
 
 
 def off_table(mesh: ValidMesh) -> ValidMesh:

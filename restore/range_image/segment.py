@@ -11,12 +11,12 @@ import numba
 import numpy as np
 
 from restore.errors import NotEnoughSurface
-from restore.range_image.camera import Rays
+from restore.range_image.camera import SHADOW_SLOPE, Rays
 from restore.range_image.table import find_table
+from restore.range_image.table_by_depth import MAX_GAP
 from restore.scan import Floats, Ints, Mask, RangeScan, with_warnings
 
 MAX_SLOPE = 6.0  # 80.5°: steeper than any wall that both camera and laser see, less steep than the step to the table
-MAX_GAP = 2  # samples: drop-outs inside ink leave gaps of one or two
 MIN_SHARE = 0.02  # of the grid: a smaller piece is no page
 ANOTHER = 0.25  # of the largest surface: another page, or the rest of a torn one; a hand or a weight has less
 ONE_PIECE = 0.5  # of the samples off the table: with more in one piece the laser was strong enough
@@ -32,8 +32,6 @@ MAX_LOST = CLOSING_DIAMETER - 1  # samples in a row that a sheet goes on over: t
 # The same beside a table that was measured, where nothing but the sheet can have lost them: across a side that is
 # hollow, by a radius of 25 samples or more, it adds half a sample at most.
 MAX_LOST_ON_TABLE = 10
-# 45°: a shadow of the laser ends on its ray, steeper than that for any baseline that is shorter than the distance.
-MAX_LOST_SLOPE = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,12 +42,14 @@ class SegmentedScan:
     rays     of its picture.
     samples  (rows, cols) that lie on the sheet.
     inside   (rows, cols) the sheet's whole area, its interior holes included.
+    table    (rows, cols) that lie on the table below it; None where nobody looked for one.
     """
 
     scan: RangeScan
     rays: Rays
     samples: Mask
     inside: Mask
+    table: Mask | None = None
 
     @property
     def provenance(self) -> Mapping[str, Any]:
@@ -72,8 +72,8 @@ def find_sheet(scan: RangeScan, rays: Rays) -> SegmentedScan:
 
     Raises NotEnoughSurface when no connected surface is large enough to be a page.
     """
-    scan, samples = _off_table(scan)
-    return largest_surface(scan, rays, samples)
+    scan, table = _find_table(scan)
+    return replace(largest_surface(scan, rays, scan.measured & ~table), table=table)
 
 
 def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan:
@@ -102,10 +102,11 @@ def _warned(scan: RangeScan, others: int) -> RangeScan:
 
 def find_pieces(scan: RangeScan, rays: Rays) -> list[SegmentedScan]:
     """The scan with each connected surface off the table that is large enough to be a page as its sheet."""
-    scan, samples = _off_table(scan)
+    scan, table = _find_table(scan)
+    samples = scan.measured & ~table
     labels, sizes = _label_connected_surfaces(scan, rays, samples)
     large = np.flatnonzero(sizes >= MIN_SHARE * labels.size)
-    pieces = [_labelled(scan, rays, samples, labels == label) for label in large]
+    pieces = [replace(_labelled(scan, rays, samples, labels == label), table=table) for label in large]
     return [piece for piece in pieces if piece.share >= MIN_SHARE]
 
 
@@ -114,12 +115,12 @@ def _labelled(scan: RangeScan, rays: Rays, samples: Mask, surface: Mask) -> Segm
     return segment(scan, rays, surface & samples, lost=surface & ~samples)
 
 
-def _off_table(scan: RangeScan) -> tuple[RangeScan, Mask]:
-    """(rows, cols) the samples of a scanner's picture that are not on the table, and the scan with what it warns of."""
+def _find_table(scan: RangeScan) -> tuple[RangeScan, Mask]:
+    """A scanner's picture with what its table warns of, and (rows, cols) the samples on that."""
     table, touching = find_table(scan, inverse_depths(scan), scan.measured)
     if touching > MAX_TOUCHING:
         scan = replace(scan, provenance=with_warnings(scan.provenance, UNSEEN_EDGE.format(share=touching)))
-    return scan, scan.measured & ~table
+    return scan, table
 
 
 def inverse_depths(scan: RangeScan) -> Floats:
@@ -146,7 +147,7 @@ def _over_lost(scan: RangeScan, rays: Rays, samples: Mask) -> tuple[Floats, Mask
     """
     depth, measured = -scan.points[..., 2], scan.measured
     longest = MAX_LOST_ON_TABLE if (measured & ~samples).any() else MAX_LOST
-    step = rays.dx * MAX_LOST_SLOPE
+    step = rays.dx * SHADOW_SLOPE
     along = _interpolated(depth, samples, measured, longest, step)
     down = _interpolated(*(np.ascontiguousarray(grid.T) for grid in (depth, samples, measured)), longest, step).T
     filled = np.where(np.isfinite(along), along, down)

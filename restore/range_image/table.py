@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from scipy.ndimage import binary_erosion, binary_fill_holes, distance_transform_edt
 
-from restore.range_image.table_by_depth import table_by_depth
+from restore.range_image.table_by_depth import EDGE_BLUR, table_by_depth
 from restore.robust import robust_sigma, robust_sigmas
 from restore.scan import Floats, Mask, RangeScan
 
@@ -20,13 +20,10 @@ ON_PLANE_SIGMAS = 4.0
 MAX_COLOUR_DISTANCE = 3.5  # Mahalanobis distance; 1 % of a normal colour cloud lies outside
 MIN_COLOUR_SIGMA = np.array([8.0, 3.0, 3.0])  # least spread of L, a, b: uneven light changes L most
 MIN_COLOUR_DIFFERENCE = 12.0  # ΔE between table and paper, below which the "table" is part of the page
-MIN_CLEAR = (
-    0.25  # of a page's outline stands clear of a table; a surface that bends up from its own flat margin does not
-)
+MIN_CLEAR = 0.25  # of a page's outline stands clear of a table; of a surface that bends up from a flat margin, none
 PAPER_PERCENTILE = 75  # of lightness: brighter samples are paper, not ink
 MIN_NOISE_MM = 0.01  # coordinates are written to a hundredth of a millimetre
 MESH_APART = 4  # samples of the view of a mesh, more than a vertex lies from the next: within a face noise is linear
-EDGE_BLUR = 3  # samples over which lens and drop-outs blur the edge of the sheet
 MIN_SHEET = 0.05  # of the samples, in one piece; the rest of a page that fills the picture is letters and lines
 
 

@@ -9,14 +9,14 @@ import numba
 import numpy as np
 from scipy.ndimage import binary_erosion, binary_fill_holes, distance_transform_edt
 
+from restore.range_image.camera import SHADOW_SLOPE
 from restore.scan import Floats, Mask
 
 CLEAR_STEP = 3.0  # 71.6° from page to table: 1.5 mm within a sample; no page bends up as steeply all round it
-SHADOW_STEP = 1.0  # 45°, over samples that were not measured: a shadow of the laser ends on its ray
 MAX_CONTACT_MM = 30.0  # a valley of 200 mm radius is within half a millimetre of the table for 28 mm
 CONTACT_SLOPE = 1.0  # 45°: a page that touches the table rises from it less steeply, its edge more so
-EDGE_BLUR = 3  # samples over which a step is blurred
-MAX_GAP = 2  # samples: drop-outs leave gaps of one or two
+EDGE_BLUR = 3  # samples over which lens and drop-outs blur the edge of the sheet
+MAX_GAP = 2  # samples: drop-outs inside ink leave gaps of one or two
 
 
 class TableByDepth(NamedTuple):
@@ -49,7 +49,7 @@ def table_by_depth(height: Floats, tolerance: float, pitch: float) -> TableByDep
     outline = page & ~binary_erosion(page, border_value=1) & measured  # at the frame it goes on unseen
     apart = distance_transform_edt(~table)[outline]
     step = height[outline] / (apart * pitch)
-    clear = (step > CLEAR_STEP) | ((step > SHADOW_STEP) & (apart >= 2.0))
+    clear = (step > CLEAR_STEP) | ((step > SHADOW_SLOPE) & (apart >= 2.0))
     touching = height[outline] < tolerance + CONTACT_SLOPE * pitch
     return TableByDepth(table, *(float(some.sum() / max(some.size, 1)) for some in (clear, touching)))
 
