@@ -60,7 +60,7 @@ def separate_sheets(scan: RangeScan | SurfaceMesh) -> list[ScannedSheet]:
     if not found:
         return [ScannedSheet(scan, 0.0)]
     found.sort(key=lambda piece: float(np.nonzero(piece.samples)[1].mean()))
-    alone = [_without(scan, [other.samples for other in found if other is not piece]) for piece in found]
+    alone = [_without(piece.scan, [other.samples for other in found if other is not piece]) for piece in found]
     return [
         ScannedSheet(one, float(piece.samples.sum()), replace(piece, scan=one))
         for one, piece in zip(alone, found, strict=True)

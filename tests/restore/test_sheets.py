@@ -100,6 +100,20 @@ def test_one_sheet_in_a_shot_is_the_shot_itself(camera):
     assert separate_sheets(scan)[0].scan is scan
 
 
+def test_what_a_table_warns_of_is_told_with_its_sheet(camera):
+    """A page of the table's colour, whose left side lies on it."""
+    rows, cols = camera.indices
+    page = (rows >= 35) & (rows < 125) & (cols >= 40) & (cols < 160)
+    height = np.where(page, 0.02 * np.maximum(cols - 40.0, 0.0) ** 1.5, 0.0)
+    noise = np.random.default_rng(0).normal(0.0, camera.noise, camera.shape)
+    white = np.full((*camera.shape, 3), 230, np.uint8)
+    (one,) = separate_sheets(camera.shot(1.0 / (1.0 / camera.plane() - height) + noise, white))
+    (warning,) = one.segmented.scan.provenance["warnings"]
+    assert "outline touches it" in warning
+    assert one.scan is one.segmented.scan
+    assert not (one.segmented.table & one.segmented.samples).any()
+
+
 def test_restore_lays_all_pieces_in_one_picture_with_a_warning():
     page = restore(together(sheet(), sheet(at=200.0)), Settings(dpi=50))
     assert any("2 pieces" in text for text in page.report["warnings"])
