@@ -18,10 +18,9 @@ from restore.mesh.pose import pose_on_table
 from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import ValidMesh, validated
 from restore.outline.rectangle import fills_rectangle
-from restore.range_image.camera import find_rays
+from restore.range_image.camera import MAX_GAP, find_rays
 from restore.range_image.off_table import off_table
 from restore.range_image.segment import SegmentedScan, find_pieces
-from restore.range_image.table_by_depth import MAX_GAP
 from restore.scan import Floats, InterpolatedMesh, Ints, Mask, RangeScan, SurfaceMesh
 from restore.scan_check import refuse_unusable
 

@@ -22,6 +22,8 @@ MAX_SCATTER = 0.1
 MIN_SAMPLES = 50
 # 45°: a shadow of the laser ends on its ray, steeper than that for any baseline that is shorter than the distance.
 SHADOW_SLOPE = 1.0
+EDGE_BLUR = 3  # samples over which lens and drop-outs blur the edge of the sheet
+MAX_GAP = 2  # samples: drop-outs inside ink leave gaps of one or two
 MIN_DISTORTION_GAIN = 0.005  # samples: least reduction of the scatter for which lens distortion is fitted
 SUBSET_STRIDE = 7  # every seventh sample determines six unknowns well enough
 DISTORTION_ITERATIONS = 8  # each divides the error by ten or more for a lens that shifts the corners by up to 5 %

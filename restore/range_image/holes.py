@@ -87,7 +87,7 @@ def _on_table(sheet: Sheet, behind: Floats, table: Floats) -> Floats:
     paper, of_table, own = sheet.planes[..., 0], _design(behind) @ plane, -1.0 / behind[..., 2]
     step = paper - of_table
     least = np.maximum(LEAST_STEP_MM * paper * of_table, STEP_SIGMAS * robust_sigma(found - design @ plane))
-    on_table = (step > least) & (np.abs(own - of_table) < 0.5 * step)
+    on_table = (step > least) & (np.abs(own - of_table) < np.minimum(0.5 * step, least))
     return np.where(on_table, step / (of_table * abs(sheet.rays.dx)), 0.0)
 
 

@@ -13,7 +13,8 @@ from restore.mesh.validate import ValidMesh, validated
 from restore.range_image.camera import Rays
 from restore.range_image.resample import view_of
 from restore.range_image.segment import MAX_SLOPE, inverse_depths
-from restore.range_image.table import BORDER_BAND, MIN_NOISE_MM, ON_PLANE_SIGMAS, find_table
+from restore.range_image.table import BORDER_BAND, find_table
+from restore.range_image.table_plane import MIN_NOISE_MM, ON_PLANE_SIGMAS
 from restore.robust import robust_sigma
 from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 

@@ -11,9 +11,8 @@ import numba
 import numpy as np
 
 from restore.errors import NotEnoughSurface
-from restore.range_image.camera import SHADOW_SLOPE, Rays
+from restore.range_image.camera import MAX_GAP, SHADOW_SLOPE, Rays
 from restore.range_image.table import find_table
-from restore.range_image.table_by_depth import MAX_GAP
 from restore.scan import Floats, Ints, Mask, RangeScan, with_warnings
 
 MAX_SLOPE = 6.0  # 80.5°: steeper than any wall that both camera and laser see, less steep than the step to the table

@@ -184,7 +184,9 @@ def test_a_sheet_in_the_shadow_of_another_is_not_one_with_it(camera):
     front = cols < 100
     step_mm = 5.0
     shadow = ~front & (cols < 100 + 0.27 * step_mm / camera.pitch_mm)
-    depth = np.where(front, camera.plane(distance=TABLE_MM - step_mm), camera.plane(distance=TABLE_MM))
+    depth = np.where(
+        front, camera.cylinder(300.0, distance=TABLE_MM - step_mm), camera.cylinder(300.0, distance=TABLE_MM)
+    )
     scan = camera.shot(np.where(shadow, np.nan, depth), on_paper(camera))
     assert 2 <= shadow[0].sum() <= MAX_LOST
     assert len(find_pieces(scan, find_rays(scan))) == 2

@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from restore.range_image.table import BORDER_BAND, EDGE_BLUR, find_table
+from restore.range_image.camera import EDGE_BLUR
+from restore.range_image.table import BORDER_BAND, find_table
 
 MIN_RECALL = 0.98  # of the table's samples: 1 % of a normal colour cloud lies outside, and four sigmas of noise
 MAX_FALSE_SHARE = 0.005  # of the sheet's samples, along its edge where colours mix
@@ -149,9 +150,42 @@ def one_side_below(camera, sheet, coloured):
     return seen(camera, np.full_like(coloured, PAPER), shown)
 
 
-@pytest.mark.parametrize("scan", [curled_to_the_border, out_of_sight, one_colour, one_side_below, ruled, dark_picture])
+def panel_in_the_shade(camera, sheet, coloured):
+    """A leaflet that fills the picture, one panel in the scanner's plane and darker than the one that rises from it."""
+    rise = np.clip(camera.indices[1] - 100, 0, None) * np.tan(np.radians(35.0)) * camera.pitch_mm
+    panels = np.where(camera.indices[1][..., None] < 100, (168, 164, 155), PAPER)
+    return seen(camera, panels.astype(float), 1.0 / (1.0 / camera.plane() - rise))
+
+
+def dark_figure(camera, sheet, coloured):
+    """A flat page that fills the picture, and a large figure on it, of which every sample was measured."""
+    return seen(camera, np.where(sheet[..., None], (90, 60, 50), PAPER).astype(float), camera.plane())
+
+
+@pytest.mark.parametrize(
+    "scan",
+    [
+        *(curled_to_the_border, out_of_sight, one_colour, one_side_below, ruled, dark_picture),
+        *(panel_in_the_shade, dark_figure),
+    ],
+)
 def test_without_a_table_in_view_none_is_detected(camera, sheet, coloured, scan):
     assert not table_of(scan(camera, sheet, coloured)).any()
+
+
+@pytest.mark.parametrize("coloured_scan", [True, False])
+@pytest.mark.parametrize("share", [0.05, 0.15])
+def test_black_cloth_of_which_little_is_measured_is_a_table(camera, sheet, share, coloured_scan):
+    """With three times the noise of paper, which the band has a corner of."""
+    page = sheet.copy()
+    page[100:, 130:] = True
+    lost = ~page & (np.random.default_rng(4).random(camera.shape) > share)
+    noise = np.where(page, 0.0, np.random.default_rng(6).normal(0.0, 3.0 * camera.noise, camera.shape))
+    depths = np.where(page, camera.plane(distance=905.0), camera.plane() + noise)
+    scan = seen(camera, np.where(page[..., None], PAPER, TABLE).astype(float), np.where(lost, np.nan, depths))
+    table = table_of(scan if coloured_scan else replace(scan, texture=None))
+    assert table[~page & scan.measured].mean() > MIN_RECALL
+    assert table[page].mean() < MAX_FALSE_SHARE
 
 
 @pytest.fixture

@@ -21,11 +21,11 @@ DPI = 60
 RIM_MM = 4.0  # about a hole: a sample of the fast mode is a millimetre wide, and the side above may be off by two
 
 
-def shot(*, holed):
-    """A shot of a wavy page on a light table, with a hole through it or without."""
+def shot(*, holed, gap_mm=3.0):
+    """A shot of a wavy page above a light table, with a hole through it or without."""
     lens = LENSES["MIDDLE"]
     art = printed(Markers(), PAGE_MM)
-    scene = place_sheet(Wave(), art, depth_mm=900.0 + lens.pupil_mm, table="light")
+    scene = place_sheet(Wave(), art, depth_mm=900.0 + lens.pupil_mm, table="light", gap_mm=gap_mm)
     away = np.linalg.norm(scene.page_uv[scene.faces].mean(axis=1) - MIDDLE_MM, axis=1)
     kept = ~scene.on_page | (away > (RADIUS_MM if holed else 0.0))
     scene = replace(scene, faces=scene.faces[kept], on_page=scene.on_page[kept])
@@ -73,8 +73,22 @@ def test_drop_outs_are_no_holes():
     assert not any("holes" in text for text in page.report["warnings"])
 
 
+def island(truth):
+    """(rows, cols, 1) True where the hole would be."""
+    return (np.linalg.norm(truth.flat - MIDDLE_MM, axis=2) < RADIUS_MM)[..., None]
+
+
 def test_what_lies_deeper_and_is_no_table_is_no_hole():
     scan, truth = shot(holed=False)
-    island = np.linalg.norm(truth.flat - MIDDLE_MM, axis=2) < RADIUS_MM
     deeper = scan.points * (1.0 + 40.0 / 900.0)  # beyond the table
-    assert not prepare(replace(scan, points=np.where(island[..., None], deeper, scan.points))).holes.any()
+    assert not prepare(replace(scan, points=np.where(island(truth), deeper, scan.points))).holes.any()
+
+
+@pytest.mark.parametrize("share", [0.0, 0.15])
+def test_what_lies_between_page_and_table_is_no_hole(share):
+    """Samples beside dark ink may be off by millimetres, nearer to the table than to the paper."""
+    scan, truth = shot(holed=False, gap_mm=20.0)
+    behind = shot(holed=True, gap_mm=20.0)[0].points
+    between = behind + share * (scan.points - behind)
+    holes = prepare(replace(scan, points=np.where(island(truth), between, scan.points))).holes
+    assert holes.any() == (share == 0.0)

@@ -1,0 +1,90 @@
+"""The outline of a page against its table: where it stands clear of it, and where it touches it."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import cv2
+import numpy as np
+from scipy.ndimage import binary_erosion, binary_fill_holes, distance_transform_edt
+from scipy.spatial import cKDTree
+
+from restore.range_image.camera import SHADOW_SLOPE
+from restore.range_image.table_plane import TablePlane
+from restore.scan import Floats, Ints, Mask
+
+INWARDS = 3  # samples over which a page goes on as at its outline: 2 to 4 mm
+MAX_APART = 10  # samples from a page to its table, and the width of its shadow: of black cloth a tenth is measured
+MIN_SHEET = 0.05  # of the samples, in one piece; the rest of a page that fills the picture is letters and lines
+CONTACT_SLOPE = 1.0  # 45°: a page that touches the table rises from it less steeply, its edge more so
+
+
+class PageOutline(NamedTuple):
+    """The outline of a page beside its table; without the frame of the picture, where it goes on unseen.
+
+    clear     share of it that stands clear of the table: the page, going on as it does there, would not meet it.
+    touching  share of it that touches the table.
+    enclosed  whether all of the page is in the picture.
+    """
+
+    clear: float
+    touching: float
+    enclosed: bool
+
+
+def outline_of(table: Mask, plane: TablePlane) -> PageOutline:
+    """The outline of the largest piece of what does not belong to a table of samples (rows, cols)."""
+    page = _largest(without_speckles(plane.measured & ~table))
+    outline, apart = _beside(table, page & ~binary_erosion(page, border_value=1) & plane.measured, page, plane)
+    height = plane.height[outline]
+    on_page = np.where(page & plane.measured, plane.height, -np.inf)
+    highest = cv2.dilate(on_page, np.ones((2 * INWARDS + 1, 2 * INWARDS + 1)))[outline]
+    clear = height - (highest - height) / INWARDS * apart > plane.tolerance
+    touching = height < plane.tolerance + CONTACT_SLOPE * plane.pitch
+    of_clear, of_touching = (float(some.sum() / max(some.size, 1)) for some in (clear, touching))
+    return PageOutline(of_clear, of_touching, _is_enclosed(page, plane.measured))
+
+
+def _beside(table: Mask, outline: Mask, page: Mask, plane: TablePlane) -> tuple[tuple[Ints, Ints], Floats]:
+    """Where (k,) the outline (rows, cols) of a page (rows, cols) is beside a table (rows, cols), and how far, samples.
+
+    There is no page between them, and no more that was not measured than a shadow and MAX_APART explain.
+    """
+    edge, found = np.argwhere(table & ~binary_erosion(table, border_value=1)), np.argwhere(outline)
+    apart, nearest = cKDTree(edge).query(found)
+    between = np.rint(0.5 * (found + edge[nearest])).astype(int)
+    near = (apart - MAX_APART) * plane.pitch * SHADOW_SLOPE < plane.height[outline]
+    near &= ~page[tuple(between.T)] | (apart < 2.0)
+    return tuple(found[near].T), apart[near]
+
+
+def _is_enclosed(page: Mask, measured: Mask) -> bool:
+    """True when a page (rows, cols) ends before the first and the last row and column with samples (rows, cols)."""
+    rows, cols = (np.flatnonzero(measured.any(axis=axis))[[0, -1]] for axis in (1, 0))
+    return not (page[rows].any() or page[:, cols].any())
+
+
+def _largest(mask: Mask) -> Mask:
+    """(rows, cols) the largest connected piece of a mask (rows, cols)."""
+    _, labels = cv2.connectedComponents(mask.astype(np.uint8))
+    sizes = np.bincount(labels.ravel(), minlength=2)
+    return np.asarray(labels == 1 + int(sizes[1:].argmax()))
+
+
+def without_speckles(samples: Mask) -> Mask:
+    """(rows, cols) the pieces of samples (rows, cols), gaps of one closed, single ones gone, and what they enclose."""
+    kernel = np.ones((3, 3), np.uint8)
+    solid = cv2.morphologyEx(samples.astype(np.uint8), cv2.MORPH_CLOSE, kernel)
+    return np.asarray(binary_fill_holes(cv2.morphologyEx(solid, cv2.MORPH_OPEN, kernel)))
+
+
+def is_sheet(rest: Mask, measured: Mask) -> bool:
+    """Whether the largest connected piece of samples (rows, cols), of those measured (rows, cols), may be a sheet.
+
+    Links one or two samples wide are none. Where nothing was measured a piece goes on as beside it: dark ink and a weak
+    laser lose samples on paper, too.
+    """
+    rows, cols = distance_transform_edt(~measured, return_distances=False, return_indices=True)
+    solid = cv2.morphologyEx(rest[rows, cols].astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    _, labels = cv2.connectedComponents(solid)
+    return bool(np.bincount(labels[rest])[1:].max(initial=0) > MIN_SHEET * measured.sum())
