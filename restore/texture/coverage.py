@@ -152,8 +152,7 @@ def cut_warnings(page: Mask, page_map: NDArray[np.float32], size: tuple[int, int
         return []
     return [
         f"{share:.0%} of the page's outline is at the edge of the picture, where the page may go on unseen: "
-        "move it into the picture, or the scanner back; where the table is seen as a part of the page, lay the page on a "
-        "cloth that is darker than paper"
+        "move it into the picture, or the scanner back; if the table is shown as a part of it, lay it on a dark cloth"
     ]
 
 
