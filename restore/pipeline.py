@@ -38,6 +38,7 @@ from restore.texture.coverage import (
     blank_hidden,
     compute_coverage,
     cut_warnings,
+    filled_warnings,
     inpaint_hidden,
     mirror_warnings,
     with_interpolated,
@@ -101,7 +102,8 @@ def restore(
     report["warnings"] += mirror_warnings(unrolled.fine)
     report["warnings"] += [*_cut_off(scan, painting, coverage), *hole_warnings(holes, settings.dpi)]
     report |= {"light": shading.report, "white": balance.report, "coverage": coverage.shares()}
-    report["warnings"] += [*_reasons_for_keeping(shading, balance), *coverage.warnings()]
+    filled = [] if isinstance(scan, InterpolatedMesh) else filled_warnings(coverage.seen, settings.dpi)
+    report["warnings"] += [*_reasons_for_keeping(shading, balance), *coverage.warnings(), *filled]
     report |= {"source": dict(scan.provenance), "seconds": clock.seconds}
     if photos:
         report |= {"photos": photo_report, "warnings": report["warnings"] + reasons(registered, photo_report)}

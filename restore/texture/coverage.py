@@ -38,6 +38,7 @@ FAR = 50.0  # sizes of the page: a relief of a tenth of it changes a picture of 
 NEARLY_PARALLEL = 1e-9  # 1/mm: a camera a thousand kilometres away
 MAX_HIDDEN = 0.1  # of the page: the gutter of a book hides less, beside the letters that are lost there
 STROKE_MM = 2.5  # of a title; those of running text are half a millimetre
+MAX_FILLED_MM = 20.0  # across: between two lines of text a page bends little, over a hand's breadth of a book too much
 EDGE_PX = 3.0  # of the picture: the page is painted by interpolation, so its last pixel lies within two of the edge
 # of the outline of a page that is said to be cut off: the presets of the station are amber from there
 MAX_CUT = 0.02
@@ -153,6 +154,18 @@ def cut_warnings(page: Mask, page_map: NDArray[np.float32], size: tuple[int, int
     return [
         f"{share:.0%} of the page's outline is at the edge of the picture, where the page may go on unseen: "
         "move it into the picture, or the scanner back; if the table is shown as a part of it, lay it on a dark cloth"
+    ]
+
+
+def filled_warnings(seen: Bytes, dpi: float) -> list[str]:
+    """What an operator must know of a page (h, w), values of `Seen`, that gave no range over a broad area."""
+    filled = np.pad(seen == Seen.FILLED, 1).astype(np.uint8)
+    across = 2.0 * float(cv2.distanceTransform(filled, cv2.DIST_L2, cv2.DIST_MASK_5).max()) * MM_PER_INCH / dpi
+    if across <= MAX_FILLED_MM:
+        return []
+    return [
+        f"an area of the page {across:.0f} mm across gave no range, and its shape is filled in from beside it: raise "
+        "the laser power for dark ink, turn glossy paper out of the light, and scan again"
     ]
 
 

@@ -15,6 +15,7 @@ from restore.texture.coverage import (
     compute_coverage,
     cut_share,
     cut_warnings,
+    filled_warnings,
     inpaint_hidden,
     mirror_warnings,
     pinhole_centre,
@@ -214,3 +215,18 @@ def test_a_picture_that_mirrors_its_surface_is_told_and_hides_as_much():
     assert "mirror images of each other" in told
     assert mirror_warnings(page) == []
     np.testing.assert_array_equal(covered(mirrored)[0].seen, covered(page)[0].seen)
+
+
+@pytest.mark.parametrize(("across_mm", "told"), [(16.0, False), (26.0, True)])
+def test_a_broad_area_without_range_is_told(across_mm, told):
+    """And its width; dots and lines of any length are no area."""
+    seen = np.full((400, 500), Seen.MEASURED, np.uint8)
+    seen[::7] = Seen.FILLED
+    radius = 0.5 * across_mm * DPI / MM_PER_INCH
+    rows, cols = np.indices(seen.shape)
+    seen[np.hypot(rows - 200, cols - 250) < radius] = Seen.FILLED
+    warnings = filled_warnings(seen, DPI)
+    assert len(warnings) == told
+    if told:
+        across = float(warnings[0].split(" mm across")[0].split()[-1])
+        assert across == pytest.approx(across_mm, abs=1.0)
