@@ -40,7 +40,8 @@ def table_by_colour(colour: Floats, plane: TablePlane, band: Mask) -> ColouredTa
     """
     on_plane = plane.samples
     centre, sigma = _colour_distribution(colour[on_plane & band])
-    table = on_plane & (_colour_distance(colour, centre, sigma) < MAX_COLOUR_DISTANCE)
+    table = on_plane.copy()
+    table[on_plane] = (((colour[on_plane] - centre) / sigma) ** 2).sum(axis=1) < MAX_COLOUR_DISTANCE**2
     rest = plane.measured & ~table
     paper = _paper_colour(colour[rest]) if rest.any() else centre
     if np.linalg.norm(paper - centre) < MIN_COLOUR_DIFFERENCE or not is_sheet(rest, plane.measured):
@@ -87,11 +88,6 @@ def _colour_distribution(colours: Floats) -> tuple[Floats, Floats]:
     centre = np.median(colours, axis=0)
     sigma = robust_sigmas(colours - centre)
     return centre, np.maximum(sigma, MIN_COLOUR_SIGMA)
-
-
-def _colour_distance(colours: Floats, centre: Floats, sigma: Floats) -> Floats:
-    distance: Floats = np.linalg.norm((colours - centre) / sigma, axis=-1)
-    return distance
 
 
 def _paper_colour(rest: Floats) -> Floats:
