@@ -25,6 +25,7 @@ from restore.range_image.off_table import page_and_table
 from restore.range_image.resample import resample
 from restore.range_image.segment import SegmentedScan, find_sheet, largest_surface, segment
 from restore.range_image.sheet import Sheet, make_sheet
+from restore.range_image.turned_border import turned_border
 from restore.scan import Floats, InterpolatedMesh, RangeScan, SurfaceMesh
 from restore.scan_check import refuse_unusable
 
@@ -74,9 +75,9 @@ def _prepare_mesh(scan: SurfaceMesh) -> Sheet | SurfaceMesh:
 
 
 def _with_holes(segmented: SegmentedScan) -> Sheet:
-    """The sheet of a scanner's own picture, with the holes through it."""
+    """The sheet of a scanner's own picture, with the holes through it, and how much of its border is turned away."""
     sheet = fit_sheet(segmented)
-    return replace(sheet, holes=holes_to_table(sheet, segmented))
+    return replace(sheet, holes=holes_to_table(sheet, segmented), turned_border=turned_border(sheet))
 
 
 def _check_size(scan: RangeScan | SurfaceMesh) -> None:

@@ -28,6 +28,7 @@ from restore.unroll import Unrolled
 NOT_DEVELOPABLE = 0.005  # rms of the smooth strain: paper stretches by less before it tears
 ESTIMATED = 0.01  # of its straight length: an edge whose rest length differs by more bends much
 LOST_BORDER = 0.01  # of the outline: a centimetre of an A4 page; where no paper was lost it is 0
+TURNED_BORDER = 0.02  # of the outline: of pages that are seen to their edges, corners alone are
 UPSIDE_DOWN = 0.01  # of the faces: noise turns single ones
 MOSTLY = 0.5  # of the edges: the rest lengths of fewer are checked by those that need no estimate
 
@@ -69,7 +70,7 @@ def describe(
     if isinstance(surface, Sheet):
         report["samples"] = int(surface.measured.sum())
         report["filled_share"] = float(1.0 - surface.measured[surface.inside].mean())
-        report["warnings"] += _lost(surface.lost_border)
+        report["warnings"] += [*_lost(surface.lost_border), *_turned(surface.turned_border)]
     return report
 
 
@@ -115,6 +116,16 @@ def _lost(share: float) -> list[str]:
     return [
         f"along {share:.0%} of its border or more the page ends where the scanner measured nothing and no shadow "
         "falls: dark or glossy paper there is not on the page; scan with more laser power, or turn it to the laser"
+    ]
+
+
+def _turned(share: float) -> list[str]:
+    """Warnings of a share of the page's border that is turned away from the scanner."""
+    if share <= TURNED_BORDER:
+        return []
+    return [
+        f"along {share:.0%} of its border the page is turned from the scanner by more than 70°: paper beyond it may "
+        "not have been seen; tilt the page, or scan it from another side"
     ]
 
 

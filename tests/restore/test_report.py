@@ -118,6 +118,12 @@ def test_paper_lost_at_the_border_is_warned_about(page, camera):
     assert described(page, surface=sheet)["warnings"] == []
 
 
+def test_a_border_that_is_turned_away_is_warned_about(page, camera):
+    sheet = camera.sheet(camera.facets(camera.plane()))
+    (warning,) = described(page, surface=replace(sheet, turned_border=0.05))["warnings"]
+    assert warning.startswith("along 5% of its border the page is turned from the scanner")
+
+
 def test_strain_is_also_given_against_straight_lengths_with_how_far_the_estimates_differ(page):
     longer = replace(page, flat=page.flat, lengths=1.02 * page.lengths)
     chords = described(longer)["strain"]["against_chords"]
