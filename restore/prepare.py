@@ -167,10 +167,11 @@ def _laser_signal(scan: RangeScan) -> Floats | None:
 def _texture_positions(scan: RangeScan) -> Floats:
     """(rows, cols, 2) texture position, pixels, of every sample, extrapolated where not measured."""
     known = np.asarray(np.isfinite(scan.texture_xy).all(axis=2))
-    rows, cols = np.indices(known.shape)
-    design = np.stack([np.ones(known.shape), rows, cols], axis=-1)
-    fit, *_ = np.linalg.lstsq(design[known][::AFFINE_SUBSET], scan.texture_xy[known][::AFFINE_SUBSET], rcond=None)
-    affine = design @ fit
+    row, col = (axis[::AFFINE_SUBSET] for axis in np.nonzero(known))
+    design = np.column_stack([np.ones(len(row)), row, col])
+    fit, *_ = np.linalg.lstsq(design, scan.texture_xy[row, col], rcond=None)
+    rows, cols = np.ogrid[: known.shape[0], : known.shape[1]]
+    affine = fit[0] + rows[..., None] * fit[1] + cols[..., None] * fit[2]
     # A scanner's own grid is affine; on a mesh resampled from another viewpoint the residual varies, but slowly.
     residual = np.where(known[..., None], scan.texture_xy - affine, 0.0)
     blurred_known = cv2.GaussianBlur(known.astype(np.float64), (0, 0), EXTRAPOLATION_BLUR)

@@ -46,7 +46,8 @@ class RangeScan:
     @property
     def measured(self) -> Mask:
         """(rows, cols) bool, True where the scanner measured a point."""
-        return np.asarray(np.isfinite(self.points).all(axis=2))
+        x, y, z = np.moveaxis(np.isfinite(self.points), 2, 0)  # `all` over so short an axis takes twenty times as long
+        return np.asarray(x & y & z)
 
 
 @dataclass(frozen=True, eq=False)

@@ -75,7 +75,10 @@ class Rays:
     def grid(self, points: Floats) -> tuple[Floats, Floats]:
         """Grid position (rows, cols), as fractions, of points (…, 3) mm."""
         x, y, z = np.moveaxis((points - self.origin) @ self.axes.T, -1, 0)
-        x, y = x / -z, y / -z
+        return self.in_picture(x / -z, y / -z)
+
+    def in_picture(self, x: Floats, y: Floats) -> tuple[Floats, Floats]:
+        """Grid position (rows, cols), as fractions, of directions (x, y, −1), x and y (…), in the camera's frame."""
         squared, (k1, k2) = x**2 + y**2, self.distortion
         factor = 1.0 + squared * (k1 + k2 * squared)
         return (y * factor - self.y0) / self.dy, (x * factor - self.x0) / self.dx
@@ -126,5 +129,5 @@ def _fit_lens(rows: Ints, cols: Ints, x: Floats, y: Floats) -> Rays:
 
 def _scatter(rays: Rays, rows: Ints, cols: Ints, x: Floats, y: Floats) -> float:
     """Reprojection error in samples (1σ, the worse axis) of directions (x, y, −1) (n,) at grid positions (n,)."""
-    predicted_rows, predicted_cols = rays.grid(np.stack([x, y, -np.ones(len(x))], axis=1))
+    predicted_rows, predicted_cols = rays.in_picture(x, y)
     return float(max(np.std(predicted_rows - rows), np.std(predicted_cols - cols)))
