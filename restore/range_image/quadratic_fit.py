@@ -60,42 +60,72 @@ def _fit_rows(
 ) -> None:  # fmt: skip
     """Write the terms and the variance of every wanted sample in the rows from first to end.
 
-    A row's moments are sums down its columns, then along the row: they never leave the processor's cache.
+    A row's moments are sums down its columns, then along the row: they never leave the processor's cache. Only those of
+    the runs of columns that hold wanted samples are taken.
     """
-    rows, cols = data.shape
-    down, moments = np.zeros((SUMS, cols + 2 * radius)), np.empty((len(ROW_MOMENTS), cols))
+    cols = data.shape[1]
+    down, moments = np.empty((SUMS, cols + 2 * radius)), np.empty((len(ROW_MOMENTS), cols))
     for r in range(first, end):
-        if not wanted[r].any():
-            continue
-        down[:] = 0.0
-        for i in range(max(0, r - radius), min(rows, r + radius + 1)):
-            _add_row(data[i], weight[i], (i - r) / radius, down[:, radius : radius + cols])
-        for k in range(len(ROW_MOMENTS)):
-            power, column = ROW_MOMENTS[k]
-            moments[k] = 0.0
-            for j in range(2 * radius + 1):
-                factor = ((j - radius) / radius) ** power
-                for c in range(cols):
-                    moments[k, c] += factor * down[column, j + c]
-        _solve(moments, wanted[r], scale, leverage, terms[r], variance[r])
+        left, right = _next_run(wanted[r], 0, 2 * radius)
+        while left < right:
+            _set_moments(data, weight, radius, r, left, right, down, moments)
+            _solve(moments, wanted[r][left:right], scale, leverage, terms[r][left:right], variance[r][left:right])
+            left, right = _next_run(wanted[r], right, 2 * radius)
 
 
 @numba.njit(cache=True, nogil=True)
-def _add_row(data: Floats, weight: Floats, y: float, down: Floats) -> None:
-    """Add a row of data (cols,) with weights (cols,) to the sums down the columns (SUMS, cols); y: its offset."""
+def _set_moments(
+    data: Floats, weight: Floats, radius: int, r: int, left: int, right: int, down: Floats, moments: Floats
+) -> None:
+    """Write the moments of the windows round the columns of a row from left to right, to the first columns of moments.
+
+    down is for the sums down the columns: beyond the border of the grid they are 0.
+    """
+    rows, cols = data.shape
+    count, before = right - left, left - radius
+    start, stop = max(0, before), min(cols, right + radius)
+    down[:, : count + 2 * radius] = 0.0
+    for i in range(max(0, r - radius), min(rows, r + radius + 1)):
+        _add_row(data[i][start:stop], weight[i][start:stop], (i - r) / radius, down, start - before)
+    for k in range(len(ROW_MOMENTS)):
+        power, column = ROW_MOMENTS[k]
+        moments[k, :count] = 0.0
+        for j in range(2 * radius + 1):
+            factor = ((j - radius) / radius) ** power
+            for c in range(count):
+                moments[k, c] += factor * down[column, j + c]
+
+
+@numba.njit(cache=True, nogil=True)
+def _next_run(wanted: Mask, start: int, most: int) -> tuple[int, int]:
+    """First and end of the next run of wanted columns (cols,), over gaps of up to `most`; equal when there is none."""
+    while start < len(wanted) and not wanted[start]:
+        start += 1
+    end = start
+    for col in range(start, len(wanted)):
+        if wanted[col]:
+            end = col + 1
+        elif col - end >= most:
+            break
+    return start, end
+
+
+@numba.njit(cache=True, nogil=True)
+def _add_row(data: Floats, weight: Floats, y: float, down: Floats, first: int) -> None:
+    """Add a row of data (k,) with weights (k,), at an offset y, to the sums down columns (SUMS, …) from a first on."""
     for c in range(len(data)):
         light = weight[c]
         value = light * data[c]
-        down[0, c] += light
-        down[1, c] += light * y
-        down[2, c] += light * y**2
-        down[3, c] += light * y**3
-        down[4, c] += light * y**4
-        down[5, c] += value
-        down[6, c] += value * y
-        down[7, c] += value * y**2
-        down[8, c] += value * data[c]
-        down[9, c] += 1.0 if light > 0 else 0.0
+        down[0, first + c] += light
+        down[1, first + c] += light * y
+        down[2, first + c] += light * y**2
+        down[3, first + c] += light * y**3
+        down[4, first + c] += light * y**4
+        down[5, first + c] += value
+        down[6, first + c] += value * y
+        down[7, first + c] += value * y**2
+        down[8, first + c] += value * data[c]
+        down[9, first + c] += 1.0 if light > 0 else 0.0
 
 
 @numba.njit(cache=True, nogil=True)

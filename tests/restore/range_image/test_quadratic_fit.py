@@ -63,6 +63,20 @@ def test_noisy_samples_give_what_weighted_least_squares_gives(radius):
         )
 
 
+@pytest.mark.parametrize("radius", [2, 6])
+@pytest.mark.parametrize("share", [0.02, 0.3])
+def test_wanted_samples_alone_have_what_all_samples_would_give_them(radius, share):
+    random = np.random.default_rng(3)
+    data, weight = random.normal(0, 1, (ROWS, COLS)), random.uniform(0, 1, (ROWS, COLS))
+    wanted = random.random(data.shape) < share
+    wanted[0] = False
+    wanted[-1, [0, -1]] = True
+    some, all_of_them = (fit_quadratics(data, weight, which, radius) for which in (wanted, np.ones_like(wanted)))
+    for found, expected in zip(some, all_of_them, strict=True):
+        np.testing.assert_array_equal(found[wanted], expected[wanted])
+        assert np.isnan(found[~wanted]).all()
+
+
 @pytest.mark.parametrize("radius", [2, 3])
 def test_the_variance_is_that_of_pure_noise(radius):
     random = np.random.default_rng(2)
