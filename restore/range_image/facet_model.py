@@ -14,6 +14,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from restore.bands import in_bands
 from restore.errors import NotEnoughSurface
 from restore.numerics import TINY
 from restore.range_image.creases import find_creases
@@ -206,16 +207,24 @@ def _shift_windows(
     else:
         near = (distance <= radius + 1.5) | np.isnan(fit.variance)
         merit, shifted, one_sided_merit = distance, near, float(radius)
-    return _choose_windows(fit.terms, fit.variance, merit, shifted & inside, inside, one_sided_merit, radius)
+    chosen, centres = np.full((*merit.shape, FACET_FIELDS), np.nan), np.zeros(merit.shape, np.int64)
+
+    def choose(rows: slice) -> None:
+        first, end = rows.start, rows.stop
+        _choose_windows(*fit, merit, shifted, inside, one_sided_merit, radius, first, end, chosen, centres)
+
+    in_bands(choose, len(merit))
+    return chosen, centres
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, nogil=True)
 def _choose_windows(
-    terms: Floats, variance: Floats, merit: Floats, shifted: Mask, inside: Mask, one_sided_merit: float, radius: int
-) -> tuple[Floats, Ints]:
+    terms: Floats, variance: Floats, merit: Floats, shifted: Mask, inside: Mask, one_sided_merit: float, radius: int,
+    first: int, end: int, chosen: Floats, centres: Ints,
+) -> None:  # fmt: skip
+    """Write the facets and the centres of the rows from first to end."""
     rows, cols = merit.shape
-    chosen, centres = np.full((rows, cols, FACET_FIELDS), np.nan), np.zeros((rows, cols), np.int64)
-    for r in range(rows):
+    for r in range(first, end):
         for c in range(cols):
             if not inside[r, c]:
                 continue
@@ -236,4 +245,3 @@ def _choose_windows(
             chosen[r, c, 3] = variance[best_r, best_c]
             chosen[r, c, 4] = (abs(f[3]) + abs(f[4]) + abs(f[5])) * WIDE_RADIUS * WIDE_RADIUS
             chosen[r, c, 5] = 1.0 if merit[best_r, best_c] >= one_sided_merit else 0.0
-    return chosen, centres
