@@ -37,6 +37,8 @@ def distortion_factor(squared_radius: Any, k1: float, k2: float) -> Any:
     The undistorted radius is found by fixed-point iteration.
     """
     factor = 1.0 + 0.0 * squared_radius
+    if k1 == 0.0 and k2 == 0.0:
+        return factor
     for _ in range(DISTORTION_ITERATIONS):
         undistorted = squared_radius / (factor * factor)
         factor = 1.0 + undistorted * (k1 + k2 * undistorted)
