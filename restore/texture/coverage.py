@@ -66,13 +66,13 @@ class Coverage:
     @property
     def mask(self) -> Mask:
         """(h, w) True where the camera saw the page."""
-        return np.isin(self.seen, (Seen.MEASURED, Seen.FILLED, Seen.COVERED))
+        return np.asarray((self.seen == Seen.MEASURED) | (self.seen == Seen.FILLED) | (self.seen == Seen.COVERED))
 
     def shares(self) -> dict[str, float]:
         """The share of the page's area of each kind, 0 to 1."""
-        count = np.bincount(self.seen.ravel(), minlength=len(Seen))
-        page = max(int(count[Seen.MEASURED :].sum()), 1)
-        return {kind.name.lower(): float(count[kind] / page) for kind in Seen if kind is not Seen.OUTSIDE}
+        count = {kind: np.count_nonzero(self.seen == kind) for kind in Seen if kind is not Seen.OUTSIDE}
+        page = max(sum(count.values()), 1)
+        return {kind.name.lower(): number / page for kind, number in count.items()}
 
     def warnings(self) -> list[str]:
         """What an operator must know of a page that is white in large part."""
@@ -229,6 +229,8 @@ def rasterise_on_page(fine: FlatMesh, values: Floats, shape: tuple[int, ...], dp
 
 def _crop_or_pad(field: NDArray[np.float32], shape: tuple[int, ...]) -> NDArray[np.float32]:
     """A field (h, w, k) cropped or padded with NaN to a shape (h, w), which may have been rounded otherwise."""
+    if field.shape[:2] == shape:
+        return field
     more = [(0, max(0, wanted - size)) for wanted, size in zip(shape, field.shape, strict=False)]
     full = np.pad(field, [*more, (0, 0)], constant_values=np.nan)
     return np.ascontiguousarray(full[: shape[0], : shape[1]])
@@ -320,8 +322,8 @@ def occluded(fine: FlatMesh, camera_centre: Floats, shape: tuple[int, ...], dpi:
     on_page = rasterise_on_page(fine, np.column_stack([fine.texcoords, depth]), shape, dpi)
     front_depth = cv2.remap(
         np.where(np.isnan(nearest_depth), np.float32(np.inf), nearest_depth),
-        np.ascontiguousarray(on_page[..., :2]),
-        None,
+        np.ascontiguousarray(on_page[..., 0]),
+        np.ascontiguousarray(on_page[..., 1]),
         cv2.INTER_NEAREST,
         borderMode=cv2.BORDER_CONSTANT,
         borderValue=float("inf"),
