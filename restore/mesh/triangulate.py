@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from restore.mesh.adjacency import components, piece_of_faces, sides_of
+from restore.mesh.adjacency import components, piece_of_faces, sides_of, used_vertices
 from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 
 MAX_SNAP_DISTANCE = 0.5  # of the stride: nodes nearer to the outline move onto it, which avoids thin triangles
@@ -89,8 +89,8 @@ def _heights(nodes: Floats, faces: Ints) -> Floats:
 
 def compact(values: NDArray[Any], faces: Ints) -> tuple[NDArray[Any], Ints]:
     """The values (k, …) used by faces (m, 3), and the faces renumbered to them."""
-    used, inverse = np.unique(faces, return_inverse=True)
-    return values[used], inverse.reshape(faces.shape).astype(np.int64)
+    used = used_vertices(faces, len(values))
+    return values[used], (np.cumsum(used) - 1)[faces]
 
 
 def triangulate(scan: RangeScan) -> SurfaceMesh:

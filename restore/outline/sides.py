@@ -12,7 +12,8 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from restore.mesh.adjacency import border_of
+from restore.bands import in_threads
+from restore.mesh.adjacency import border_of, used_vertices
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import edges_of
 from restore.outline.crossings import WRONG, Crossings, crossings_of, separate, where
@@ -60,7 +61,7 @@ def straighten(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
         return page
     jacobians = _grid_jacobians(page, border)
     crossings = crossings_of(sheet, page, border, jacobians[border])
-    lines = [_fit_side(sheet, crossings, *side) for side in ((0, -1), (1, -1), (0, 1), (1, 1))]
+    lines = in_threads(lambda side: _fit_side(sheet, crossings, *side), ((0, -1), (1, -1), (0, 1), (1, 1)))
     scraps = _scraps(sheet, page, lines)
     if scraps.any():
         return straighten(sheet, _of_faces(page, page.faces[~scraps]))
@@ -73,8 +74,8 @@ def straighten(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
 
 def _of_faces(page: PageOnGrid, faces: Ints) -> PageOnGrid:
     """The page of some of its faces (m, 3)."""
-    used = np.unique(faces)
-    return PageOnGrid(page.flat[used], np.searchsorted(used, faces), page.nodes[used])
+    used = used_vertices(faces, len(page.flat))
+    return PageOnGrid(page.flat[used], (np.cumsum(used) - 1)[faces], page.nodes[used])
 
 
 def _scraps(sheet: Sheet, page: PageOnGrid, lines: list[Line | None]) -> Mask:
