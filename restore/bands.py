@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from itertools import pairwise
@@ -15,9 +16,24 @@ Result = TypeVar("Result")
 
 
 def in_threads(work: Callable[[Part], Result], parts: Iterable[Part]) -> list[Result]:
-    """The results of work(part) for all parts, in their order."""
-    with ThreadPoolExecutor(THREADS) as threads:
-        return list(threads.map(work, parts))
+    """The results of work(part) for all parts, in their order; once one has failed, no other is begun."""
+    waiting: deque[tuple[int, Part] | None] = deque([*enumerate(parts), *[None] * THREADS])  # a thread ends at a None
+    results: dict[int, Result] = {}
+
+    def work_off() -> None:
+        try:
+            while (one := waiting.popleft()) is not None:
+                results[one[0]] = work(one[1])
+        finally:
+            waiting.appendleft(None)
+
+    # This thread works, too: until another has started, or is awake again, small parts are done.
+    with ThreadPoolExecutor(THREADS - 1) as threads:
+        others = [threads.submit(work_off) for _ in range(THREADS - 1)]
+        work_off()
+    for other in others:
+        other.result()
+    return [results[number] for number in range(len(results))]
 
 
 def in_bands(work: Callable[[slice], None], rows: int, height: int | None = None) -> None:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from restore.bands import BANDS, in_bands
+from restore.bands import BANDS, THREADS, in_bands, in_threads
 
 
 @given(rows=st.integers(0, 200), height=st.none() | st.integers(1, 50))
@@ -39,3 +39,20 @@ def test_an_error_in_a_band_reaches_the_caller():
 
     with pytest.raises(ZeroDivisionError):
         in_bands(work, 30, 10)
+
+
+@given(count=st.integers(0, 50))
+def test_results_have_the_order_of_their_parts(count):
+    assert in_threads(lambda part: part**2, range(count)) == [part**2 for part in range(count)]
+
+
+def test_a_thread_that_failed_begins_nothing_more():
+    begun = []
+
+    def work(part: int) -> None:
+        begun.append(part)
+        raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        in_threads(work, range(50))
+    assert len(begun) <= THREADS
