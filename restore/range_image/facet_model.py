@@ -105,19 +105,18 @@ def _signal_classes(signal: Floats | None, measured: Mask) -> Ints:
 
 def _weights(residual: Floats, classes: Ints, floor: float) -> tuple[Floats, Floats]:
     """(rows, cols) inverse variance of each sample's class over the best, 0 for outliers; and its sigma, 1/mm."""
-    weight, deviation = np.zeros(residual.shape), np.zeros(residual.shape)
+    known, sigmas, weights = np.isfinite(residual), np.zeros(SIGNAL_CLASSES + 1), np.zeros(SIGNAL_CLASSES + 1)
     best = np.inf
     for k in range(classes.max() + 1):
-        own = classes == k
-        members = own & np.isfinite(residual)
-        if members.sum() < MIN_MEMBERS:
+        members = residual[(classes == k) & known]
+        if len(members) < MIN_MEMBERS:
             continue
-        sigma = max(robust_sigma(residual[members]), floor)
-        best = min(best, sigma)
-        deviation[own], weight[own] = sigma, (best / sigma) ** 2
-    off = np.abs(np.nan_to_num(residual))
+        sigmas[k] = max(robust_sigma(members), floor)
+        best = min(best, sigmas[k])
+        weights[k] = (best / sigmas[k]) ** 2
+    deviation, off = sigmas[classes], np.where(known, np.abs(residual), 0.0)  # class −1 has the last entry, 0
     limit = OUTLIER_SIGMAS * np.maximum(deviation, _median_around(off))  # where all are off, the quadratic does not fit
-    return np.where(off < limit, weight, 0.0), deviation
+    return np.where(off < limit, weights[classes], 0.0), deviation
 
 
 def _median_around(values: Floats) -> NDArray[np.float32]:
