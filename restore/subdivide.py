@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import map_coordinates
 
 from restore.mesh.adjacency import sides_of
+from restore.mesh.measures import straight_lengths
 from restore.range_image.sheet import PageOnGrid, Sheet
 from restore.scan import Floats, Ints, Mask
 
@@ -28,16 +29,15 @@ def subdivide(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
     (flat, faces, nodes), normals = page, sheet.normals()
     for _ in range(ROUNDS):
         sides = sides_of(faces)
-        ends = nodes[sides.edges]
+        start, end = sides.edges.T
         middles = _middles(sheet, normals, nodes, sides.edges)
-        lengths = np.linalg.norm(flat[sides.edges[:, 0]] - flat[sides.edges[:, 1]], axis=1)
-        in_picture = np.linalg.norm(ends[:, 0] - ends[:, 1], axis=1)
-        off = np.linalg.norm(middles - ends.mean(axis=1), axis=1) / in_picture  # share of an edge
-        split = (off * lengths > NONLINEAR_MM) & (off < MOST)
+        apart = np.hypot(*(middles - 0.5 * (nodes[start] + nodes[end])).T)
+        off = apart / straight_lengths(nodes, sides.edges)  # share of an edge
+        split = (off * straight_lengths(flat, sides.edges) > NONLINEAR_MM) & (off < MOST)
         if not split.any():
             break
         faces = _split_faces(faces, sides.edge.reshape(-1, 3), split, len(nodes))
-        flat = np.concatenate([flat, flat[sides.edges].mean(axis=1)[split]])
+        flat = np.concatenate([flat, 0.5 * (flat[start[split]] + flat[end[split]])])
         nodes = np.concatenate([nodes, middles[split]])
     return PageOnGrid(flat, faces, nodes)
 
@@ -51,7 +51,8 @@ def _middles(sheet: Sheet, normals: NDArray[np.float32], nodes: Floats, edges: I
     normal = np.stack([map_coordinates(normals[..., k], nodes.T, order=1, mode="nearest") for k in range(3)], axis=1)
     start, end = edges.T
     chord, rise, sink = points[end] - points[start], normal[start], normal[end]
-    bulge = sink * (sink * chord).sum(axis=1, keepdims=True) - rise * (rise * chord).sum(axis=1, keepdims=True)
+    falls, rises = (np.einsum("ij,ij->i", one, chord)[:, None] for one in (sink, rise))
+    bulge = sink * falls - rise * rises
     middle = 0.5 * (points[start] + points[end]) + bulge / 8.0
     return np.stack(sheet.rays.grid(middle), axis=1)
 
