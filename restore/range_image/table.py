@@ -14,7 +14,7 @@ from scipy.ndimage import binary_erosion, binary_fill_holes
 
 from restore.range_image.table_by_colour import lab_colours, table_by_colour
 from restore.range_image.table_by_depth import table_by_depth
-from restore.range_image.table_outline import outline_of
+from restore.range_image.table_outline import is_enclosed, outline_of, page_on
 from restore.range_image.table_plane import TablePlane, fit_table_plane
 from restore.scan import Floats, Mask, RangeScan
 
@@ -69,14 +69,16 @@ def _in_picture(plane: TablePlane, colour: Floats | None, band: Mask) -> Table |
     """
     coloured = None if colour is None else table_by_colour(colour, plane, band)
     if coloured is not None:
-        outline = outline_of(coloured.samples, plane)
-        if outline.clear >= MIN_CLEAR or (coloured.brighter and (coloured.flat or outline.enclosed)):
+        page = page_on(coloured.samples, plane)
+        told = coloured.brighter and (coloured.flat or is_enclosed(page, plane.measured))
+        if told or outline_of(page, coloured.samples, plane).clear >= MIN_CLEAR:
             return Table(coloured.samples)
     samples = table_by_depth(plane)
     if samples is None:
         return None
-    outline = outline_of(samples, plane)
-    surrounded = colour is None and outline.enclosed and _surrounds(plane.samples, band)
+    page = page_on(samples, plane)
+    outline = outline_of(page, samples, plane)
+    surrounded = colour is None and is_enclosed(page, plane.measured) and _surrounds(plane.samples, band)
     return Table(samples, outline.touching) if surrounded or outline.clear >= MIN_CLEAR else None
 
 

@@ -41,7 +41,8 @@ def table_by_colour(colour: Floats, plane: TablePlane, band: Mask) -> ColouredTa
     on_plane = plane.samples
     centre, sigma = _colour_distribution(colour[on_plane & band])
     table = on_plane.copy()
-    table[on_plane] = (((colour[on_plane] - centre) / sigma) ** 2).sum(axis=1) < MAX_COLOUR_DISTANCE**2
+    off = (colour[on_plane] - centre) / sigma
+    table[on_plane] = np.einsum("ij,ij->i", off, off) < MAX_COLOUR_DISTANCE**2
     rest = plane.measured & ~table
     paper = _paper_colour(colour[rest]) if rest.any() else centre
     if np.linalg.norm(paper - centre) < MIN_COLOUR_DIFFERENCE or not is_sheet(rest, plane.measured):

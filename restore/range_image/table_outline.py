@@ -6,8 +6,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from scipy.ndimage import binary_erosion, binary_fill_holes, distance_transform_edt
-from scipy.spatial import cKDTree
+from scipy.ndimage import binary_erosion, binary_fill_holes
 
 from restore.range_image.camera import SHADOW_SLOPE
 from restore.range_image.table_plane import TablePlane
@@ -24,25 +23,32 @@ class PageOutline(NamedTuple):
 
     clear     share of it that stands clear of the table: the page, going on as it does there, would not meet it.
     touching  share of it that touches the table.
-    enclosed  whether all of the page is in the picture.
     """
 
     clear: float
     touching: float
-    enclosed: bool
 
 
-def outline_of(table: Mask, plane: TablePlane) -> PageOutline:
-    """The outline of the largest piece of what does not belong to a table of samples (rows, cols)."""
-    page = _largest(without_speckles(plane.measured & ~table))
+def page_on(table: Mask, plane: TablePlane) -> Mask:
+    """(rows, cols) True on the largest piece of what does not belong to a table of samples (rows, cols)."""
+    return _largest(without_speckles(plane.measured & ~table))
+
+
+def is_enclosed(page: Mask, measured: Mask) -> bool:
+    """True when a page (rows, cols) ends before the first and the last row and column with samples (rows, cols)."""
+    rows, cols = (np.flatnonzero(measured.any(axis=axis))[[0, -1]] for axis in (1, 0))
+    return not (page[rows].any() or page[:, cols].any())
+
+
+def outline_of(page: Mask, table: Mask, plane: TablePlane) -> PageOutline:
+    """The outline of a page (rows, cols) beside a table of samples (rows, cols)."""
     outline, apart = _beside(table, page & ~binary_erosion(page, border_value=1) & plane.measured, page, plane)
     height = plane.height[outline]
     on_page = np.where(page & plane.measured, plane.height, -np.inf)
     highest = cv2.dilate(on_page, np.ones((2 * INWARDS + 1, 2 * INWARDS + 1)))[outline]
     clear = height - (highest - height) / INWARDS * apart > plane.tolerance
     touching = height < plane.tolerance + CONTACT_SLOPE * plane.pitch
-    of_clear, of_touching = (float(some.sum() / max(some.size, 1)) for some in (clear, touching))
-    return PageOutline(of_clear, of_touching, _is_enclosed(page, plane.measured))
+    return PageOutline(*(float(some.sum() / max(some.size, 1)) for some in (clear, touching)))
 
 
 def _beside(table: Mask, outline: Mask, page: Mask, plane: TablePlane) -> tuple[tuple[Ints, Ints], Floats]:
@@ -50,18 +56,24 @@ def _beside(table: Mask, outline: Mask, page: Mask, plane: TablePlane) -> tuple[
 
     There is no page between them, and no more that was not measured than a shadow and MAX_APART explain.
     """
-    edge, found = np.argwhere(table & ~binary_erosion(table, border_value=1)), np.argwhere(outline)
-    apart, nearest = cKDTree(edge).query(found)
-    between = np.rint(0.5 * (found + edge[nearest])).astype(int)
+    apart, nearest = _nearest(table)
+    found, apart = np.argwhere(outline), apart[outline]
+    ends = np.stack(np.unravel_index(nearest[outline], page.shape), axis=1)
+    between = np.rint(0.5 * (found + ends)).astype(int)
     near = (apart - MAX_APART) * plane.pitch * SHADOW_SLOPE < plane.height[outline]
     near &= ~page[tuple(between.T)] | (apart < 2.0)
     return tuple(found[near].T), apart[near]
 
 
-def _is_enclosed(page: Mask, measured: Mask) -> bool:
-    """True when a page (rows, cols) ends before the first and the last row and column with samples (rows, cols)."""
-    rows, cols = (np.flatnonzero(measured.any(axis=axis))[[0, -1]] for axis in (1, 0))
-    return not (page[rows].any() or page[:, cols].any())
+def _nearest(samples: Mask) -> tuple[Floats, Ints]:
+    """(rows, cols) distance to the nearest of samples (rows, cols), to a hundredth, and its index in the flat grid."""
+    others = (~samples).astype(np.uint8)
+    apart, number = cv2.distanceTransformWithLabels(
+        others, cv2.DIST_L2, cv2.DIST_MASK_5, labelType=cv2.DIST_LABEL_PIXEL
+    )
+    index = np.zeros(int(number.max()) + 1, np.int64)
+    index[number[samples]] = np.flatnonzero(samples)
+    return apart, index[number]
 
 
 def _largest(mask: Mask) -> Mask:
@@ -84,7 +96,7 @@ def is_sheet(rest: Mask, measured: Mask) -> bool:
     Links one or two samples wide are none. Where nothing was measured a piece goes on as beside it: dark ink and a weak
     laser lose samples on paper, too.
     """
-    rows, cols = distance_transform_edt(~measured, return_distances=False, return_indices=True)
-    solid = cv2.morphologyEx(rest[rows, cols].astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    everywhere = rest.ravel()[_nearest(measured)[1]]
+    solid = cv2.morphologyEx(everywhere.astype(np.uint8), cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
     _, labels = cv2.connectedComponents(solid)
     return bool(np.bincount(labels[rest])[1:].max(initial=0) > MIN_SHEET * measured.sum())

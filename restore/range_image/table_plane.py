@@ -52,14 +52,13 @@ def fit_table_plane(scan: RangeScan, inverse_depth: Floats, band: Mask, apart: i
     inverse_depth (rows, cols) 1/mm: for a plane it is an affine function of the direction of a sample. apart: so many
     samples lie between two that have noise of their own.
     """
-    directions = scan.points[..., :2] * inverse_depth[..., None]
-    pitch = _pitch(directions[..., 0].T)
-    directions /= pitch  # in samples: with lens distortion row and column are not affine in them
-    values, design = inverse_depth[band], np.column_stack([np.ones(band.sum()), directions[band]])
+    x, y = (scan.points[..., axis] * inverse_depth for axis in (0, 1))
+    pitch = _pitch(x)  # in samples: with lens distortion row and column are not affine in them
+    values, design = inverse_depth[band], np.column_stack([np.ones(band.sum()), x[band] / pitch, y[band] / pitch])
     noise = _noise_sigma(inverse_depth, band, apart)
-    offset, *slopes = _most_on(design, values, ON_PLANE_SIGMAS * noise)
+    offset, right, up = _most_on(design, values, ON_PLANE_SIGMAS * noise)
     to_mm = float(np.median(1.0 / values)) ** 2
-    nearer = inverse_depth - offset - directions @ slopes
+    nearer = inverse_depth - offset - x * (right / pitch) - y * (up / pitch)
     return TablePlane(nearer * to_mm, ON_PLANE_SIGMAS * noise * to_mm, abs(pitch) * float(np.sqrt(to_mm)))
 
 
@@ -68,15 +67,12 @@ def _most_on(design: Floats, values: Floats, tolerance: float) -> Floats:
     random = np.random.default_rng(0)  # fixed: the same scan gives the same page
     subset = random.choice(len(values), min(TRIAL_SUBSET, len(values)), replace=False)
     triples = random.integers(len(values), size=(RANSAC_TRIALS, 3))
-    best: Floats
-    best, best_count = np.zeros(3), -1
-    for triple in triples:
-        if abs(np.linalg.det(design[triple])) < 1.0:
-            continue
-        plane = np.linalg.solve(design[triple], values[triple])
-        count = int((np.abs(design[subset] @ plane - values[subset]) < tolerance).sum())
-        if count > best_count:
-            best, best_count = plane, count
+    triples = triples[np.abs(np.linalg.det(design[triples])) >= 1.0]  # not on a line
+    if not len(triples):
+        return np.zeros(3)
+    planes = np.linalg.solve(design[triples], values[triples][..., None])[..., 0]
+    off = np.abs(design[subset] @ planes.T - values[subset, None])
+    best = planes[(off < tolerance).sum(axis=0).argmax()]
     for _ in range(REFINEMENTS):
         inliers = np.abs(design @ best - values) < tolerance
         if inliers.sum() < 3:
@@ -85,9 +81,9 @@ def _most_on(design: Floats, values: Floats, tolerance: float) -> Floats:
     return best
 
 
-def _pitch(along: Floats) -> float:
-    """The median change from row to row of values (rows, cols), NaN for none, by rows as near as values stand."""
-    changes = ((along[apart:] - along[:-apart]) / apart for apart in range(1, len(along)))
+def _pitch(x: Floats) -> float:
+    """The median change from a column to the next of values (rows, cols), NaN for none, by columns as near as exist."""
+    changes = ((x[:, apart:] - x[:, :-apart]) / apart for apart in range(1, x.shape[1]))
     return float(next((np.nanmedian(one) for one in changes if np.isfinite(one).any()), 1.0))
 
 

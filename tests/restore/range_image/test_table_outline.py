@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from restore.range_image.table_outline import PageOutline, is_sheet, outline_of
+from restore.range_image.table_outline import is_enclosed, is_sheet, outline_of, page_on
 from restore.range_image.table_plane import TablePlane
 
 PITCH, TOLERANCE = 0.5, 0.2  # mm
@@ -23,11 +23,13 @@ def columns():
 
 
 def outline_above(height, page):
-    return outline_of(~page & np.isfinite(height), TablePlane(height, TOLERANCE, PITCH))
+    table, plane = ~page & np.isfinite(height), TablePlane(height, TOLERANCE, PITCH)
+    return outline_of(page_on(table, plane), table, plane)
 
 
 def test_a_page_that_stands_clear_of_all_of_its_table(page):
-    assert outline_above(np.where(page, 5.0, 0.0), page) == PageOutline(clear=1.0, touching=0.0, enclosed=True)
+    assert outline_above(np.where(page, 5.0, 0.0), page) == (1.0, 0.0)
+    assert is_enclosed(page, np.ones(SHAPE, bool))
 
 
 @pytest.mark.parametrize("high", [0.5, 1.2, 5.0])
@@ -72,14 +74,15 @@ def test_a_surface_that_rises_from_its_own_margin_does_not_stand_clear(columns, 
 def test_where_a_page_leaves_the_picture_it_has_no_outline(page):
     """It goes on over the lower and the right side."""
     page[30:, 40:] = True
-    assert outline_above(np.where(page, 5.0, 0.0), page) == PageOutline(clear=1.0, touching=0.0, enclosed=False)
+    assert outline_above(np.where(page, 5.0, 0.0), page) == (1.0, 0.0)
+    assert not is_enclosed(page, np.ones(SHAPE, bool))
 
 
 def test_the_picture_ends_where_its_samples_do(page):
     """The scanner lost the rows and columns beyond two sides of the page."""
-    height = np.where(page, 5.0, 0.0)
-    height[90:] = height[:, 120:] = np.nan
-    assert not outline_above(height, page).enclosed
+    measured = np.ones(SHAPE, bool)
+    measured[90:] = measured[:, 120:] = False
+    assert not is_enclosed(page, measured)
 
 
 def test_a_sheet_is_one_piece_of_a_twentieth_of_the_samples(page, columns):
@@ -95,4 +98,4 @@ def test_a_sheet_goes_on_where_samples_were_lost(page):
 
 
 def test_nothing_beside_a_table():
-    assert outline_above(np.zeros(SHAPE), np.zeros(SHAPE, bool))[:2] == (0.0, 0.0)
+    assert outline_above(np.zeros(SHAPE), np.zeros(SHAPE, bool)) == (0.0, 0.0)
