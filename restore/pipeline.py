@@ -37,6 +37,7 @@ from restore.texture.coverage import (
     Seen,
     blank_hidden,
     compute_coverage,
+    cut_share,
     cut_warnings,
     filled_warnings,
     inpaint_hidden,
@@ -100,7 +101,7 @@ def restore(
         image, coverage = inpaint_hidden(image, coverage, settings.dpi, settings.fill_hidden_mm)
     report = describe(surface, unrolled, painting, settings)
     report["warnings"] += mirror_warnings(unrolled.fine)
-    report["warnings"] += [*_cut_off(scan, painting, coverage), *hole_warnings(holes, settings.dpi)]
+    report["warnings"] += [*_cut_off(scan, surface, painting, coverage), *hole_warnings(holes, settings.dpi)]
     report |= {"light": shading.report, "white": balance.report, "coverage": coverage.shares()}
     filled = [] if isinstance(scan, InterpolatedMesh) else filled_warnings(coverage.seen, settings.dpi)
     report["warnings"] += [*_reasons_for_keeping(shading, balance), *coverage.warnings(), *filled]
@@ -121,13 +122,17 @@ def restore(
     )
 
 
-def _cut_off(scan: RangeScan | SurfaceMesh | SegmentedScan, painting: Painting, coverage: Coverage) -> list[str]:
+def _cut_off(
+    scan: RangeScan | SurfaceMesh | SegmentedScan, surface: Sheet | SurfaceMesh, painting: Painting, coverage: Coverage
+) -> list[str]:
     """Warnings of a page that leaves the scanner's picture; a mesh may have an atlas, whose edge tells nothing."""
     if isinstance(scan, SegmentedScan):
         scan = scan.scan
-    if not isinstance(scan, RangeScan) or scan.texture is None or painting.page_source is not None:
+    if not isinstance(scan, RangeScan) or painting.page_source is not None:
         return []
-    return cut_warnings(coverage.seen != Seen.OUTSIDE, painting.source, scan.texture.shape[:2])
+    if scan.texture is None:
+        return cut_warnings(surface.cut if isinstance(surface, Sheet) else 0.0)
+    return cut_warnings(cut_share(coverage.seen != Seen.OUTSIDE, painting.source, scan.texture.shape[:2]))
 
 
 def _remove_shading(

@@ -75,9 +75,10 @@ def _prepare_mesh(scan: SurfaceMesh) -> Sheet | SurfaceMesh:
 
 
 def _with_holes(segmented: SegmentedScan) -> Sheet:
-    """The sheet of a scanner's own picture, with the holes through it, and how much of its border is turned away."""
+    """The sheet of a scanner's own picture, with the holes through it, and how much of its border may go on unseen."""
     sheet = fit_sheet(segmented)
-    return replace(sheet, holes=holes_to_table(sheet, segmented), turned_border=turned_border(sheet))
+    holes = holes_to_table(sheet, segmented)
+    return replace(sheet, holes=holes, cut=segmented.cut, turned_border=turned_border(sheet))
 
 
 def _check_size(scan: RangeScan | SurfaceMesh) -> None:

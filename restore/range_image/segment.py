@@ -9,6 +9,7 @@ from typing import Any
 import cv2
 import numba
 import numpy as np
+from scipy.ndimage import binary_erosion
 
 from restore.errors import NotEnoughSurface
 from restore.range_image.camera import MAX_GAP, SHADOW_SLOPE, Rays
@@ -59,6 +60,15 @@ class SegmentedScan:
     def share(self) -> float:
         """Of the picture that the sheet covers; small for a comb of single lines, too."""
         return float(min(self.samples.mean(), self.inside.mean()))
+
+    @property
+    def cut(self) -> float:
+        """Share of the sheet's border that lies in the first and last rows and columns with samples: it may go on."""
+        border = self.inside & ~binary_erosion(self.inside)
+        frame = np.ones_like(border)
+        rows, cols = (np.flatnonzero(self.scan.measured.any(axis=axis)) for axis in (1, 0))
+        frame[rows[0] + 1 : rows[-1], cols[0] + 1 : cols[-1]] = False
+        return float((border & frame).sum() / max(border.sum(), 1))
 
 
 def segment(scan: RangeScan, rays: Rays, samples: Mask, *, lost: Mask | None = None) -> SegmentedScan:

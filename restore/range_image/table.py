@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import binary_erosion, binary_fill_holes
 
-from restore.range_image.table_by_colour import lab_colours, table_by_colour
+from restore.range_image.table_by_colour import ColouredTable, lab_colours, table_by_colour
 from restore.range_image.table_by_depth import table_by_depth
-from restore.range_image.table_outline import is_enclosed, outline_of, page_on
-from restore.range_image.table_plane import TablePlane, fit_table_plane
+from restore.range_image.table_outline import is_enclosed, lies_above, outline_of, page_on
+from restore.range_image.table_plane import TablePlane, fit_table_plane, lies_on
 from restore.scan import Floats, Mask, RangeScan
 
 BORDER_BAND = 12  # samples: the table reaches the border of the picture, the sheet should not
@@ -64,15 +64,11 @@ def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed
 def _in_picture(plane: TablePlane, colour: Floats | None, band: Mask) -> Table | None:
     """The table on a plane in a scanner's picture; None where what does not belong to it is no sheet on a table.
 
-    One stands clear of it with a part of its outline. Or colour tells it, and it lies flat or ends in the picture on
-    all sides; but what is darker than its table may be a figure, and the table the page.
+    One stands clear of it with a part of its outline, or its colour tells it.
     """
     coloured = None if colour is None else table_by_colour(colour, plane, band)
-    if coloured is not None:
-        page = page_on(coloured.samples, plane)
-        told = coloured.brighter and (coloured.flat or is_enclosed(page, plane.measured))
-        if told or outline_of(page, coloured.samples, plane).clear >= MIN_CLEAR:
-            return Table(coloured.samples)
+    if coloured is not None and _tells(coloured):
+        return Table(coloured.samples)
     samples = table_by_depth(plane)
     if samples is None:
         return None
@@ -82,12 +78,26 @@ def _in_picture(plane: TablePlane, colour: Floats | None, band: Mask) -> Table |
     return Table(samples, outline.touching) if surrounded or outline.clear >= MIN_CLEAR else None
 
 
+def _tells(coloured: ColouredTable) -> bool:
+    """Whether what has not the colour of a table is a sheet on it.
+
+    It lies flat or ends in the picture on all sides; but what is darker may be a figure, and the "table" the page: then
+    it has the thickness of paper at least, or stands clear.
+    """
+    table, plane, brighter = coloured
+    page = page_on(table, plane)
+    flat = lies_on(plane, plane.measured & ~table)
+    if brighter and (flat or is_enclosed(page, plane.measured)):
+        return True
+    return (flat and lies_above(page, table, plane)) or outline_of(page, table, plane).clear >= MIN_CLEAR
+
+
 def _in_view(plane: TablePlane, colour: Floats | None, band: Mask) -> Table | None:
     """The table on a plane in the view of a mesh: on all sides, most of the rest off it. Faces bridge the step."""
     if not _surrounds(plane.samples, band):
         return None
     coloured = None if colour is None else table_by_colour(colour, plane, band)
-    if coloured is not None and not coloured.flat:
+    if coloured is not None and not lies_on(coloured.plane, plane.measured & ~coloured.samples):
         return Table(coloured.samples)
     samples = table_by_depth(plane)
     return None if samples is None else Table(samples)

@@ -9,12 +9,13 @@ import numpy as np
 
 from restore.range_image.camera import EDGE_BLUR
 from restore.range_image.table_outline import is_sheet
-from restore.range_image.table_plane import TablePlane, lies_on
-from restore.robust import robust_sigmas
+from restore.range_image.table_plane import ON_PLANE_SIGMAS, TablePlane
+from restore.robust import robust_sigma, robust_sigmas
 from restore.scan import Floats, Mask, RangeScan
 
 MAX_COLOUR_DISTANCE = 3.5  # Mahalanobis distance; 1 % of a normal colour cloud lies outside
 MIN_COLOUR_SIGMA = np.array([8.0, 3.0, 3.0])  # least spread of L, a, b: uneven light changes L most
+MAX_WRINKLE_MM = 2.0  # above or below a table's plane: what rises more is a fold of the cloth, or a page
 MIN_COLOUR_DIFFERENCE = 12.0  # ΔE between table and paper, below which the "table" is part of the page
 PAPER_PERCENTILE = 75  # of lightness: brighter samples are paper, not ink
 
@@ -23,13 +24,13 @@ class ColouredTable(NamedTuple):
     """A table that its colour tells.
 
     samples   (rows, cols) True on it.
+    plane     its plane, with a tolerance for its own unevenness: cloth lies in wrinkles.
     brighter  whether the paper on it is.
-    flat      whether most of what does not belong to it lies in its plane.
     """
 
     samples: Mask
+    plane: TablePlane
     brighter: bool
-    flat: bool
 
 
 def table_by_colour(colour: Floats, plane: TablePlane, band: Mask) -> ColouredTable | None:
@@ -38,17 +39,30 @@ def table_by_colour(colour: Floats, plane: TablePlane, band: Mask) -> ColouredTa
     None when the paper has the colour of the table, too, or the rest is no sheet. colour (rows, cols, 3) L*a*b* of the
     samples.
     """
+    centre, sigma = _colour_distribution(colour[plane.samples & band])
+    plane = plane._replace(tolerance=_unevenness(plane, band, colour, centre, sigma))
     on_plane = plane.samples
-    centre, sigma = _colour_distribution(colour[on_plane & band])
     table = on_plane.copy()
-    off = (colour[on_plane] - centre) / sigma
-    table[on_plane] = np.einsum("ij,ij->i", off, off) < MAX_COLOUR_DISTANCE**2
+    table[on_plane] = _of_colour(colour[on_plane], centre, sigma)
     rest = plane.measured & ~table
     paper = _paper_colour(colour[rest]) if rest.any() else centre
     if np.linalg.norm(paper - centre) < MIN_COLOUR_DIFFERENCE or not is_sheet(rest, plane.measured):
         return None
     table |= _blurred_edge(table, on_plane, colour, centre, paper)
-    return ColouredTable(table, bool(paper[0] > centre[0]), lies_on(plane, plane.measured & ~table))
+    return ColouredTable(table, plane, bool(paper[0] > centre[0]))
+
+
+def _unevenness(plane: TablePlane, band: Mask, colour: Floats, centre: Floats, sigma: Floats) -> float:
+    """The tolerance, mm, of a table whose heights scatter in a band (rows, cols) by more than noise explains."""
+    near = band & (np.abs(plane.height) < MAX_WRINKLE_MM)
+    heights = plane.height[near][_of_colour(colour[near], centre, sigma)]
+    return max(plane.tolerance, min(ON_PLANE_SIGMAS * robust_sigma(heights), MAX_WRINKLE_MM))
+
+
+def _of_colour(colours: Floats, centre: Floats, sigma: Floats) -> Mask:
+    """(n,) True for colours (n, 3) within the distribution of a centre (3,) and standard deviations (3,)."""
+    off = (colours - centre) / sigma
+    return np.asarray(np.einsum("ij,ij->i", off, off) < MAX_COLOUR_DISTANCE**2)
 
 
 def lab_colours(scan: RangeScan) -> Floats | None:

@@ -8,12 +8,16 @@ import cv2
 import numpy as np
 from scipy.ndimage import binary_erosion, binary_fill_holes
 
-from restore.range_image.camera import SHADOW_SLOPE
+from restore.range_image.camera import EDGE_BLUR, SHADOW_SLOPE
 from restore.range_image.table_plane import TablePlane
 from restore.scan import Floats, Ints, Mask
 
 INWARDS = 3  # samples over which a page goes on as at its outline: 2 to 4 mm
 MAX_APART = 10  # samples from a page to its table, and the width of its shadow: of black cloth a tenth is measured
+STRIP = 6  # samples along the outline of a flat page, on both sides of it
+LEAST_STRIP = 100  # samples of one
+PAPER_MM = 0.05  # half the thickness of paper of 80 g/m²: dark ink may seem nearer or farther, by less
+STEP_SIGMAS = 4.0
 MIN_SHEET = 0.05  # of the samples, in one piece; the rest of a page that fills the picture is letters and lines
 CONTACT_SLOPE = 1.0  # 45°: a page that touches the table rises from it less steeply, its edge more so
 
@@ -49,6 +53,26 @@ def outline_of(page: Mask, table: Mask, plane: TablePlane) -> PageOutline:
     clear = height - (highest - height) / INWARDS * apart > plane.tolerance
     touching = height < plane.tolerance + CONTACT_SLOPE * plane.pitch
     return PageOutline(*(float(some.sum() / max(some.size, 1)) for some in (clear, touching)))
+
+
+def lies_above(page: Mask, table: Mask, plane: TablePlane) -> bool:
+    """Whether a page (rows, cols) that lies flat on a table (rows, cols) is as high above it as paper is thick.
+
+    Height is compared in strips along the outline, EDGE_BLUR samples from it: a table may be bowed by as much.
+    """
+    inner, outer = (
+        plane.height[samples & _within(other, EDGE_BLUR + STRIP) & ~_within(other, EDGE_BLUR)]
+        for samples, other in ((page & plane.samples, ~page), (table, page))
+    )
+    if min(inner.size, outer.size) < LEAST_STRIP:
+        return False
+    error = np.sqrt(inner.var() / inner.size + outer.var() / outer.size)
+    return bool(inner.mean() - outer.mean() > max(PAPER_MM, STEP_SIGMAS * error))
+
+
+def _within(mask: Mask, samples: int) -> Mask:
+    """(rows, cols) True on a mask (rows, cols) and up to so many samples beside it."""
+    return cv2.dilate(mask.astype(np.uint8), np.ones((2 * samples + 1, 2 * samples + 1), np.uint8)).astype(bool)
 
 
 def _beside(table: Mask, outline: Mask, page: Mask, plane: TablePlane) -> tuple[tuple[Ints, Ints], Floats]:

@@ -143,12 +143,8 @@ def cut_share(page: Mask, page_map: NDArray[np.float32], size: tuple[int, int]) 
     return float((known & ~inside).sum() / max(known.sum(), 1))
 
 
-def cut_warnings(page: Mask, page_map: NDArray[np.float32], size: tuple[int, int]) -> list[str]:
-    """What an operator must know of a page (h, w) that leaves the picture.
-
-    page_map: (h, w, 2) texture pixels. size: height and width of the texture.
-    """
-    share = cut_share(page, page_map, size)
+def cut_warnings(share: float) -> list[str]:
+    """What an operator must know of a page of whose outline a share is at the edge of the picture."""
     if share <= MAX_CUT:
         return []
     return [
@@ -164,8 +160,8 @@ def filled_warnings(seen: Bytes, dpi: float) -> list[str]:
     if across <= MAX_FILLED_MM:
         return []
     return [
-        f"an area of the page {across:.0f} mm across gave no range, and its shape is filled in from beside it: raise "
-        "the laser power for dark ink, turn glossy paper out of the light, and scan again"
+        f"an area of the page {across:.0f} mm across gave no range, and its shape is filled in from beside it: unless "
+        "it is a hole, raise the laser power for dark ink, or turn glossy paper out of the light, and scan again"
     ]
 
 

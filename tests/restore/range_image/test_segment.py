@@ -15,6 +15,7 @@ from restore.range_image.segment import (
     fill_outline,
     find_pieces,
     find_sheet,
+    segment,
 )
 
 PAPER, INK = (232, 228, 218), (38, 36, 40)
@@ -272,3 +273,15 @@ def test_the_hint_for_too_little_surface_follows_from_its_cause(camera, scattere
     with pytest.raises(NotEnoughSurface, match=r"covers \d") as raised:
         find(camera.shot(np.where(area, camera.plane(), np.nan), on_paper(camera)))
     assert hint in raised.value.hint
+
+
+@pytest.mark.parametrize(("rows", "cols", "share"), [((40, 120), (50, 150), 0.0), ((40, 160), (0, 100), 219 / 436)])
+def test_how_much_of_the_border_is_at_the_edge_of_the_picture(camera, rows, cols, share):
+    """Which is where the samples end: the scanner gives none in its last rows and columns."""
+    area = np.zeros(camera.shape, bool)
+    area[slice(*rows), slice(*cols)] = True
+    scan = camera.shot(camera.plane())
+    assert segment(scan, camera.rays, area).cut == pytest.approx(share, abs=0.02)
+    lost = np.ones_like(area)
+    lost[3:-3, 3:-3] = False
+    assert segment(without(scan, lost), camera.rays, area & ~lost).cut == pytest.approx(share, abs=0.02)

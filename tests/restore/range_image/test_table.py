@@ -173,6 +173,16 @@ def test_without_a_table_in_view_none_is_detected(camera, sheet, coloured, scan)
     assert not table_of(scan(camera, sheet, coloured)).any()
 
 
+def test_a_flat_sheet_darker_than_its_table_is_told_by_its_thickness(camera, sheet):
+    """Kraft paper, a tenth of a millimetre thick, on a white desk; a figure of its colour on a page is none."""
+    for thickness_mm in (0.0, 0.1):
+        surface = np.where(sheet, camera.plane(distance=DISTANCE_MM - thickness_mm), camera.plane())
+        table = table_of(seen(camera, np.where(sheet[..., None], (170, 130, 90), PAPER).astype(float), surface))
+        assert table[~sheet].mean() > (MIN_RECALL if thickness_mm else -1.0)
+        assert not table[sheet].any() or table[sheet].mean() < MAX_FALSE_SHARE
+        assert table.any() == (thickness_mm > 0.0)
+
+
 @pytest.mark.parametrize("coloured_scan", [True, False])
 @pytest.mark.parametrize("share", [0.05, 0.15])
 def test_black_cloth_of_which_little_is_measured_is_a_table(camera, sheet, share, coloured_scan):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from restore.range_image.table_outline import is_enclosed, is_sheet, outline_of, page_on
+from restore.range_image.table_outline import is_enclosed, is_sheet, lies_above, outline_of, page_on
 from restore.range_image.table_plane import TablePlane
 
 PITCH, TOLERANCE = 0.5, 0.2  # mm
@@ -99,3 +99,15 @@ def test_a_sheet_goes_on_where_samples_were_lost(page):
 
 def test_nothing_beside_a_table():
     assert outline_above(np.zeros(SHAPE), np.zeros(SHAPE, bool)) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize(("thickness_mm", "above"), [(0.0, False), (0.02, False), (0.1, True), (-0.1, False)])
+def test_a_flat_page_is_as_high_above_its_table_as_paper_is_thick(page, columns, thickness_mm, above):
+    """On a table bowed by half a millimetre, with a third of the tolerance for noise."""
+    random = np.random.default_rng(9)
+    bowed = 0.5 * ((columns - 80.0) / 80.0) ** 2
+    height = bowed + np.where(page, thickness_mm, 0.0) + random.normal(0.0, TOLERANCE / 3.0, SHAPE)
+    plane = TablePlane(height, 1.0, PITCH)
+    assert lies_above(page, ~page, plane) == above
+    few = page & (columns < 44)
+    assert not lies_above(few & (np.arange(SHAPE[0])[:, None] < 40), ~page, plane), "too few samples"

@@ -178,8 +178,8 @@ def test_the_share_of_the_outline_at_the_edge_of_the_picture():
     assert cut_share(page, inside, (480, 640)) == 0.0
     cut = np.dstack([cols, rows + 100]).astype(np.float32)  # its left side, 20 of 116 pixels, and the next columns
     assert cut_share(page, cut, (480, 640)) == pytest.approx((20 + 2 * 3) / 116)
-    assert cut_warnings(page, inside, (480, 640)) == []
-    (warning,) = cut_warnings(page, cut, (480, 640))
+    assert cut_warnings(0.0) == []
+    (warning,) = cut_warnings(cut_share(page, cut, (480, 640)))
     assert warning.startswith("22% of the page's outline is at the edge of the picture")
 
 
