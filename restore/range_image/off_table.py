@@ -19,6 +19,7 @@ from restore.robust import robust_sigma
 from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 
 STEEP = 1.0  # slope from the table, 45°: a face with a vertex in its plane that is steeper bridges the step
+HANGS = 0.25  # of the height of its highest vertex: the lowest of a face that hangs from the page to the table
 MIN_BRIDGES = 0.3  # of the faces between page and table: all but where the page touches it; none within a page
 LEAST_VIEW = 4 * BORDER_BAND  # samples a side: the border where a table is looked for is three quarters of it
 MIN_OF_TABLE = 3  # vertices or samples that determine its plane
@@ -32,8 +33,9 @@ def off_table(mesh: ValidMesh) -> ValidMesh:
 def page_and_table(mesh: ValidMesh) -> tuple[ValidMesh, SurfaceMesh | None]:
     """A mesh without its table and the faces that bridge the step to it, and the table; itself and None without one.
 
-    Of the faces next to these those steeper than MAX_SLOPE are left out, too: a step may have vertices half-way, from
-    samples that mix both depths. A mesh that no single view shows all of is returned as it is.
+    Of the faces next to these those steeper than MAX_SLOPE are left out, too, and those that hang down to a vertex just
+    off the plane: a step may have vertices half-way, from samples that mix both depths. A mesh of which no single view
+    shows all is returned as it is.
     """
     view = view_of(mesh)
     if view is None or min(view[0].points.shape[:2]) < LEAST_VIEW:
@@ -51,7 +53,9 @@ def page_and_table(mesh: ValidMesh) -> tuple[ValidMesh, SurfaceMesh | None]:
     slope = _slopes(mesh, np.array([-plane[0], -plane[1], 1.0]) @ rays.axes)
     touches = in_plane[mesh.faces].any(axis=1)
     gone = (of_table & in_plane)[mesh.faces].any(axis=1) | (touches & (slope > STEEP))
-    gone |= (slope > MAX_SLOPE) & np.isin(mesh.faces, mesh.faces[gone]).any(axis=1)
+    heights = height[mesh.faces]
+    hangs = (slope > STEEP) & (heights.min(axis=1) < HANGS * heights.max(axis=1))
+    gone |= (hangs | (slope > MAX_SLOPE)) & np.isin(mesh.faces, mesh.faces[gone]).any(axis=1)
     if gone.all() or not _is_step(mesh, mesh.faces[~gone], gone & touches, slope):
         return mesh, None
     lying = (of_table & in_plane)[mesh.faces].all(axis=1)

@@ -116,3 +116,25 @@ def test_two_pages_on_a_table_are_two_sheets():
         across = sheet.scan.vertices[:, 0]
         assert low < across.min() < low + 2.0
         assert low + 88.0 < across.max() < low + 90.0
+
+
+def test_nothing_hangs_from_a_page_to_samples_that_are_off_their_table():
+    """A page 20 mm above it, in whose shadow, 6 mm wide, is none; each tenth vertex beside it is 0.6 mm too high."""
+    random = np.random.default_rng(3)
+    x, y = (part.ravel() for part in np.meshgrid(np.arange(0.0, 280.0, 2.0), np.arange(0.0, 230.0, 2.0)))
+    x, y = (part + random.uniform(-0.7, 0.7, part.size) for part in (x, y))
+    beyond = np.maximum(np.abs(x - 140.0) - 100.0, np.abs(y - 115.0) - 75.0)
+    seen = ~((beyond > 0.0) & (x > 240.0) & (x < 246.0))
+    x, y, beyond = x[seen], y[seen], beyond[seen]
+    z = np.where(beyond < 0.0, 20.0, 0.0) + random.normal(0.0, 0.03, x.size)
+    z += 0.6 * ((beyond > 0.0) & (beyond < 10.0) & (random.random(x.size) < 0.1))
+    texture = np.full((230, 280, 3), 60, np.uint8)
+    texture[40:190, 40:240] = 225
+    faces = Delaunay(np.stack([x, y], axis=1)).simplices.astype(np.int64)
+    mesh = ValidMesh(
+        np.stack([x, y, z], axis=1), faces, np.stack([x, 230.0 - y], axis=1) - 0.5, texture, provenance={"unit": "mm"}
+    )
+    page = off_table(mesh)
+    largest = page.vertices[page.faces[max(large_pieces(page), key=np.count_nonzero)]]
+    assert largest[..., 2].min() > 19.0
+    np.testing.assert_allclose(np.ptp(largest.reshape(-1, 3), axis=0)[:2], (200.0, 150.0), atol=4.0)
