@@ -101,9 +101,7 @@ def find_rays(scan: RangeScan) -> Rays | None:
     if z.max() >= 0:
         return None
     x, y = x / -z, y / -z
-    dx, x0 = np.polyfit(cols, x, 1)
-    dy, y0 = np.polyfit(rows, y, 1)
-    rays = Rays(float(x0), float(dx), float(y0), float(dy))
+    rays = Rays(*_fit_line(cols, x), *_fit_line(rows, y))
     scatter = _scatter(rays, rows, cols, x, y)
     if scatter > MIN_DISTORTION_GAIN:
         subset = np.s_[::SUBSET_STRIDE]
@@ -114,6 +112,14 @@ def find_rays(scan: RangeScan) -> Rays | None:
             key=lambda fit: fit[1],
         )
     return rays if rays.dx > 0 and rays.dy < 0 and scatter < MAX_SCATTER else None
+
+
+def _fit_line(places: Ints, values: Floats) -> tuple[float, float]:
+    """Value at 0 and slope of the line through values (n,) at places (n,), by least squares."""
+    middle, mean = float(places.mean()), float(values.mean())
+    off = places - middle
+    slope = float((off * values).sum() / (off * off).sum())
+    return mean - slope * middle, slope
 
 
 def _fit_lens(rows: Ints, cols: Ints, x: Floats, y: Floats) -> Rays:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from restore.range_image.camera import EDGE_BLUR
+from restore.range_image.camera import EDGE_BLUR, SUBSET_STRIDE
 from restore.range_image.table_outline import is_sheet
 from restore.range_image.table_plane import ON_PLANE_SIGMAS, TablePlane
 from restore.robust import robust_sigma, robust_sigmas
@@ -45,7 +45,7 @@ def table_by_colour(colour: Floats, plane: TablePlane, band: Mask) -> ColouredTa
     table = on_plane.copy()
     table[on_plane] = _of_colour(colour[on_plane], centre, sigma)
     rest = plane.measured & ~table
-    paper = _paper_colour(colour[rest]) if rest.any() else centre
+    paper = _paper_colour(colour[rest][::SUBSET_STRIDE]) if rest.any() else centre
     if np.linalg.norm(paper - centre) < MIN_COLOUR_DIFFERENCE or not is_sheet(rest, plane.measured):
         return None
     table |= _blurred_edge(table, on_plane, colour, centre, paper)
