@@ -22,7 +22,7 @@ BORDER_BAND = 12  # samples: the table reaches the border of the picture, the sh
 MIN_BAND = 100  # samples of it that tell a plane: a hundredth of it, and of black cloth a tenth is measured
 MIN_SHARE = 0.25  # of the band's samples on one plane; less is no table
 MAX_PLANES = 3  # tried: a page that leaves the picture may have one or two in the band itself
-MIN_CLEAR = 0.25  # of a page's outline stands clear of a table; of a surface that bends up from a flat margin, none
+MIN_CLEAR = 0.4  # of a page's outline stands clear of a table; of one that bends up from a flat margin, noise alone
 MESH_APART = 4  # samples of the view of a mesh, more than a vertex lies from the next: within a face noise is linear
 
 
