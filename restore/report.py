@@ -27,10 +27,22 @@ from restore.unroll import Unrolled
 
 NOT_DEVELOPABLE = 0.005  # rms of the smooth strain: paper stretches by less before it tears
 ESTIMATED = 0.01  # of its straight length: an edge whose rest length differs by more bends much
-LOST_BORDER = 0.01  # of the outline: a centimetre of an A4 page; where no paper was lost it is 0
-TURNED_BORDER = 0.02  # of the outline: of pages that are seen to their edges, corners alone are
 UPSIDE_DOWN = 0.01  # of the faces: noise turns single ones
 MOSTLY = 0.5  # of the edges: the rest lengths of fewer are checked by those that need no estimate
+
+# Shares of a sheet's border: above which they are told, and how.
+BORDERS = {
+    "lost_border": (
+        0.01,  # a centimetre of an A4 page; where no paper was lost it is 0
+        "along {:.0%} of its border or more the page ends where the scanner measured nothing and no shadow falls: dark "
+        "or glossy paper there is not on the page; scan with more laser power, or turn it to the laser",
+    ),
+    "turned_border": (
+        0.02,  # of pages that are seen to their edges, corners alone are
+        "along {:.0%} of its border the page is turned from the scanner by more than 70°: paper beyond it may not have "
+        "been seen; tilt the page, or scan it from another side",
+    ),
+}
 
 
 def describe(
@@ -70,7 +82,9 @@ def describe(
     if isinstance(surface, Sheet):
         report["samples"] = int(surface.measured.sum())
         report["filled_share"] = float(1.0 - surface.measured[surface.inside].mean())
-        report["warnings"] += [*_lost(surface.lost_border), *_turned(surface.turned_border)]
+        for name, (most, told) in BORDERS.items():
+            if (share := getattr(surface, name)) > most:
+                report["warnings"].append(told.format(share))
     return report
 
 
@@ -107,26 +121,6 @@ def _chord_strain(mesh: FlatMesh, edges: Ints) -> dict[str, Any]:
 def connected_pieces(faces: Ints) -> int:
     """The number of connected pieces of faces (m, 3)."""
     return len(np.unique(piece_of_faces(faces)))
-
-
-def _lost(share: float) -> list[str]:
-    """Warnings of a share of the page's border that may have been lost."""
-    if share <= LOST_BORDER:
-        return []
-    return [
-        f"along {share:.0%} of its border or more the page ends where the scanner measured nothing and no shadow "
-        "falls: dark or glossy paper there is not on the page; scan with more laser power, or turn it to the laser"
-    ]
-
-
-def _turned(share: float) -> list[str]:
-    """Warnings of a share of the page's border that is turned away from the scanner."""
-    if share <= TURNED_BORDER:
-        return []
-    return [
-        f"along {share:.0%} of its border the page is turned from the scanner by more than 70°: paper beyond it may "
-        "not have been seen; tilt the page, or scan it from another side"
-    ]
 
 
 def _warnings(fine: FlatMesh, flipped: int, smooth_strain: float, estimated_share: float) -> list[str]:

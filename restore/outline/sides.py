@@ -13,9 +13,10 @@ import cv2
 import numpy as np
 
 from restore.bands import in_threads
-from restore.mesh.adjacency import border_of, used_vertices
+from restore.mesh.adjacency import border_of
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import edges_of
+from restore.mesh.triangulate import compact
 from restore.outline.crossings import WRONG, Crossings, crossings_of, separate, where
 from restore.outline.picture_edge import PictureSteps, edge_in_picture, steps_in_picture
 from restore.outline.rectangle import CORNER_SHARE, has_straight_sides
@@ -74,8 +75,8 @@ def straighten(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
 
 def _of_faces(page: PageOnGrid, faces: Ints) -> PageOnGrid:
     """The page of some of its faces (m, 3)."""
-    used = used_vertices(faces, len(page.flat))
-    return PageOnGrid(page.flat[used], (np.cumsum(used) - 1)[faces], page.nodes[used])
+    used, numbered = compact(np.arange(len(page.flat)), faces)
+    return PageOnGrid(page.flat[used], numbered, page.nodes[used])
 
 
 def _scraps(sheet: Sheet, page: PageOnGrid, lines: list[Line | None]) -> Mask:

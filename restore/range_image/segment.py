@@ -9,11 +9,12 @@ from typing import Any
 import cv2
 import numba
 import numpy as np
-from scipy.ndimage import binary_erosion
+from scipy.ndimage import binary_erosion, binary_fill_holes
 
 from restore.errors import NotEnoughSurface
 from restore.range_image.camera import MAX_GAP, SHADOW_SLOPE, Rays
 from restore.range_image.table import find_table
+from restore.range_image.table_outline import frame_of
 from restore.scan import Floats, Ints, Mask, RangeScan, with_warnings
 
 MAX_SLOPE = 6.0  # 80.5°: steeper than any wall that both camera and laser see, less steep than the step to the table
@@ -65,10 +66,7 @@ class SegmentedScan:
     def cut(self) -> float:
         """Share of the sheet's border that lies in the first and last rows and columns with samples: it may go on."""
         border = self.inside & ~binary_erosion(self.inside)
-        frame = np.ones_like(border)
-        rows, cols = (np.flatnonzero(self.scan.measured.any(axis=axis)) for axis in (1, 0))
-        frame[rows[0] + 1 : rows[-1], cols[0] + 1 : cols[-1]] = False
-        return float((border & frame).sum() / max(border.sum(), 1))
+        return float((border & frame_of(self.scan.measured)).sum() / max(border.sum(), 1))
 
 
 def segment(scan: RangeScan, rays: Rays, samples: Mask, *, lost: Mask | None = None) -> SegmentedScan:
@@ -166,8 +164,6 @@ def _over_lost(scan: RangeScan, rays: Rays, samples: Mask) -> tuple[Floats, Mask
 
 def fill_outline(samples: Mask) -> Mask:
     """The mask (rows, cols) of samples with notches closed and interior holes filled, nothing added outside."""
-    from scipy.ndimage import binary_fill_holes
-
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (CLOSING_DIAMETER, CLOSING_DIAMETER))
     # Padded: closing would otherwise bridge a notch to the border of the grid.
     closed = cv2.morphologyEx(np.pad(samples, CLOSING_DIAMETER).astype(np.uint8), cv2.MORPH_CLOSE, kernel)

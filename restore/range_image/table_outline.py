@@ -13,7 +13,7 @@ from restore.range_image.table_plane import TablePlane
 from restore.scan import Floats, Ints, Mask
 
 INWARDS = 3  # samples over which a page goes on as at its outline: 2 to 4 mm
-MAX_APART = 10  # samples from a page to its table, and the width of its shadow: of black cloth a tenth is measured
+MAX_APART = 10  # samples from a page to its table, besides the width of its shadow: of black cloth a tenth is measured
 STRIP = 6  # samples along the outline of a flat page, on both sides of it
 LEAST_STRIP = 100  # samples of one
 PAPER_MM = 0.05  # half the thickness of paper of 80 g/m²: dark ink may seem nearer or farther, by less
@@ -39,9 +39,16 @@ def page_on(table: Mask, plane: TablePlane) -> Mask:
 
 
 def is_enclosed(page: Mask, measured: Mask) -> bool:
-    """True when a page (rows, cols) ends before the first and the last row and column with samples (rows, cols)."""
-    rows, cols = (np.flatnonzero(measured.any(axis=axis))[[0, -1]] for axis in (1, 0))
-    return not (page[rows].any() or page[:, cols].any())
+    """True when a page (rows, cols) ends before the frame of the picture, as samples (rows, cols) show it."""
+    return not (page & frame_of(measured)).any()
+
+
+def frame_of(measured: Mask) -> Mask:
+    """(rows, cols) True in the first and the last row and column with measured samples (rows, cols), and beyond."""
+    frame = np.ones_like(measured)
+    rows, cols = (np.flatnonzero(measured.any(axis=axis)) for axis in (1, 0))
+    frame[rows[0] + 1 : rows[-1], cols[0] + 1 : cols[-1]] = False
+    return frame
 
 
 def outline_of(page: Mask, table: Mask, plane: TablePlane) -> PageOutline:

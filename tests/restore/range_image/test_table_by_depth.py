@@ -17,18 +17,6 @@ def table_below(height):
     return table_by_depth(TablePlane(height, TOLERANCE, PITCH))
 
 
-@pytest.fixture
-def page():
-    area = np.zeros(SHAPE, bool)
-    area[30:90, 40:120] = True
-    return area
-
-
-@pytest.fixture
-def columns():
-    return np.broadcast_to(np.arange(SHAPE[1], dtype=float), SHAPE)
-
-
 def test_all_of_the_plane_round_a_page(page):
     np.testing.assert_array_equal(table_below(np.where(page, 5.0, 0.0)), ~page)
 

@@ -10,18 +10,6 @@ PITCH, TOLERANCE = 0.5, 0.2  # mm
 SHAPE = (120, 160)
 
 
-@pytest.fixture
-def page():
-    area = np.zeros(SHAPE, bool)
-    area[30:90, 40:120] = True
-    return area
-
-
-@pytest.fixture
-def columns():
-    return np.broadcast_to(np.arange(SHAPE[1], dtype=float), SHAPE)
-
-
 def outline_above(height, page):
     table, plane = ~page & np.isfinite(height), TablePlane(height, TOLERANCE, PITCH)
     return outline_of(page_on(table, plane), table, plane)
