@@ -13,7 +13,7 @@ from math import pi, sqrt
 import numba
 import numpy as np
 
-from restore.mesh.jets import SIGMAS, Jets
+from restore.mesh.jets import Jets
 from restore.numerics import TINY
 from restore.robust import robust_sigma
 from restore.scan import Floats, Ints
@@ -50,8 +50,8 @@ def stood_outside(offsets: Floats, shifts: Floats) -> bool:
     """Whether offsets (k,) mm of patches from their vertices are what comes of vertices that stand outside.
 
     shifts (k,) mm: by how much they change when the vertices are put back. The share of that change which leaves the
-    least absolute offsets is 0 for vertices on the surface and 1 outside: it must be nearer to 1, and half of the way
-    between the two be SIGMAS of its standard errors. Every vertex has a patch.
+    least absolute offsets is 0 for vertices on the surface and 1 outside: it must be nearer to 1, and the two be five
+    of its standard errors apart, as neighbouring patches share points. Every vertex has a patch.
     """
     told = np.abs(shifts) > TINY
     if not told.any():
@@ -61,4 +61,4 @@ def stood_outside(offsets: Floats, shifts: Floats) -> bool:
     weights = np.cumsum(np.abs(shifts[told])[order])
     share = float(shares[order][np.searchsorted(weights, 0.5 * weights[-1])])
     spread = sqrt(0.5 * pi) * robust_sigma(offsets + share * shifts)  # of a median, over that of a mean
-    return abs(share - 1.0) < 0.5 and SIGMAS * spread < 0.5 * float(np.linalg.norm(shifts))
+    return abs(share - 1.0) < 0.5 and 5.0 * spread < float(np.linalg.norm(shifts))

@@ -56,10 +56,10 @@ def _points_of_surface(vertices: Floats, faces: Ints, sides: Sides) -> tuple[Flo
     noise = estimate_noise_sigma(vertices, rings)
     points, jets = vertices, fit_jets(vertices, rings, np.arange(len(vertices)), noise, noise)
     steepest, defect = _steepest_bend(jets, edges), _angle_defect(vertices, faces, sides)
-    smooth = _beside_no_crease(vertices, jets, edges, steepest)
-    inside = put_back(vertices, jets, edges, smooth)
-    again = _fitted_again(jets, inside, rings, smooth, noise)
-    if stood_outside(jets.offsets[smooth], again.offsets[smooth] - jets.offsets[smooth]):
+    smooth, bent = (_beside_no_crease(vertices, jets, edges, turn) for turn in (steepest, np.pi))  # or however steeply
+    inside = put_back(vertices, jets, edges, bent)
+    again = _fitted_again(jets, inside, rings, bent, noise)
+    if stood_outside(jets.offsets[bent], again.offsets[bent] - jets.offsets[bent]):
         defect_inside = _angle_defect(inside, faces, sides)
         if defect_inside < ROUGHER * defect:
             points, jets, defect = inside, again, defect_inside
