@@ -8,9 +8,8 @@ import numba
 import numpy as np
 
 from restore.bands import in_bands
-from restore.scan import Floats, Mask
+from restore.scan import Floats, Ints, Mask
 
-Powers = tuple[tuple[int, int], ...]
 # Powers of (col, row) of the six terms.
 POWERS = ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2))
 MOMENTS = tuple((p, q) for p in range(5) for q in range(5 - p))
@@ -20,6 +19,7 @@ SUMS = 10  # down a column: weights times the row to 0…4, weighted data times 
 # The moments of windows: the power of the col, and which sum down the columns. First those of the weights in the order
 # of MOMENTS, then those of the weighted data in the order of POWERS, its sum of squares, and the number of samples.
 ROW_MOMENTS = np.array([*MOMENTS, *((p, 5 + q) for p, q in POWERS), (0, 8), (0, 9)])
+AT_ONCE = 64  # systems that are solved side by side: with their factors they fill the processor's nearest cache
 MIN_SAMPLES = 12  # twice the unknowns
 SINGULAR = 1e-5  # of the weight: a smaller pivot means that the samples lie on one side only
 MAX_LEVERAGE = 1.0  # variance of the value at the centre over that of one sample: no fit may be worse
@@ -65,12 +65,21 @@ def _fit_rows(
     """
     cols = data.shape[1]
     down, moments = np.empty((SUMS, cols + 2 * radius)), np.empty((len(ROW_MOMENTS), cols))
+    own, places, count = np.empty((len(ROW_MOMENTS), AT_ONCE)), np.empty((AT_ONCE, 2), np.int64), 0
     for r in range(first, end):
         left, right = _next_run(wanted[r], 0, 2 * radius)
         while left < right:
             _set_moments(data, weight, radius, r, left, right, down, moments)
-            _solve(moments, wanted[r][left:right], scale, leverage, terms[r][left:right], variance[r][left:right])
+            for c in range(left, right):
+                if not wanted[r, c] or moments[22, c - left] < MIN_SAMPLES:
+                    continue
+                own[:, count], places[count, 0], places[count, 1] = moments[:, c - left], r, c
+                count += 1
+                if count == AT_ONCE:
+                    _solve(own, places, scale, leverage, terms, variance)
+                    count = 0
             left, right = _next_run(wanted[r], right, 2 * radius)
+    _solve(own[:, :count].copy(), places[:count], scale, leverage, terms, variance)
 
 
 @numba.njit(cache=True, nogil=True)
@@ -128,61 +137,86 @@ def _add_row(data: Floats, weight: Floats, y: float, down: Floats, first: int) -
         down[9, first + c] += 1.0 if light > 0 else 0.0
 
 
-@numba.njit(cache=True, nogil=True)
-def cholesky(packed: Floats, factor: Floats, powers: Powers) -> bool:
-    """Factor (t, t) of a packed symmetric matrix, in place; False when the samples do not determine the t terms.
-
-    Its diagonal holds the reciprocals of its own entries: to divide takes as long as ten products. The powers are a
-    tuple, whose length the compiler knows.
-    """
-    k = 0
-    for i in range(len(powers)):
-        for j in range(i + 1):
-            entry = packed[k]
-            k += 1
-            for m in range(j):
-                entry -= factor[i, m] * factor[j, m]
-            if i > j:
-                factor[i, j] = entry * factor[j, j]
-            elif entry > SINGULAR * packed[0]:
-                factor[i, i] = 1.0 / np.sqrt(entry)
-            else:
-                return False
-    return True
+# What follows works on the systems of many samples side by side, of which the processor computes several at a time: so
+# none is left out, and one without a solution has NaN.
 
 
 @numba.njit(cache=True, nogil=True)
-def _solve(moments: Floats, wanted: Mask, scale: Floats, most: float, terms: Floats, variance: Floats) -> None:
-    """Write the terms (cols, 6) and the variance (cols,) of every wanted sample (cols,) of a row from its moments.
+def _solve(moments: Floats, places: Ints, scale: Floats, most: float, terms: Floats, variance: Floats) -> None:
+    """Write the terms (rows, cols, 6) and the variance (rows, cols) of samples with moments (23, n) at places (n, 2).
 
     most: leverage.
     """
-    right, square, count = moments[15:21], moments[21], moments[22]
-    normal, factor = np.empty(21), np.zeros((6, 6))
-    solution, unit = np.empty(6), np.empty(6)
-    for c in range(len(wanted)):
-        if not wanted[c] or count[c] < MIN_SAMPLES:
+    square, samples = moments[21], moments[22]
+    factor, determined = _factor(moments)
+    solution, explained, leverage = _substitute(moments, factor)
+    for n in range(len(places)):
+        if not determined[n] or leverage[n] * moments[0, n] > most * samples[n]:
             continue
-        for k in range(21):
-            normal[k] = moments[PACKED[k], c]
-        if not cholesky(normal, factor, POWERS):
-            continue
-        # solution and unit run through the same triangle: the fit, and how much one sample moves its centre.
-        explained, leverage = 0.0, 0.0
-        for i in range(6):
-            entry, trace = right[i, c], 1.0 if i == 0 else 0.0
-            for m in range(i):
-                entry -= factor[i, m] * solution[m]
-                trace -= factor[i, m] * unit[m]
-            solution[i], unit[i] = entry * factor[i, i], trace * factor[i, i]
-            explained += solution[i] ** 2
-            leverage += unit[i] ** 2
-        if leverage * normal[0] > most * count[c]:
-            continue
-        for i in range(5, -1, -1):
-            entry = solution[i]
-            for m in range(i + 1, 6):
-                entry -= factor[m, i] * solution[m]
-            solution[i] = entry * factor[i, i]
-        variance[c] = max(square[c] - explained, 0.0) / (count[c] - 6.0)
-        terms[c] = solution / scale
+        r, c = places[n]
+        variance[r, c] = max(square[n] - explained[n], 0.0) / (samples[n] - 6.0)
+        for i in range(len(POWERS)):
+            terms[r, c, i] = solution[i, n] / scale[i]
+
+
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _factor(moments: Floats) -> tuple[Floats, Mask]:
+    """The Cholesky factors (21, n) of normal matrices, both packed, and (n,) True where samples determine the terms.
+
+    Their diagonals hold the reciprocals of their own entries: to divide takes as long as ten products.
+    """
+    count = moments.shape[1]
+    factor, determined = np.empty((len(PACKED), count)), np.ones(count, np.bool_)
+    for i in range(len(POWERS)):
+        for j in range(i + 1):
+            k, row, other = _packed(i, j), _packed(i, 0), _packed(j, 0)
+            for n in range(count):
+                factor[k, n] = moments[PACKED[k], n]
+            for m in range(j):
+                for n in range(count):
+                    factor[k, n] -= factor[row + m, n] * factor[other + m, n]
+            if i > j:
+                for n in range(count):
+                    factor[k, n] *= factor[other + j, n]
+                continue
+            for n in range(count):
+                determined[n] &= factor[k, n] > SINGULAR * moments[0, n]
+                factor[k, n] = 1.0 / np.sqrt(factor[k, n])
+    return factor, determined
+
+
+@numba.njit(cache=True, nogil=True)
+def _packed(i: int, j: int) -> int:
+    """Where row i and column j of a lower triangle stand, row by row."""
+    return i * (i + 1) // 2 + j
+
+
+@numba.njit(cache=True, nogil=True)
+def _substitute(moments: Floats, factor: Floats) -> tuple[Floats, Floats, Floats]:
+    """The solutions (6, n), the squares (n,) that they explain, and their leverages (n,)."""
+    count = moments.shape[1]
+    # solution and unit run through the same triangle: the fit, and how much one sample moves its centre.
+    solution, unit = moments[len(MOMENTS) : len(MOMENTS) + len(POWERS)].copy(), np.zeros((len(POWERS), count))
+    explained, leverage = np.zeros(count), np.zeros(count)
+    unit[0] = 1.0
+    for i in range(len(POWERS)):
+        for m in range(i):
+            k = _packed(i, m)
+            for n in range(count):
+                solution[i, n] -= factor[k, n] * solution[m, n]
+                unit[i, n] -= factor[k, n] * unit[m, n]
+        k = _packed(i, i)
+        for n in range(count):
+            solution[i, n] *= factor[k, n]
+            unit[i, n] *= factor[k, n]
+            explained[n] += solution[i, n] ** 2
+            leverage[n] += unit[i, n] ** 2
+    for i in range(len(POWERS) - 1, -1, -1):
+        for m in range(i + 1, len(POWERS)):
+            k = _packed(m, i)
+            for n in range(count):
+                solution[i, n] -= factor[k, n] * solution[m, n]
+        k = _packed(i, i)
+        for n in range(count):
+            solution[i, n] *= factor[k, n]
+    return solution, explained, leverage

@@ -10,9 +10,10 @@ import numba
 import numpy as np
 
 from restore.bands import in_bands
-from restore.range_image.quadratic_fit import MAX_LEVERAGE, MIN_SAMPLES, POWERS, cholesky
+from restore.range_image.quadratic_fit import MAX_LEVERAGE, MIN_SAMPLES, POWERS, SINGULAR
 from restore.scan import Floats, Ints, Mask
 
+Powers = tuple[tuple[int, int], ...]
 ALL_POWERS = (*POWERS, (3, 0), (2, 1), (1, 2), (0, 3))  # of the places on the plane: a cubic's ten terms
 QUADRATIC, CUBIC = len(POWERS), len(ALL_POWERS)  # terms
 MAX_BEND = 16.0  # standard deviations of the samples: rise of the quadratic, beyond which cubic terms matter
@@ -138,8 +139,8 @@ def _solve(
     Returns how many terms the surface needs, 0 where the samples determine none, and the variances about a cubic and
     about a quadratic.
     """
-    full = count >= 2 * CUBIC and cholesky(normal, factor, ALL_POWERS)
-    if not full and (count < MIN_SAMPLES or not cholesky(normal, factor, POWERS)):
+    full = count >= 2 * CUBIC and _cholesky(normal, factor, ALL_POWERS)
+    if not full and (count < MIN_SAMPLES or not _cholesky(normal, factor, POWERS)):
         return 0, (np.nan, np.nan)
     unit = np.zeros(CUBIC)
     solution[:], unit[0] = 0.0, 1.0
@@ -161,6 +162,29 @@ def _solve(
     rest = max(left - gain, 0.0) / (count - CUBIC)
     rises, misses = rise * rise > MAX_BEND * MAX_BEND * variance, gain > (CUBIC - QUADRATIC) * BY_CHANCE * rest
     return CUBIC if rises or misses else QUADRATIC, (rest, variance)
+
+
+@numba.njit(cache=True, nogil=True)
+def _cholesky(packed: Floats, factor: Floats, powers: Powers) -> bool:
+    """Factor (t, t) of a packed symmetric matrix, in place; False when the samples do not determine the t terms.
+
+    Its diagonal holds the reciprocals of its own entries: to divide takes as long as ten products. The powers are a
+    tuple, whose length the compiler knows.
+    """
+    k = 0
+    for i in range(len(powers)):
+        for j in range(i + 1):
+            entry = packed[k]
+            k += 1
+            for m in range(j):
+                entry -= factor[i, m] * factor[j, m]
+            if i > j:
+                factor[i, j] = entry * factor[j, j]
+            elif entry > SINGULAR * packed[0]:
+                factor[i, i] = 1.0 / np.sqrt(entry)
+            else:
+                return False
+    return True
 
 
 @numba.njit(cache=True, nogil=True)
