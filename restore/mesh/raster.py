@@ -6,12 +6,13 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from restore.bands import in_bands
 from restore.scan import Floats, Ints
 
 EDGE_TOLERANCE = 1e-6  # of a triangle: no pixel centre may fall between two neighbours; also the least area in pixels
+BANDS = 4  # of a picture: each looks through all triangles
 
 
-@numba.njit(cache=True, nogil=True)
 def rasterise(
     corners: Floats, faces: Ints, values: Floats, height: int, width: int, inverse_depth: Floats | None = None
 ) -> NDArray[np.float32]:
@@ -22,22 +23,39 @@ def rasterise(
     that are affine in space interpolate them times inverse depth, and inverse depth, and divide.
     Returns (height, width, k) float32, NaN where no triangle lies. Pixel centres are at whole numbers.
     """
-    picture = np.full((height, width, values.shape[1]), np.nan, np.float32)
+    picture = np.empty((height, width, values.shape[1]), np.float32)
+
+    def draw(rows: slice) -> None:
+        _draw(corners, faces, values, inverse_depth, rows.start, rows.stop, picture)
+
+    in_bands(draw, height, -(-height // BANDS) or 1)
+    return picture
+
+
+@numba.njit(cache=True, nogil=True)
+def _draw(
+    corners: Floats, faces: Ints, values: Floats, inverse_depth: Floats | None, first: int, end: int,
+    picture: NDArray[np.float32],
+) -> None:  # fmt: skip
+    """Draw the rows of a picture (height, width, k) from first to end."""
+    width = picture.shape[1]
+    picture[first:end] = np.nan
     if inverse_depth is not None:
-        nearest = np.zeros((height, width))
+        nearest = np.zeros((end - first, width))
     for f in range(len(faces)):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
+        ay, uy, vy = corners[i, 1], corners[j, 1] - corners[i, 1], corners[k, 1] - corners[i, 1]
+        top, bottom = ay + min(0.0, uy, vy), ay + max(0.0, uy, vy)
+        if not (bottom >= first and top < end):
+            continue
         if inverse_depth is not None and min(inverse_depth[i], inverse_depth[j], inverse_depth[k]) <= 0.0:
             continue
-        ax, ay = corners[i, 0], corners[i, 1]
-        ux, uy = corners[j, 0] - ax, corners[j, 1] - ay
-        vx, vy = corners[k, 0] - ax, corners[k, 1] - ay
+        ax, ux, vx = corners[i, 0], corners[j, 0] - corners[i, 0], corners[k, 0] - corners[i, 0]
         area = ux * vy - uy * vx
         if abs(area) < EDGE_TOLERANCE:
             continue
-        top, bottom = ay + min(0.0, uy, vy), ay + max(0.0, uy, vy)
         left, right = ax + min(0.0, ux, vx), ax + max(0.0, ux, vx)
-        for row in range(max(0, int(np.ceil(top))), min(height - 1, int(np.floor(bottom))) + 1):
+        for row in range(max(first, int(np.ceil(top))), min(end, int(np.floor(bottom)) + 1)):
             for col in range(max(0, int(np.ceil(left))), min(width - 1, int(np.floor(right))) + 1):
                 u = ((col - ax) * vy - (row - ay) * vx) / area
                 v = (ux * (row - ay) - uy * (col - ax)) / area
@@ -46,10 +64,9 @@ def rasterise(
                 if inverse_depth is not None:
                     at = inverse_depth[i]
                     at += u * (inverse_depth[j] - inverse_depth[i]) + v * (inverse_depth[k] - inverse_depth[i])
-                    if at <= nearest[row, col]:
+                    if at <= nearest[row - first, col]:
                         continue
-                    nearest[row, col] = at
+                    nearest[row - first, col] = at
                 for c in range(values.shape[1]):
                     base = values[i, c]
                     picture[row, col, c] = base + u * (values[j, c] - base) + v * (values[k, c] - base)
-    return picture

@@ -312,9 +312,9 @@ def occluded(fine: FlatMesh, camera_centre: Floats, shape: tuple[int, ...], dpi:
     assert fine.texcoords is not None and fine.texture is not None
     distance = np.linalg.norm(fine.vertices - camera_centre, axis=1)
     turned_away = _turned_away(fine, camera_centre)
-    size = fine.texture.shape[:2]
+    height, width = fine.texture.shape[:2]
     depth = distance - distance.min()  # single precision holds it, also from far away
-    nearest_depth = rasterise(fine.texcoords, fine.faces, depth[:, None], *size, 1.0 / distance)[..., 0]
+    nearest_depth = rasterise(fine.texcoords, fine.faces, depth[:, None], height, width, 1.0 / distance)[..., 0]
     on_page = rasterise_on_page(fine, np.column_stack([fine.texcoords, depth]), shape, dpi)
     front_depth = cv2.remap(
         np.where(np.isnan(nearest_depth), np.float32(np.inf), nearest_depth),

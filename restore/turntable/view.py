@@ -51,7 +51,9 @@ class RangeView:
         faces = other._faces[signed_areas(corners * [1.0, -1.0], other._faces) > 0]  # without back faces
         inverse_depth = -1.0 / points[:, 2]
         shape = self.inverse_depth.shape
-        return np.asarray(rasterise(corners, faces, inverse_depth[:, None], *shape, inverse_depth)[..., 0], np.float64)
+        return np.asarray(
+            rasterise(corners, faces, inverse_depth[:, None], shape[0], shape[1], inverse_depth)[..., 0], np.float64
+        )
 
     def surface_distance(self, layer: Floats) -> Floats:
         """(n,) mm, signed: distance along the normal from this surface to that of a layer (rows, cols) 1/mm, at the n

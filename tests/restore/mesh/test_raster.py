@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 
+from restore.mesh import raster
 from restore.mesh.raster import EDGE_TOLERANCE, rasterise
 
 HEIGHT, WIDTH = 40, 50
@@ -66,10 +67,12 @@ def test_a_triangle_larger_than_the_picture_fills_it():
     np.testing.assert_allclose(picture, affine(centres()), atol=SINGLE)
 
 
-def test_compiled_and_plain_python_rasterise_alike():
+def test_compiled_and_plain_python_rasterise_alike(monkeypatch):
     corners = np.random.default_rng(4).uniform(0, 12, (9, 2))
     faces = Delaunay(corners).simplices.astype(np.int64)
-    compiled, plain = (run(corners, faces, affine(corners), 12, 12) for run in (rasterise, rasterise.py_func))
+    compiled = rasterise(corners, faces, affine(corners), 12, 12)
+    monkeypatch.setattr(raster, "_draw", raster._draw.py_func)
+    plain = rasterise(corners, faces, affine(corners), 12, 12)
     assert np.isfinite(compiled).any()
     np.testing.assert_allclose(compiled, plain, atol=SINGLE)
 
@@ -107,12 +110,25 @@ def test_values_divided_by_depth_are_interpolated_affinely_in_space():
     np.testing.assert_allclose(picture[:, 4, 1] / picture[:, 4, 0], 0.25, atol=SINGLE)
 
 
-def test_the_z_buffer_compiled_and_in_plain_python_agree():
+def test_the_z_buffer_compiled_and_in_plain_python_agree(monkeypatch):
     random = np.random.default_rng(3)
     corners, faces = random.uniform(-5, 25, (12, 2)), random.integers(0, 12, (9, 3))
     inverse = 1.0 / random.uniform(1, 2, 12)
-    compiled, plain = (run(corners, faces, affine(corners), 20, 24, inverse) for run in (rasterise, rasterise.py_func))
+    compiled = rasterise(corners, faces, affine(corners), 20, 24, inverse)
+    monkeypatch.setattr(raster, "_draw", raster._draw.py_func)
+    plain = rasterise(corners, faces, affine(corners), 20, 24, inverse)
     np.testing.assert_allclose(compiled, plain, atol=SINGLE)
+
+
+@pytest.mark.parametrize("height", [1, 3, 4, 41])
+@pytest.mark.parametrize("buffered", [False, True])
+def test_the_bands_that_a_picture_is_drawn_in_do_not_show(monkeypatch, height, buffered):
+    random = np.random.default_rng(5)
+    corners, faces = random.uniform(-5, 45, (20, 2)), random.integers(0, 20, (30, 3))
+    inverse = 1.0 / random.uniform(1, 2, 20) if buffered else None
+    banded = rasterise(corners, faces, affine(corners), height, WIDTH, inverse)
+    monkeypatch.setattr(raster, "BANDS", 1)
+    np.testing.assert_array_equal(rasterise(corners, faces, affine(corners), height, WIDTH, inverse), banded)
 
 
 def test_the_tolerance_at_edges_is_below_one_colour_level():
