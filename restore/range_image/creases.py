@@ -3,27 +3,36 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
+from scipy.fft import fft, irfft2, next_fast_len, rfft, rfft2
 from scipy.ndimage import label
 
 from restore.bands import in_threads
-from restore.numerics import TINY
+from restore.numerics import SINGLE_TINY
 from restore.range_image.quadratic_fit import POWERS
 from restore.robust import robust_sigma
 from restore.scan import Bytes, Floats, Mask
 
 HALF_WIDTH = 4  # samples to either side of a crease over which its kink is measured; narrower facets hide it
 HALF_LENGTH = 12  # samples along a crease, either way: 11 mm on a Vivid at 0.9 m; most creases are longer
+REACH = HALF_WIDTH + HALF_LENGTH  # samples from the middle of a kernel to its border, whatever its direction
 BORDER_MARGIN = 2  # samples: kernels cut by the border of the page respond to it all along
 DIRECTIONS = 16  # every 11.25°: at half of that the ends of a kernel are one sample off the crease
 # Hysteresis (Canny 1986): a crease needs a sample above the first threshold and follows samples above the second.
 KINK_SIGMAS = 5.5
 FOLLOW_SIGMAS = 3.0
+APART = 7  # samples of a row: responses nearer to each other have most of their noise in common
 MIN_SEPARATION = 5  # samples: the filter responds to either side of a strong crease; nearer ridges are not distinct
 MIN_MEASURED = 0.5  # share of measured samples in a kernel: at the border of a filled hole there are false kinks
+# Weights of the samples in a cell of two by two and half of those beside it: the noise and the share of measured
+# samples hardly change within a kernel.
+CELL = np.outer([0.5, 1.0, 0.5], [0.5, 1.0, 0.5])
+
+Spectrum = NDArray[np.complex64]
 
 
 def find_creases(data: Floats, deviation: Floats, inside: Mask) -> Mask:
@@ -37,7 +46,8 @@ def find_creases(data: Floats, deviation: Floats, inside: Mask) -> Mask:
     interior = _eroded(inner, BORDER_MARGIN)
     strongest, direction = np.zeros(inside.shape, np.float32), np.zeros(inside.shape, np.uint8)
     angles = np.arange(DIRECTIONS) * np.pi / DIRECTIONS
-    for k, kink in enumerate(in_threads(partial(_kink_sigmas, data, deviation, inner, interior), angles)):
+    kinks = partial(_kink_sigmas, _pictures(data, deviation), inner, interior)
+    for k, kink in enumerate(in_threads(kinks, angles)):
         direction[kink > strongest] = k
         np.maximum(strongest, kink, out=strongest)
     ridge = np.zeros_like(inside)
@@ -54,29 +64,75 @@ def _eroded(mask: Bytes, samples: int) -> Bytes:
     return np.asarray(cv2.erode(mask, window, borderValue=0), dtype=np.uint8)
 
 
-def _kink_sigmas(data: Floats, deviation: Floats, inner: Bytes, interior: Bytes, angle: float) -> NDArray[np.float32]:
+def _pictures(data: Floats, deviation: Floats) -> tuple[Spectrum, Spectrum, Spectrum]:
+    """The spectra of the data, of the variance of its noise, and of what was measured, the last two in cells.
+
+    They are in units of the greatest deviation, for single precision.
+    """
+    unit = float(deviation.max()) or 1.0
+    variance, measured = _in_cells((deviation / unit) ** 2), _in_cells(deviation > 0)
+    return _spectrum((data / unit).astype(np.float32)), _spectrum(variance), _spectrum(measured)
+
+
+def _kink_sigmas(
+    pictures: tuple[Spectrum, Spectrum, Spectrum], inner: Bytes, interior: Bytes, angle: float
+) -> NDArray[np.float32]:
     """(rows, cols) kink across the direction `angle` in standard deviations of the noise, 0 where not inner.
 
     It is evaluated where the whole kernel is interior; from there a crease is assumed to continue to the border.
     """
+    data, variance, measured = pictures
     kernel, line = _kink_kernel(angle), _line(angle + np.pi / 2, HALF_LENGTH)
-    variance = np.maximum(cv2.filter2D(deviation**2, cv2.CV_64F, kernel**2), 0.0)
-    sigmas = np.abs(cv2.filter2D(data, cv2.CV_64F, kernel)) / np.sqrt(np.maximum(variance, TINY))
-    measured = cv2.filter2D((deviation > 0).astype(np.float32), cv2.CV_32F, (kernel != 0) / np.count_nonzero(kernel))
-    complete = (cv2.erode(interior, line, borderValue=0) > 0) & (measured > MIN_MEASURED)
+    deviation = np.sqrt(np.maximum(_filtered_cells(variance, kernel**2, inner.shape), SINGLE_TINY))
+    share = _filtered_cells(measured, (kernel != 0) / np.count_nonzero(kernel), inner.shape)
+    complete = (cv2.erode(interior, line, borderValue=0) > 0) & (share > MIN_MEASURED)
     if not complete.any():
-        return np.zeros(data.shape, np.float32)
+        return np.zeros(inner.shape, np.float32)
+    sigmas = np.abs(_filtered(data, kernel, inner.shape)) / deviation
     # Noise that is correlated between samples has a greater response than its variance predicts.
-    sigmas /= max(1.0, robust_sigma(sigmas[complete]))
-    known = np.where(complete, sigmas, 0.0).astype(np.float32)
+    sigmas /= max(1.0, robust_sigma(sigmas[complete][::APART]))
+    known = np.where(complete, sigmas, np.float32(0.0))
     extended = cv2.dilate(known, _line(angle + np.pi / 2, HALF_LENGTH + 2 * BORDER_MARGIN))
     return np.asarray(np.where(complete, known, extended) * inner, dtype=np.float32)
 
 
+def _in_cells(grid: NDArray[Any]) -> NDArray[np.float32]:
+    """(rows, cols) means over cells of two by two samples; beyond the border a grid is 0."""
+    even = np.pad(grid.astype(np.float32), [(0, size % 2) for size in grid.shape])
+    return np.asarray(cv2.resize(even, (even.shape[1] // 2, even.shape[0] // 2), interpolation=cv2.INTER_AREA))
+
+
+def _filtered_cells(spectrum: Spectrum, kernel: Floats, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """(rows, cols) of a shape: what a kernel for samples makes of the cells with a spectrum."""
+    cells = cv2.filter2D(kernel, -1, CELL, borderType=cv2.BORDER_CONSTANT)[::2, ::2]
+    filtered = _filtered(spectrum, cells, tuple(-(-size // 2) for size in shape))
+    return np.asarray(cv2.resize(filtered, None, fx=2, fy=2)[: shape[0], : shape[1]])
+
+
+def _spectrum(picture: NDArray[np.float32]) -> Spectrum:
+    """The spectrum of a picture (rows, cols), 0 beyond its border as far as a kernel reaches."""
+    return np.asarray(rfft2(picture, _transformed(picture.shape)))
+
+
+def _filtered(spectrum: Spectrum, kernel: Floats, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """(rows, cols) of a shape: what a point-symmetric kernel (2k + 1, 2k + 1) makes of the picture with a spectrum."""
+    (rows, cols), middle = _transformed(shape), len(kernel) // 2
+    along = rfft(kernel.astype(np.float32), cols, axis=1)  # its few rows alone: the others are 0
+    filtered = irfft2(spectrum * fft(along, rows, axis=0), (rows, cols))
+    return np.asarray(filtered[middle : middle + shape[0], middle : middle + shape[1]])
+
+
+def _transformed(shape: tuple[int, ...]) -> list[int]:
+    """Rows and columns that are transformed of a picture of a shape."""
+    return [next_fast_len(size + REACH, real=True) for size in shape]
+
+
 def _kink_kernel(angle: float) -> Floats:
-    """Matched filter of |u| across a line through the centre, u running at `angle`; its response to quadratics is 0."""
-    size = HALF_WIDTH + HALF_LENGTH
-    y, x = np.mgrid[-size : size + 1, -size : size + 1].astype(float)
+    """Matched filter of |u| across a line through the centre, u running at `angle`; its response to quadratics is 0.
+
+    The sum of its squares is 1: white noise passes it as it is.
+    """
+    y, x = np.mgrid[-REACH : REACH + 1, -REACH : REACH + 1].astype(float)
     u, v = x * np.cos(angle) + y * np.sin(angle), y * np.cos(angle) - x * np.sin(angle)
     # Samples at the edge of the rectangle are weighted by the part of them inside it.
     share = np.clip(HALF_WIDTH + 0.5 - np.abs(u), 0, 1) * np.clip(HALF_LENGTH + 0.5 - np.abs(v), 0, 1)
@@ -86,12 +142,13 @@ def _kink_kernel(angle: float) -> Floats:
     fit, *_ = np.linalg.lstsq(terms * weight[:, None], np.abs(u[support]) * weight, rcond=None)
     kernel = np.zeros_like(u)
     kernel[support] = share[support] * (np.abs(u[support]) - terms @ fit)
-    return kernel / (kernel * np.abs(u)).sum()
+    return kernel / np.linalg.norm(kernel)
 
 
 def _line(angle: float, half_length: int) -> Bytes:
     """Structuring element of a line through the centre at `angle`, half_length samples to either side."""
     line = np.zeros((2 * half_length + 1, 2 * half_length + 1), np.uint8)
-    for step in np.arange(-half_length, half_length + 0.25, 0.25):
-        line[half_length + round(step * np.sin(angle)), half_length + round(step * np.cos(angle))] = 1
+    steps = np.arange(-half_length, half_length + 0.25, 0.25)
+    row, col = (half_length + np.rint(steps * part(angle)).astype(int) for part in (np.sin, np.cos))
+    line[row, col] = 1
     return line
