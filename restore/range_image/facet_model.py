@@ -137,10 +137,10 @@ def _fit_windows(
     """
     leverage = LEVERAGE_BEFORE_CREASES if crease is None else MAX_LEVERAGE
     wide = fit_quadratics(data, weight, inside, WIDE_RADIUS, leverage)
-    variance = wide.variance[inside & (weight > 0)]
-    if not np.isfinite(variance).any():
+    variance = wide.variance[inside & (weight > 0) & np.isfinite(wide.variance)]
+    if not len(variance):
         raise NotEnoughSurface("the samples lie too far apart", "raise the laser power for dark paper, and scan again")
-    noise2 = max(float(np.nanmedian(variance)), floor**2)
+    noise2 = max(float(np.median(variance)), floor**2)
     limit = MAX_MISFIT_SIGMAS**2 * noise2
     distance = None if crease is None else _distance(crease)
     facets, centres = _shift_windows(wide, distance, limit, inside, WIDE_RADIUS)
@@ -182,7 +182,8 @@ def _fit_sparse(facets: Floats, data: Floats, weight: Floats, sparse: Mask, limi
             return
         fit = fit_quadratics(data, weight, sparse, radius, LEVERAGE_BEFORE_CREASES)
         found = sparse & (fit.variance <= limit)
-        facets[found, :3], facets[found, 3], facets[found, 4:] = fit.terms[found, :3], fit.variance[found], (0.0, 1.0)
+        at = np.nonzero(found)
+        facets[at] = np.column_stack([fit.terms[at][:, :3], fit.variance[at], np.zeros(len(at[0])), np.ones(len(at[0]))])
         sparse = sparse & ~found
 
 
@@ -206,7 +207,7 @@ def _shift_windows(
     else:
         near = (distance <= radius + 1.5) | np.isnan(fit.variance)
         merit, shifted, one_sided_merit = distance, near, float(radius)
-    chosen, centres = np.full((*merit.shape, FACET_FIELDS), np.nan), np.zeros(merit.shape, np.int64)
+    chosen, centres = np.empty((*merit.shape, FACET_FIELDS)), np.zeros(merit.shape, np.int64)
 
     def choose(rows: slice) -> None:
         first, end = rows.start, rows.stop
@@ -223,6 +224,7 @@ def _choose_windows(
 ) -> None:  # fmt: skip
     """Write the facets and the centres of the rows from first to end."""
     rows, cols = merit.shape
+    chosen[first:end] = np.nan
     for r in range(first, end):
         for c in range(cols):
             if not inside[r, c]:
@@ -233,7 +235,7 @@ def _choose_windows(
                     for j in range(max(0, c - radius), min(cols, c + radius + 1)):
                         # Of two equally good windows the nearer: its quadratic extrapolates less.
                         score = merit[i, j] - SHIFT_PENALTY * abs(merit[i, j]) * (abs(i - r) + abs(j - c))
-                        if not np.isnan(variance[i, j]) and score > best:
+                        if score > best and not np.isnan(variance[i, j]):
                             best_r, best_c, best = i, j, score
             centres[r, c] = best_r * cols + best_c
             f = terms[best_r, best_c]

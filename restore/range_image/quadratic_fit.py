@@ -44,7 +44,7 @@ def fit_quadratics(
     leverage is the most that a window may have: the variance of the value at its centre over that of one sample.
     """
     scale = np.array([float(radius) ** (p + q) for p, q in POWERS])
-    terms, variance = np.full((*data.shape, len(POWERS)), np.nan), np.full(data.shape, np.nan)
+    terms, variance = np.empty((*data.shape, len(POWERS))), np.empty(data.shape)
 
     def fit_band(rows: slice) -> None:
         _fit_rows(data, weight, wanted, radius, scale, leverage, rows.start, rows.stop, terms, variance)
@@ -58,12 +58,13 @@ def _fit_rows(
     data: Floats, weight: Floats, wanted: Mask, radius: int, scale: Floats, leverage: float, first: int, end: int,
     terms: Floats, variance: Floats,
 ) -> None:  # fmt: skip
-    """Write the terms and the variance of every wanted sample in the rows from first to end.
+    """Write the terms and the variance of every wanted sample in the rows from first to end, and NaN of the others.
 
     A row's moments are sums down its columns, then along the row: they never leave the processor's cache. Only those of
     the runs of columns that hold wanted samples are taken.
     """
     cols = data.shape[1]
+    terms[first:end], variance[first:end] = np.nan, np.nan
     down, moments = np.empty((SUMS, cols + 2 * radius)), np.empty((len(ROW_MOMENTS), cols))
     own, places, count = np.empty((len(ROW_MOMENTS), AT_ONCE)), np.empty((AT_ONCE, 2), np.int64), 0
     for r in range(first, end):

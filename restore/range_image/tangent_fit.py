@@ -32,7 +32,7 @@ def fit_over_tangents(
     centres (rows, cols) the flat index of the sample whose window each takes; steep the slope, per column, of 45°. The
     fit is a quadratic, and where that rises too far or misses too much, a cubic.
     """
-    facets = np.full((*data.shape, FIELDS), np.nan)
+    facets = np.empty((*data.shape, FIELDS))
 
     def fit_band(rows: slice) -> None:
         _fit_rows(data, weight, wanted, terms, centres, steep, radius, rows.start, rows.stop, facets)
@@ -48,6 +48,7 @@ def _fit_rows(
 ) -> None:  # fmt: skip
     """Write the facets of the rows from first to end."""
     cols = data.shape[1]
+    facets[first:end] = np.nan
     normal, right = np.empty(CUBIC * (CUBIC + 1) // 2), np.empty(CUBIC)
     factor, solution, surface = np.zeros((CUBIC, CUBIC)), np.empty(CUBIC), np.empty(CUBIC)
     for r in range(first, end):
