@@ -89,13 +89,14 @@ def _check_size(scan: RangeScan | SurfaceMesh) -> None:
         points = scan.vertices[used_vertices(scan.faces, len(scan.vertices))]
     if len(points) == 0:  # reported elsewhere
         return
-    far = float(np.abs(points).max())
-    if far > MAX_COORDINATE_MM and far > FAR * float(np.ptp(points, axis=0).max()):
+    low, high = np.array([(axis.min(), axis.max()) for axis in points.T]).T  # axis by axis it takes a third of the time
+    far = float(max(-low.min(), high.max()))
+    if far > MAX_COORDINATE_MM and far > FAR * float((high - low).max()):
         raise BadInput(
             f"the surface lies {far / 1e6:.3g} km from the origin of its coordinates, too far to be exact",
             "subtract its middle from all its points: map coordinates, say, are such",
         )
-    long, wide = np.sort([np.ptp(axis) for axis in points.T])[:0:-1]  # axis by axis it takes a third of the time
+    long, wide = np.sort(high - low)[:0:-1]
     given = scan.provenance.get("unit_source") == GIVEN
     least, most = (MIN_SIDE_MM, np.inf) if given else (MIN_PAGE_MM, MAX_PAGE_MM)
     if not least <= long <= most:

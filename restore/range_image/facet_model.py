@@ -94,21 +94,23 @@ def in_whole_windows(known: Mask) -> Mask:
     return np.asarray(cv2.distanceTransform(known.astype(np.uint8), cv2.DIST_L2, 5) > WIDE_RADIUS + 1)
 
 
-def _signal_classes(signal: Floats | None, measured: Mask) -> Ints:
+def _signal_classes(signal: Floats | None, measured: Mask) -> NDArray[np.int8]:
     """(rows, cols) class of each sample by its signal, 0 the strongest; −1 where nothing was measured."""
     if signal is None:
-        return np.where(measured, 0, -1)
+        return np.where(measured, np.int8(0), np.int8(-1))
     strongest = np.percentile(signal[measured], 95)
     share = np.clip(signal / max(strongest, TINY), 0.0, 1.0)
-    return np.where(measured, np.minimum((1.0 - share) * SIGNAL_CLASSES, SIGNAL_CLASSES - 1).astype(np.int64), -1)
+    return np.where(
+        measured, np.minimum((1.0 - share) * SIGNAL_CLASSES, SIGNAL_CLASSES - 1).astype(np.int8), np.int8(-1)
+    )
 
 
-def _weights(residual: Floats, classes: Ints, floor: float) -> tuple[Floats, Floats]:
+def _weights(residual: Floats, classes: NDArray[np.int8], floor: float) -> tuple[Floats, Floats]:
     """(rows, cols) inverse variance of each sample's class over the best, 0 for outliers; and its sigma, 1/mm."""
     known, sigmas, weights = np.isfinite(residual), np.zeros(SIGNAL_CLASSES + 1), np.zeros(SIGNAL_CLASSES + 1)
-    best = np.inf
+    best, (of_class, among) = np.inf, (grid[known & (classes >= 0)] for grid in (classes, residual))
     for k in range(classes.max() + 1):
-        members = residual[(classes == k) & known]
+        members = among[of_class == k]
         if len(members) < MIN_MEMBERS:
             continue
         sigmas[k] = max(robust_sigma(members), floor)
@@ -143,7 +145,8 @@ def _fit_windows(
     noise2 = max(float(np.median(variance)), floor**2)
     limit = MAX_MISFIT_SIGMAS**2 * noise2
     distance = None if crease is None else _distance(crease)
-    facets, centres = _shift_windows(wide, distance, limit, inside, WIDE_RADIUS)
+    facets, centres = np.full((*data.shape, FACET_FIELDS), np.nan), np.zeros(data.shape, np.int64)
+    _shift_windows(wide, distance, limit, inside, WIDE_RADIUS, facets, centres)
     one_sided = facets[..., 5] > 0
     bent = facets[..., 4] > MAX_BEND_SIGMAS * np.sqrt(noise2)
     unfit = inside & (bent | ~((facets[..., 3] <= limit) & one_sided))
@@ -152,16 +155,14 @@ def _fit_windows(
         better = unfit & (tangent[..., 3] <= limit) & one_sided
         facets[better, :FIELDS] = tangent[better]
         unfit &= ~better
-    window = np.ones((2 * NARROW_RADIUS + 1, 2 * NARROW_RADIUS + 1), np.uint8)
-    near = inside & cv2.dilate(unfit.astype(np.uint8), window).astype(bool)
-    close = fit_quadratics(data, weight, near, NARROW_RADIUS, leverage)
-    narrow, _ = _shift_windows(close, distance, limit, unfit, NARROW_RADIUS)
-    better = unfit & ((narrow[..., 5] > 0) | np.isnan(facets[..., 0]))
-    facets[better] = narrow[better]
     sparse = inside & np.isnan(wide.variance)
     if crease is not None:
         sparse |= inside & _sparse(inside & (weight > 0), inside)
-    _fit_sparse(facets, data, weight, sparse, limit)
+    window = np.ones((2 * NARROW_RADIUS + 1, 2 * NARROW_RADIUS + 1), np.uint8)
+    near = inside & cv2.dilate(unfit.astype(np.uint8), window).astype(bool)
+    close = fit_quadratics(data, weight, near, NARROW_RADIUS, leverage, replacing=wide)
+    _shift_windows(close, distance, limit, unfit, NARROW_RADIUS, facets, centres)
+    _fit_sparse(facets, data, weight, sparse, limit, close)
     return facets, float(np.sqrt(noise2))
 
 
@@ -172,18 +173,23 @@ def _sparse(used: Mask, inside: Mask) -> Mask:
     return np.asarray(cv2.boxFilter(counted, -1, size, borderType=cv2.BORDER_CONSTANT) > 0.0)
 
 
-def _fit_sparse(facets: Floats, data: Floats, weight: Floats, sparse: Mask, limit: float) -> None:
+def _fit_sparse(
+    facets: Floats, data: Floats, weight: Floats, sparse: Mask, limit: float, replacing: Quadratics
+) -> None:
     """Replace the facets of samples (rows, cols) round which few were measured by fits in windows that hold enough.
 
     Only where a quadratic fits so far: between the sides of a crease it does not, and each goes on by itself.
+    replacing: fits that nobody needs any more.
     """
     for radius in SPARSE_RADII:
         if not sparse.any():
             return
-        fit = fit_quadratics(data, weight, sparse, radius, LEVERAGE_BEFORE_CREASES)
+        fit = fit_quadratics(data, weight, sparse, radius, LEVERAGE_BEFORE_CREASES, replacing=replacing)
         found = sparse & (fit.variance <= limit)
         at = np.nonzero(found)
-        facets[at] = np.column_stack([fit.terms[at][:, :3], fit.variance[at], np.zeros(len(at[0])), np.ones(len(at[0]))])
+        facets[at] = np.column_stack(
+            [fit.terms[at][:, :3], fit.variance[at], np.zeros(len(at[0])), np.ones(len(at[0]))]
+        )
         sparse = sparse & ~found
 
 
@@ -195,9 +201,10 @@ def _distance(crease: Mask) -> Floats:
 
 
 def _shift_windows(
-    fit: Quadratics, distance: Floats | None, limit: float, inside: Mask, radius: int
-) -> tuple[Floats, Ints]:
-    """The facet (rows, cols, FACET_FIELDS) of each sample by the best window that contains it, and that window's index.
+    fit: Quadratics, distance: Floats | None, limit: float, inside: Mask, radius: int, facets: Floats, centres: Ints
+) -> None:
+    """Write the facet (rows, cols, FACET_FIELDS) of each sample by the best window that contains it, and that window's
+    index (rows, cols); what is there already gives way to facets on one side of a crease alone.
 
     That is its own, or near a crease, or where its own has too few samples, a shifted one: the farthest from creases,
     whose distances (rows, cols) are given, or where they are not known the one of least misfit.
@@ -207,14 +214,12 @@ def _shift_windows(
     else:
         near = (distance <= radius + 1.5) | np.isnan(fit.variance)
         merit, shifted, one_sided_merit = distance, near, float(radius)
-    chosen, centres = np.empty((*merit.shape, FACET_FIELDS)), np.zeros(merit.shape, np.int64)
 
     def choose(rows: slice) -> None:
         first, end = rows.start, rows.stop
-        _choose_windows(*fit, merit, shifted, inside, one_sided_merit, radius, first, end, chosen, centres)
+        _choose_windows(*fit, merit, shifted, inside, one_sided_merit, radius, first, end, facets, centres)
 
     in_bands(choose, len(merit))
-    return chosen, centres
 
 
 @numba.njit(cache=True, nogil=True)
@@ -224,7 +229,6 @@ def _choose_windows(
 ) -> None:  # fmt: skip
     """Write the facets and the centres of the rows from first to end."""
     rows, cols = merit.shape
-    chosen[first:end] = np.nan
     for r in range(first, end):
         for c in range(cols):
             if not inside[r, c]:
@@ -237,6 +241,9 @@ def _choose_windows(
                         score = merit[i, j] - SHIFT_PENALTY * abs(merit[i, j]) * (abs(i - r) + abs(j - c))
                         if score > best and not np.isnan(variance[i, j]):
                             best_r, best_c, best = i, j, score
+            one_sided = merit[best_r, best_c] >= one_sided_merit
+            if not (one_sided or np.isnan(chosen[r, c, 0])):
+                continue
             centres[r, c] = best_r * cols + best_c
             f = terms[best_r, best_c]
             x, y = c - best_c, r - best_r
@@ -245,4 +252,4 @@ def _choose_windows(
             chosen[r, c, 2] = f[2] + f[4] * x + 2 * f[5] * y
             chosen[r, c, 3] = variance[best_r, best_c]
             chosen[r, c, 4] = (abs(f[3]) + abs(f[4]) + abs(f[5])) * WIDE_RADIUS * WIDE_RADIUS
-            chosen[r, c, 5] = 1.0 if merit[best_r, best_c] >= one_sided_merit else 0.0
+            chosen[r, c, 5] = 1.0 if one_sided else 0.0

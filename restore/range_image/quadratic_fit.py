@@ -37,20 +37,29 @@ class Quadratics(NamedTuple):
 
 
 def fit_quadratics(
-    data: Floats, weight: Floats, wanted: Mask, radius: int, leverage: float = MAX_LEVERAGE
+    data: Floats,
+    weight: Floats,
+    wanted: Mask,
+    radius: int,
+    leverage: float = MAX_LEVERAGE,
+    *,
+    replacing: Quadratics | None = None,
 ) -> Quadratics:
     """Fit data (rows, cols) with weights (rows, cols) in windows of 2·radius + 1 samples round every wanted sample.
 
     leverage is the most that a window may have: the variance of the value at its centre over that of one sample.
+    The fits take the place of others, if any, whose arrays they are written to: samples not wanted keep theirs.
     """
     scale = np.array([float(radius) ** (p + q) for p, q in POWERS])
-    terms, variance = np.empty((*data.shape, len(POWERS))), np.empty(data.shape)
+    fits = replacing or Quadratics(np.empty((*data.shape, len(POWERS))), np.empty(data.shape))
 
     def fit_band(rows: slice) -> None:
-        _fit_rows(data, weight, wanted, radius, scale, leverage, rows.start, rows.stop, terms, variance)
+        if replacing is None:
+            fits.terms[rows], fits.variance[rows] = np.nan, np.nan
+        _fit_rows(data, weight, wanted, radius, scale, leverage, rows.start, rows.stop, *fits)
 
     in_bands(fit_band, len(data))
-    return Quadratics(terms, variance)
+    return fits
 
 
 @numba.njit(cache=True, nogil=True)
@@ -58,13 +67,12 @@ def _fit_rows(
     data: Floats, weight: Floats, wanted: Mask, radius: int, scale: Floats, leverage: float, first: int, end: int,
     terms: Floats, variance: Floats,
 ) -> None:  # fmt: skip
-    """Write the terms and the variance of every wanted sample in the rows from first to end, and NaN of the others.
+    """Write the terms and the variance of every wanted sample in the rows from first to end.
 
     A row's moments are sums down its columns, then along the row: they never leave the processor's cache. Only those of
     the runs of columns that hold wanted samples are taken.
     """
     cols = data.shape[1]
-    terms[first:end], variance[first:end] = np.nan, np.nan
     down, moments = np.empty((SUMS, cols + 2 * radius)), np.empty((len(ROW_MOMENTS), cols))
     own, places, count = np.empty((len(ROW_MOMENTS), AT_ONCE)), np.empty((AT_ONCE, 2), np.int64), 0
     for r in range(first, end):
@@ -72,7 +80,10 @@ def _fit_rows(
         while left < right:
             _set_moments(data, weight, radius, r, left, right, down, moments)
             for c in range(left, right):
-                if not wanted[r, c] or moments[22, c - left] < MIN_SAMPLES:
+                if not wanted[r, c]:
+                    continue
+                terms[r, c], variance[r, c] = np.nan, np.nan
+                if moments[22, c - left] < MIN_SAMPLES:
                     continue
                 own[:, count], places[count, 0], places[count, 1] = moments[:, c - left], r, c
                 count += 1

@@ -115,14 +115,16 @@ def make_sheet(rays: Rays, facets: Facets, samples: Mask, inside: Mask, pixels: 
     """
     steepest = MAX_SLOPE * abs(rays.dx) * facets.value
     known = inside & (np.hypot(*np.moveaxis(facets.slope, -1, 0)) < steepest)  # NaN is not
-    rows, cols = distance_transform_edt(~known, return_distances=False, return_indices=True)
-    own_rows, own_cols = np.indices(known.shape)
+    nearest = distance_transform_edt(~known, return_distances=False, return_indices=True)
     sound = in_whole_windows(known & ~facets.crease)
     slopes = unbiased(facets.slope, sound)
-    slope = slopes[rows, cols]
-    value = facets.value[rows, cols] + slope[..., 0] * (own_cols - cols) + slope[..., 1] * (own_rows - rows)
-    scatter = slope_variances(slopes, sound)
-    return Sheet(rays, inside, samples, np.dstack([value, slope]), scatter, facets.noise, pixels, scan)
+    planes = np.dstack([facets.value, slopes])
+    beyond = np.nonzero(~known)
+    rows, cols = nearest[:, *beyond]
+    value, across, down = planes[rows, cols].T
+    value = value + across * (beyond[1] - cols) + down * (beyond[0] - rows)
+    planes[beyond] = np.stack([value, across, down], axis=1)
+    return Sheet(rays, inside, samples, planes, slope_variances(slopes, sound), facets.noise, pixels, scan)
 
 
 def depth_distance(sheet: Sheet, nodes: Floats, faces: Ints) -> dict[str, float]:

@@ -41,4 +41,5 @@ def _second_differences(values: Floats) -> Floats:
     """(rows, cols) second differences down the columns, for each sample squared; 0 where a value is missing."""
     differences = np.zeros(values.shape)
     differences[APART:-APART] = (values[: -2 * APART] - 2.0 * values[APART:-APART] + values[2 * APART :]) / APART**2
-    return np.nan_to_num(differences)
+    differences[np.isnan(differences)] = 0.0
+    return differences

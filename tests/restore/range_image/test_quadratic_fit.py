@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from restore.range_image.quadratic_fit import MIN_SAMPLES, POWERS, fit_quadratics
+from restore.range_image.quadratic_fit import MIN_SAMPLES, POWERS, Quadratics, fit_quadratics
 
 ROWS, COLS = 24, 30
 SMALLEST = 1e-290  # products of smaller numbers have fewer digits
@@ -75,6 +75,19 @@ def test_wanted_samples_alone_have_what_all_samples_would_give_them(radius, shar
     for found, expected in zip(some, all_of_them, strict=True):
         np.testing.assert_array_equal(found[wanted], expected[wanted])
         assert np.isnan(found[~wanted]).all()
+
+
+def test_fits_that_are_replaced_stay_where_no_sample_is_wanted():
+    random = np.random.default_rng(4)
+    data, weight = random.normal(0, 1, (ROWS, COLS)), random.uniform(0, 1, (ROWS, COLS))
+    weight[:8, :8] = 0.0
+    everywhere, wanted = np.ones(data.shape, bool), np.zeros(data.shape, bool)
+    wanted[:14, 3:20] = True
+    wide, narrow = (fit_quadratics(data, weight, everywhere, radius) for radius in (3, 2))
+    both = fit_quadratics(data, weight, wanted, 2, replacing=Quadratics(wide.terms.copy(), wide.variance.copy()))
+    assert np.isnan(narrow.variance[wanted]).any()
+    np.testing.assert_array_equal(both.variance, np.where(wanted, narrow.variance, wide.variance))
+    np.testing.assert_array_equal(both.terms, np.where(wanted[..., None], narrow.terms, wide.terms))
 
 
 @pytest.mark.parametrize("radius", [2, 3])
