@@ -160,6 +160,7 @@ def _fit_windows(
         sparse |= inside & _sparse(inside & (weight > 0), inside)
     window = np.ones((2 * NARROW_RADIUS + 1, 2 * NARROW_RADIUS + 1), np.uint8)
     near = inside & cv2.dilate(unfit.astype(np.uint8), window).astype(bool)
+    # The wide fits have told all they have to: new arrays of their size take as long as these fits.
     close = fit_quadratics(data, weight, near, NARROW_RADIUS, leverage, replacing=wide)
     _shift_windows(close, distance, limit, unfit, NARROW_RADIUS, facets, centres)
     _fit_sparse(facets, data, weight, sparse, limit, close)

@@ -11,7 +11,7 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import binary_erosion, distance_transform_edt
+from scipy.ndimage import distance_transform_edt
 
 from restore.bands import in_bands, in_threads
 from restore.errors import BadInput
@@ -141,14 +141,17 @@ def extend_edge_colours(texture: Bytes, texcoords: Floats, faces: Ints, *, mixed
     the mixed band at its edge, more than one after super-resolution.
     """
     covered = rasterise(texcoords, faces, np.zeros((len(texcoords), 1)), *texture.shape[:2])[..., 0]
-    pure = binary_erosion(np.isfinite(covered), iterations=mixed_pixels, border_value=1)
+    cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))
+    pure = cv2.erode(np.isfinite(covered).astype(np.uint8), cross, iterations=mixed_pixels, borderValue=1).astype(bool)
     return nearest_colours(texture, pure) if pure.any() else texture
 
 
 def nearest_colours(texture: Bytes, known: Mask) -> Bytes:
     """The texture (h, w, 3) where it is known (h, w), and elsewhere the colour of the nearest pixel that is."""
-    rows, cols = distance_transform_edt(~known, return_distances=False, return_indices=True)
-    return texture[rows, cols]
+    nearest, unknown = distance_transform_edt(~known, return_distances=False, return_indices=True), np.nonzero(~known)
+    extended = texture.copy()
+    extended[unknown] = texture[tuple(nearest[:, *unknown])]
+    return extended
 
 
 def _paint_relief(page: FlatMesh, dpi: float) -> Painting:

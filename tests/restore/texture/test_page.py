@@ -10,7 +10,15 @@ from scipy.ndimage import binary_erosion
 
 from restore.errors import BadInput
 from restore.scan import FlatMesh
-from restore.texture.page import MM_PER_INCH, PAPER, page_map, paint_page, sample, sampling_ppi
+from restore.texture.page import (
+    MM_PER_INCH,
+    PAPER,
+    extend_edge_colours,
+    page_map,
+    paint_page,
+    sample,
+    sampling_ppi,
+)
 
 DPI = 127.0  # five pixels to the millimetre
 MM = DPI / MM_PER_INCH
@@ -169,3 +177,13 @@ def test_a_page_too_large_for_any_memory_is_bad_input_that_names_the_unit():
     with pytest.raises(BadInput, match=r"15000000 × 10000000 pixels") as caught:
         page_map(flat, faces, flat, DPI)
     assert "unit" in caught.value.hint
+
+
+@pytest.mark.parametrize("mixed_pixels", [1, 3])
+def test_beyond_the_band_that_is_mixed_with_the_table_every_pixel_has_the_nearest_colour_of_the_sheet(mixed_pixels):
+    picture, (left, right) = texture(24, 30), (8, 25)
+    texcoords = np.array([[left, 5.0], [right, 5.0], [right, 40.0], [left, 40.0]])  # goes on below the picture
+    extended = extend_edge_colours(picture, texcoords, np.array([[0, 1, 2], [0, 2, 3]]), mixed_pixels=mixed_pixels)
+    rows, cols = np.indices(picture.shape[:2])
+    nearest = np.maximum(rows, 5 + mixed_pixels), np.clip(cols, left + mixed_pixels, right - mixed_pixels)
+    np.testing.assert_array_equal(extended, picture[nearest])
