@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
+from restore.bands import in_threads
 from restore.mesh.adjacency import components, piece_of_faces, sides_of, used_vertices
 from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 
@@ -29,7 +30,8 @@ def lattice(inside: Mask, stride: int) -> tuple[Floats, Ints]:
     nodes = np.stack(np.broadcast_arrays(rows, cols), axis=-1).astype(float)
     kept = padded[rows, cols]
     # Vector to the nearest sample on the other side of the outline.
-    to_outline = np.where(kept[..., None], _nearest(~padded, rows, cols), _nearest(padded, rows, cols)) - nodes
+    beyond, within = in_threads(lambda wanted: _nearest(wanted, rows, cols), (~padded, padded))
+    to_outline = np.where(kept[..., None], beyond, within) - nodes
     distance = np.linalg.norm(to_outline, axis=2)
     outline = nodes + to_outline * (1.0 - 0.5 / np.maximum(distance, 1.0))[..., None]
     snapped = np.where(kept, distance < MAX_SNAP_DISTANCE * stride, True)

@@ -73,7 +73,13 @@ class Sheet:
 
         On a plane n · P = c, seen along P = (x, y, −1)·depth, inverse depth is (n_x·x + n_y·y − n_z) / c.
         """
-        normals = _normals(self.planes, self.rays.x0, self.rays.dx, self.rays.y0, self.rays.dy)
+        normals = np.empty(self.planes.shape, np.float32)
+
+        def set_normals(rows: slice) -> None:
+            rays = self.rays
+            _set_normals(self.planes, rays.x0, rays.dx, rays.y0, rays.dy, rows.start, rows.stop, normals)
+
+        in_bands(set_normals, len(normals))
         return np.asarray(normals @ self.rays.axes.astype(np.float32))
 
     def texcoords(self, nodes: Floats) -> Floats:
@@ -137,12 +143,13 @@ def depth_distance(sheet: Sheet, nodes: Floats, faces: Ints) -> dict[str, float]
     return {"mean_mm": float(distance.mean()), "sd_mm": float(distance.std()), "max_mm": float(distance.max())}
 
 
-@numba.njit(cache=True)
-def _normals(planes: Floats, x0: float, dx: float, y0: float, dy: float) -> NDArray[np.float32]:
-    rows, cols, _ = planes.shape
-    normals = np.empty((rows, cols, 3), np.float32)
-    for row in range(rows):
-        for col in range(cols):
+@numba.njit(cache=True, nogil=True)
+def _set_normals(
+    planes: Floats, x0: float, dx: float, y0: float, dy: float, first: int, end: int, normals: NDArray[np.float32]
+) -> None:
+    """Write the normals of the rows from first to end."""
+    for row in range(first, end):
+        for col in range(planes.shape[1]):
             across, along = planes[row, col, 1] / dx, planes[row, col, 2] / dy
             back = across * (x0 + dx * col) + along * (y0 + dy * row) - planes[row, col, 0]
             # c is negative for a normal that points back to the lens
@@ -150,7 +157,6 @@ def _normals(planes: Floats, x0: float, dx: float, y0: float, dy: float) -> NDAr
             normals[row, col, 0] = across * scale
             normals[row, col, 1] = along * scale
             normals[row, col, 2] = back * scale
-    return normals
 
 
 @numba.njit(cache=True)
