@@ -29,6 +29,7 @@ UNSEEN_EDGE = (
     "is not seen: scan in colour, on a cloth of another colour than the paper"
 )
 CLOSING_DIAMETER = 5  # samples: notches that ink leaves in the outline
+SPECK = 2  # samples: what is no broader is noise; in the row that an edge runs along some are called the sheet's
 MAX_LOST = CLOSING_DIAMETER - 1  # samples in a row that a sheet goes on over: the outline is closed over as many
 # The same beside a table that was measured, where nothing but the sheet can have lost them: across a side that is
 # hollow, by a radius of 25 samples or more, it adds half a sample at most.
@@ -167,7 +168,11 @@ def fill_outline(samples: Mask) -> Mask:
     kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (CLOSING_DIAMETER, CLOSING_DIAMETER))
     # Padded: closing would otherwise bridge a notch to the border of the grid.
     closed = cv2.morphologyEx(np.pad(samples, CLOSING_DIAMETER).astype(np.uint8), cv2.MORPH_CLOSE, kernel)
-    opened = cv2.morphologyEx(binary_fill_holes(closed).astype(np.uint8), cv2.MORPH_OPEN, kernel)
+    # An ellipse ends in single samples: it would leave specks as narrow before a straight side.
+    broad = cv2.morphologyEx(
+        binary_fill_holes(closed).astype(np.uint8), cv2.MORPH_OPEN, np.ones((SPECK + 1, SPECK + 1), np.uint8)
+    )
+    opened = cv2.morphologyEx(broad, cv2.MORPH_OPEN, kernel)
     filled: Mask = opened[CLOSING_DIAMETER:-CLOSING_DIAMETER, CLOSING_DIAMETER:-CLOSING_DIAMETER].astype(bool)
     return filled
 

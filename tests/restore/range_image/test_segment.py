@@ -265,6 +265,19 @@ def test_the_outline_fills_holes_and_closes_notches_and_adds_nothing_outside(cam
     np.testing.assert_array_equal(fill_outline(filled), filled)
 
 
+def test_specks_along_a_side_leave_no_tips(camera):
+    """Runs of samples in the row that an edge runs along, and one or two in the next."""
+    area = np.zeros(camera.shape, bool)
+    area[40:120, 30:170] = True
+    spoilt = area.copy()
+    spoilt[39, 50:55] = spoilt[38, 52] = spoilt[39, 80:87] = spoilt[38, 82:84] = spoilt[39, 100] = True
+    spoilt[121, 60] = spoilt[120, 58:63] = True
+    filled = fill_outline(spoilt)
+    assert not filled[:39].any()
+    assert not filled[121:].any()
+    assert (filled & ~area).sum() <= 5 + 7 + 5
+
+
 @pytest.mark.parametrize(("scattered", "hint"), [(False, "nearer"), (True, "laser power")])
 def test_the_hint_for_too_little_surface_follows_from_its_cause(camera, scattered, hint):
     """A small patch measured whole asks for another distance, single samples all over the picture for more light."""
