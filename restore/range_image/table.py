@@ -21,7 +21,6 @@ from restore.scan import Floats, Mask, RangeScan
 BORDER_BAND = 12  # samples: the table reaches the border of the picture, the sheet should not
 MIN_BAND = 100  # samples of it that tell a plane: a hundredth of it, and of black cloth a tenth is measured
 MIN_SHARE = 0.25  # of the band's samples on one plane; less is no table
-MIN_LEFT = 0.1  # of the band, beside the planes that were tried: fewer are what dark ink scatters off a page
 MAX_PLANES = 3  # tried: a page that leaves the picture may have one or two in the band itself
 MIN_CLEAR = 0.4  # of a page's outline stands clear of a table; of one that bends up from a flat margin, noise alone
 MESH_APART = 4  # samples of the view of a mesh, more than a vertex lies from the next: within a face noise is linear
@@ -49,14 +48,15 @@ def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed
     colour = lab_colours(scan)
     others = band.copy()
     for _ in range(MAX_PLANES):
-        if others.sum() < max(MIN_BAND, MIN_LEFT * band.sum()):
+        if others.sum() < MIN_BAND:
             break
         plane, own = _plane_of(scan, inverse_depth, others, colour, 1 if framed else MESH_APART)
         of_it = band & plane.samples
-        if of_it.sum() >= MIN_SHARE * others.sum():
-            found = _in_picture(plane, colour, band, own) if framed else _in_view(plane, colour, band, own)
-            if found is not None:
-                return found
+        if of_it.sum() < MIN_SHARE * others.sum():
+            break
+        found = _in_picture(plane, colour, band, own) if framed else _in_view(plane, colour, band, own)
+        if found is not None:
+            return found
         others &= ~of_it
     return Table(np.zeros_like(measured))
 
