@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import binary_erosion, binary_fill_holes
 
-from restore.range_image.table_by_colour import ColouredTable, alike, lab_colours, table_by_colour
+from restore.range_image.table_by_colour import ColouredTable, lab_colours, table_by_colour
 from restore.range_image.table_by_depth import table_by_depth
 from restore.range_image.table_outline import is_enclosed, lies_above, outline_of, page_on
-from restore.range_image.table_plane import TablePlane, fit_table_plane, lies_flat, lies_on
+from restore.range_image.table_plane import TablePlane, fit_table_plane, lies_on
 from restore.scan import Floats, Mask, RangeScan
 
 BORDER_BAND = 12  # samples: the table reaches the border of the picture, the sheet should not
@@ -50,38 +50,23 @@ def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed
     for _ in range(MAX_PLANES):
         if others.sum() < MIN_BAND:
             break
-        plane, own = _plane_of(scan, inverse_depth, others, colour, 1 if framed else MESH_APART)
+        plane = fit_table_plane(scan, inverse_depth, others, 1 if framed else MESH_APART)
         of_it = band & plane.samples
         if of_it.sum() < MIN_SHARE * others.sum():
             break
-        found = _in_picture(plane, colour, band, own) if framed else _in_view(plane, colour, band, own)
+        found = _in_picture(plane, colour, band) if framed else _in_view(plane, colour, band)
         if found is not None:
             return found
         others &= ~of_it
     return Table(np.zeros_like(measured))
 
 
-def _plane_of(
-    scan: RangeScan, inverse_depth: Floats, band: Mask, colour: Floats | None, apart: int
-) -> tuple[TablePlane, Mask]:
-    """The plane of most samples of a band (rows, cols) and those that it was fitted to, which have one colour.
-
-    A page just above a table that leaves the picture, too, would tilt its plane.
-    """
-    plane = fit_table_plane(scan, inverse_depth, band, apart)
-    if colour is None:
-        return plane, band
-    own = alike(colour, band, plane.samples)
-    return fit_table_plane(scan, inverse_depth, own, apart), own
-
-
-def _in_picture(plane: TablePlane, colour: Floats | None, band: Mask, own: Mask) -> Table | None:
+def _in_picture(plane: TablePlane, colour: Floats | None, band: Mask) -> Table | None:
     """The table on a plane in a scanner's picture; None where what does not belong to it is no sheet on a table.
 
-    own (rows, cols) True for the samples that the plane was fitted to. A sheet stands clear of it with a part of its
-    outline, or its colour tells it.
+    One stands clear of it with a part of its outline, or its colour tells it.
     """
-    coloured = None if colour is None else table_by_colour(colour, plane, own)
+    coloured = None if colour is None else table_by_colour(colour, plane, band)
     if coloured is not None and _tells(coloured):
         return Table(coloured.samples)
     samples = table_by_depth(plane)
@@ -101,17 +86,17 @@ def _tells(coloured: ColouredTable) -> bool:
     """
     table, plane, brighter = coloured
     page = page_on(table, plane)
-    flat = lies_flat(plane, plane.measured & ~table)
+    flat = lies_on(plane, plane.measured & ~table)
     if brighter and (flat or is_enclosed(page, plane.measured)):
         return True
     return (flat and lies_above(page, table, plane)) or outline_of(page, table, plane).clear >= MIN_CLEAR
 
 
-def _in_view(plane: TablePlane, colour: Floats | None, band: Mask, own: Mask) -> Table | None:
+def _in_view(plane: TablePlane, colour: Floats | None, band: Mask) -> Table | None:
     """The table on a plane in the view of a mesh: on all sides, most of the rest off it. Faces bridge the step."""
     if not _surrounds(plane.samples, band):
         return None
-    coloured = None if colour is None else table_by_colour(colour, plane, own)
+    coloured = None if colour is None else table_by_colour(colour, plane, band)
     if coloured is not None and not lies_on(coloured.plane, plane.measured & ~coloured.samples):
         return Table(coloured.samples)
     samples = table_by_depth(plane)

@@ -52,16 +52,6 @@ def table_by_colour(colour: Floats, plane: TablePlane, band: Mask) -> ColouredTa
     return ColouredTable(table, plane, bool(paper[0] > centre[0]))
 
 
-def alike(colour: Floats, band: Mask, some: Mask) -> Mask:
-    """(rows, cols) True in a band (rows, cols) for the colour that most of some of its samples (rows, cols) have.
-
-    colour (rows, cols, 3) L*a*b* of the samples.
-    """
-    of_it = band.copy()
-    of_it[band] = _of_colour(colour[band], *_colour_distribution(colour[band & some]))
-    return of_it
-
-
 def _unevenness(plane: TablePlane, band: Mask, colour: Floats, centre: Floats, sigma: Floats) -> float:
     """The tolerance, mm, of a table whose heights scatter in a band (rows, cols) by more than noise explains."""
     near = band & (np.abs(plane.height) < MAX_WRINKLE_MM)

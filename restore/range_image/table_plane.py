@@ -11,8 +11,6 @@ from restore.scan import Floats, Mask, RangeScan
 
 RANSAC_TRIALS = 200  # of three samples: with a quarter on the plane, one trial in 64 hits it
 TRIAL_SUBSET = 2000  # samples on which the inliers of a trial are counted
-LIKELY = 10  # of the trials are refined: which of those on one plane is the best is noise
-INLIER_SIGMAS = 1.96  # 95 % of normal residuals (Torr & Zisserman, "MLESAC", 2000)
 ON_PLANE_SIGMAS = 4.0
 MIN_NOISE_MM = 0.01  # coordinates are written to a hundredth of a millimetre
 REFINEMENTS = 3
@@ -48,15 +46,6 @@ def lies_on(plane: TablePlane, samples: Mask) -> bool:
     return bool(samples.any() and plane.samples[samples].mean() > 0.5)
 
 
-def lies_flat(plane: TablePlane, samples: Mask) -> bool:
-    """Whether most of samples (rows, cols) lie on a plane, or on one so near above it that noise joins the two."""
-    if not samples.any():
-        return False
-    height = plane.height[samples]
-    above = np.clip(np.median(height), 0.0, plane.tolerance)
-    return bool((np.abs(height - above) < plane.tolerance).mean() > 0.5)
-
-
 def fit_table_plane(scan: RangeScan, inverse_depth: Floats, band: Mask, apart: int) -> TablePlane:
     """The plane of most samples of a band (rows, cols).
 
@@ -67,19 +56,14 @@ def fit_table_plane(scan: RangeScan, inverse_depth: Floats, band: Mask, apart: i
     pitch = _pitch(x)  # in samples: with lens distortion row and column are not affine in them
     values, design = inverse_depth[band], np.column_stack([np.ones(band.sum()), x[band] / pitch, y[band] / pitch])
     noise = _noise_sigma(inverse_depth, band, apart)
-    offset, right, up = _likeliest(design, values, INLIER_SIGMAS * noise)
+    offset, right, up = _most_on(design, values, ON_PLANE_SIGMAS * noise)
     to_mm = float(np.median(1.0 / values)) ** 2
     nearer = inverse_depth - offset - x * (right / pitch) - y * (up / pitch)
     return TablePlane(nearer * to_mm, ON_PLANE_SIGMAS * noise * to_mm, abs(pitch) * float(np.sqrt(to_mm)))
 
 
-def _likeliest(design: Floats, values: Floats, tolerance: float) -> Floats:
-    """(3,) the plane, design (n, 3) · plane = values (n,), with the least squares of residuals, each up to a tolerance.
-
-    Residuals beyond count as that (MSAC), and the likeliest trials are refined (locally optimised RANSAC; Chum et al.,
-    2003). A plane aslant between a page and the table just below it may have more samples of both within its tolerance
-    than the table has, but they lie all over it.
-    """
+def _most_on(design: Floats, values: Floats, tolerance: float) -> Floats:
+    """(3,) the plane, design (n, 3) · plane = values (n,) within a tolerance, on which most of them are (RANSAC)."""
     random = np.random.default_rng(0)  # fixed: the same scan gives the same page
     subset = random.choice(len(values), min(TRIAL_SUBSET, len(values)), replace=False)
     triples = random.integers(len(values), size=(RANSAC_TRIALS, 3))
@@ -87,24 +71,14 @@ def _likeliest(design: Floats, values: Floats, tolerance: float) -> Floats:
     if not len(triples):
         return np.zeros(3)
     planes = np.linalg.solve(design[triples], values[triples][..., None])[..., 0]
-    cost = _cost(planes, design[subset], values[subset], tolerance)
-    likely = _refined(planes[np.argsort(cost)[:LIKELY]], design, values, tolerance)
-    return np.asarray(likely[_cost(likely, design, values, tolerance).argmin()])
-
-
-def _cost(planes: Floats, design: Floats, values: Floats, tolerance: float) -> Floats:
-    """(k,) the mean square of what values (n,) are off planes (k, 3), each by a tolerance at most."""
-    return np.asarray(np.square(np.minimum(np.abs(design @ planes.T - values[:, None]), tolerance)).mean(axis=0))
-
-
-def _refined(planes: Floats, design: Floats, values: Floats, tolerance: float) -> Floats:
-    """(k, 3) planes (k, 3), each fitted to those of design (n, 3) and values (n,) within a tolerance of it."""
-    squares = (design[:, :, None] * design[:, None, :]).reshape(-1, 9)
+    off = np.abs(design[subset] @ planes.T - values[subset, None])
+    best = planes[(off < tolerance).sum(axis=0).argmax()]
     for _ in range(REFINEMENTS):
-        near = (np.abs(design @ planes.T - values[:, None]) < tolerance).T.astype(float)
-        inverse = np.linalg.pinv((near @ squares).reshape(-1, 3, 3), hermitian=True)
-        planes = (inverse @ (near @ (design * values[:, None]))[..., None])[..., 0]
-    return planes
+        inliers = np.abs(design @ best - values) < tolerance
+        if inliers.sum() < 3:
+            break
+        best = np.asarray(np.linalg.lstsq(design[inliers], values[inliers], rcond=None)[0], float)
+    return best
 
 
 def _pitch(x: Floats) -> float:

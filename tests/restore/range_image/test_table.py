@@ -183,18 +183,6 @@ def test_a_flat_sheet_darker_than_its_table_is_told_by_its_thickness(camera, she
         assert table.any() == (thickness_mm > 0.0)
 
 
-@pytest.mark.parametrize("noises", [6.0, 8.0, 12.0])
-def test_a_page_at_the_edge_of_the_picture_does_not_tilt_the_table_just_below_it(camera, noises):
-    """A plane aslant between the two has more of the samples than the table, which their colour tells."""
-    page = camera.indices[1] < 140
-    surface = np.where(
-        page, camera.plane(distance=DISTANCE_MM - noises * camera.noise * DISTANCE_MM**2), camera.plane()
-    )
-    table = table_of(seen(camera, np.where(page[..., None], PAPER, TABLE).astype(float), surface))
-    assert table[~page].mean() > MIN_RECALL
-    assert table[page].mean() < MAX_FALSE_SHARE
-
-
 @pytest.mark.parametrize("coloured_scan", [True, False])
 @pytest.mark.parametrize("share", [0.05, 0.15])
 def test_black_cloth_of_which_little_is_measured_is_a_table(camera, sheet, share, coloured_scan):
