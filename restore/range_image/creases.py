@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any
 
 import cv2
 import numpy as np
@@ -25,12 +24,8 @@ DIRECTIONS = 16  # every 11.25°: at half of that the ends of a kernel are one s
 # Hysteresis (Canny 1986): a crease needs a sample above the first threshold and follows samples above the second.
 KINK_SIGMAS = 5.5
 FOLLOW_SIGMAS = 3.0
-APART = 7  # samples of a row: responses nearer to each other have most of their noise in common
 MIN_SEPARATION = 5  # samples: the filter responds to either side of a strong crease; nearer ridges are not distinct
 MIN_MEASURED = 0.5  # share of measured samples in a kernel: at the border of a filled hole there are false kinks
-# Weights of the samples in a cell of two by two and half of those beside it: the noise and the share of measured
-# samples hardly change within a kernel.
-CELL = np.outer([0.5, 1.0, 0.5], [0.5, 1.0, 0.5])
 
 Spectrum = NDArray[np.complex64]
 
@@ -65,12 +60,12 @@ def _eroded(mask: Bytes, samples: int) -> Bytes:
 
 
 def _pictures(data: Floats, deviation: Floats) -> tuple[Spectrum, Spectrum, Spectrum]:
-    """The spectra of the data, of the variance of its noise, and of what was measured, the last two in cells.
+    """The spectra of the data, of the variance of its noise, and of what was measured.
 
     They are in units of the greatest deviation, for single precision.
     """
     unit = float(deviation.max()) or 1.0
-    variance, measured = _in_cells((deviation / unit) ** 2), _in_cells(deviation > 0)
+    variance, measured = ((deviation / unit) ** 2).astype(np.float32), (deviation > 0).astype(np.float32)
     return _spectrum((data / unit).astype(np.float32)), _spectrum(variance), _spectrum(measured)
 
 
@@ -83,30 +78,17 @@ def _kink_sigmas(
     """
     data, variance, measured = pictures
     kernel, line = _kink_kernel(angle), _line(angle + np.pi / 2, HALF_LENGTH)
-    deviation = np.sqrt(np.maximum(_filtered_cells(variance, kernel**2, inner.shape), SINGLE_TINY))
-    share = _filtered_cells(measured, (kernel != 0) / np.count_nonzero(kernel), inner.shape)
+    deviation = np.sqrt(np.maximum(_filtered(variance, kernel**2, inner.shape), SINGLE_TINY))
+    share = _filtered(measured, (kernel != 0) / np.count_nonzero(kernel), inner.shape)
     complete = (cv2.erode(interior, line, borderValue=0) > 0) & (share > MIN_MEASURED)
     if not complete.any():
         return np.zeros(inner.shape, np.float32)
     sigmas = np.abs(_filtered(data, kernel, inner.shape)) / deviation
     # Noise that is correlated between samples has a greater response than its variance predicts.
-    sigmas /= max(1.0, robust_sigma(sigmas[complete][::APART]))
+    sigmas /= max(1.0, robust_sigma(sigmas[complete]))
     known = np.where(complete, sigmas, np.float32(0.0))
     extended = cv2.dilate(known, _line(angle + np.pi / 2, HALF_LENGTH + 2 * BORDER_MARGIN))
     return np.asarray(np.where(complete, known, extended) * inner, dtype=np.float32)
-
-
-def _in_cells(grid: NDArray[Any]) -> NDArray[np.float32]:
-    """(rows, cols) means over cells of two by two samples; beyond the border a grid is 0."""
-    even = np.pad(grid.astype(np.float32), [(0, size % 2) for size in grid.shape])
-    return np.asarray(cv2.resize(even, (even.shape[1] // 2, even.shape[0] // 2), interpolation=cv2.INTER_AREA))
-
-
-def _filtered_cells(spectrum: Spectrum, kernel: Floats, shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """(rows, cols) of a shape: what a kernel for samples makes of the cells with a spectrum."""
-    cells = cv2.filter2D(kernel, -1, CELL, borderType=cv2.BORDER_CONSTANT)[::2, ::2]
-    filtered = _filtered(spectrum, cells, tuple(-(-size // 2) for size in shape))
-    return np.asarray(cv2.resize(filtered, None, fx=2, fy=2)[: shape[0], : shape[1]])
 
 
 def _spectrum(picture: NDArray[np.float32]) -> Spectrum:
