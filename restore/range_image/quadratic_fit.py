@@ -8,6 +8,7 @@ import numba
 import numpy as np
 
 from restore.bands import in_bands
+from restore.mesh.jets import row_of
 from restore.scan import Floats, Ints, Mask
 
 # Powers of (col, row) of the six terms.
@@ -181,7 +182,7 @@ def _factor(moments: Floats) -> tuple[Floats, Mask]:
     factor, determined = np.empty((len(PACKED), count)), np.ones(count, np.bool_)
     for i in range(len(POWERS)):
         for j in range(i + 1):
-            k, row, other = _packed(i, j), _packed(i, 0), _packed(j, 0)
+            k, row, other = row_of(i) + j, row_of(i), row_of(j)
             for n in range(count):
                 factor[k, n] = moments[PACKED[k], n]
             for m in range(j):
@@ -198,12 +199,6 @@ def _factor(moments: Floats) -> tuple[Floats, Mask]:
 
 
 @numba.njit(cache=True, nogil=True)
-def _packed(i: int, j: int) -> int:
-    """Where row i and column j of a lower triangle stand, row by row."""
-    return i * (i + 1) // 2 + j
-
-
-@numba.njit(cache=True, nogil=True)
 def _substitute(moments: Floats, factor: Floats) -> tuple[Floats, Floats, Floats]:
     """The solutions (6, n), the squares (n,) that they explain, and their leverages (n,)."""
     count = moments.shape[1]
@@ -213,11 +208,11 @@ def _substitute(moments: Floats, factor: Floats) -> tuple[Floats, Floats, Floats
     unit[0] = 1.0
     for i in range(len(POWERS)):
         for m in range(i):
-            k = _packed(i, m)
+            k = row_of(i) + m
             for n in range(count):
                 solution[i, n] -= factor[k, n] * solution[m, n]
                 unit[i, n] -= factor[k, n] * unit[m, n]
-        k = _packed(i, i)
+        k = row_of(i) + i
         for n in range(count):
             solution[i, n] *= factor[k, n]
             unit[i, n] *= factor[k, n]
@@ -225,10 +220,10 @@ def _substitute(moments: Floats, factor: Floats) -> tuple[Floats, Floats, Floats
             leverage[n] += unit[i, n] ** 2
     for i in range(len(POWERS) - 1, -1, -1):
         for m in range(i + 1, len(POWERS)):
-            k = _packed(m, i)
+            k = row_of(m) + i
             for n in range(count):
                 solution[i, n] -= factor[k, n] * solution[m, n]
-        k = _packed(i, i)
+        k = row_of(i) + i
         for n in range(count):
             solution[i, n] *= factor[k, n]
     return solution, explained, leverage
