@@ -1,0 +1,159 @@
+"""The surface of a table: the plane, or one that is bowed a little, that makes what was measured the likeliest.
+
+It is fitted to means of small blocks of samples, of which noise is a hundredth of a millimetre or two: a plane aslant
+through a table and a page just above it lies within the noise of single samples, but not within that of blocks. No
+table is as even as that, though: how uneven it is, and whether it is bowed, the likelihood tells.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from restore.scan import Floats, Ints, Mask
+
+BLOCK = 6  # samples a side, half the width of the border band: a mean has a sixth of the noise of one
+TRIALS = 200  # of three blocks: with a quarter on the table, one trial in 64 hits it
+LIKELY = 3  # trials that are refined: which of those on one surface is the best is noise
+REFINEMENTS = 8  # a plane on one part of a bowed table takes some steps to the next part
+ON_SURFACE = 3.0  # standard deviations of a block's mean
+UNEVEN_MM = (0.05, 0.15, 0.4)  # as much ON_SURFACE, besides noise: ink on paper, boards, cloth in wrinkles
+SPREAD_MM = 3.0  # heights of what lies on a table: one is as likely as another
+PLANE = 3  # terms of a plane: the first of those of a bowed surface
+
+
+class Blocks(NamedTuple):
+    """The means of samples in blocks of a range image.
+
+    terms    (n, 6) of their places: see terms_of.
+    heights  (n,) mm.
+    noise    (n,) mm, the standard deviation of a height.
+    weights  (n,) of their samples, 1 in the mean.
+    """
+
+    terms: Floats
+    heights: Floats
+    noise: Floats
+    weights: Floats
+
+
+class TableSurface(NamedTuple):
+    """A surface of heights terms · factors.
+
+    factors  (6,) mm.
+    uneven   mm: the standard deviation of the means of blocks from it, besides noise.
+    """
+
+    factors: Floats
+    uneven: float
+
+    def of(self, blocks: Blocks) -> Mask:
+        """(n,) True for blocks on the surface."""
+        return np.asarray(np.abs(blocks.heights - blocks.terms @ self.factors) < ON_SURFACE * self._sigma(blocks))
+
+    def evidence(self, blocks: Blocks, parameters: int) -> float:
+        """Twice the logarithm of how likely its parameters make all blocks, less what they cost (Schwarz, 1978: BIC).
+
+        What is not on the surface may be on a second one, as far from it everywhere: a page that lies on its table.
+        """
+        sigma = self._sigma(blocks)
+        off = blocks.heights - blocks.terms @ self.factors
+        beside = np.abs(off) >= ON_SURFACE * sigma
+        step = np.median(off[beside]) if beside.any() else np.inf
+        share = blocks.weights @ (np.abs(off - step) < ON_SURFACE * sigma) / blocks.weights.sum()
+        likely = (1.0 - share) * _normal(off / sigma) + share * _normal((off - step) / sigma)
+        return float(2.0 * blocks.weights @ np.log(likely / sigma + 1.0 / SPREAD_MM) - parameters * np.log(len(off)))
+
+    def _sigma(self, blocks: Blocks) -> Floats:
+        return np.hypot(blocks.noise, self.uneven)
+
+
+def _normal(off: Floats) -> Floats:
+    """(n,) the density of a normal distribution, so many standard deviations (n,) off its mean."""
+    return np.asarray(np.exp(-0.5 * off**2) / np.sqrt(2.0 * np.pi))
+
+
+def terms_of(x: Floats, y: Floats) -> Floats:
+    """(…, 6) the terms 1, x, y, x², xy, y² of places (…)."""
+    return np.stack([np.ones_like(x), x, y, x * x, x * y, y * y], axis=-1)
+
+
+def block_numbers(band: Mask) -> Ints:
+    """(n,) the number of the block that each of the samples of a band (rows, cols) lies in, from 0."""
+    row, col = np.nonzero(band)
+    return np.unique(row // BLOCK * band.shape[1] + col // BLOCK, return_inverse=True)[1]
+
+
+def blocks_of(numbers: Ints, terms: Floats, heights: Floats, noise: float, apart: int) -> Blocks:
+    """The blocks of numbers (n,), from terms (n, 6) and heights (n,) mm of samples with a noise, mm.
+
+    apart: so many samples lie between two that have noise of their own.
+    """
+    count = np.bincount(numbers)
+    means = np.stack([np.bincount(numbers, column) / count for column in (*terms.T, heights)], axis=1)
+    independent = np.maximum(count / apart**2, 1.0)
+    return Blocks(means[:, :-1], means[:, -1], noise / np.sqrt(independent), count / count.mean())
+
+
+def likeliest_surface(blocks: Blocks, everywhere: Floats, most_mm: float) -> TableSurface | None:
+    """The likeliest surface of blocks; None where they lie on a line.
+
+    everywhere (n, 6) terms of samples all over the picture: over them, a surface is bowed by so many mm at most.
+    """
+    planes = _planes_of_three(blocks)
+    if not len(planes):
+        return None
+    found: list[tuple[float, TableSurface]] = []
+    for uneven in (some / ON_SURFACE for some in UNEVEN_MM):
+        for plane in _likely(planes, blocks, uneven):
+            flat = _refined(TableSurface(plane, uneven), blocks, PLANE)
+            bowed = _refined(flat, blocks, blocks.terms.shape[1])
+            found.append((flat.evidence(blocks, PLANE), flat))
+            if _bow(bowed.factors, everywhere) < most_mm:
+                found.append((bowed.evidence(blocks, len(bowed.factors)), bowed))
+    return max(found, key=lambda one: one[0])[1]
+
+
+def _planes_of_three(blocks: Blocks) -> Floats:
+    """(k, 6) the factors of planes, each through three blocks drawn by their samples, which are not on a line."""
+    random = np.random.default_rng(0)  # fixed: the same scan gives the same page
+    chance = blocks.weights / blocks.weights.sum()
+    triples = random.choice(len(chance), (TRIALS, PLANE), p=chance)
+    flat = blocks.terms[:, :PLANE]
+    triples = triples[np.abs(np.linalg.det(flat[triples])) >= 1.0]
+    planes = np.linalg.solve(flat[triples], blocks.heights[triples][..., None])[..., 0]
+    return np.pad(planes, ((0, 0), (0, blocks.terms.shape[1] - PLANE)))
+
+
+def _likely(planes: Floats, blocks: Blocks, uneven: float) -> Floats:
+    """(LIKELY, 6) those of planes (k, 6) with the least squares off them, each up to ON_SURFACE (MSAC).
+
+    Torr & Zisserman, "MLESAC", 2000.
+    """
+    limit = ON_SURFACE * np.hypot(blocks.noise, uneven)[:, None]
+    off = (blocks.heights[:, None] - blocks.terms @ planes.T) / limit
+    return planes[np.argsort(blocks.weights @ np.minimum(off**2, 1.0))[:LIKELY]]
+
+
+def _refined(surface: TableSurface, blocks: Blocks, parameters: int) -> TableSurface:
+    """A surface of the first so many parameters that is fitted to the blocks on it (locally optimised RANSAC).
+
+    Chum, Matas & Kittler, 2003.
+    """
+    for _ in range(REFINEMENTS):
+        on = surface.of(blocks)
+        if on.sum() < parameters:
+            break
+        weights = 1.0 / np.hypot(blocks.noise[on], surface.uneven)
+        design = blocks.terms[on, :parameters] * weights[:, None]
+        fitted = np.linalg.lstsq(design, blocks.heights[on] * weights, rcond=None)[0]
+        surface = surface._replace(factors=np.pad(fitted, (0, blocks.terms.shape[1] - parameters)))
+    return surface
+
+
+def _bow(factors: Floats, terms: Floats) -> float:
+    """How far, mm, a surface of factors (6,) departs from a plane over terms (n, 6): from its lowest to its highest."""
+    bend = terms[:, PLANE:] @ factors[PLANE:]
+    flat = terms[:, :PLANE]
+    return float(np.ptp(bend - flat @ np.linalg.lstsq(flat, bend, rcond=None)[0]))
