@@ -21,7 +21,8 @@ from restore.scan import Floats, Mask, RangeScan
 BORDER_BAND = 12  # samples: the table reaches the border of the picture, the sheet should not
 MIN_BAND = 100  # samples of it that tell a plane: a hundredth of it, and of black cloth a tenth is measured
 MIN_SHARE = 0.25  # of the band's samples on one plane; less is no table
-MAX_PLANES = 3  # tried: a page that leaves the picture may have one or two in the band itself
+MIN_LEFT = 0.05  # of the band, besides the planes that were tried: fewer are what dark ink scatters off a page
+MAX_PLANES = 2  # tried: a page that leaves the picture may have one in the band itself; parts of a bent one have more
 MIN_CLEAR = 0.4  # of a page's outline stands clear of a table; of one that bends up from a flat margin, noise alone
 MESH_APART = 4  # samples of the view of a mesh, more than a vertex lies from the next: within a face noise is linear
 
@@ -48,25 +49,24 @@ def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed
     colour = lab_colours(scan)
     others = band.copy()
     for _ in range(MAX_PLANES):
-        if others.sum() < MIN_BAND:
+        if others.sum() < max(MIN_BAND, MIN_LEFT * band.sum()):
             break
-        plane = fit_table_plane(scan, inverse_depth, others, 1 if framed else MESH_APART)
-        of_it = band & plane.samples
-        if of_it.sum() < MIN_SHARE * others.sum():
+        plane, own = fit_table_plane(scan, inverse_depth, others, 1 if framed else MESH_APART)
+        if not (own & plane.samples).any() or (band & plane.samples).sum() < MIN_SHARE * others.sum():
             break
-        found = _in_picture(plane, colour, band) if framed else _in_view(plane, colour, band)
+        found = _in_picture(plane, colour, band, own) if framed else _in_view(plane, colour, band, own)
         if found is not None:
             return found
-        others &= ~of_it
+        others &= ~own  # not all within noise of it: of a page, that may be most of the table just below
     return Table(np.zeros_like(measured))
 
 
-def _in_picture(plane: TablePlane, colour: Floats | None, band: Mask) -> Table | None:
+def _in_picture(plane: TablePlane, colour: Floats | None, band: Mask, own: Mask) -> Table | None:
     """The table on a plane in a scanner's picture; None where what does not belong to it is no sheet on a table.
 
     One stands clear of it with a part of its outline, or its colour tells it.
     """
-    coloured = None if colour is None else table_by_colour(colour, plane, band)
+    coloured = None if colour is None else table_by_colour(colour, plane, band, own)
     if coloured is not None and _tells(coloured):
         return Table(coloured.samples)
     samples = table_by_depth(plane)
@@ -92,11 +92,11 @@ def _tells(coloured: ColouredTable) -> bool:
     return (flat and lies_above(page, table, plane)) or outline_of(page, table, plane).clear >= MIN_CLEAR
 
 
-def _in_view(plane: TablePlane, colour: Floats | None, band: Mask) -> Table | None:
+def _in_view(plane: TablePlane, colour: Floats | None, band: Mask, own: Mask) -> Table | None:
     """The table on a plane in the view of a mesh: on all sides, most of the rest off it. Faces bridge the step."""
     if not _surrounds(plane.samples, band):
         return None
-    coloured = None if colour is None else table_by_colour(colour, plane, band)
+    coloured = None if colour is None else table_by_colour(colour, plane, band, own)
     if coloured is not None and not lies_on(coloured.plane, plane.measured & ~coloured.samples):
         return Table(coloured.samples)
     samples = table_by_depth(plane)

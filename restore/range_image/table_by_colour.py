@@ -33,13 +33,13 @@ class ColouredTable(NamedTuple):
     brighter: bool
 
 
-def table_by_colour(colour: Floats, plane: TablePlane, band: Mask) -> ColouredTable | None:
-    """The samples on a plane that have the colour which most of them have in a band (rows, cols).
+def table_by_colour(colour: Floats, plane: TablePlane, band: Mask, own: Mask) -> ColouredTable | None:
+    """The samples on a plane that have the colour which most of its own have, those (rows, cols) that tell the plane.
 
-    None when the paper has the colour of the table, too, or the rest is no sheet. colour (rows, cols, 3) L*a*b* of the
-    samples.
+    They lie in a band (rows, cols), which shows how uneven the table is. None when the paper has the colour of the
+    table, too, or the rest is no sheet. colour (rows, cols, 3) L*a*b* of the samples.
     """
-    centre, sigma = _colour_distribution(colour[plane.samples & band])
+    centre, sigma = _colour_distribution(colour[plane.samples & own])
     plane = plane._replace(tolerance=_unevenness(plane, band, colour, centre, sigma))
     on_plane = plane.samples
     table = on_plane.copy()

@@ -6,23 +6,23 @@ from typing import NamedTuple
 
 import numpy as np
 
+from restore.range_image.table_surface import block_numbers, blocks_of, likeliest_surface, terms_of
 from restore.robust import robust_sigma
 from restore.scan import Floats, Mask, RangeScan
 
-RANSAC_TRIALS = 200  # of three samples: with a quarter on the plane, one trial in 64 hits it
-TRIAL_SUBSET = 2000  # samples on which the inliers of a trial are counted
 ON_PLANE_SIGMAS = 4.0
 MIN_NOISE_MM = 0.01  # coordinates are written to a hundredth of a millimetre
-REFINEMENTS = 3
+MAX_BOW = 0.01  # of the breadth of the picture: what a table may be bowed by; a page is bent by more
+EVERYWHERE = 64  # samples from one to the next of those that tell how far a surface is bowed
 MAX_SPAN = 24  # samples over which a page is nearly straight, and lines within one side of the band
 LEAST_SPANS = 30  # that tell noise, to a sixth of it
 
 
 class TablePlane(NamedTuple):
-    """A plane below a range image.
+    """A plane below a range image, or one that is bowed a little.
 
     height     (rows, cols) mm of the samples above it, NaN for none.
-    tolerance  mm: noise explains as much of it.
+    tolerance  mm: noise explains as much of it, and how uneven the plane is.
     pitch      mm from a sample to the next.
     """
 
@@ -46,39 +46,29 @@ def lies_on(plane: TablePlane, samples: Mask) -> bool:
     return bool(samples.any() and plane.samples[samples].mean() > 0.5)
 
 
-def fit_table_plane(scan: RangeScan, inverse_depth: Floats, band: Mask, apart: int) -> TablePlane:
-    """The plane of most samples of a band (rows, cols).
+def fit_table_plane(scan: RangeScan, inverse_depth: Floats, band: Mask, apart: int) -> tuple[TablePlane, Mask]:
+    """The likeliest plane of a band (rows, cols), and (rows, cols) True for the samples of it that tell the plane.
 
-    inverse_depth (rows, cols) 1/mm: for a plane it is an affine function of the direction of a sample. apart: so many
-    samples lie between two that have noise of their own.
+    inverse_depth (rows, cols) 1/mm: for a plane it is an affine function of the direction of a sample, and for one that
+    is bowed a little a quadratic. apart: so many samples lie between two that have noise of their own.
     """
     x, y = (scan.points[..., axis] * inverse_depth for axis in (0, 1))
     pitch = _pitch(x)  # in samples: with lens distortion row and column are not affine in them
-    values, design = inverse_depth[band], np.column_stack([np.ones(band.sum()), x[band] / pitch, y[band] / pitch])
-    noise = _noise_sigma(inverse_depth, band, apart)
-    offset, right, up = _most_on(design, values, ON_PLANE_SIGMAS * noise)
-    to_mm = float(np.median(1.0 / values)) ** 2
-    nearer = inverse_depth - offset - x * (right / pitch) - y * (up / pitch)
-    return TablePlane(nearer * to_mm, ON_PLANE_SIGMAS * noise * to_mm, abs(pitch) * float(np.sqrt(to_mm)))
-
-
-def _most_on(design: Floats, values: Floats, tolerance: float) -> Floats:
-    """(3,) the plane, design (n, 3) · plane = values (n,) within a tolerance, on which most of them are (RANSAC)."""
-    random = np.random.default_rng(0)  # fixed: the same scan gives the same page
-    subset = random.choice(len(values), min(TRIAL_SUBSET, len(values)), replace=False)
-    triples = random.integers(len(values), size=(RANSAC_TRIALS, 3))
-    triples = triples[np.abs(np.linalg.det(design[triples])) >= 1.0]  # not on a line
-    if not len(triples):
-        return np.zeros(3)
-    planes = np.linalg.solve(design[triples], values[triples][..., None])[..., 0]
-    off = np.abs(design[subset] @ planes.T - values[subset, None])
-    best = planes[(off < tolerance).sum(axis=0).argmax()]
-    for _ in range(REFINEMENTS):
-        inliers = np.abs(design @ best - values) < tolerance
-        if inliers.sum() < 3:
-            break
-        best = np.asarray(np.linalg.lstsq(design[inliers], values[inliers], rcond=None)[0], float)
-    return best
+    to_mm = float(np.median(1.0 / inverse_depth[band])) ** 2
+    nearer, terms = inverse_depth * to_mm, terms_of(x / pitch, y / pitch)
+    noise = _noise_sigma(inverse_depth, band, apart) * to_mm
+    numbers = block_numbers(band)
+    blocks = blocks_of(numbers, terms[band], nearer[band], noise, apart)
+    everywhere = np.flatnonzero(np.isfinite(nearer))[::EVERYWHERE]
+    own = np.zeros_like(band)
+    side = abs(pitch) * float(np.sqrt(to_mm))
+    most = MAX_BOW * side * max(band.shape)
+    surface = likeliest_surface(blocks, terms.reshape(-1, terms.shape[-1])[everywhere], most)
+    if surface is None:
+        return TablePlane(nearer, ON_PLANE_SIGMAS * noise, side), own  # over a plane at infinity: nothing lies on it
+    own[band] = surface.of(blocks)[numbers]
+    tolerance = ON_PLANE_SIGMAS * float(np.hypot(noise, surface.uneven))
+    return TablePlane(nearer - terms @ surface.factors, tolerance, side), own
 
 
 def _pitch(x: Floats) -> float:

@@ -12,6 +12,7 @@ MIN_RECALL = 0.98  # of the table's samples: 1 % of a normal colour cloud lies o
 MAX_FALSE_SHARE = 0.005  # of the sheet's samples, along its edge where colours mix
 DISTANCE_MM = 921.5  # of the plane
 PAPER, TABLE = (232, 228, 218), (62, 58, 55)
+NOISY = 7.0  # times the noise of white paper: that of dark ink
 
 
 def seen(camera, colours, inverse_depth, seed=0):
@@ -181,6 +182,67 @@ def test_a_flat_sheet_darker_than_its_table_is_told_by_its_thickness(camera, she
         assert table[~sheet].mean() > (MIN_RECALL if thickness_mm else -1.0)
         assert not table[sheet].any() or table[sheet].mean() < MAX_FALSE_SHARE
         assert table.any() == (thickness_mm > 0.0)
+
+
+@pytest.mark.parametrize(("columns", "noises"), [(60, 6.0), (60, 12.0), (140, 8.0), (140, 12.0)])
+def test_a_page_at_the_edge_of_the_picture_does_not_tilt_the_table_just_below_it(camera, columns, noises):
+    """A plane aslant between the two has more of the samples than the table; the page may have most of the border."""
+    page = camera.indices[1] < columns
+    raised = camera.plane(distance=DISTANCE_MM - noises * camera.noise * DISTANCE_MM**2)
+    colours = np.where(page[..., None], PAPER, TABLE).astype(float)
+    table = table_of(seen(camera, colours, np.where(page, raised, camera.plane())))
+    assert table[~page].mean() > MIN_RECALL
+    assert table[page].mean() < MAX_FALSE_SHARE
+
+
+@pytest.mark.parametrize("coloured_scan", [True, False])
+@pytest.mark.parametrize("bow_mm", [-0.4, 0.2, 0.4])
+def test_a_table_may_be_bowed(camera, sheet, coloured, bow_mm, coloured_scan):
+    """By more than the noise of its samples, from the middle of the picture to its sides."""
+    right, up = (
+        index / (0.5 * (size - 1)) - 1.0 for index, size in zip(camera.indices[::-1], camera.shape[::-1], strict=True)
+    )
+    bowed = 1.0 / (1.0 / camera.plane() - bow_mm * (right**2 + 0.5 * up**2))
+    scan = seen(camera, coloured, np.where(sheet, camera.cylinder(90.0, distance=880.0), bowed))
+    table = table_of(scan if coloured_scan else replace(scan, texture=None))
+    assert table[~sheet].mean() > MIN_RECALL
+    assert table[sheet].mean() < MAX_FALSE_SHARE
+
+
+def test_samples_that_dark_ink_scatters_off_a_page_are_no_table(camera):
+    """A page that fills the picture, printed here and there at its border, too."""
+    ink = np.zeros(camera.shape, bool)
+    ink[40:120, 60:140] = ink[:5, 40:160] = ink[:30, :3] = True
+    noise = np.random.default_rng(3).normal(0, NOISY * camera.noise, camera.shape)
+    colours = np.where(ink[..., None], TABLE, PAPER).astype(float)
+    assert not table_of(seen(camera, colours, camera.plane() + np.where(ink, noise, 0.0))).any()
+
+
+def one_row(camera):
+    return camera.indices[0] != 5
+
+
+def one_column(camera):
+    return camera.indices[1] != 5
+
+
+@pytest.mark.parametrize("lost", [one_row, one_column])
+@pytest.mark.parametrize("coloured_scan", [True, False])
+@pytest.mark.parametrize("framed", [True, False])
+def test_a_single_line_of_samples_has_no_table(camera, coloured, lost, coloured_scan, framed):
+    scan = seen(camera, coloured, np.where(lost(camera), np.nan, camera.plane()))
+    table = table_of(scan if coloured_scan else replace(scan, texture=None), framed=framed)
+    assert not table.any()
+
+
+def test_the_page_is_told_from_a_table_of_three_colours(camera, sheet):
+    """None of them has half of it, and not all of them are found."""
+    third = camera.indices[1].astype(int) // 67
+    colours = np.array([(40, 60, 110), (150, 30, 30), (60, 120, 60)], float)[third]
+    surface = np.where(sheet, camera.cylinder(250.0, distance=DISTANCE_MM - 9.0), camera.plane())
+    table = table_of(seen(camera, np.where(sheet[..., None], PAPER, colours), surface))
+    assert table[~sheet].mean() > 1.0 / 3.0
+    assert not table[sheet].any()
 
 
 @pytest.mark.parametrize("coloured_scan", [True, False])

@@ -27,7 +27,7 @@ def found(camera, page, paper, table, height_mm=0.0):
     colour = lab_colours(camera.shot(camera.plane(), np.clip(colours, 0, 255).astype(np.uint8)))
     band = np.ones(camera.shape, bool)
     band[12:-12, 12:-12] = False
-    return table_by_colour(colour, TablePlane(np.broadcast_to(height_mm, camera.shape), TOLERANCE, PITCH), band)
+    return table_by_colour(colour, TablePlane(np.broadcast_to(height_mm, camera.shape), TOLERANCE, PITCH), band, band)
 
 
 @pytest.mark.parametrize(

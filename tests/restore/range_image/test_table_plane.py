@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from restore.range_image.table_plane import ON_PLANE_SIGMAS, fit_table_plane, lies_on
+from restore.range_image.table_surface import BLOCK, ON_SURFACE, UNEVEN_MM
 from restore.scan import RangeScan
 
 DISTANCE_MM = 921.5
@@ -18,6 +19,10 @@ def band_of(camera):
 
 
 def plane_of(camera, inverse_depth, band, apart=1):
+    return fitted(camera, inverse_depth, band, apart)[0]
+
+
+def fitted(camera, inverse_depth, band, apart=1):
     scan = RangeScan(camera.rays.points(*camera.indices, inverse_depth), None, np.zeros((*camera.shape, 2)))
     return fit_table_plane(scan, inverse_depth, band, apart)
 
@@ -56,6 +61,28 @@ def test_the_plane_of_most_samples_is_taken(camera):
     assert not plane.samples[page].any()
 
 
+def test_a_page_just_above_the_table_does_not_tilt_its_plane(camera):
+    """It covers more than a third of the band, twelve times the noise of a sample above the table."""
+    page = camera.indices[1] < 60
+    raised = camera.plane(distance=DISTANCE_MM - 12.0 * camera.noise * DISTANCE_MM**2)
+    noise = np.random.default_rng(5).normal(0.0, camera.noise, camera.shape)
+    band = band_of(camera)
+    plane, own = fitted(camera, np.where(page, raised, camera.plane()) + noise, band)
+    assert plane.samples[~page].mean() > 0.995
+    assert not plane.samples[page].any()
+    assert own[band & ~page].mean() > 0.9
+    assert not own[(camera.indices[1] < 60 - BLOCK) | ~band].any()
+
+
+def test_samples_of_a_single_row_have_no_plane(camera):
+    band = np.zeros(camera.shape, bool)
+    band[3] = True
+    plane, own = fitted(camera, np.where(band, camera.plane(), np.nan), band)
+    assert not own.any()
+    assert not plane.samples.any()
+    np.testing.assert_array_equal(plane.measured, band)
+
+
 def test_every_second_row_alone_tells_the_noise(camera):
     inverse_depth = camera.plane() + np.random.default_rng(5).normal(0.0, camera.noise, camera.shape)
     inverse_depth[1::2] = np.nan
@@ -73,4 +100,5 @@ def test_noise_that_is_smooth_over_some_samples_is_told_by_samples_farther_apart
     smooth = (1.0 - between) * vertices[low] + between * vertices[low + 1]
     near, apart = (plane_of(camera, camera.plane() + smooth, band_of(camera), apart).tolerance for apart in (1, 4))
     assert apart == pytest.approx(ON_PLANE_SIGMAS * camera.noise * DISTANCE_MM**2, rel=1 / 6)
-    assert near < 0.5 * apart
+    uneven = ON_PLANE_SIGMAS * UNEVEN_MM[0] / ON_SURFACE
+    assert near**2 - uneven**2 < (0.5 * apart) ** 2
