@@ -105,8 +105,9 @@ def likeliest_surface(blocks: Blocks, everywhere: Floats, most_mm: float) -> Tab
     if not len(planes):
         return None
     found: list[tuple[float, TableSurface]] = []
+    off = np.abs(blocks.heights[:, None] - blocks.terms @ planes.T)
     for uneven in (some / ON_SURFACE for some in UNEVEN_MM):
-        for plane in _likely(planes, blocks, uneven):
+        for plane in planes[_likely(off, blocks, uneven)]:
             flat = _refined(TableSurface(plane, uneven), blocks, PLANE)
             bowed = _refined(flat, blocks, blocks.terms.shape[1])
             found.append((flat.evidence(blocks, PLANE), flat))
@@ -126,14 +127,14 @@ def _planes_of_three(blocks: Blocks) -> Floats:
     return np.pad(planes, ((0, 0), (0, blocks.terms.shape[1] - PLANE)))
 
 
-def _likely(planes: Floats, blocks: Blocks, uneven: float) -> Floats:
-    """(LIKELY, 6) those of planes (k, 6) with the least squares off them, each up to ON_SURFACE (MSAC).
+def _likely(off: Floats, blocks: Blocks, uneven: float) -> Ints:
+    """(LIKELY,) which of k planes has the least squares of what blocks are off, (n, k) mm, each to ON_SURFACE (MSAC).
 
     Torr & Zisserman, "MLESAC", 2000.
     """
     limit = ON_SURFACE * np.hypot(blocks.noise, uneven)[:, None]
-    off = (blocks.heights[:, None] - blocks.terms @ planes.T) / limit
-    return planes[np.argsort(blocks.weights @ np.minimum(off**2, 1.0))[:LIKELY]]
+    squares = blocks.weights @ np.minimum(off / limit, 1.0) ** 2
+    return np.asarray(np.argsort(squares)[:LIKELY])
 
 
 def _refined(surface: TableSurface, blocks: Blocks, parameters: int) -> TableSurface:
@@ -141,10 +142,12 @@ def _refined(surface: TableSurface, blocks: Blocks, parameters: int) -> TableSur
 
     Chum, Matas & Kittler, 2003.
     """
+    fitted_to = np.zeros(len(blocks.heights), bool)
     for _ in range(REFINEMENTS):
         on = surface.of(blocks)
-        if on.sum() < parameters:
+        if on.sum() < parameters or (on == fitted_to).all():
             break
+        fitted_to = on
         weights = 1.0 / np.hypot(blocks.noise[on], surface.uneven)
         design = blocks.terms[on, :parameters] * weights[:, None]
         fitted = np.linalg.lstsq(design, blocks.heights[on] * weights, rcond=None)[0]
