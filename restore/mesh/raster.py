@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.bands import in_bands
-from restore.scan import Floats, Ints
+from restore.scan import Floats, Ints, Mask
 
 EDGE_TOLERANCE = 1e-6  # of a triangle: no pixel centre may fall between two neighbours; also the least area in pixels
+FARTHEST = 1e9  # pixels: in a sliver that reaches ten times as far, rounding is as much as EDGE_TOLERANCE
 BANDS = 4  # of a picture: each looks through all triangles
 
 
@@ -21,9 +22,14 @@ def rasterise(
     Where triangles overlap, the last one is shown; with inverse_depth (n,), 1/mm along the line of sight, the nearest
     one (z-buffer), and none that has a corner behind the camera. Interpolation is affine in the picture: for values
     that are affine in space interpolate them times inverse depth, and inverse depth, and divide.
+    Triangles with a corner that is farther than FARTHEST, or not finite, are not shown.
     Returns (height, width, k) float32, NaN where no triangle lies. Pixel centres are at whole numbers.
     """
     picture = np.empty((height, width, values.shape[1]), np.float32)
+    # As good as never, which costs next to nothing to see; of a NaN neither is true.
+    if not (corners.min(initial=0.0) > -FARTHEST and corners.max(initial=0.0) < FARTHEST):
+        near: Mask = np.all(np.abs(corners) < FARTHEST, axis=1)
+        faces = faces[near[faces].all(axis=1)]
 
     def draw(rows: slice) -> None:
         _draw(corners, faces, values, inverse_depth, rows.start, rows.stop, picture)

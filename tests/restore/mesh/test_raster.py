@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 
 from restore.mesh import raster
-from restore.mesh.raster import EDGE_TOLERANCE, rasterise
+from restore.mesh.raster import EDGE_TOLERANCE, FARTHEST, rasterise
 
 HEIGHT, WIDTH = 40, 50
 SINGLE = 2e-5  # values of up to 200 in float32, which keeps seven digits
@@ -42,6 +42,45 @@ def test_pixel_centres_on_an_edge_belong_to_the_triangle():
     picture = rasterise(corners, np.array([[0, 1, 2]]), np.ones((3, 1)), 12, 12)[..., 0]
     rows, cols = np.indices((12, 12))
     np.testing.assert_array_equal(picture == 1.0, rows + cols <= 10)
+
+
+FAR = [np.inf, -np.inf, np.nan, 1e25, -1e25, 1e300, -1e300, 2 * FARTHEST, -2 * FARTHEST]
+
+
+@pytest.mark.parametrize("far", FAR)
+@pytest.mark.parametrize("corner", [0, 1, 2])
+@pytest.mark.parametrize("buffered", [False, True])
+def test_a_triangle_with_a_corner_farther_than_numbers_tell_is_not_shown_and_the_others_are(far, corner, buffered):
+    corners = np.array([[4.5, 3.5], [44.5, 3.5], [4.5, 33.5], [4.5, 3.5], [44.5, 3.5], [4.5, 33.5]])
+    inverse = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0]) if buffered else None
+    faces = np.array([[0, 1, 2], [3, 4, 5]])
+    alone = rasterise(corners, faces[:1], affine(corners), HEIGHT, WIDTH, inverse)
+    for axes in ([0], [1], [0, 1]):
+        beyond = corners.copy()
+        beyond[3 + corner, axes] = far
+        shown = rasterise(beyond, faces, affine(corners), HEIGHT, WIDTH, inverse)
+        np.testing.assert_array_equal(shown, alone)
+
+
+CLEAR = 1e-4  # pixels from an edge, on which rounding would decide
+FAR_OUT = st.floats(-1e5, 1e5) | st.floats(-10.0, 60.0)  # pixels: far outside the picture, or in it
+
+
+@settings(deadline=None)
+@given(st.tuples(*[FAR_OUT] * 6))
+def test_a_triangle_that_reaches_far_beyond_the_picture_shows_in_it_what_a_plain_search_finds(places):
+    corners = np.reshape(places, (3, 2))
+    along = np.roll(corners, -1, axis=0) - corners
+    area = along[0, 0] * along[1, 1] - along[0, 1] * along[1, 0]
+    assume(abs(area) > 1.0)
+    offset = centres()[:, :, None] - corners
+    inwards = np.sign(area) * (along[:, 0] * offset[..., 1] - along[:, 1] * offset[..., 0])
+    lengths = np.linalg.norm(along, axis=1)
+    nearest = (inwards / lengths).min(axis=2)  # pixels within the nearest edge
+    shown = np.isfinite(rasterise(corners, np.array([[0, 1, 2]]), affine(corners), HEIGHT, WIDTH)).all(axis=2)
+    # The tolerance at edges is a share of a triangle, whose heights are this many pixels.
+    clear = np.abs(nearest) > CLEAR + EDGE_TOLERANCE * abs(area) / lengths.min()
+    np.testing.assert_array_equal(shown[clear], nearest[clear] > 0)
 
 
 @pytest.mark.parametrize("order", [[0, 1, 2], [2, 1, 0], [1, 2, 0]])
