@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import Any
 
 import cv2
 import numpy as np
@@ -26,8 +27,9 @@ KINK_SIGMAS = 5.5
 FOLLOW_SIGMAS = 3.0
 MIN_SEPARATION = 5  # samples: the filter responds to either side of a strong crease; nearer ridges are not distinct
 MIN_MEASURED = 0.5  # share of measured samples in a kernel: at the border of a filled hole there are false kinks
+MAX_SPREAD = 300.0  # greatest deviation over the median: the square of that is a hundred steps of single precision
 
-Spectrum = NDArray[np.complex64]
+Spectrum = NDArray[np.complexfloating[Any, Any]]
 
 
 def find_creases(data: Floats, deviation: Floats, inside: Mask) -> Mask:
@@ -62,11 +64,14 @@ def _eroded(mask: Bytes, samples: int) -> Bytes:
 def _pictures(data: Floats, deviation: Floats) -> tuple[Spectrum, Spectrum, Spectrum]:
     """The spectra of the data, of the variance of its noise, and of what was measured.
 
-    They are in units of the greatest deviation, for single precision.
+    They are in units of the greatest deviation, for single precision, unless that stands out.
     """
-    unit = float(deviation.max()) or 1.0
-    variance, measured = ((deviation / unit) ** 2).astype(np.float32), (deviation > 0).astype(np.float32)
-    return _spectrum((data / unit).astype(np.float32)), _spectrum(variance), _spectrum(measured)
+    measured, greatest = deviation > 0, float(deviation.max())
+    usual = float(np.median(deviation[measured])) if measured.any() else 1.0
+    unit, real = (usual, np.float64) if greatest > MAX_SPREAD * usual else (greatest or 1.0, np.float32)
+    pictures = data / unit, (deviation / unit) ** 2, measured
+    of_data, of_variance, of_measured = (_spectrum(picture.astype(real)) for picture in pictures)
+    return of_data, of_variance, of_measured
 
 
 def _kink_sigmas(
@@ -91,15 +96,15 @@ def _kink_sigmas(
     return np.asarray(np.where(complete, known, extended) * inner, dtype=np.float32)
 
 
-def _spectrum(picture: NDArray[np.float32]) -> Spectrum:
-    """The spectrum of a picture (rows, cols), 0 beyond its border as far as a kernel reaches."""
+def _spectrum(picture: NDArray[np.floating[Any]]) -> Spectrum:
+    """The spectrum of a picture (rows, cols), in its precision, 0 beyond its border as far as a kernel reaches."""
     return np.asarray(rfft2(picture, _transformed(picture.shape)))
 
 
-def _filtered(spectrum: Spectrum, kernel: Floats, shape: tuple[int, ...]) -> NDArray[np.float32]:
+def _filtered(spectrum: Spectrum, kernel: Floats, shape: tuple[int, ...]) -> NDArray[np.floating[Any]]:
     """(rows, cols) of a shape: what a point-symmetric kernel (2k + 1, 2k + 1) makes of the picture with a spectrum."""
     (rows, cols), middle = _transformed(shape), len(kernel) // 2
-    along = rfft(kernel.astype(np.float32), cols, axis=1)  # its few rows alone: the others are 0
+    along = rfft(kernel.astype(spectrum.real.dtype), cols, axis=1)  # its few rows alone: the others are 0
     filtered = irfft2(spectrum * fft(along, rows, axis=0), (rows, cols))
     return np.asarray(filtered[middle : middle + shape[0], middle : middle + shape[1]])
 

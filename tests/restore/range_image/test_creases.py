@@ -100,6 +100,15 @@ def test_noisier_samples_need_a_sharper_crease(camera):
     assert found[:, 100 + HALF_WIDTH :].sum() <= MAX_FALSE_SAMPLES
 
 
+@pytest.mark.parametrize("times", [1e3, 1e4, 1e6])
+def test_one_sample_that_is_far_noisier_than_the_others_hides_no_crease(camera, times):
+    roof, deviation = camera.roof(FOLD_DEG, 0.0, 100.3) + noise(camera, 8), np.full(camera.shape, camera.noise)
+    expected = creases(camera, roof, deviation=deviation)
+    deviation[60, 40] *= times
+    roof[60, 40] += camera.noise * times
+    np.testing.assert_array_equal(creases(camera, roof, deviation=deviation), expected)
+
+
 def test_filled_holes_have_no_crease(camera):
     filled = creases(camera, camera.roof(FOLD_DEG, 0.0, 100.3), deviation=np.zeros(camera.shape))
     assert not filled.any()
