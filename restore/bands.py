@@ -9,7 +9,7 @@ from itertools import pairwise
 from typing import TypeVar
 
 THREADS = 2  # more gain little: the kernels are bound by memory bandwidth
-BANDS = 8  # more than threads, so that a busy core gets fewer of them
+EQUAL_BANDS = 8  # more than threads, so that a busy core gets fewer of them
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")
@@ -38,5 +38,6 @@ def in_threads(work: Callable[[Part], Result], parts: Iterable[Part]) -> list[Re
 
 def in_bands(work: Callable[[slice], None], rows: int, height: int | None = None) -> None:
     """Call work(rows of a band) for all rows, in any order; bands of a given height, or a few of equal heights."""
-    edges = [rows * k // BANDS for k in range(BANDS + 1)] if height is None else [*range(0, rows, height), rows]
+    equal = [rows * k // EQUAL_BANDS for k in range(EQUAL_BANDS + 1)]
+    edges = equal if height is None else [*range(0, rows, height), rows]
     in_threads(work, (slice(a, b) for a, b in pairwise(edges) if b > a))

@@ -11,7 +11,7 @@ from restore.scan import Floats, Ints, Mask
 
 EDGE_TOLERANCE = 1e-6  # of a triangle: no pixel centre may fall between two neighbours; also the least area in pixels
 FARTHEST = 1e9  # pixels: in a sliver that reaches ten times as far, rounding is as much as EDGE_TOLERANCE
-BANDS = 4  # of a picture: each looks through all triangles
+PICTURE_BANDS = 4  # that one is drawn in: each looks through all triangles
 
 
 def rasterise(
@@ -34,7 +34,7 @@ def rasterise(
     def draw(rows: slice) -> None:
         _draw(corners, faces, values, inverse_depth, rows.start, rows.stop, picture)
 
-    in_bands(draw, height, -(-height // BANDS) or 1)
+    in_bands(draw, height, -(-height // PICTURE_BANDS) or 1)
     return picture
 
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from restore.bands import BANDS, THREADS, in_bands, in_threads
+from restore.bands import EQUAL_BANDS, THREADS, in_bands, in_threads
 
 
 @given(rows=st.integers(0, 200), height=st.none() | st.integers(1, 50))
@@ -27,8 +27,8 @@ def test_bands_have_the_height_that_is_asked_for_but_the_last():
 
 def test_without_a_height_the_bands_are_equal_to_a_row():
     heights = []
-    in_bands(lambda band: heights.append(band.stop - band.start), 8 * BANDS + 3)
-    assert len(heights) == BANDS
+    in_bands(lambda band: heights.append(band.stop - band.start), 8 * EQUAL_BANDS + 3)
+    assert len(heights) == EQUAL_BANDS
     assert max(heights) - min(heights) <= 1
 
 

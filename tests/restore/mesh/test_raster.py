@@ -166,7 +166,7 @@ def test_the_bands_that_a_picture_is_drawn_in_do_not_show(monkeypatch, height, b
     corners, faces = random.uniform(-5, 45, (20, 2)), random.integers(0, 20, (30, 3))
     inverse = 1.0 / random.uniform(1, 2, 20) if buffered else None
     banded = rasterise(corners, faces, affine(corners), height, WIDTH, inverse)
-    monkeypatch.setattr(raster, "BANDS", 1)
+    monkeypatch.setattr(raster, "PICTURE_BANDS", 1)
     np.testing.assert_array_equal(rasterise(corners, faces, affine(corners), height, WIDTH, inverse), banded)
 
 
