@@ -138,7 +138,7 @@ def extend_edge_colours(texture: Bytes, texcoords: Floats, faces: Ints, *, mixed
     """The texture (h, w, 3) with the colour of the sheet extended past its edge, where pixels are mixed with the table.
 
     texcoords (n, 2) texture pixels and faces (m, 3) delimit the sheet in the texture; `mixed_pixels` is the width of
-    the mixed band at its edge, more than one after super-resolution.
+    the mixed band at its edge: more than one after super-resolution, 0 where the colour is pure up to the edge.
     """
     covered = rasterise(texcoords, faces, np.zeros((len(texcoords), 1)), *texture.shape[:2])[..., 0]
     cross = cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3))

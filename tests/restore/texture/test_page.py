@@ -179,7 +179,7 @@ def test_a_page_too_large_for_any_memory_is_bad_input_that_names_the_unit():
     assert "unit" in caught.value.hint
 
 
-@pytest.mark.parametrize("mixed_pixels", [1, 3])
+@pytest.mark.parametrize("mixed_pixels", [0, 1, 3])
 def test_beyond_the_band_that_is_mixed_with_the_table_every_pixel_has_the_nearest_colour_of_the_sheet(mixed_pixels):
     picture, (left, right) = texture(24, 30), (8, 25)
     texcoords = np.array([[left, 5.0], [right, 5.0], [right, 40.0], [left, 40.0]])  # goes on below the picture
