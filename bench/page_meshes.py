@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial import Delaunay
 from scipy.spatial.transform import Rotation
 
-from bench.draws import draws_parser, seed_of_today
+from bench.draws import run, seed_of_today
 from bench.layout import SHEETS, TILT_DEG
 from drivers.simulated import Pose, Truth, shoot
 from restore import RangeScan, RestoreError, Settings, SurfaceMesh, restore
@@ -75,6 +75,4 @@ def side_error(found: tuple[float, float], true: tuple[float, float]) -> float:
 
 
 if __name__ == "__main__":
-    parser = draws_parser(__doc__, COUNT)
-    options = parser.parse_args()
-    main(options.count, options.seed)
+    run(main, __doc__, COUNT)

@@ -8,12 +8,12 @@ warning that has no cause.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, get_args
 
 import numpy as np
 
-from bench.draws import draws_parser, seed_of_today
+from bench.draws import PRINTS, lossy, run, seed_of_today
 from bench.layout import SHEETS
 from bench.page_meshes import side_error
 from drivers.simulated import Pose, Truth, shoot
@@ -27,7 +27,6 @@ COUNT = 20
 LENSES = {"MIDDLE": (900.0, 1150.0), "WIDE": (620.0, 800.0)}  # mm: distances at which a page fills half of the picture
 TILT_DEG, TURN_DEG = 20.0, 180.0
 LOST = (0.0, 0.0, 0.1, 0.3)  # of the samples
-PRINTS = ("markers", "text", "white", "figure")
 FAR_MM, SIZE_MM = 1.0, 0.15
 CUT = "edge of the picture"  # words of the one warning that has a cause here: the page leaves the picture
 ROW = "{:<1} {:>10} {:<12} {:<8} {:<6} {:>5} {:<5} {:<6} {:>5} {:>5} {:>5} {:>8} {:>8} {:>8}  {}"
@@ -64,10 +63,8 @@ def random_shot(seed: int) -> Shot:
     pose = Pose(tilt_deg=rng.uniform(-TILT_DEG, TILT_DEG), turn_deg=rng.uniform(-TURN_DEG, TURN_DEG))
     options: dict[str, Any] = {"lens": lens, "distance_mm": distance, "mode": mode, "pose": pose, "table": table}
     scan, truth = shoot(SHEETS[kind][1](rng), ARTWORK[artwork](), seed=int(rng.integers(2**31)), **options)
-    points = scan.points.copy()
-    points[rng.random(points.shape[:2]) < lost] = np.nan
     place = f"{distance:.0f}", f"{pose.tilt_deg:.0f}", f"{pose.turn_deg:.0f}"
-    return Shot(replace(scan, points=points), truth, (kind, artwork, table, mode, lens, *place, lost))
+    return Shot(lossy(scan, lost, rng), truth, (kind, artwork, table, mode, lens, *place, lost))
 
 
 def _line(seed: int, shot: Shot) -> bool:
@@ -88,6 +85,4 @@ def _line(seed: int, shot: Shot) -> bool:
 
 
 if __name__ == "__main__":
-    parser = draws_parser(__doc__, COUNT)
-    options = parser.parse_args()
-    main(options.count, options.seed)
+    run(main, __doc__, COUNT)

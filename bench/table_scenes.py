@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, get_args
 
 import numpy as np
 
-from bench.draws import draws_parser, seed_of_today
+from bench.draws import PRINTS, lossy, run, seed_of_today
 from bench.layout import SHEETS
 from drivers.scanner import SettingsError
 from drivers.simulated import Flat, Pose
@@ -32,7 +32,6 @@ COUNT = 60
 WRONG = 0.01  # of the page's samples; its outermost rows and columns have as many each
 GAPS_MM = (0.1, 0.3, 1.0, 3.0, 8.0)
 POWERS = (1.0, 1.0, 0.4, 0.15)  # of the laser: a dark table gives hardly any range with the least
-PRINTS = ("markers", "text", "white", "figure")
 ON_TABLE = (("MIDDLE", 900.0, (280.0, 200.0)), ("MIDDLE", 1100.0, (280.0, 200.0)))
 FILLING = (*ON_TABLE[:1], ("TELE", 900.0, (280.0, 200.0)), ("MIDDLE", 900.0, (420.0, 300.0)))
 ASIDE_MM = (60.0, 40.0)  # of a page that leaves the picture, at most
@@ -83,10 +82,8 @@ def scene_shot(seed: int) -> SceneShot | None:
         scan, truth = shoot_scene(scene, nominal(lens), mode, distance, rng, exposure=power)
     except SettingsError:
         return None
-    points = scan.points.copy()
-    points[rng.random(points.shape[:2]) < lost] = np.nan
-    coloured = rng.random() > 0.2
-    scan = replace(scan, points=points, texture=scan.texture if coloured else None)
+    scan, coloured = lossy(scan, lost, rng), rng.random() > 0.2
+    scan = scan if coloured else replace(scan, texture=None)
     place = f"{mode.name}, {name}, {distance:.0f} mm, turned {turn:.0f}°" + ("" if coloured else ", no colour")
     return SceneShot(scan, np.isfinite(truth.flat[..., 0]), (kind, artwork, table, gap, power, lost, place))
 
@@ -110,6 +107,4 @@ def _line(seed: int, shot: SceneShot) -> bool:
 
 
 if __name__ == "__main__":
-    parser = draws_parser(__doc__, COUNT)
-    options = parser.parse_args()
-    main(options.count, options.seed)
+    run(main, __doc__, COUNT)
