@@ -6,11 +6,13 @@ distances, and of those on the page the outermost, of those beyond the innermost
 
 from __future__ import annotations
 
+from math import sqrt
 from typing import NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 from scipy.spatial import cKDTree
-from scipy.special import expit
+from scipy.special import logsumexp
 from scipy.stats import norm
 
 from restore.range_image.sheet import PageOnGrid, Sheet
@@ -20,6 +22,10 @@ REACHES = (1.0, 0.1)  # samples to either side of the mean of the crossings, and
 PLACES = 41  # within a reach: a twentieth of a sample apart, and then a two hundredth
 RAGGED = np.array([0.5, 0.2, 0.1, 0.05, 0.02, 0.01, 0.005])  # samples an outline may scatter by, no layout is surer
 WRONG = 0.2  # of the samples are taken to be lost beside ink, or specks of the table, whatever their distance
+# samples by which all along a row seem too far in or out. Against simulated truth a side is off by 0.15 where it
+# crosses no row, by 0.05 where it crosses two, by 0.01 with five: it passes by samples at all distances then.
+SHARED = 0.2
+SHARED_SIGMAS = 2.0  # of that, to either side, are reckoned with
 ANOTHER = 0.01  # of the sides that a picture shows are the edge of something else
 CLOSE = 0.1  # samples: the layout of a good page is known to that
 
@@ -86,16 +92,22 @@ def separate(crossings: Crossings, normal: Floats, seen: PictureEdge | None = No
 
     Its offset is the mean over all places, each weighed by its likelihood, however ragged the outline is, and by where
     the side was seen. A chance that a sample is wrong, whatever its distance, keeps lost ones from drawing a side in
-    that stands askew.
+    that stands askew. Along a row samples err together: however many they are, they do not outvote the picture there.
     """
+    shared = 0.0 if seen is None else _shared_error(crossings)
     across = crossings.samples @ normal
     per_mm = np.linalg.norm(crossings.jacobians @ normal, axis=1)[:, None]
     found, most = float(across.mean()), -np.inf
     for reach in REACHES:
-        places = found + np.linspace(-reach, reach, PLACES) / per_mm.mean()
-        within = (places[:, None, None] - across) * per_mm  # samples by which one lies within a side at this place
-        agree = expit(within * [1.0, -1.0] / RAGGED[:, None, None, None])
-        log_likelihood = np.log(WRONG + (1.0 - 2.0 * WRONG) * agree).sum(axis=(2, 3))
+        step = 2.0 * reach / (PLACES - 1)
+        beyond = int(SHARED_SIGMAS * shared / step)
+        steps = np.arange(-beyond, PLACES + beyond) - PLACES // 2
+        log_likelihood = _log_likelihood(found + steps * step / per_mm.mean(), across, per_mm)
+        if beyond:
+            likely = norm.pdf(np.arange(-beyond, beyond + 1) * step / shared)
+            shifted = sliding_window_view(log_likelihood, len(likely), axis=1)
+            log_likelihood = logsumexp(shifted, axis=2, b=likely / likely.sum())
+        places = found + steps[beyond : beyond + PLACES] * step / per_mm.mean()
         if seen is not None:
             density = norm.pdf(places, seen.offset, seen.sigma) / per_mm.mean()  # for each sample
             # In the right direction the steps that were seen scatter least.
@@ -104,3 +116,17 @@ def separate(crossings: Crossings, normal: Floats, seen: PictureEdge | None = No
         found = float(np.average(places, weights=np.exp(log_likelihood - most).sum(axis=0)))
     right = (found - across) * per_mm * [1.0, -1.0] > -CLOSE
     return Separation(found, most, float(right.mean()))
+
+
+def _shared_error(crossings: Crossings) -> float:
+    """Samples by which those of k crossings err together: the less, the more rows, or columns, the side crosses."""
+    crossed = sqrt(12.0) * float(crossings.nodes.std(axis=0).min())  # of an even spread over them
+    return SHARED / (1.0 + crossed)
+
+
+def _log_likelihood(places: Floats, across: Floats, per_mm: Floats) -> Floats:
+    """(r, p) that of a side at each place (p,) mm for each of RAGGED (r,); across (k, 2) mm, per_mm (k, 1) samples."""
+    # Samples by which one lies within a side at this place, in single precision, which takes a quarter of the time.
+    within = ((places[:, None, None] - across) * per_mm * [1.0, -1.0]).astype(np.float32)
+    agree = np.tanh(within / (2.0 * RAGGED).astype(np.float32)[:, None, None, None])  # from −1 to 1, a logistic step
+    return np.asarray(np.log(0.5 + (0.5 - WRONG) * agree).sum(axis=(2, 3), dtype=np.float64))

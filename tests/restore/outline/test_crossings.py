@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from restore.outline.crossings import WRONG, Crossings, PictureEdge, separate
+from restore.outline import crossings as module
+from restore.outline.crossings import SHARED, WRONG, Crossings, PictureEdge, separate
 
 ROWS = 400
 PITCH_MM = 0.47
@@ -27,7 +28,8 @@ def crossings(edge, lost=0.0, ragged=0.0, seed=0):
     across = np.stack([ends - edge, ends + 1.0 - edge], axis=1)
     along = np.broadcast_to(np.arange(len(edge), dtype=float)[:, None], across.shape)
     samples = np.stack([along, across], axis=2)
-    return Crossings(samples.mean(axis=1), PITCH_MM * samples, np.tile(np.eye(2) / PITCH_MM, (len(edge), 1, 1)))
+    nodes = np.stack([along[:, 0], ends + 0.5], axis=1)
+    return Crossings(nodes, PITCH_MM * samples, np.tile(np.eye(2) / PITCH_MM, (len(edge), 1, 1)))
 
 
 def offset(found):
@@ -67,6 +69,24 @@ def test_where_it_was_seen_places_an_edge_along_the_rows_and_none_that_the_sampl
     assert separate(along, OUTWARDS, seen).offset / PITCH_MM == pytest.approx(0.0, abs=0.05)
     askew_row, off = crossings(askew(9.0)), seen._replace(offset=0.5 * PITCH_MM)
     assert separate(askew_row, OUTWARDS, off).offset / PITCH_MM == pytest.approx(offset(askew_row), abs=2 * STEP)
+
+
+@pytest.mark.parametrize("sign", [-1.0, 1.0])
+def test_samples_along_a_row_that_err_together_do_not_outvote_the_picture(monkeypatch, sign):
+    """They all lie on the wrong side of the edge, by 0.03 samples, and the picture shows it where it is."""
+    row = crossings(np.full(ROWS, 7.0 if sign < 0 else 7.999))
+    seen = PictureEdge(sign * 0.03 * PITCH_MM, 0.1 * PITCH_MM)
+    off = separate(row, OUTWARDS, seen).offset - seen.offset
+    monkeypatch.setattr(module, "SHARED", 0.0)
+    outvoted = separate(row, OUTWARDS, seen).offset - seen.offset
+    assert -sign * outvoted / PITCH_MM > 0.1
+    assert abs(off) < 0.6 * abs(outvoted)
+
+
+@given(st.floats(0.0, 9.0), st.floats(0.0, 1.0))
+def test_the_more_rows_a_side_crosses_the_less_its_samples_err_together(steps, start):
+    shared = module._shared_error(crossings(askew(steps, start)))
+    assert SHARED / shared == pytest.approx(1.0 + steps, abs=1.5)  # half of them on either of two rows count as 1.7
 
 
 def test_a_ragged_edge_is_where_its_crossings_are_in_the_mean():
