@@ -78,8 +78,7 @@ def _with_holes(segmented: SegmentedScan) -> Sheet:
     """The sheet of a scanner's own picture, with the holes through it, and how much of its border may go on unseen."""
     sheet = fit_sheet(segmented)
     holes = holes_to_table(sheet, segmented)
-    cut = segmented.cut if segmented.scan.texture is None else 0.0  # of colour, the painted page tells it
-    return replace(sheet, holes=holes, cut=cut, turned_border=turned_border(sheet))
+    return replace(sheet, holes=holes, cut=segmented.cut, turned_border=turned_border(sheet))
 
 
 def _check_size(scan: RangeScan | SurfaceMesh) -> None:

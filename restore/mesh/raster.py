@@ -26,7 +26,7 @@ def rasterise(
     Returns (height, width, k) float32, NaN where no triangle lies. Pixel centres are at whole numbers.
     """
     picture = np.empty((height, width, values.shape[1]), np.float32)
-    # As good as never, which costs next to nothing to see; of a NaN neither is true.
+    # Two extremes are cheap, and hardly ever so far out; no comparison with NaN is true.
     if not (corners.min(initial=0.0) > -FARTHEST and corners.max(initial=0.0) < FARTHEST):
         near: Mask = np.all(np.abs(corners) < FARTHEST, axis=1)
         faces = faces[near[faces].all(axis=1)]

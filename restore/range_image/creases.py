@@ -27,7 +27,7 @@ KINK_SIGMAS = 5.5
 FOLLOW_SIGMAS = 3.0
 MIN_SEPARATION = 5  # samples: the filter responds to either side of a strong crease; nearer ridges are not distinct
 MIN_MEASURED = 0.5  # share of measured samples in a kernel: at the border of a filled hole there are false kinks
-MAX_SPREAD = 300.0  # greatest deviation over the median: the square of that is a hundred steps of single precision
+MAX_SPREAD = 300.0  # greatest deviation over the median, whose square is then a hundred steps of single precision
 
 Spectrum = NDArray[np.complexfloating[Any, Any]]
 

@@ -41,7 +41,7 @@ class Sheet:
     scan     the source of the surface, with its texture and provenance.
     cut_out  whether it ends where a mesh was cut: on the page, and not before samples of what lies beyond.
     lost_border  share of its border beside which paper may have given no range: see `lost_border`.
-    cut      share of its border in the first and last rows and columns of a picture without colour; else 0.
+    cut      share of its border in the first and last rows and columns of the picture.
     turned_border  share of its border that is turned away from the scanner: see `turned_border`.
     holes    (rows, cols) True where it has a hole through which the table was measured; None where nobody looked.
     """

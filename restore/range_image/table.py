@@ -1,4 +1,4 @@
-"""Find the table that a sheet lies on: a plane along the border of the picture, from which the sheet stands out.
+"""Find the table that a sheet lies on: a plane, or nearly one, along the border of the picture, below the sheet.
 
 A page that fills the picture has planes, too: a panel of a leaflet, in a light of its own, or the margins of an open
 book. A page goes on from one of its parts to the next, while what lies on a table ends there, by a step. Where a sheet

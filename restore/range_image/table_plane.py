@@ -1,4 +1,4 @@
-"""The plane of a table, fitted to what was measured along the border of a range image."""
+"""The plane of a table, or nearly one, fitted to what was measured along the border of a range image."""
 
 from __future__ import annotations
 

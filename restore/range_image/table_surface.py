@@ -20,7 +20,7 @@ REFINEMENTS = 8  # a plane on one part of a bowed table takes some steps to the 
 ON_SURFACE = 3.0  # standard deviations of a block's mean
 UNEVEN_MM = (0.05, 0.15, 0.4)  # as much ON_SURFACE, besides noise: ink on paper, boards, cloth in wrinkles
 SPREAD_MM = 3.0  # heights of what lies on a table: one is as likely as another
-PLANE = 3  # terms of a plane: the first of those of a bowed surface
+PLANE, BOWED = 3, 6  # terms of a plane, the first of those of a bowed surface
 
 
 class Blocks(NamedTuple):
@@ -50,14 +50,15 @@ class TableSurface(NamedTuple):
 
     def of(self, blocks: Blocks) -> Mask:
         """(n,) True for blocks on the surface."""
-        return np.asarray(np.abs(blocks.heights - blocks.terms @ self.factors) < ON_SURFACE * self._sigma(blocks))
+        off = np.abs(blocks.heights - blocks.terms @ self.factors)
+        return np.asarray(off < ON_SURFACE * _sigma(blocks, self.uneven))
 
     def evidence(self, blocks: Blocks, parameters: int) -> float:
         """Twice the logarithm of how likely its parameters make all blocks, less what they cost (Schwarz, 1978: BIC).
 
         What is not on the surface may be on a second one, as far from it everywhere: a page that lies on its table.
         """
-        sigma = self._sigma(blocks)
+        sigma = _sigma(blocks, self.uneven)
         off = blocks.heights - blocks.terms @ self.factors
         beside = np.abs(off) >= ON_SURFACE * sigma
         step = np.median(off[beside]) if beside.any() else np.inf
@@ -65,8 +66,10 @@ class TableSurface(NamedTuple):
         likely = (1.0 - share) * _normal(off / sigma) + share * _normal((off - step) / sigma)
         return float(2.0 * blocks.weights @ np.log(likely / sigma + 1.0 / SPREAD_MM) - parameters * np.log(len(off)))
 
-    def _sigma(self, blocks: Blocks) -> Floats:
-        return np.hypot(blocks.noise, self.uneven)
+
+def _sigma(blocks: Blocks, uneven: float) -> Floats:
+    """(n,) mm: the standard deviation of the height of each block over an uneven surface."""
+    return np.hypot(blocks.noise, uneven)
 
 
 def _normal(off: Floats) -> Floats:
@@ -105,14 +108,14 @@ def likeliest_surface(blocks: Blocks, everywhere: Floats, most_mm: float) -> Tab
     if not len(planes):
         return None
     found: list[tuple[float, TableSurface]] = []
-    off = np.abs(blocks.heights[:, None] - blocks.terms @ planes.T)
+    off, bends = np.abs(blocks.heights[:, None] - blocks.terms @ planes.T), _bends(everywhere)
     for uneven in (some / ON_SURFACE for some in UNEVEN_MM):
         for plane in planes[_likely(off, blocks, uneven)]:
             flat = _refined(TableSurface(plane, uneven), blocks, PLANE)
-            bowed = _refined(flat, blocks, blocks.terms.shape[1])
+            bowed = _refined(flat, blocks, BOWED)
             found.append((flat.evidence(blocks, PLANE), flat))
-            if _bow(bowed.factors, everywhere) < most_mm:
-                found.append((bowed.evidence(blocks, len(bowed.factors)), bowed))
+            if np.ptp(bends @ bowed.factors[PLANE:]) < most_mm:
+                found.append((bowed.evidence(blocks, BOWED), bowed))
     return max(found, key=lambda one: one[0])[1]
 
 
@@ -124,7 +127,7 @@ def _planes_of_three(blocks: Blocks) -> Floats:
     flat = blocks.terms[:, :PLANE]
     triples = triples[np.abs(np.linalg.det(flat[triples])) >= 1.0]
     planes = np.linalg.solve(flat[triples], blocks.heights[triples][..., None])[..., 0]
-    return np.pad(planes, ((0, 0), (0, blocks.terms.shape[1] - PLANE)))
+    return np.pad(planes, ((0, 0), (0, BOWED - PLANE)))
 
 
 def _likely(off: Floats, blocks: Blocks, uneven: float) -> Ints:
@@ -132,8 +135,8 @@ def _likely(off: Floats, blocks: Blocks, uneven: float) -> Ints:
 
     Torr & Zisserman, "MLESAC", 2000.
     """
-    limit = ON_SURFACE * np.hypot(blocks.noise, uneven)[:, None]
-    squares = blocks.weights @ np.minimum(off / limit, 1.0) ** 2
+    limit = ON_SURFACE * _sigma(blocks, uneven)
+    squares = blocks.weights @ np.minimum(off / limit[:, None], 1.0) ** 2
     return np.asarray(np.argsort(squares)[:LIKELY])
 
 
@@ -148,15 +151,14 @@ def _refined(surface: TableSurface, blocks: Blocks, parameters: int) -> TableSur
         if on.sum() < parameters or (on == fitted_to).all():
             break
         fitted_to = on
-        weights = 1.0 / np.hypot(blocks.noise[on], surface.uneven)
+        weights = 1.0 / _sigma(blocks, surface.uneven)[on]
         design = blocks.terms[on, :parameters] * weights[:, None]
         fitted = np.linalg.lstsq(design, blocks.heights[on] * weights, rcond=None)[0]
-        surface = surface._replace(factors=np.pad(fitted, (0, blocks.terms.shape[1] - parameters)))
+        surface = surface._replace(factors=np.pad(fitted, (0, BOWED - parameters)))
     return surface
 
 
-def _bow(factors: Floats, terms: Floats) -> float:
-    """How far, mm, a surface of factors (6,) departs from a plane over terms (n, 6): from its lowest to its highest."""
-    bend = terms[:, PLANE:] @ factors[PLANE:]
-    flat = terms[:, :PLANE]
-    return float(np.ptp(bend - flat @ np.linalg.lstsq(flat, bend, rcond=None)[0]))
+def _bends(terms: Floats) -> Floats:
+    """(n, 3) what terms (n, 6) of a bowed surface are off the plane nearest to each: its factors times that bow it."""
+    flat, bent = terms[:, :PLANE], terms[:, PLANE:]
+    return np.asarray(bent - flat @ np.linalg.lstsq(flat, bent, rcond=None)[0])
