@@ -11,6 +11,7 @@ from restore.provenance import check_provenance
 from restore.scan import Bytes, Floats, Mask, RangeScan, SurfaceMesh
 
 HINT = "read the scan with load_scan, or give arrays as RangeScan and SurfaceMesh describe them"
+FARTHEST_PX = 2.0**52  # farther off, neighbouring pixels are one in double precision
 
 
 def refuse_unusable(scan: RangeScan | SurfaceMesh) -> None:
@@ -53,8 +54,8 @@ def _check_texcoords(texcoords: Floats, texture: Bytes | None) -> None:
     _check_array("texture coordinates", texcoords)
     if texcoords.dtype.kind not in "fiu":
         raise BadInput(f"texture coordinates {_described(texcoords)} are no numbers", HINT)
-    if not np.isfinite(texcoords).all():
-        raise BadInput("some vertices have texture coordinates that are not finite", HINT)
+    if not (np.abs(texcoords) < FARTHEST_PX).all():
+        raise BadInput("some vertices have texture coordinates that are not finite, or beyond every picture", HINT)
     fits = texcoords.ndim == 2 and texcoords.shape[1] == 2 and len(texcoords)  # others are refused in validation
     if texture is not None and fits and not _seen(texcoords, texture).any():
         raise BadInput("no vertex of the mesh lies in its colour image", HINT)

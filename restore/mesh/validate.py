@@ -99,8 +99,8 @@ def _turned_copies(vertices: Floats, faces: Ints, left_out: Mask) -> Ints:
     copies = candidates[counts[alike.reshape(-1)] > 1]
     normals = face_normals(vertices, faces)
     about = np.zeros_like(vertices)
-    np.add.at(about, faces.ravel(), np.repeat(normals, 3, axis=0))
-    np.add.at(about, faces[copies].ravel(), -np.repeat(normals[copies], 3, axis=0))
+    others = np.delete(np.arange(len(faces)), copies)
+    np.add.at(about, faces[others].ravel(), np.repeat(normals[others], 3, axis=0))
     against = copies[(about[faces[copies]].sum(axis=1) * normals[copies]).sum(axis=1) < 0.0]
     turned = faces.copy()
     turned[against] = faces[against, ::-1]

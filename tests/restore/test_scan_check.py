@@ -56,9 +56,12 @@ def test_a_range_grid_fits_its_picture(scan, change, message):
         restore(replace(scan, **change(scan)))
 
 
-def test_texture_coordinates_are_finite(mesh):
-    with pytest.raises(BadInput, match="not finite"):
-        restore(replace(mesh, texcoords=mesh.texcoords * [1.0, np.nan]))
+@pytest.mark.parametrize("far", [np.nan, np.inf, 1e30])
+def test_texture_coordinates_are_finite_and_near_a_picture(mesh, far):
+    texcoords = mesh.texcoords.copy()
+    texcoords[0, 1] = far
+    with pytest.raises(BadInput, match="not finite, or beyond every picture"):
+        restore(replace(mesh, texcoords=texcoords))
 
 
 @pytest.mark.parametrize("shift", [[5000.0, 0.0], [0.0, -70.0]])
