@@ -11,7 +11,7 @@ from restore.provenance import check_provenance
 from restore.scan import Bytes, Floats, Mask, RangeScan, SurfaceMesh
 
 HINT = "read the scan with load_scan, or give arrays as RangeScan and SurfaceMesh describe them"
-FARTHEST_PX = 2.0**52  # farther off, neighbouring pixels are one in double precision
+FARTHEST_PX = 2.0**52  # farther off, double precision tells no part of a pixel
 
 
 def refuse_unusable(scan: RangeScan | SurfaceMesh) -> None:
