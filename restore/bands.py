@@ -2,22 +2,38 @@
 
 from __future__ import annotations
 
+import os
 from collections import deque
 from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
+from functools import cache
 from itertools import pairwise
 from typing import TypeVar
 
-THREADS = 2  # more gain little: the kernels are bound by memory bandwidth
+VARIABLE = "PLANISH_THREADS"  # set for the processes of a pool, which share the processors
+MAX_THREADS = 4  # more gain little: the kernels are bound by memory bandwidth
 EQUAL_BANDS = 8  # more than threads, so that a busy core gets fewer of them
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")
 
 
-def in_threads(work: Callable[[Part], Result], parts: Iterable[Part]) -> list[Result]:
-    """The results of work(part) for all parts, in their order; once one has failed, no other is begun."""
-    waiting: deque[tuple[int, Part] | None] = deque([*enumerate(parts), *[None] * THREADS])  # a thread ends at a None
+@cache
+def thread_count() -> int:
+    """Number of threads: the processors that this process may use, at most MAX_THREADS, or PLANISH_THREADS."""
+    given = os.environ.get(VARIABLE, "")
+    if given.isascii() and given.isdigit() and int(given) > 0:
+        return int(given)
+    return min(len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1, MAX_THREADS)
+
+
+def in_threads(work: Callable[[Part], Result], parts: Iterable[Part], count: int | None = None) -> list[Result]:
+    """The results of work(part) for all parts, in their order; once one has failed, no other is begun.
+
+    count: number of threads, this one included; `thread_count()` by default. It does not change any result.
+    """
+    count = count or thread_count()
+    waiting: deque[tuple[int, Part] | None] = deque([*enumerate(parts), *[None] * count])  # a thread ends at a None
     results: dict[int, Result] = {}
 
     def work_off() -> None:
@@ -28,8 +44,8 @@ def in_threads(work: Callable[[Part], Result], parts: Iterable[Part]) -> list[Re
             waiting.appendleft(None)
 
     # This thread works, too: until another has started, or is awake again, small parts are done.
-    with ThreadPoolExecutor(THREADS - 1) as threads:
-        others = [threads.submit(work_off) for _ in range(THREADS - 1)]
+    with ThreadPoolExecutor(max(count - 1, 1)) as threads:  # it starts a thread when work is submitted
+        others = [threads.submit(work_off) for _ in range(count - 1)]
         work_off()
     for other in others:
         other.result()

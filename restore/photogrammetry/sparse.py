@@ -19,6 +19,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from restore.bands import thread_count
 from restore.photo.camera import PhotoCamera
 from restore.photo.photograph import Photograph
 from restore.photogrammetry.errors import ExtraMissing, MixedLenses, TooFewViews
@@ -29,7 +30,6 @@ Progress = Callable[[str, float], None]
 
 SIDE = 1600  # pixels of the longer side in which features are found: the patches measure what cameras need
 FEATURES = 6000  # of a photograph
-THREADS = 2
 SEED = 1  # of the random samples of matching and mapping
 LEAST_VIEWS = 3
 PHONE_FOCAL = 0.72  # in widths of the picture: 26 mm in terms of 35 mm film, as most phones have
@@ -136,7 +136,7 @@ def _mapped(
     lens.camera_model = "OPENCV"
     lens.camera_params = f"{focal},{focal},{width / 2},{height / 2},0,0,0,0"
     features = colmap.FeatureExtractionOptions()
-    features.max_image_size, features.num_threads = max(width, height), THREADS
+    features.max_image_size, features.num_threads = max(width, height), thread_count()
     features.sift.max_num_features, features.sift.first_octave = FEATURES, 0
     single = colmap.CameraMode.SINGLE
     # Entered first, in their order: threads would number them as they finish, and the cameras would follow from that.
@@ -147,7 +147,7 @@ def _mapped(
     progress("features", 1.0)
     progress("matching", 0.0)
     matching = colmap.FeatureMatchingOptions()
-    matching.num_threads, matching.skip_geometric_verification = THREADS, True
+    matching.num_threads, matching.skip_geometric_verification = thread_count(), True
     colmap.match_exhaustive(base, matching_options=matching, device=colmap.Device.cpu)
     _verify(colmap, base)
     matched = _most_matches(colmap, base)

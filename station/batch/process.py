@@ -24,7 +24,11 @@ from station.batch.child import IDLE
 from station.errors import Fault, StationError
 from station.watch.once import MAX_ATTEMPTS
 
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+# Variables by which a process learns how many threads it may use: BLAS, numba, OpenCV and restore's own.
+THREADS = (
+    *("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"),
+    *("OPENCV_FOR_THREADS_NUM", "PLANISH_THREADS"),
+)
 GRACE_S = 10.0  # for the work of a process that is told to end
 
 Result = TypeVar("Result")

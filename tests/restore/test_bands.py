@@ -1,11 +1,14 @@
 """Bands: every row is worked on once, in bands of the wanted height, and a failure in a band is raised."""
 
+import os
+import threading
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from restore.bands import EQUAL_BANDS, THREADS, in_bands, in_threads
+from restore.bands import EQUAL_BANDS, MAX_THREADS, VARIABLE, in_bands, in_threads, thread_count
 
 
 @given(rows=st.integers(0, 200), height=st.none() | st.integers(1, 50))
@@ -41,12 +44,13 @@ def test_an_error_in_a_band_reaches_the_caller():
         in_bands(work, 30, 10)
 
 
-@given(count=st.integers(0, 50))
-def test_results_have_the_order_of_their_parts(count):
-    assert in_threads(lambda part: part**2, range(count)) == [part**2 for part in range(count)]
+@given(parts=st.integers(0, 50), count=st.integers(1, 5))
+def test_results_have_the_order_of_their_parts(parts, count):
+    assert in_threads(lambda part: part**2, range(parts), count) == [part**2 for part in range(parts)]
 
 
-def test_a_thread_that_failed_begins_nothing_more():
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_a_thread_that_failed_begins_nothing_more(count):
     begun = []
 
     def work(part: int) -> None:
@@ -54,5 +58,25 @@ def test_a_thread_that_failed_begins_nothing_more():
         raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
-        in_threads(work, range(50))
-    assert len(begun) <= THREADS
+        in_threads(work, range(50), count)
+    assert len(begun) <= count
+
+
+@pytest.mark.parametrize("count", [1, 2, 4])
+def test_no_more_threads_work_than_asked_for(count):
+    at_work = set()
+    in_threads(lambda _part: at_work.add(threading.get_ident()), range(200), count)
+    assert len(at_work) <= count
+
+
+@pytest.mark.parametrize(
+    ("given", "processors", "expected"), [("3", 8, 3), ("", 2, 2), ("none", 1, 1), ("0", 64, MAX_THREADS)]
+)
+def test_threads_are_those_given_or_as_many_as_the_processors(monkeypatch, given, processors, expected):
+    monkeypatch.setenv(VARIABLE, given)
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _process: set(range(processors)))
+    thread_count.cache_clear()
+    try:
+        assert thread_count() == expected
+    finally:
+        thread_count.cache_clear()
