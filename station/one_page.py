@@ -9,12 +9,11 @@ from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from time import perf_counter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import drivers
 from restore import (
     BadInput,
-    PhoneCapture,
     Photograph,
     RangeScan,
     RestoredPage,
@@ -23,7 +22,6 @@ from restore import (
     SurfaceMesh,
     finer_scan,
     is_phone_capture,
-    load_phone_capture,
     load_scan,
     read_photograph,
     referenced_files,
@@ -48,6 +46,9 @@ from station.pieces import Selected, select_sheets
 from station.progress import Progress, silent
 from station.sanity import refuse_no_page
 from station.words import check_language, find_tesseract, recognise
+
+if TYPE_CHECKING:
+    from restore import PhoneCapture
 
 SCAN_SUFFIX = ".scan"
 
@@ -203,6 +204,8 @@ def store_and_restore(
 def _phone_capture(source: Path, texture: Path | None, shots: Sequence[Path]) -> PhoneCapture:
     if texture is not None or shots:
         raise UsageError(f"{source} brings its own photographs", "leave --texture and --shot out; --photo adds another")
+    from restore import load_phone_capture  # brings photogrammetry, which no other scan needs
+
     return load_phone_capture(source)
 
 

@@ -17,6 +17,7 @@ from restore.mesh.measures import surface_area, vertex_normals
 from restore.mesh.validate import validated
 from restore.phones import polycam, scanner_app
 from restore.phones.arkit import Frame
+from restore.phones.detect import is_polycam, is_scanner_app
 from restore.photo import Photograph, read_photograph
 from restore.photo.camera import PhotoCamera
 from restore.photogrammetry.align import Similarity
@@ -63,12 +64,6 @@ class PhoneCapture:
 
 
 @checks_types
-def is_phone_capture(path: Path | str) -> bool:
-    """Whether a path is a folder that a phone's scanning program exported with photographs and their cameras."""
-    return _reader(Path(path)) is not None
-
-
-@checks_types
 def load_phone_capture(path: Path | str) -> PhoneCapture:
     """The page of a folder that Polycam (raw data) or 3d Scanner App (all data) exported.
 
@@ -92,9 +87,9 @@ def load_phone_capture(path: Path | str) -> PhoneCapture:
 
 def _reader(folder: Path) -> tuple[str, Reader] | None:
     """The program's name and the reader of a folder."""
-    if polycam.is_polycam(folder):
+    if is_polycam(folder):
         return "Polycam", polycam
-    if folder.is_dir() and scanner_app.is_scanner_app(folder):
+    if is_scanner_app(folder):
         return "3d Scanner App", scanner_app
     return None
 

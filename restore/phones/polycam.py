@@ -70,11 +70,6 @@ class MeshInfo(BaseModel):
     alignment: list[float] = Field(alias="alignmentTransform", min_length=16, max_length=16)
 
 
-def is_polycam(folder: Path) -> bool:
-    """Whether a folder is such an export."""
-    return is_folder(folder / "keyframes" / "cameras") or is_folder(folder / "keyframes" / "corrected_cameras")
-
-
 def read_mesh(folder: Path) -> SurfaceMesh:
     """The mesh in the frame of the cameras, mm, z up. Raises BadInput."""
     if not is_file(folder / MESH):

@@ -18,12 +18,10 @@ from restore.errors import BadInput
 from restore.formats.obj import read_obj
 from restore.formats.source import DAMAGED, is_file
 from restore.phones.arkit import Frame, camera_of, world_to_mm
+from restore.phones.detect import SCANNER_APP_FRAMES, SCANNER_APP_MESHES
 from restore.phones.json_file import read_model
 from restore.phones.polycam import NO_TEXTURE
 from restore.scan import SurfaceMesh
-
-MESHES = ("textured_output.obj", "export.obj", "export_refined.obj")
-FRAMES = "frame_*.json"
 
 
 class FrameFile(BaseModel):
@@ -35,14 +33,9 @@ class FrameFile(BaseModel):
     quality: float = Field(default=0.0, alias="motionQuality")
 
 
-def is_scanner_app(folder: Path) -> bool:
-    """Whether a folder is such an export."""
-    return next(folder.glob(FRAMES), None) is not None and any(is_file(folder / name) for name in MESHES)
-
-
 def read_mesh(folder: Path) -> SurfaceMesh:
     """The mesh in the frame of the cameras, mm, z up. Raises BadInput."""
-    path = next(folder / name for name in MESHES if is_file(folder / name))
+    path = next(folder / name for name in SCANNER_APP_MESHES if is_file(folder / name))
     mesh = read_obj(path, NO_TEXTURE)
     return SurfaceMesh(world_to_mm(mesh.vertices), mesh.faces)
 
@@ -50,7 +43,7 @@ def read_mesh(folder: Path) -> SurfaceMesh:
 def read_frames(folder: Path) -> tuple[list[Frame], tuple[str, ...]]:
     """The photographs with their cameras, and warnings. Raises BadInput."""
     frames = []
-    for path in sorted(folder.glob(FRAMES)):
+    for path in sorted(folder.glob(SCANNER_APP_FRAMES)):
         picture = path.with_suffix(".jpg")
         if is_file(picture):
             found = read_model(path, FrameFile)

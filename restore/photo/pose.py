@@ -10,7 +10,6 @@ from collections.abc import Sequence
 
 import cv2
 import numpy as np
-from scipy.optimize import least_squares
 
 from restore.photo.camera import PARAMETERS, PhotoCamera, project_with_jacobian
 from restore.scan import Floats, Mask
@@ -133,6 +132,8 @@ def _fit(
     def jacobian(vector: Floats) -> Floats:
         _, slopes = project_with_jacobian(full(vector), points)
         return np.concatenate([(slopes * weight[:, None, None]).reshape(-1, PARAMETERS)[:, :free], priors])
+
+    from scipy.optimize import least_squares  # a third of the time that this package takes to start
 
     found: Floats = least_squares(residuals, start[:free], jac=jacobian, x_scale="jac", method="lm").x
     return found

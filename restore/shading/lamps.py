@@ -10,7 +10,6 @@ from functools import cached_property
 
 import numba
 import numpy as np
-from scipy.optimize import minimize
 
 from restore.numerics import SMALL
 from restore.robust import robust_sigma
@@ -231,6 +230,8 @@ def _refined(
     simplex = np.vstack([start, start + np.diag([*steps * count, inwards])])
     simplex[:, 1:-1:3] = np.clip(simplex[:, 1:-1:3], 0, np.pi / 2)
     options = {"initial_simplex": simplex, "maxfev": trials * count, "xatol": 1e-4, "fatol": 1e-7}
+    from scipy.optimize import minimize  # only where light is removed
+
     return unpacked(minimize(cost, start, method="Nelder-Mead", options=options).x)
 
 

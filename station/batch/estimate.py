@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from restore import Floats
 
@@ -74,5 +74,5 @@ def _line(known: Floats, seconds: Floats, left: Floats) -> tuple[float, float] |
 
 
 def _around(total: float, deviation: float, freedom: int) -> tuple[float, float]:
-    error = float(student.ppf((1 + COVERED) / 2, freedom) * deviation)
+    error = float(stdtrit(freedom, (1 + COVERED) / 2) * deviation)
     return total - error, total + error

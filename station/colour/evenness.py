@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import f as f_distribution
+from scipy.special import fdtrc
 
 from restore import Floats
 
@@ -46,7 +46,7 @@ def measure_evenness(seen: Floats, wanted: Floats) -> Evenness:
     light = np.exp(terms @ fit)
     light /= light.max()
     fall_off = float(1.0 - light.min())
-    if fall_off < LEAST_RANGE or f_distribution.sf(improvement, free, rest) > CHANCE:
+    if fall_off < LEAST_RANGE or fdtrc(free, rest, improvement) > CHANCE:
         return EVEN
     return Evenness(light, fall_off)
 

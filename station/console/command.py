@@ -53,7 +53,8 @@ def serve(
             from station.console.vendored import remedy
         except ImportError as error:
             raise UsageError(
-                f"the console needs {error.name}, which is not installed", "pip install 'planish[console]'"
+                f"the console needs {error.name}, which is not installed",
+                "pip install 'planish[console]'; in a checkout: make serve",
             ) from error
         from station.config import load_config
 

@@ -1,0 +1,38 @@
+"""A command imports what it runs: the modules of other work stay out of a process that restores a scan."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import pytest
+
+import restore
+
+# Each takes longer to import than all that a stored scan needs beside numba.
+OTHER_WORK = ("scipy.stats", "scipy.optimize", "trimesh", "open3d", "pymeshlab", "restore.photogrammetry.reconstruct")
+
+
+def modules_after(statement: str) -> set[str]:
+    code = f"import sys; {statement}; print(*sys.modules)"
+    return set(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split())
+
+
+def test_importing_the_package_imports_none_of_its_work():
+    assert modules_after("import restore").isdisjoint({"cv2", "restore.pipeline"})
+
+
+@pytest.mark.parametrize("statement", ["from restore import load_scan, restore", "import station.one_page"])
+def test_restoring_a_stored_scan_imports_nothing_of_other_work(statement):
+    assert modules_after(statement).isdisjoint(OTHER_WORK)
+
+
+def test_every_public_name_can_be_imported_and_is_listed():
+    assert all(getattr(restore, name) is not None for name in restore.__all__)
+    assert set(restore.__all__) <= set(dir(restore))
+    assert callable(restore.restore)  # not the package of the same name
+
+
+def test_a_name_that_is_not_public_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="no_such_name"):
+        restore.no_such_name  # noqa: B018
