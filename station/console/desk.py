@@ -69,7 +69,7 @@ class Desk:
     ) -> None:
         self.root, self.station, self.now = root, station, now
         self.hub = Hub()
-        self.told = Broadcast(self.hub, lambda: state_of(self))
+        self.told = Broadcast(self.hub, self.state)
         self.control = Control(clock, now)
         self.scanner = ScannerOwner(config, self.told.changed, now, open_scanner)
         self.jobs = Jobs(self.told.job, now, command=job_command)
@@ -108,6 +108,10 @@ class Desk:
                 self.scanner.cancel()
             ending.join()
         self.scanner.close()
+
+    def state(self) -> dict[str, Any]:
+        """The state of the station as JSON values. Raises OSError."""
+        return state_of(self.root, self.sitting, self.scanner, self.control, self.jobs, self.failed, self.now())
 
     # The open session.
 
@@ -149,6 +153,15 @@ class Desk:
             held_by = sitting.held_by
             raise ConsoleFault("in_use", f"process {held_by} has this session", "end it there", held_by=held_by)
         return sitting
+
+    def folder_of(self, name: str | None) -> Path:
+        """The folder of a session, of the open one where none is named. Raises ConsoleFault."""
+        return self.opened().folder if name is None else sessions.find(self.root, name)
+
+    @property
+    def held(self) -> Path | None:
+        """The folder of the session that this process writes to."""
+        return self.sitting.folder if isinstance(self.sitting, Working) else None
 
     def _worked_on(self, folder: Path) -> Working:
         shoot = None if self.scanner.config is None else self.scanner.capture

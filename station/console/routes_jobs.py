@@ -55,16 +55,16 @@ def file(desk: Looking, number: JobNumber, place: Annotated[int, Path(ge=0, le=1
 @router.post("/export", status_code=202)
 def export(desk: Acting, wanted: Export) -> dict[str, Any]:
     """Write a session to a new folder in a format of archives and libraries, and check it."""
-    return desk.begin(export_task(desk, wanted.session, wanted.format, wanted.url)).as_json()
+    return desk.begin(export_task(desk.root, desk.folder_of(wanted.session), wanted.format, wanted.url)).as_json()
 
 
 @router.post("/batch", status_code=202)
 def batch(desk: Acting, wanted: Batch) -> dict[str, Any]:
     """Restore all pages of sessions that are not restored."""
-    return desk.begin(batch_task(desk, wanted.sessions, wanted.workers, desk.now)).as_json()
+    return desk.begin(batch_task(desk.root, desk.held, wanted.sessions, wanted.workers, desk.now)).as_json()
 
 
 @router.post("/sessions/{name}/verify", status_code=202)
 def verify(desk: Acting, name: SessionName) -> dict[str, Any]:
     """Compare every file of a session with what its events say."""
-    return desk.begin(verify_task(desk, name)).as_json()
+    return desk.begin(verify_task(desk.root, desk.held, name)).as_json()

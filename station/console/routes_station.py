@@ -17,7 +17,6 @@ from station.console.files import INDEX, PageFile
 from station.console.guard import ENTER_PAGE, Door
 from station.console.hub import Stream
 from station.console.requests import NewSession, OpenSession, SessionName, TakeControl
-from station.console.shown import state_of
 
 router = APIRouter(responses=FAULTS)
 
@@ -68,7 +67,7 @@ def page_file(request: Request, path: str) -> Response:
 @router.get("/api/state")
 def state(desk: Looking) -> dict[str, Any]:
     """The state of the station."""
-    return state_of(desk)
+    return desk.state()
 
 
 @router.get("/api/events", response_class=StreamingResponse, responses={200: {"content": {"text/event-stream": {}}}})
@@ -100,7 +99,7 @@ def control(request: Request, desk: Looking, wanted: TakeControl) -> dict[str, A
     else:
         desk.control.release(wanted.tab)
     desk.told.changed()
-    return state_of(desk)
+    return desk.state()
 
 
 @router.get("/api/sessions")
@@ -120,14 +119,14 @@ def new_session(desk: Acting, wanted: NewSession) -> dict[str, Any]:
 def open_session(desk: Acting, name: SessionName, wanted: OpenSession | None = None) -> dict[str, Any]:
     """Open a session."""
     desk.open(name, read_only=wanted is not None and wanted.read_only)
-    return state_of(desk)
+    return desk.state()
 
 
 @router.post("/api/close")
 def close_session(desk: Acting) -> dict[str, Any]:
     """Close the open session."""
     desk.close()
-    return state_of(desk)
+    return desk.state()
 
 
 @router.get("/api/presets")

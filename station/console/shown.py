@@ -4,27 +4,38 @@ from __future__ import annotations
 
 import shutil
 from datetime import datetime
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import Any
 
+from station.console.control import Control
+from station.console.jobs import Jobs
+from station.console.scanner import ScannerOwner
 from station.console.sitting import Sitting
 from station.session.history import redo_target, undo_target
 from station.session.overview import missing_labels
 from station.version import software_version
 
-if TYPE_CHECKING:
-    from station.console.desk import Desk
-
 SHOWN_JOBS = 20
 
 
-def state_of(desk: Desk) -> dict[str, Any]:
-    """The state of a desk as JSON values. Raises OSError."""
-    usage = shutil.disk_usage(desk.root)
-    sitting = desk.sitting
+def state_of(
+    root: Path,
+    sitting: Sitting | None,
+    scanner: ScannerOwner,
+    control: Control,
+    jobs: Jobs,
+    failed: dict[str, Any] | None,
+    now: datetime,
+) -> dict[str, Any]:
+    """The state of the station as JSON values. Raises OSError.
+
+    root: folder with the sessions. failed: the error that ended the last session.
+    """
+    usage = shutil.disk_usage(root)
     return {
         "version": software_version(),
-        "time": stamp(desk.now()),
-        "scanner": desk.scanner.as_json(),
+        "time": stamp(now),
+        "scanner": scanner.as_json(),
         "session": None if sitting is None else session_state(sitting),
         "recovery": None if sitting is None else sitting.recovery,
         "disk": {
@@ -32,9 +43,9 @@ def state_of(desk: Desk) -> dict[str, Any]:
             "total_bytes": usage.total,
             "shots_left": None if sitting is None else shots_left(sitting, usage.free),
         },
-        "control": desk.control.as_json(),
-        "jobs": [job.as_json() | {"items": job.items[-1:]} for job in desk.jobs.all()[:SHOWN_JOBS]],
-        "failed": desk.failed,
+        "control": control.as_json(),
+        "jobs": [job.as_json() | {"items": job.items[-1:]} for job in jobs.all()[:SHOWN_JOBS]],
+        "failed": failed,
     }
 
 

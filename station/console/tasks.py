@@ -7,39 +7,39 @@ from collections.abc import Callable
 from datetime import datetime
 from itertools import chain, count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from station.console import sessions
 from station.console.faults import ConsoleFault
-from station.console.sitting import Working
-
-if TYPE_CHECKING:
-    from station.console.desk import Desk
 
 EXPORTS, BATCHES = "exports", "batches"  # folders beside the sessions
 Task = tuple[str, dict[str, Any], dict[str, Any]]
 """The kind of a job, what is shown of it, and what its process reads."""
 
 
-def export_task(desk: Desk, name: str | None, kind: str, url: str | None) -> Task:
-    """To export a session, the open one where none is named. Raises ConsoleFault."""
-    folder = desk.opened().folder if name is None else sessions.find(desk.root, name)
-    out = free_folder(desk.root / EXPORTS / f"{folder.name}-{kind}")
+def export_task(root: Path, folder: Path, kind: str, url: str | None) -> Task:
+    """To export the session of a folder. root: folder with the sessions."""
+    out = free_folder(root / EXPORTS / f"{folder.name}-{kind}")
     task = {"session": str(folder), "out": str(out), "format": kind, "url": url}
     return "export", {"session": folder.name, "format": kind}, task
 
 
-def batch_task(desk: Desk, names: list[str], workers: int | None, now: Callable[[], datetime]) -> Task:
-    """To restore all pages of sessions that are not restored. Raises ConsoleFault."""
-    folders = [_closed(desk, name) for name in dict.fromkeys(names)]
-    out = free_folder(desk.root / BATCHES / now().strftime("%Y-%m-%d-%H%M%S"))
+def batch_task(
+    root: Path, held: Path | None, names: list[str], workers: int | None, now: Callable[[], datetime]
+) -> Task:
+    """To restore all pages of sessions that are not restored. Raises ConsoleFault.
+
+    held: folder of the session that this process writes to.
+    """
+    folders = [_closed(root, held, name) for name in dict.fromkeys(names)]
+    out = free_folder(root / BATCHES / now().strftime("%Y-%m-%d-%H%M%S"))
     task = {"sessions": [str(folder) for folder in folders], "out": str(out), "workers": workers}
     return "batch", {"sessions": [folder.name for folder in folders]}, task
 
 
-def verify_task(desk: Desk, name: str) -> Task:
+def verify_task(root: Path, held: Path | None, name: str) -> Task:
     """To compare every file of a session with what its events say. Raises ConsoleFault."""
-    return "verify", {"session": name}, {"session": str(_closed(desk, name))}
+    return "verify", {"session": name}, {"session": str(_closed(root, held, name))}
 
 
 def free_folder(folder: Path) -> Path:
@@ -48,9 +48,9 @@ def free_folder(folder: Path) -> Path:
     return next(name for name in names if not os.path.lexists(name))
 
 
-def _closed(desk: Desk, name: str) -> Path:
+def _closed(root: Path, held: Path | None, name: str) -> Path:
     """The folder of a session that is not worked on here: another process could not have it."""
-    folder = sessions.find(desk.root, name)
-    if isinstance(desk.sitting, Working) and desk.sitting.folder == folder:
+    folder = sessions.find(root, name)
+    if folder == held:
         raise ConsoleFault("session_open", f"{name} is open", "close it first")
     return folder
