@@ -17,7 +17,7 @@ from bench.words import pictures, tasks
 from drivers.simulated import Chart, Flat, Truth, shoot
 from drivers.simulated.albedo import linear, srgb
 from drivers.simulated.artwork.typeset import typeface
-from drivers.vivid900.lenses import LENSES
+from drivers.vivid900.geometry.lenses import LENSES
 from restore import Settings, restore
 from restore.scan import Bytes
 from restore.texture.page import MM_PER_INCH

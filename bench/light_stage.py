@@ -28,9 +28,9 @@ from drivers.simulated.optics import LENS_CENTRE
 from drivers.simulated.raycast import RayCaster
 from drivers.simulated.scene import Scene, place_sheet
 from drivers.simulated.sheets import Sheet
-from drivers.vivid900.calibration import Calibration, nominal
-from drivers.vivid900.lenses import LENSES
-from drivers.vivid900.triangulation import project, tangents
+from drivers.vivid900.geometry.calibration import Calibration, nominal
+from drivers.vivid900.geometry.lenses import LENSES
+from drivers.vivid900.geometry.triangulation import project, tangents
 from restore.range_image.sheet import Sheet as Surface
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
 from restore.texture.page import paint_page

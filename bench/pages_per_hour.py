@@ -17,11 +17,11 @@ from pathlib import Path
 import numpy as np
 
 from drivers import CaptureSettings
+from drivers.scsi.in_process import InProcess
 from drivers.simulated import rig
-from drivers.vivid900.camera import Vivid900
+from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link
-from drivers.vivid900.transports.in_process import InProcess
 from restore import RangeScan
 from station.session import Volume, create_session, open_session
 from station.session.presets import load_preset

@@ -19,7 +19,7 @@ from bench.page_meshes import side_error
 from drivers.simulated import Pose, Truth, shoot
 from drivers.simulated.artwork import ARTWORK
 from drivers.simulated.scene import Table
-from drivers.vivid900.lenses import MODES
+from drivers.vivid900.geometry.lenses import MODES
 from oracles.layout import layout_error
 from restore import RangeScan, RestoreError, Settings, restore
 

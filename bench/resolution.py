@@ -24,8 +24,8 @@ from drivers.simulated.scene import Scene, place_sheet
 from drivers.simulated.sheets import Sheet
 from drivers.simulated.sheets.sheet import PageSize
 from drivers.simulated.shot import Truth, printed, shoot_scene
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import LENSES, MODES
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import LENSES, MODES
 from oracles.studio import VIEWS, take_photograph
 from restore import FlatMesh, Photograph, RangeScan, Settings
 from restore.photo import paint_registered, register_photographs

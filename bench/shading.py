@@ -35,8 +35,8 @@ from drivers.simulated.raycast import RayCaster
 from drivers.simulated.scene import place_sheet
 from drivers.simulated.sheets import Binding, Sheet
 from drivers.simulated.shot import printed, shoot_scene
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import LENSES, MODES
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import LENSES, MODES
 from restore.prepare import prepare
 from restore.range_image.sheet import Sheet as Surface
 from restore.scan import Bytes, Floats, Mask, SurfaceMesh

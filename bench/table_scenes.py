@@ -21,8 +21,8 @@ from drivers.simulated import Flat, Pose
 from drivers.simulated.artwork import ARTWORK
 from drivers.simulated.scene import Table, place_sheet
 from drivers.simulated.shot import printed, shoot_scene
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import LENSES, MODES
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import LENSES, MODES
 from restore import RangeScan, RestoreError
 from restore.range_image.camera import find_rays
 from restore.range_image.segment import find_sheet

@@ -11,14 +11,14 @@ from dataclasses import dataclass
 from hashlib import sha256
 
 from drivers.scanner import CaptureSettings
+from drivers.scsi.in_process import InProcess
 from drivers.simulated.clock import VirtualClock
 from drivers.simulated.device import Lens, SimulatedDevice
 from drivers.simulated.scanner import rig
-from drivers.vivid900.camera import Vivid900
+from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link
-from drivers.vivid900.profile import PROFILES, SIMULATED, Profile, load_profile
-from drivers.vivid900.transports.in_process import InProcess
+from drivers.vivid900.profile.profile import PROFILES, SIMULATED, Profile, load_profile
 from restore import RangeScan, Settings, restore
 from station.export.png import encode_png
 

@@ -27,9 +27,9 @@ from drivers.simulated.light import Light
 from drivers.simulated.scene import place_sheet
 from drivers.simulated.sheets import Sheet
 from drivers.simulated.shot import printed
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import LENSES
-from drivers.vivid900.triangulation import project
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import LENSES
+from drivers.vivid900.geometry.triangulation import project
 from oracles.similarity import align_page, lay_on, page_similarity
 from restore import RangeScan, Settings, restore
 from restore.scan import Bytes

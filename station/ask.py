@@ -9,8 +9,8 @@ from station.options import Config, Debug
 from station.terminal import print_result, report_faults
 
 if TYPE_CHECKING:
-    from drivers.vivid900.asking import Answer
-    from drivers.vivid900.profile import Profile
+    from drivers.vivid900.profile.profile import Profile
+    from drivers.vivid900.query import Answer
 
 BYTES_A_LINE = 16
 
@@ -19,7 +19,7 @@ def ask(config: Config, debug: Debug = False) -> None:
     """Ask the scanner for identity, status and parameters; nothing is written to it."""
     with report_faults(debug=debug):
         from drivers import open_link
-        from drivers.vivid900.asking import ask as ask_scanner
+        from drivers.vivid900.query import ask as ask_scanner
         from station.config import load_config
 
         link, profile = open_link(load_config(config).scanner)

@@ -16,8 +16,8 @@ from station.options import Debug, Force, Json, output_path, require_suffix
 from station.terminal import print_result, report_faults
 
 if TYPE_CHECKING:
-    from drivers.vivid900.board import Board
-    from drivers.vivid900.calibrate import CalibrationResult
+    from drivers.vivid900.calibrating.board import Board
+    from drivers.vivid900.calibrating.calibrate import CalibrationResult
     from restore import RangeScan
 
 BOARD_DPI = 300.0  # of an office printer
@@ -75,9 +75,9 @@ def calibrate(
 ) -> None:
     """Calibrate a scanner with its lens from scans of a marker board at several distances and tilts."""
     with report_faults(debug=debug):
-        from drivers.vivid900.calibrate import calibrate as calibrate_body
-        from drivers.vivid900.calibration import encode_calibration
-        from drivers.vivid900.plates import nominal_of_scans, plate_shot
+        from drivers.vivid900.calibrating.calibrate import calibrate as calibrate_body
+        from drivers.vivid900.calibrating.plates import nominal_of_scans, plate_shot
+        from drivers.vivid900.geometry.calibration import encode_calibration
         from station.export.atomic import refuse_existing, write_all
 
         refuse_existing([output], force=force)
@@ -91,7 +91,7 @@ def calibrate(
 
 
 def _board(columns: int, rows: int, marker_mm: float, pitch_mm: float) -> Board:
-    from drivers.vivid900.board import MAX_MARKERS, Board
+    from drivers.vivid900.calibrating.board import MAX_MARKERS, Board
 
     if columns * rows > MAX_MARKERS:
         raise UsageError(f"a board has {MAX_MARKERS} markers at most", "lower --columns or --rows")

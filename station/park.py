@@ -54,7 +54,7 @@ def _park_scanner(config: StationConfig) -> None:
 def _park_stage(config: StationConfig) -> bool:
     """Stop the stage. Returns False when there is no real one."""
     from drivers import SIMULATED_PORT
-    from drivers.vivid900.stage import open_stage
+    from drivers.stage import open_stage
 
     if config.stage is None or config.stage.port == SIMULATED_PORT:
         return False

@@ -14,7 +14,7 @@ from station.options import Debug, Force, Json, output_path
 from station.terminal import print_result, report_faults
 
 if TYPE_CHECKING:
-    from drivers.vivid900.trace.exchanges import Exchange
+    from drivers.trace.exchanges import Exchange
 
 
 def trace(
@@ -41,10 +41,10 @@ def trace(
 ) -> None:
     """List the SCSI commands in a capture of the vendor's program and draft a command profile; of two, what differs."""
     with report_faults(debug=debug):
-        from drivers.vivid900.trace.capture import read_transfers
-        from drivers.vivid900.trace.compare import list_changes, list_field
-        from drivers.vivid900.trace.exchanges import read_exchanges
-        from drivers.vivid900.trace.listing import as_data, list_exchanges
+        from drivers.trace.capture import read_transfers
+        from drivers.trace.compare import list_changes, list_field
+        from drivers.trace.exchanges import read_exchanges
+        from drivers.trace.listing import as_data, list_exchanges
         from station.errors import UsageError
         from station.export.atomic import refuse_existing
 
@@ -79,7 +79,7 @@ def _setting(text: str) -> tuple[str, list[int]]:
 
 
 def _write_draft(profile: Path, exchanges: list[Exchange], *, force: bool) -> None:
-    from drivers.vivid900.trace.draft import draft_profile
+    from drivers.trace.draft import draft_profile
     from station.export.atomic import write_all
 
     numbered = [replace(exchange, number=number) for number, exchange in enumerate(exchanges)]

@@ -14,7 +14,7 @@ import numpy as np
 
 import drivers
 from drivers import Scanner
-from drivers.vivid900.stage import RotaryStage
+from drivers.stage import RotaryStage
 from restore import (
     AxisFit,
     BadInput,

@@ -136,27 +136,27 @@ def _read_station(path: Path) -> None:
 
 
 def _load_profile(path: Path) -> None:
-    from drivers.vivid900.profile import load_profile
+    from drivers.vivid900.profile.profile import load_profile
 
     load_profile(path)
 
 
 def _read_calibration(path: Path) -> None:
-    from drivers.vivid900.calibration import read_calibration
+    from drivers.vivid900.geometry.calibration import read_calibration
 
     read_calibration(path)
 
 
 def _load_replay(path: Path) -> None:
-    from drivers.vivid900.transports.replay import load_replay
+    from drivers.scsi.replay import load_replay
 
     load_replay(path)
 
 
 def _list_capture(path: Path) -> None:
-    from drivers.vivid900.trace.capture import read_transfers
-    from drivers.vivid900.trace.exchanges import read_exchanges
-    from drivers.vivid900.trace.listing import list_exchanges
+    from drivers.trace.capture import read_transfers
+    from drivers.trace.exchanges import read_exchanges
+    from drivers.trace.listing import list_exchanges
 
     list(list_exchanges(read_exchanges(read_transfers(path))))
 

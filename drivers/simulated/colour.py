@@ -18,8 +18,8 @@ from drivers.simulated.illumination import irradiance, lamp_visibility, sky_view
 from drivers.simulated.optics import LENS_CENTRE
 from drivers.simulated.raycast import RayCaster
 from drivers.simulated.scene import Scene
-from drivers.vivid900.calibration import Calibration
-from drivers.vivid900.triangulation import tangents
+from drivers.vivid900.geometry.calibration import Calibration
+from drivers.vivid900.geometry.triangulation import tangents
 from restore.scan import Bytes, Floats, Ints, Mask
 from restore.vivid import TEXTURE_COLS, TEXTURE_ROWS
 

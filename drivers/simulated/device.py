@@ -11,17 +11,18 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from drivers.scanner import MAX_DISTANCE_MM, MIN_DISTANCE_MM, ScannerError, TransportError
+from drivers.scsi import commands as scsi
+from drivers.scsi.commands import Identity
+from drivers.scsi.sense import Key, Sense
+from drivers.scsi.transport import BUSY, CHECK_CONDITION, GOOD, Reply
 from drivers.simulated.event_log import Log
 from drivers.simulated.exposure import exposure_for_paper
 from drivers.simulated.sensor import Sensor
 from drivers.simulated.shot_data import ShotData, read_out
-from drivers.vivid900 import commands, scsi
-from drivers.vivid900.body import RANGE_MODES
-from drivers.vivid900.commands import RANGES, Parameters, State, Status
-from drivers.vivid900.profile import Profile
-from drivers.vivid900.scsi import Identity
-from drivers.vivid900.sense import Key, Sense
-from drivers.vivid900.transports import BUSY, CHECK_CONDITION, GOOD, Reply
+from drivers.vivid900.capture.body import RANGE_MODES
+from drivers.vivid900.profile import commands
+from drivers.vivid900.profile.commands import RANGES, Parameters, State, Status
+from drivers.vivid900.profile.profile import Profile
 
 SELF_TEST_S = 10.0  # after power-on and after a change of the lens (p. 13, p. 27)
 MOTOR_S = 1.0  # between FINE and FAST a motor turns first (p. 31); how long is not said

@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 from drivers.scanner import TransportError
+from drivers.scsi.commands import REQUEST_SENSE
+from drivers.scsi.sense import Key, Sense
+from drivers.scsi.transport import BUSY, CHECK_CONDITION, GOOD, RESERVATION_CONFLICT, TASK_SET_FULL, Reply
 from drivers.simulated.device import SimulatedDevice
-from drivers.vivid900.scsi import REQUEST_SENSE
-from drivers.vivid900.sense import Key, Sense
-from drivers.vivid900.transports import BUSY, CHECK_CONDITION, GOOD, RESERVATION_CONFLICT, TASK_SET_FULL, Reply
 
 UNKNOWN_STATUS = 0x7F
 FLIPPED = 0x5A  # exclusive-ored into a damaged byte

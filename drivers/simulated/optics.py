@@ -17,9 +17,9 @@ from drivers.simulated.artwork.printed import PAPER
 from drivers.simulated.facemaps import FaceMaps
 from drivers.simulated.raycast import RayCaster
 from drivers.simulated.scene import Scene
-from drivers.vivid900.calibration import Calibration
-from drivers.vivid900.lenses import LENSES, Mode
-from drivers.vivid900.triangulation import in_window, lines_of_sight, pitch_of
+from drivers.vivid900.geometry.calibration import Calibration
+from drivers.vivid900.geometry.lenses import LENSES, Mode
+from drivers.vivid900.geometry.triangulation import in_window, lines_of_sight, pitch_of
 from restore.scan import Floats, Ints, Mask
 
 LENS_CENTRE = np.zeros(3)

@@ -12,10 +12,10 @@ import numpy as np
 
 from drivers.simulated.exposure import relative_exposure
 from drivers.simulated.sensor import quantise
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import LENSES, Mode
-from drivers.vivid900.pitch import Sums
-from drivers.vivid900.triangulation import in_window, pitch_at
+from drivers.vivid900.capture.pitch import Sums
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import LENSES, Mode
+from drivers.vivid900.geometry.triangulation import in_window, pitch_at
 from restore.scan import Bytes
 from restore.vivid import TEXTURE_COLS, TEXTURE_ROWS
 

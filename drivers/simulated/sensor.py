@@ -16,9 +16,9 @@ from drivers.simulated.optics import SATURATION_SIGNAL, RayHits, measure_pitch, 
 from drivers.simulated.raycast import RayCaster
 from drivers.simulated.scene import Scene
 from drivers.simulated.shot import Truth
-from drivers.vivid900.calibration import Calibration
-from drivers.vivid900.lenses import Mode
-from drivers.vivid900.pitch import Sums
+from drivers.vivid900.capture.pitch import Sums
+from drivers.vivid900.geometry.calibration import Calibration
+from drivers.vivid900.geometry.lenses import Mode
 from restore.scan import Bytes, Floats
 
 MAX_LEVEL = 1023  # of the ten-bit converter; SATURATION_SIGNAL lies there

@@ -17,9 +17,9 @@ from drivers.simulated.optics import RayHits, exact_pitch, measure_pitch, trace_
 from drivers.simulated.raycast import RayCaster
 from drivers.simulated.scene import Pose, Scene, Surface, Table, place_sheet
 from drivers.simulated.sheets import PageSize, Sheet
-from drivers.vivid900.calibration import Calibration, nominal
-from drivers.vivid900.lenses import LENSES, MODES, Mode, texture_grid
-from drivers.vivid900.triangulation import points_of
+from drivers.vivid900.geometry.calibration import Calibration, nominal
+from drivers.vivid900.geometry.lenses import LENSES, MODES, Mode, texture_grid
+from drivers.vivid900.geometry.triangulation import points_of
 from restore.scan import Bytes, Floats, RangeScan
 
 

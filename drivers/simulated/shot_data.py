@@ -7,11 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from drivers.simulated.sensor import Sensor
-from drivers.vivid900.body import RANGE_MODES
-from drivers.vivid900.colour import ColourImage, Samples, build_colour
-from drivers.vivid900.commands import AUTO_THRESHOLD, Parameters, ShotMode
-from drivers.vivid900.pitch import Sums, build_pitch
-from drivers.vivid900.profile import Profile
+from drivers.vivid900.capture.body import RANGE_MODES
+from drivers.vivid900.capture.colour import ColourImage, Samples, build_colour
+from drivers.vivid900.capture.pitch import Sums, build_pitch
+from drivers.vivid900.profile.commands import AUTO_THRESHOLD, Parameters, ShotMode
+from drivers.vivid900.profile.profile import Profile
 from restore.scan import Bytes
 
 LUMA = np.array([0.299, 0.587, 0.114])  # ITU-R BT.601: what a monitor shows of red, green and blue

@@ -11,7 +11,7 @@ import cv2
 import numpy as np
 from PIL import Image
 
-from drivers.vivid900.lenses import LENSES, MODES, depth_window
+from drivers.vivid900.geometry.lenses import LENSES, MODES, depth_window
 from restore import Bytes, Floats, Mask, RangeScan
 from station.session.presets import Thresholds
 from station.verdict.judge import level_of

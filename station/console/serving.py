@@ -17,7 +17,7 @@ from types import FrameType
 
 import uvicorn
 
-from drivers.vivid900.parking import run_parked
+from drivers.safety.parking import run_parked
 from station.console.app import build_app
 from station.console.desk import Desk
 from station.console.guard import App, Door

@@ -11,9 +11,9 @@ import pytest
 from PIL import Image
 
 from drivers.simulated import Flat, Markers, Pose, shoot
-from drivers.vivid900.calibration import nominal, read_calibration
-from drivers.vivid900.lenses import FAST, LENSES
-from drivers.vivid900.triangulation import points_of
+from drivers.vivid900.geometry.calibration import nominal, read_calibration
+from drivers.vivid900.geometry.lenses import FAST, LENSES
+from drivers.vivid900.geometry.triangulation import points_of
 from restore.formats import save_scan
 from station.cli import main
 

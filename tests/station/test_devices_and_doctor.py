@@ -13,14 +13,14 @@ import pytest
 import usb.core
 
 from drivers.scanner import TransportError
+from drivers.scsi.bridges import BRIDGES
+from drivers.scsi.commands import Identity
+from drivers.scsi.sg import SgDevice
+from drivers.scsi.transport import GOOD, Reply
 from drivers.simulated.buses.sg_node import SimulatedSgNode
 from drivers.simulated.buses.usb_bridge import SimulatedBridge
 from drivers.vivid900 import discovery
 from drivers.vivid900.discovery import Host, NameFilter
-from drivers.vivid900.scsi import Identity
-from drivers.vivid900.transports import GOOD, Reply
-from drivers.vivid900.transports.bridges import BRIDGES
-from drivers.vivid900.transports.sg import SgDevice
 from restore.native import SYSTEM_LIBRARIES
 from station import doctor
 from station.cli import main

@@ -14,7 +14,7 @@ from drivers.simulated.device import Lens, SimulatedDevice
 from drivers.simulated.plate import PlateSensor
 from drivers.simulated.serve import listen
 from drivers.simulated.stage import PtyStage, machine
-from drivers.vivid900.profile import SIMULATED, load_profile
+from drivers.vivid900.profile.profile import SIMULATED, load_profile
 from oracles.served_device import served
 from station.cli import main
 from station.errors import explain

@@ -9,13 +9,13 @@ from pathlib import Path
 
 import pytest
 
+from drivers.scsi.bulk_only import CommandWrapper, StatusWrapper, build_command, build_status
+from drivers.scsi.commands import Identity, inquiry
 from drivers.simulated.buses.capture import Urb, write_capture
 from drivers.simulated.buses.usb_descriptors import BULK_IN, BULK_OUT
-from drivers.vivid900.scsi import Identity, inquiry
-from drivers.vivid900.transports.bulk_only import CommandWrapper, StatusWrapper, build_command, build_status
 from station.cli import main
-from tests.drivers.vivid900.trace import by_hand
-from tests.drivers.vivid900.trace.by_hand import Said
+from tests.drivers.trace import by_hand
+from tests.drivers.trace.by_hand import Said
 
 VIVID = Identity(6, "MINOLTA", "VIVID 900", "1.00")
 

@@ -11,11 +11,9 @@ from dataclasses import dataclass, replace
 from enum import Enum, auto
 
 from drivers.scanner import TransportError
-from drivers.simulated.buses.usb_descriptors import HIGH_SPEED
-from drivers.vivid900.transports import GOOD, Target
-from drivers.vivid900.transports.bridges import BRIDGES, Addressing
-from drivers.vivid900.transports.bulk_exchange import NO_SUCH_TARGET
-from drivers.vivid900.transports.bulk_only import (
+from drivers.scsi.bridges import BRIDGES, Addressing
+from drivers.scsi.bulk_exchange import NO_SUCH_TARGET
+from drivers.scsi.bulk_only import (
     FAILED,
     PASSED,
     PHASE_ERROR,
@@ -25,6 +23,8 @@ from drivers.vivid900.transports.bulk_only import (
     build_status,
     parse_command,
 )
+from drivers.scsi.transport import GOOD, Target
+from drivers.simulated.buses.usb_descriptors import HIGH_SPEED
 
 
 class Halted(Exception):

@@ -15,7 +15,7 @@ from pcapng.blocks import EnhancedPacket, InterfaceDescription, SectionHeader
 
 from drivers.simulated.buses.usb_bridge import SimulatedBridge
 from drivers.simulated.buses.usb_descriptors import BULK_IN
-from drivers.vivid900.trace.packets import (
+from drivers.trace.packets import (
     BULK,
     LINKTYPE_USB_LINUX,
     LINKTYPE_USB_LINUX_MMAPPED,

@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import Any
 
 from drivers.scanner import TransportError
+from drivers.scsi.commands import REQUEST_SENSE, request_sense
+from drivers.scsi.sense import SENSE_LENGTH
+from drivers.scsi.sg import FROM_DEVICE, SCSI_GENERIC, SG_IO, TO_DEVICE, SgDevice, SgIoHeader
+from drivers.scsi.transport import CHECK_CONDITION, Target
 from drivers.simulated.faults import NoAnswer
-from drivers.vivid900.scsi import REQUEST_SENSE, request_sense
-from drivers.vivid900.sense import SENSE_LENGTH
-from drivers.vivid900.transports import CHECK_CONDITION, Target
-from drivers.vivid900.transports.sg import FROM_DEVICE, SCSI_GENERIC, SG_IO, TO_DEVICE, SgDevice, SgIoHeader
 
 NO_CONNECTION, CARD_FAULT = 0x01, 0x07  # DID_NO_CONNECT; DID_ERROR, which is what more data than asked for ends with
 TIMED_OUT = 0x03  # DID_TIME_OUT

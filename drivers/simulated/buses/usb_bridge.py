@@ -12,6 +12,9 @@ from typing import Any
 import usb.core
 from usb.backend import IBackend
 
+from drivers.scsi.bridges import MULTI_TARGET_REQUEST, MULTI_TARGET_REQUEST_TYPE
+from drivers.scsi.bulk_only import RESET_REQUEST, RESET_REQUEST_TYPE
+from drivers.scsi.transport import Target
 from drivers.simulated.buses.bulk_only_device import BulkOnlyDevice, Ending, Halted, Overflow
 from drivers.simulated.buses.usb_descriptors import (
     BULK_IN,
@@ -22,9 +25,6 @@ from drivers.simulated.buses.usb_descriptors import (
     endpoint_descriptor,
     interface_descriptor,
 )
-from drivers.vivid900.transports import Target
-from drivers.vivid900.transports.bridges import MULTI_TARGET_REQUEST, MULTI_TARGET_REQUEST_TYPE
-from drivers.vivid900.transports.bulk_only import RESET_REQUEST, RESET_REQUEST_TYPE
 
 MICROTECH = (0x07AF, 0x0005)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from types import SimpleNamespace
 
-from drivers.vivid900.transports.bulk_only import BULK_ONLY, MASS_STORAGE, TRANSPARENT_SCSI
+from drivers.scsi.bulk_only import BULK_ONLY, MASS_STORAGE, TRANSPARENT_SCSI
 
 BULK_IN, BULK_OUT = 0x81, 0x02
 FULL_SPEED, HIGH_SPEED = 64, 512  # bytes of a bulk packet (USB 2.0 §5.8.3)

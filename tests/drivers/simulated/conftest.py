@@ -13,9 +13,9 @@ from drivers.simulated.raycast import RayCaster
 from drivers.simulated.scene import Pose, Scene, Table, place_sheet
 from drivers.simulated.sheets import Sheet
 from drivers.simulated.shot import printed
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import LENSES, MODES
-from drivers.vivid900.triangulation import lines_of_sight, points_of
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import LENSES, MODES
+from drivers.vivid900.geometry.triangulation import lines_of_sight, points_of
 
 
 @dataclass(frozen=True, eq=False)

@@ -16,9 +16,9 @@ from drivers.simulated.raycast import RayCaster
 from drivers.simulated.scene import Table, place_sheet
 from drivers.simulated.sheets import Sheet
 from drivers.simulated.shot import printed
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import LENSES
-from drivers.vivid900.triangulation import project
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import LENSES
+from drivers.vivid900.geometry.triangulation import project
 from restore.scan import Bytes
 
 PAGE = (280.0, 200.0)

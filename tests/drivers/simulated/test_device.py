@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 
 from drivers.scanner import TransportError
+from drivers.scsi import commands as scsi
+from drivers.scsi.sense import Sense, parse_sense
+from drivers.scsi.transport import BUSY, CHECK_CONDITION, GOOD, Reply
 from drivers.simulated.clock import VirtualClock
 from drivers.simulated.device import SELF_TEST_S, Lens, SimulatedDevice
 from drivers.simulated.plate import PlateSensor
 from drivers.simulated.sensor import quantise
-from drivers.vivid900 import commands, scsi
-from drivers.vivid900.commands import Command, Parameters, ShotMode, Status
-from drivers.vivid900.lenses import FAST
-from drivers.vivid900.pitch import build_pitch, parse_pitch, pitch_length
-from drivers.vivid900.profile import SIMULATED, load_profile
-from drivers.vivid900.sense import Sense, parse_sense
-from drivers.vivid900.transports import BUSY, CHECK_CONDITION, GOOD, Reply
+from drivers.vivid900.capture.pitch import build_pitch, parse_pitch, pitch_length
+from drivers.vivid900.geometry.lenses import FAST
+from drivers.vivid900.profile import commands
+from drivers.vivid900.profile.commands import Command, Parameters, ShotMode, Status
+from drivers.vivid900.profile.profile import SIMULATED, load_profile
 
 PROFILE = load_profile(SIMULATED)
 FINE_S = 2.5

@@ -22,8 +22,8 @@ from drivers.simulated import (
 )
 from drivers.simulated.optics import NOISE_FLOOR_SIGNAL, OUTLIER_LINES, edges, line_noise
 from drivers.simulated.raycast import RayCaster
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import BASELINE_MM, FAST, FINE, LENSES, depth_window
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import BASELINE_MM, FAST, FINE, LENSES, depth_window
 from restore.scan import Floats, Mask
 
 Shoot = Callable[..., object]

@@ -12,8 +12,8 @@ from drivers.simulated.light import FAR_MM, Lamp, Light
 from drivers.simulated.raycast import RayCaster
 from drivers.simulated.scene import place_sheet
 from drivers.simulated.shot import printed
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import LENSES
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import LENSES
 
 PAGE = (280.0, 200.0)
 LENS = LENSES["MIDDLE"]

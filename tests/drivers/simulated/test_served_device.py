@@ -17,6 +17,8 @@ import pytest
 
 from drivers import CaptureSettings, open_scanner
 from drivers.scanner import TransportError
+from drivers.scsi.tcp import TcpDevice
+from drivers.scsi.transport import CHECK_CONDITION
 from drivers.simulated.clock import VirtualClock
 from drivers.simulated.device import Lens, SimulatedDevice
 from drivers.simulated.plate import PlateSensor
@@ -24,9 +26,7 @@ from drivers.simulated.serve import listen
 from drivers.vivid900.config import Socket
 from drivers.vivid900.connecting import open_transport
 from drivers.vivid900.link import Link
-from drivers.vivid900.profile import SIMULATED, load_profile
-from drivers.vivid900.transports import CHECK_CONDITION
-from drivers.vivid900.transports.tcp import TcpDevice
+from drivers.vivid900.profile.profile import SIMULATED, load_profile
 from oracles.served_device import served
 from station.export.claim import WORK
 

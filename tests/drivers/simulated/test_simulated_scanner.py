@@ -17,10 +17,10 @@ from drivers.simulated.exposure import GAIN_STEP, exposure_for_paper, relative_e
 from drivers.simulated.scanner import connect, connect_turntable, rig
 from drivers.simulated.sheets import SHEETS
 from drivers.simulated.shot import Truth
-from drivers.vivid900.calibration import encode_calibration, nominal
-from drivers.vivid900.camera import Vivid900
+from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.errors import NothingMeasured
-from drivers.vivid900.lenses import LENSES, MODES
+from drivers.vivid900.geometry.calibration import encode_calibration, nominal
+from drivers.vivid900.geometry.lenses import LENSES, MODES
 from restore.scan import RangeScan
 from restore.texture.super_resolution import MIN_SHOTS, finer_scan, registration
 

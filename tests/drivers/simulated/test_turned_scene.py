@@ -5,7 +5,7 @@ import pytest
 
 from drivers.simulated import Spread, White, rig
 from drivers.simulated.scene import Axle, place_sheet
-from drivers.vivid900.lenses import FAST
+from drivers.vivid900.geometry.lenses import FAST
 
 ROUNDING_MM = 1e-9
 AXLE = Axle((5.0, -4.0, -910.0), (0.1, 2.0, 0.3))

@@ -10,6 +10,9 @@ import pytest
 import usb.core
 
 from drivers.scanner import TransportError
+from drivers.scsi.commands import INQUIRY, Identity
+from drivers.scsi.sg import SgDevice
+from drivers.scsi.transport import GOOD, Reply
 from drivers.simulated.buses.sg_node import FAULTS, SimulatedSgNode
 from drivers.simulated.buses.usb_bridge import SimulatedBridge
 from drivers.vivid900.discovery import (
@@ -22,9 +25,6 @@ from drivers.vivid900.discovery import (
     probe_bridges,
     rescan,
 )
-from drivers.vivid900.scsi import INQUIRY, Identity
-from drivers.vivid900.transports import GOOD, Reply
-from drivers.vivid900.transports.sg import SgDevice
 
 VIVID = Identity(6, "MINOLTA", "VIVID 900", "1.00")
 DISK = Identity(0, "ATA", "SOME DISK", "2.00")

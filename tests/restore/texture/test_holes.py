@@ -8,8 +8,8 @@ import pytest
 from drivers.simulated import Markers, Wave
 from drivers.simulated.scene import place_sheet
 from drivers.simulated.shot import printed, shoot_scene
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import FAST, LENSES
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import FAST, LENSES
 from restore import Settings, restore
 from restore.mesh.ordered_grid import grid_faces
 from restore.prepare import prepare

@@ -13,8 +13,8 @@ from drivers.simulated.artwork import Artwork, Markers
 from drivers.simulated.scene import Axle, place_sheet
 from drivers.simulated.sheets import Sheet
 from drivers.simulated.shot import printed, shoot_scene
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import LENSES, MODES
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import LENSES, MODES
 from restore.scan import RangeScan
 from restore.turntable import RotationAxis
 

@@ -4,14 +4,7 @@ from __future__ import annotations
 
 from typing import get_args
 
-from station.console import (
-    routes_jobs,
-    routes_pages,
-    routes_pictures,
-    routes_settings,
-    routes_station,
-    routes_words,
-)
+from station.console import routes_jobs, routes_pages, routes_pictures, routes_settings, routes_station, routes_words
 from station.console.actions import DO, ON_A_PAGE, SHOTS
 from station.console.app import build_app
 from station.console.desk import Desk

@@ -19,7 +19,7 @@ import pytest
 
 from drivers.simulated.device import Lens, SimulatedDevice
 from drivers.simulated.plate import PlateSensor
-from drivers.vivid900.profile import SIMULATED, load_profile
+from drivers.vivid900.profile.profile import SIMULATED, load_profile
 from oracles.served_device import served
 from station.session import read_session
 from station.session.verify import verify
