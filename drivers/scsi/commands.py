@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from drivers.scanner import SettingsError
-from drivers.vivid900.errors import BadReply
+from drivers.scsi.errors import BadReply
 
 TEST_UNIT_READY, REQUEST_SENSE, INQUIRY = 0x00, 0x03, 0x12
 STANDARD = frozenset({TEST_UNIT_READY, REQUEST_SENSE, INQUIRY})

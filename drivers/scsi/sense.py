@@ -1,14 +1,12 @@
-"""Sense data (SPC-4 §4.5): bytes ↔ key and codes, and the error that each stands for."""
+"""Sense data (SPC-4 §4.5): bytes ↔ key and codes."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 
-from drivers.scanner import DeviceError, ScannerError, SettingsError
-from drivers.vivid900.errors import SCAN_AGAIN, BadReply, CommandRefused, HardwareFault, Interrupted, NotReady
-from drivers.vivid900.faults import panel_error
+from drivers.scanner import SettingsError
+from drivers.scsi.errors import BadReply
 
 SENSE_LENGTH = 18  # fixed format up to its last fixed field
 _FIXED, _DESCRIPTOR = (0x70, 0x71), (0x72, 0x73)  # response codes: of this command, of an earlier one
@@ -75,55 +73,3 @@ def parse_sense(data: bytes) -> Sense:
     else:
         raise BadReply(f"sense data {data[:8].hex(' ') or 'of no bytes'} is in no format of the standard")
     return Sense(Key(key & 0x0F), code, qualifier, response in _DEFERRED)
-
-
-_BY_CODE: dict[tuple[Key, int, int], tuple[type[ScannerError], str, str]] = {
-    (Key.NOT_READY, 0x04, 0x01): (NotReady, "the scanner is warming up", "wait ten seconds, then scan again"),
-    (Key.NOT_READY, 0x3E, 0x01): (HardwareFault, "the scanner failed its self test", "switch it off, wait five "
-                                  "seconds, switch it on; if it comes back, it needs service"),
-    (Key.ILLEGAL_REQUEST, 0x20, 0x00): (CommandRefused, "the scanner does not know the command", ""),
-    (Key.ILLEGAL_REQUEST, 0x24, 0x00): (CommandRefused, "the scanner does not take a field of the command", ""),
-    (Key.ILLEGAL_REQUEST, 0x25, 0x00): (CommandRefused, "there is no such logical unit", "check the target number"),
-    (Key.ILLEGAL_REQUEST, 0x26, 0x00): (CommandRefused, "the scanner does not take one of the parameters", ""),
-    (Key.ILLEGAL_REQUEST, 0x2C, 0x00): (Interrupted, "the scanner has forgotten the shot it was asked for", SCAN_AGAIN),
-    (Key.UNIT_ATTENTION, 0x28, 0x00): (Interrupted, "something was changed at the scanner", SCAN_AGAIN),
-    (Key.UNIT_ATTENTION, 0x29, 0x00): (Interrupted, "the scanner was switched on or reset", SCAN_AGAIN),
-    (Key.UNIT_ATTENTION, 0x2A, 0x00): (Interrupted, "parameters were changed at the scanner", SCAN_AGAIN),
-    (Key.ABORTED_COMMAND, 0x47, 0x00): (Interrupted, "parity error on the SCSI bus", "check cables and termination"),
-}  # fmt: skip
-
-_BY_KEY: dict[Key, tuple[type[ScannerError], str, str]] = {
-    Key.NO_SENSE: (BadReply, "the scanner reports a fault and calls it none", SCAN_AGAIN),
-    Key.RECOVERED_ERROR: (BadReply, "the scanner reports a fault that it got over", SCAN_AGAIN),
-    Key.NOT_READY: (NotReady, "the scanner is not ready", "look at its panel"),
-    Key.MEDIUM_ERROR: (HardwareFault, "the scanner cannot use its memory card", "take the card out"),
-    Key.HARDWARE_ERROR: (HardwareFault, "a part of the scanner has failed", "switch it off, wait five seconds, switch "
-                         "it on; if it comes back, it needs service"),
-    Key.ILLEGAL_REQUEST: (CommandRefused, "the scanner refuses the command", ""),
-    Key.UNIT_ATTENTION: (Interrupted, "something happened to the scanner", SCAN_AGAIN),
-    Key.DATA_PROTECT: (HardwareFault, "the scanner's memory is protected", "look at its panel"),
-    Key.BLANK_CHECK: (HardwareFault, "the scanner finds nothing in its memory", "look at its panel"),
-    Key.VENDOR_SPECIFIC: (DeviceError, "the scanner reports a fault of its vendor's own list", "look at its panel"),
-    Key.COPY_ABORTED: (Interrupted, "the scanner gave the command up", SCAN_AGAIN),
-    Key.ABORTED_COMMAND: (Interrupted, "the scanner gave the command up", SCAN_AGAIN),
-    Key.EQUAL: (BadReply, "the scanner answers a search that was never asked", SCAN_AGAIN),
-    Key.VOLUME_OVERFLOW: (HardwareFault, "the scanner's memory is full", "look at its panel"),
-    Key.MISCOMPARE: (HardwareFault, "the scanner's memory differs from what was written", "look at its panel"),
-    Key.COMPLETED: (BadReply, "the scanner reports a fault and calls it none", SCAN_AGAIN),
-}  # fmt: skip
-
-_PROFILE_HINT = "the command profile does not fit this scanner's firmware"
-
-
-def error_of(sense: Sense, panels: Mapping[tuple[int, int], str] | None = None) -> ScannerError:
-    """The error that sense data stands for; never fails.
-
-    panels  vendor's own (code, qualifier) → the front panel's message, from the command profile.
-    """
-    panel = (panels or {}).get((sense.code, sense.qualifier))
-    if panel is not None:
-        return panel_error(panel)
-    # Qualifiers of 28h to 2Ah only say how it came about.
-    qualifier = 0 if sense.key is Key.UNIT_ATTENTION else sense.qualifier
-    kind, message, hint = _BY_CODE.get((sense.key, sense.code, qualifier), _BY_KEY[sense.key])
-    return kind(f"{message} ({sense})", hint or _PROFILE_HINT)

@@ -13,6 +13,7 @@ from itertools import chain
 from typing import get_args
 
 from drivers.scsi.commands import INQUIRY, Identity, parse_identity
+from drivers.scsi.errors import BadReply
 from drivers.trace.checksums import find_checksum
 from drivers.trace.compare import inline_table
 from drivers.trace.exchanges import Exchange
@@ -20,7 +21,6 @@ from drivers.trace.groups import Group, Span
 from drivers.trace.pixels import Packing, colour_packing, pitch_packing
 from drivers.trace.roles import Guess, Shape, colour_shape, guess_roles, pitch_shape
 from drivers.trace.states import States, find_states
-from drivers.vivid900.errors import BadReply
 from drivers.vivid900.profile.contents import PARAMETERS, CommandName
 from drivers.vivid900.profile.template import Checksum
 

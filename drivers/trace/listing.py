@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from drivers.scsi.errors import BadReply
 from drivers.scsi.sense import parse_sense
 from drivers.trace.exchanges import Exchange
 from drivers.trace.groups import Group, Span, group
 from drivers.trace.roles import guess_roles
-from drivers.vivid900.errors import BadReply
 
 QUOTED_BYTES = 16  # bytes of what was moved, to a line
 FIRST_VENDOR_CODE = 0xC0  # operation codes from here on are the vendors' own (SCSI-2 §7.2.2)

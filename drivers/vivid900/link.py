@@ -12,7 +12,8 @@ from typing import Literal
 from drivers.scanner import DeviceError, SettingsError
 from drivers.scsi import commands as scsi
 from drivers.scsi.commands import Identity
-from drivers.scsi.sense import Key, error_of, parse_sense
+from drivers.scsi.errors import SCAN_AGAIN, BadReply
+from drivers.scsi.sense import Key, parse_sense
 from drivers.scsi.transport import (
     BUSY,
     CHECK_CONDITION,
@@ -22,15 +23,8 @@ from drivers.scsi.transport import (
     Reply,
     Transport,
 )
-from drivers.vivid900.errors import (
-    SCAN_AGAIN,
-    BadReply,
-    BarrierClosed,
-    DeadlineExceeded,
-    Interrupted,
-    NotReady,
-    StillBusy,
-)
+from drivers.vivid900.errors import BarrierClosed, DeadlineExceeded, Interrupted, NotReady, StillBusy
+from drivers.vivid900.faults import error_of
 from drivers.vivid900.profile.commands import Command
 from drivers.vivid900.profile.profile import Profile
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from drivers.scanner import ScannerError
 from drivers.scsi.commands import Identity
-from drivers.vivid900.errors import BadReply
+from drivers.scsi.errors import BadReply
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile import commands
 from drivers.vivid900.profile.commands import Command

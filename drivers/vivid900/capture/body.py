@@ -7,9 +7,10 @@ from dataclasses import dataclass
 from functools import partial
 
 from drivers.scanner import Progress, ScannerError
+from drivers.scsi.errors import SCAN_AGAIN, BadReply
 from drivers.vivid900.capture.colour import ColourImage, colour_length, parse_colour
 from drivers.vivid900.capture.pitch import Pitch, parse_pitch, pitch_length
-from drivers.vivid900.errors import SCAN_AGAIN, BadReply, DeadlineExceeded, Interrupted, NotReady, StillBusy
+from drivers.vivid900.errors import DeadlineExceeded, Interrupted, NotReady, StillBusy
 from drivers.vivid900.faults import panel_error
 from drivers.vivid900.geometry.lenses import FAST, FINE, Mode
 from drivers.vivid900.link import Link, pauses

@@ -17,11 +17,12 @@ from drivers.safety.device_context import DeviceContext
 from drivers.safety.parking import run_parked
 from drivers.scanner import CAPTURE_S, LASER_MAY_BE_ON, CaptureSettings, Progress, ScannerError, TransportError
 from drivers.scsi.commands import Identity
+from drivers.scsi.errors import BadReply
 from drivers.vivid900.capture import merge
 from drivers.vivid900.capture.body import RANGE_MODES, SHOT_S, Body, Shot
 from drivers.vivid900.capture.colour import Samples
 from drivers.vivid900.capture.shot_parameters import choose_parameters
-from drivers.vivid900.errors import BadReply, Interrupted, NothingMeasured
+from drivers.vivid900.errors import Interrupted, NothingMeasured
 from drivers.vivid900.geometry.calibration import Calibration
 from drivers.vivid900.geometry.lenses import LENSES, MODES, texture_grid
 from drivers.vivid900.geometry.triangulation import points_of

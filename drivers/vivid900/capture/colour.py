@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.vivid900.errors import BadReply
+from drivers.scsi.errors import BadReply
 from drivers.vivid900.profile.commands import ShotMode
 from drivers.vivid900.profile.profile import Profile
 from drivers.vivid900.profile.raster import Codec

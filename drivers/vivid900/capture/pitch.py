@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.vivid900.errors import BadReply
+from drivers.scsi.errors import BadReply
 from drivers.vivid900.geometry.lenses import Mode
 from drivers.vivid900.profile.encodings import NOT_MEASURED
 from drivers.vivid900.profile.profile import Profile

@@ -11,7 +11,7 @@ from enum import IntEnum
 from typing import Any, Literal
 
 from drivers.scanner import MAX_DISTANCE_MM, MAX_GAIN, MAX_LASER_POWER, MIN_DISTANCE_MM, SettingsError
-from drivers.vivid900.errors import BadReply
+from drivers.scsi.errors import BadReply
 from drivers.vivid900.profile.contents import CommandName
 from drivers.vivid900.profile.profile import Profile
 

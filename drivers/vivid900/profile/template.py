@@ -21,7 +21,7 @@ from zlib import crc32
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
 from drivers.scanner import SettingsError
-from drivers.vivid900.errors import BadReply
+from drivers.scsi.errors import BadReply
 
 _Model = ConfigDict(frozen=True, extra="forbid")
 Order = Literal["big", "little"]

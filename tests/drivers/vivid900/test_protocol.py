@@ -17,12 +17,12 @@ from drivers.scsi import commands as scsi
 from drivers.scsi import framing
 from drivers.scsi import sense as sensing
 from drivers.scsi.commands import Identity
+from drivers.scsi.errors import BadReply
 from drivers.scsi.sense import Key, Sense
 from drivers.scsi.transport import Reply
 from drivers.vivid900.capture import colour, pitch
 from drivers.vivid900.capture.colour import ColourImage
 from drivers.vivid900.capture.pitch import Sums
-from drivers.vivid900.errors import BadReply
 from drivers.vivid900.geometry.lenses import FAST, FINE, Mode
 from drivers.vivid900.profile import commands
 from drivers.vivid900.profile.commands import AUTO_THRESHOLD, RANGES, Parameters, ShotMode, Status

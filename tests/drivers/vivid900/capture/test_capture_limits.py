@@ -10,11 +10,12 @@ import pytest
 
 from drivers import CaptureSettings, SettingsError
 from drivers.scanner import CAPTURE_S, MAX_AVERAGE
+from drivers.scsi.errors import BadReply
 from drivers.simulated.faults import FAULTS
 from drivers.simulated.plate import PlateSensor
 from drivers.vivid900.capture.body import SHOT_S
 from drivers.vivid900.capture.camera import PARK_S, capture_limit_s
-from drivers.vivid900.errors import BadReply, DeadlineExceeded, Interrupted, NothingMeasured
+from drivers.vivid900.errors import DeadlineExceeded, Interrupted, NothingMeasured
 from drivers.vivid900.link import COMMAND_S
 from drivers.vivid900.profile.commands import ShotMode
 from oracles.faults import FaultRig, count_commands, single_faults, small_profile, without_checksums

@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from drivers.scanner import SettingsError
-from drivers.vivid900.errors import BadReply
+from drivers.scsi.errors import BadReply
 from drivers.vivid900.profile.template import CHECKSUMS, Checksum, Span, Template
 
 SPANS = {"kind": Span(at=0, value=0x2A), "count": Span(at=2, bytes=2), "power": Span(at=5, bytes=3)}
