@@ -15,8 +15,8 @@ from rapidfuzz.distance import Levenshtein
 from bench import small_print
 from bench.words import pictures, tasks
 from drivers.simulated import Chart, Flat, Truth, shoot
-from drivers.simulated.albedo import linear, srgb
-from drivers.simulated.artwork.typeset import typeface
+from drivers.simulated.scene.albedo import linear, srgb
+from drivers.simulated.scene.artwork.typeset import typeface
 from drivers.vivid900.geometry.lenses import LENSES
 from restore import Settings, restore
 from restore.scan import Bytes

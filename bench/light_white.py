@@ -23,7 +23,7 @@ from bench.light_prints import PRINTS
 from bench.light_stage import Stage, mean_albedo, picture
 from bench.shading import PAGE_MM
 from drivers.simulated import Flat
-from drivers.simulated.light import Light
+from drivers.simulated.scene.light import Light
 from restore.scan import Bytes, Floats
 from restore.shading.relief import relief_of
 from restore.shading.remove import LIGHT_DPI, remove_shading

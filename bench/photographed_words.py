@@ -22,8 +22,8 @@ import numpy as np
 from bench.draws import seed_of_today
 from bench.photographs import CARD_DPI, MARGIN_MM, SHEETS
 from drivers.simulated import Text
-from drivers.simulated.photographs import PhotographSet, Shots, photograph_page
-from drivers.simulated.sheets import Sheet
+from drivers.simulated.scene.sheets import Sheet
+from oracles.simulation.photographs import PhotographSet, Shots, photograph_page
 from restore import SCALE_CARD, Photograph, RestoreError, Settings, reconstruct_page, restore
 from restore.scan import Bytes
 from restore.texture.page import MM_PER_INCH

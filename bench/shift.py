@@ -17,7 +17,7 @@ import numpy as np
 
 from bench.replay import restore_now
 from drivers.simulated import Text
-from drivers.simulated.shot import printed
+from drivers.simulated.imaging.shot import printed
 from restore import RangeScan
 from station.session import Volume, create_session, open_session, read_session
 from station.session.overview import overview_lines

@@ -12,8 +12,8 @@ from hashlib import sha256
 
 from drivers.scanner import CaptureSettings
 from drivers.scsi.in_process import InProcess
-from drivers.simulated.clock import VirtualClock
-from drivers.simulated.device import Lens, SimulatedDevice
+from drivers.simulated.device.clock import VirtualClock
+from drivers.simulated.device.device import Lens, SimulatedDevice
 from drivers.simulated.scanner import rig
 from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations

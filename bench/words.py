@@ -23,10 +23,10 @@ import numpy as np
 
 from bench.light_draws import LAMPS, SPOT, sparing_highlights
 from drivers.simulated import Binding, Cone, Crumpled, Curl, Flat, Miura, MultiFold, Pose, Text, Truth, Wave, shoot
-from drivers.simulated.light import Light
-from drivers.simulated.scene import place_sheet
-from drivers.simulated.sheets import Sheet
-from drivers.simulated.shot import printed
+from drivers.simulated.imaging.shot import printed
+from drivers.simulated.scene.light import Light
+from drivers.simulated.scene.scene import place_sheet
+from drivers.simulated.scene.sheets import Sheet
 from drivers.vivid900.geometry.calibration import nominal
 from drivers.vivid900.geometry.lenses import LENSES
 from drivers.vivid900.geometry.triangulation import project

@@ -18,7 +18,7 @@ from rapidfuzz.distance import Levenshtein
 
 from bench.words import DPI, OPTICS, WARPS, Task, laid_flat, print_of, tasks
 from drivers.simulated import Flat, Pose, shoot
-from drivers.simulated.light import Light
+from drivers.simulated.scene.light import Light
 from station.ocr_precision import count_matching_words
 from station.words import recognise
 

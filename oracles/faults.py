@@ -17,10 +17,10 @@ import numpy as np
 from drivers.scanner import CAPTURE_S, CaptureSettings, ScannerError
 from drivers.scsi.in_process import InProcess
 from drivers.scsi.transport import DEFAULT_TIMEOUT_S, Reply, Target, Transport
-from drivers.simulated.clock import VirtualClock
-from drivers.simulated.device import SELF_TEST_S, Lens, SimulatedDevice
-from drivers.simulated.faults import FAULTS, Fault, FaultyDevice, NoAnswer
-from drivers.simulated.plate import DARKEST, SHADES, PlateSensor
+from drivers.simulated.device.clock import VirtualClock
+from drivers.simulated.device.device import SELF_TEST_S, Lens, SimulatedDevice
+from drivers.simulated.device.faults import FAULTS, Fault, FaultyDevice, NoAnswer
+from drivers.simulated.device.plate import DARKEST, SHADES, PlateSensor
 from drivers.vivid900.capture.camera import PARK_COMMAND_S, PARK_S, Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.geometry.lenses import LENSES

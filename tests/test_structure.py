@@ -11,13 +11,13 @@ PACKAGES = [TESTS.parent / name for name in ("drivers", "restore", "station")]
 
 # No test calls these directly; they run in the tests of the modules that use them. The list may only become shorter.
 CALLED_BY_OTHERS = {
-    "drivers.shipped",
-    "drivers.simulated.artwork.typeset",
-    "drivers.simulated.illumination",
-    "drivers.simulated.sheets.rulings",
-    "drivers.simulated.shot_data",
-    "drivers.simulated.stage.controller",
     "drivers.safety.device_context",
+    "drivers.shipped",
+    "drivers.simulated.device.stage.controller",
+    "drivers.simulated.imaging.illumination",
+    "drivers.simulated.imaging.shot_data",
+    "drivers.simulated.scene.artwork.typeset",
+    "drivers.simulated.scene.sheets.rulings",
     "drivers.vivid900.capture.shot_parameters",
     "restore.flattening.solution",
     "restore.formats.trimesh_parser",

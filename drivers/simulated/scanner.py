@@ -14,13 +14,13 @@ import numpy as np
 from drivers.scanner import SettingsError
 from drivers.scsi.in_process import InProcess
 from drivers.simulated import config as settings_table
-from drivers.simulated.clock import VirtualClock
 from drivers.simulated.config import ScannerConfig
-from drivers.simulated.device import Lens, SimulatedDevice
-from drivers.simulated.scene import place_sheet
-from drivers.simulated.sensor import Displacement, MovedSensor, PageNudge, SceneSensor
-from drivers.simulated.shot import printed
-from drivers.simulated.stage import PtyStage, machine
+from drivers.simulated.device.clock import VirtualClock
+from drivers.simulated.device.device import Lens, SimulatedDevice
+from drivers.simulated.device.stage import PtyStage, machine
+from drivers.simulated.imaging.sensor import Displacement, MovedSensor, PageNudge, SceneSensor
+from drivers.simulated.imaging.shot import printed
+from drivers.simulated.scene.scene import place_sheet
 from drivers.stage import RotaryStage, controller_named, open_port
 from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations

@@ -20,7 +20,7 @@ import numpy as np
 
 from drivers import CaptureSettings
 from drivers.simulated import Text
-from drivers.simulated.shot import printed
+from drivers.simulated.imaging.shot import printed
 from restore import RangeScan
 from station.config import StationConfig
 from station.console.desk import Desk

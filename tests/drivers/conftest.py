@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 from drivers.scsi.in_process import InProcess
-from drivers.simulated.clock import VirtualClock
-from drivers.simulated.device import Lens, SimulatedDevice
-from drivers.simulated.faults import FaultyDevice
-from drivers.simulated.plate import PlateSensor
+from drivers.simulated.device.clock import VirtualClock
+from drivers.simulated.device.device import Lens, SimulatedDevice
+from drivers.simulated.device.faults import FaultyDevice
+from drivers.simulated.device.plate import PlateSensor
 from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from drivers.simulated.clock import VirtualClock
-from drivers.simulated.device import Lens, SimulatedDevice
-from drivers.simulated.plate import PlateSensor
+from drivers.simulated.device.clock import VirtualClock
+from drivers.simulated.device.device import Lens, SimulatedDevice
+from drivers.simulated.device.plate import PlateSensor
 from drivers.vivid900.profile.profile import PROFILES, SIMULATED, load_profile
 from oracles.served_device import served
 from station.cli import main

@@ -17,10 +17,10 @@ from drivers.scsi.bridges import BRIDGES
 from drivers.scsi.commands import Identity
 from drivers.scsi.sg import SgDevice
 from drivers.scsi.transport import GOOD, Reply
-from drivers.simulated.buses.sg_node import SimulatedSgNode
-from drivers.simulated.buses.usb_bridge import SimulatedBridge
 from drivers.vivid900 import discovery
 from drivers.vivid900.discovery import Host, NameFilter
+from oracles.simulation.buses.sg_node import SimulatedSgNode
+from oracles.simulation.buses.usb_bridge import SimulatedBridge
 from restore.native import SYSTEM_LIBRARIES
 from station import doctor
 from station.cli import main

@@ -17,9 +17,9 @@ import pytest
 
 from drivers.scanner import CaptureSettings, ScannerError
 from drivers.scsi.in_process import InProcess
-from drivers.simulated.clock import VirtualClock
-from drivers.simulated.device import Lens, SimulatedDevice
-from drivers.simulated.plate import PlateSensor
+from drivers.simulated.device.clock import VirtualClock
+from drivers.simulated.device.device import Lens, SimulatedDevice
+from drivers.simulated.device.plate import PlateSensor
 from drivers.simulated.serve import listen, serve
 from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations

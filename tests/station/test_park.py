@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from drivers.scanner import LASER_MAY_BE_ON, DeviceError
-from drivers.simulated.clock import VirtualClock
-from drivers.simulated.device import Lens, SimulatedDevice
-from drivers.simulated.plate import PlateSensor
+from drivers.simulated.device.clock import VirtualClock
+from drivers.simulated.device.device import Lens, SimulatedDevice
+from drivers.simulated.device.plate import PlateSensor
+from drivers.simulated.device.stage import PtyStage, machine
 from drivers.simulated.serve import listen
-from drivers.simulated.stage import PtyStage, machine
 from drivers.vivid900.profile.profile import SIMULATED, load_profile
 from oracles.served_device import served
 from station.cli import main

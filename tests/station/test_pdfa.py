@@ -10,7 +10,7 @@ import pikepdf
 import pytest
 from pikepdf import Array, Dictionary, Name
 
-from drivers.simulated.artwork import Text
+from drivers.simulated.scene.artwork import Text
 from station.export.icc import srgb_profile
 from station.export.pdf import encode_pdf
 from station.words import recognise

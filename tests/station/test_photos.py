@@ -14,8 +14,8 @@ import tifffile
 from PIL import Image
 
 from drivers.simulated import Text, Wave
-from drivers.simulated.photographs import Shots, encode_jpeg, photograph_page
 from oracles.markers import rigid_residual
+from oracles.simulation.photographs import Shots, encode_jpeg, photograph_page
 from restore.photogrammetry import SCALE_CARD
 from station import photos
 from station.cli import main

@@ -11,8 +11,8 @@ import pytest
 
 from drivers.scsi.bulk_only import CommandWrapper, StatusWrapper, build_command, build_status
 from drivers.scsi.commands import Identity, inquiry
-from drivers.simulated.buses.capture import Urb, write_capture
-from drivers.simulated.buses.usb_descriptors import BULK_IN, BULK_OUT
+from oracles.simulation.buses.capture import Urb, write_capture
+from oracles.simulation.buses.usb_descriptors import BULK_IN, BULK_OUT
 from station.cli import main
 from tests.drivers.trace import by_hand
 from tests.drivers.trace.by_hand import Said

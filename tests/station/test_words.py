@@ -17,7 +17,7 @@ import tifffile
 from lxml import etree
 from PIL import Image
 
-from drivers.simulated.artwork import Text
+from drivers.simulated.scene.artwork import Text
 from restore.errors import BadInput
 from station import words as words_module
 from station.cli import main

@@ -14,7 +14,7 @@ from drivers.scanner import TransportError
 from drivers.scsi.sense import Key, Sense
 from drivers.scsi.sg import SgDevice, SgIoHeader
 from drivers.scsi.transport import CHECK_CONDITION, GOOD, Reply
-from drivers.simulated.buses.sg_node import Fault, SimulatedSgNode
+from oracles.simulation.buses.sg_node import Fault, SimulatedSgNode
 
 # include/scsi/sg.h, written down again: the fields of sg_io_hdr_t in their order and C types.
 INPUT = struct.Struct("@ iiBBHI PPP IIiP")

@@ -18,9 +18,9 @@ from drivers.scsi.sense import Key, Sense
 from drivers.scsi.tcp import TcpDevice
 from drivers.scsi.transport import BUSY, CHECK_CONDITION, GOOD, Reply, Target, Transport
 from drivers.scsi.usb import UsbBulkOnly, find_device
-from drivers.simulated.buses.sg_node import SimulatedSgNode
-from drivers.simulated.buses.usb_bridge import MICROTECH, SimulatedBridge
 from drivers.simulated.serve import listen, serve
+from oracles.simulation.buses.sg_node import SimulatedSgNode
+from oracles.simulation.buses.usb_bridge import MICROTECH, SimulatedBridge
 
 Check = Callable[[Transport], None]
 

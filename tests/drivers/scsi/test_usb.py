@@ -16,8 +16,8 @@ from drivers.scsi.bulk_exchange import NoSuchTarget
 from drivers.scsi.sense import Key, Sense
 from drivers.scsi.transport import CHECK_CONDITION, GOOD, Reply
 from drivers.scsi.usb import UsbBulkOnly, find_device
-from drivers.simulated.buses.bulk_only_device import FAULTS
-from drivers.simulated.buses.usb_bridge import MICROTECH, SimulatedBridge
+from oracles.simulation.buses.bulk_only_device import FAULTS
+from oracles.simulation.buses.usb_bridge import MICROTECH, SimulatedBridge
 
 USB2XCHANGE, USB2XCHANGE_ASLEEP, UNKNOWN = (0x03F3, 0x2003), (0x03F3, 0x2002), (0x1234, 0x5678)
 

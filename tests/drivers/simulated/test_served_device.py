@@ -19,9 +19,9 @@ from drivers import CaptureSettings, open_scanner
 from drivers.scanner import TransportError
 from drivers.scsi.tcp import TcpDevice
 from drivers.scsi.transport import CHECK_CONDITION
-from drivers.simulated.clock import VirtualClock
-from drivers.simulated.device import Lens, SimulatedDevice
-from drivers.simulated.plate import PlateSensor
+from drivers.simulated.device.clock import VirtualClock
+from drivers.simulated.device.device import Lens, SimulatedDevice
+from drivers.simulated.device.plate import PlateSensor
 from drivers.simulated.serve import listen
 from drivers.vivid900.config import Socket
 from drivers.vivid900.connecting import open_transport

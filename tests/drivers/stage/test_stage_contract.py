@@ -11,8 +11,8 @@ import pytest
 from serial import SerialTimeoutException
 
 from drivers.scanner import DeviceError, TransportError
-from drivers.simulated.clock import VirtualClock
-from drivers.simulated.stage import MACHINES, Fault, PtyStage, machine
+from drivers.simulated.device.clock import VirtualClock
+from drivers.simulated.device.stage import MACHINES, Fault, PtyStage, machine
 from drivers.stage import CONTROLLERS, WRITE_TIMEOUT_S, RotaryStage, open_port
 from drivers.stage.protocol import FIRST_TIMEOUT_S, TIMEOUT_S
 from drivers.stage.rotary import POLL_S, SETTLE_S

@@ -9,16 +9,16 @@ import usb.core
 
 from drivers.scanner import CaptureSettings
 from drivers.scsi.usb import UsbBulkOnly
-from drivers.simulated.buses.capture import TappedBridge, Urb, write_capture
-from drivers.simulated.buses.usb_bridge import SimulatedBridge
-from drivers.simulated.clock import VirtualClock
-from drivers.simulated.device import Lens, SimulatedDevice
-from drivers.simulated.plate import PlateSensor
+from drivers.simulated.device.clock import VirtualClock
+from drivers.simulated.device.device import Lens, SimulatedDevice
+from drivers.simulated.device.plate import PlateSensor
 from drivers.trace.packets import LINKTYPE_USB_LINUX_MMAPPED
 from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile.profile import SIMULATED, Profile, load_profile
+from oracles.simulation.buses.capture import TappedBridge, Urb, write_capture
+from oracles.simulation.buses.usb_bridge import SimulatedBridge
 from restore.scan import RangeScan
 
 

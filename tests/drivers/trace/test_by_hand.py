@@ -9,9 +9,9 @@ import pytest
 
 from drivers.scanner import CaptureSettings
 from drivers.scsi.in_process import InProcess
-from drivers.simulated.clock import VirtualClock
-from drivers.simulated.device import Lens, SimulatedDevice
-from drivers.simulated.plate import PlateSensor
+from drivers.simulated.device.clock import VirtualClock
+from drivers.simulated.device.device import Lens, SimulatedDevice
+from drivers.simulated.device.plate import PlateSensor
 from drivers.trace import CaptureError
 from drivers.trace.capture import read_transfers
 from drivers.trace.compare import find_field, list_changes, list_field

@@ -14,8 +14,6 @@ from hypothesis import strategies as st
 from drivers.scanner import CaptureSettings, SettingsError
 from drivers.scsi.bulk_only import CommandWrapper, StatusWrapper, build_command, build_status
 from drivers.scsi.sense import Key, Sense
-from drivers.simulated.buses.capture import RECORDS, Urb, write_capture
-from drivers.simulated.buses.usb_descriptors import BULK_IN, BULK_OUT
 from drivers.trace import CaptureError
 from drivers.trace.capture import read_transfers
 from drivers.trace.draft import draft_profile
@@ -27,6 +25,8 @@ from drivers.trace.roles import guess_roles
 from drivers.vivid900.profile.commands import parse_command
 from drivers.vivid900.profile.profile import PROFILES, SIMULATED, parse_profile
 from drivers.vivid900.profile.template import Template
+from oracles.simulation.buses.capture import RECORDS, Urb, write_capture
+from oracles.simulation.buses.usb_descriptors import BULK_IN, BULK_OUT
 
 WHERE, ELSEWHERE = (1, 5), (1, 9)
 

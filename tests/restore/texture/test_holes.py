@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from drivers.simulated import Markers, Wave
-from drivers.simulated.scene import place_sheet
-from drivers.simulated.shot import printed, shoot_scene
+from drivers.simulated.imaging.shot import printed, shoot_scene
+from drivers.simulated.scene.scene import place_sheet
 from drivers.vivid900.geometry.calibration import nominal
 from drivers.vivid900.geometry.lenses import FAST, LENSES
 from restore import Settings, restore

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.simulated.artwork import Text
+from drivers.simulated.scene.artwork import Text
 from restore import save_scan
 from station.archive.volume import Event, Page, Role, StoredFile, Volume
 from station.export.image_metadata import ImageMetadata

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.simulated.sheets import Curl
+from drivers.simulated.scene.sheets import Curl
 from oracles.exact import exact_sheet
 from restore import SurfaceMesh
 from restore.formats import write_ply

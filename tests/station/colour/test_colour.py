@@ -11,7 +11,7 @@ import pytest
 from PIL import Image, ImageCms
 
 from drivers.simulated import Chart, Flat, shoot
-from drivers.simulated.artwork.chart import PATCHES
+from drivers.simulated.scene.artwork.chart import PATCHES
 from restore.errors import BadInput
 from restore.formats import save_scan
 from station.cli import main

@@ -17,8 +17,8 @@ from typing import Any
 import httpx
 import pytest
 
-from drivers.simulated.device import Lens, SimulatedDevice
-from drivers.simulated.plate import PlateSensor
+from drivers.simulated.device.device import Lens, SimulatedDevice
+from drivers.simulated.device.plate import PlateSensor
 from drivers.vivid900.profile.profile import SIMULATED, load_profile
 from oracles.served_device import served
 from station.session import read_session

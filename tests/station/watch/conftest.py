@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from drivers.simulated.clock import VirtualClock
+from drivers.simulated.device.clock import VirtualClock
 from restore import BadInput, Settings
 from station.export.atomic import claim_folder, write_all
 from station.one_page import Destination, Outcome, stem_of

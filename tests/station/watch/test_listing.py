@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from drivers.simulated.clock import VirtualClock
+from drivers.simulated.device.clock import VirtualClock
 from station.session import Volume, create_session
 from station.watch.listing import MAX_DEPTH, Quiet, Stamp, has_writer, list_files
 

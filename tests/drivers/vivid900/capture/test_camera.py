@@ -11,8 +11,8 @@ from drivers import CaptureSettings, SettingsError
 from drivers.scanner import DeviceError, TransportError
 from drivers.scsi.commands import STANDARD
 from drivers.scsi.sense import Key
-from drivers.simulated.device import SELF_TEST_S, Lens
-from drivers.simulated.plate import PlateSensor
+from drivers.simulated.device.device import SELF_TEST_S, Lens
+from drivers.simulated.device.plate import PlateSensor
 from drivers.vivid900.capture.exposure import GAIN_STEP
 from drivers.vivid900.errors import BarrierClosed, NotReady, PanelError, ProfileMismatch
 from drivers.vivid900.faults import PANELS
@@ -296,7 +296,7 @@ def test_a_scanner_that_the_profile_is_not_for_gets_standard_commands_only(make_
 
 
 def test_a_device_that_refuses_a_parameter_is_the_callers_fault(camera, stand) -> None:
-    from drivers.simulated.faults import sense
+    from drivers.simulated.device.faults import sense
 
     stand.faulty.set_script({3: sense(Key.ILLEGAL_REQUEST, 0x26)})
     with pytest.raises(SettingsError, match="parameter"):
@@ -323,7 +323,7 @@ class Slope(PlateSensor):
         return np.broadcast_to(np.linspace(1010.0, 830.0, cols), (rows, cols))
 
     def sweep(self, mode, distance_mm, power, gain, shot):
-        from drivers.simulated.sensor import quantise
+        from drivers.simulated.imaging.sensor import quantise
         from drivers.vivid900.geometry.calibration import nominal
         from drivers.vivid900.geometry.lenses import LENSES
         from drivers.vivid900.geometry.triangulation import in_window, pitch_at

@@ -11,8 +11,8 @@ import pytest
 from drivers import CaptureSettings, SettingsError
 from drivers.scanner import CAPTURE_S, MAX_AVERAGE
 from drivers.scsi.errors import BadReply
-from drivers.simulated.faults import FAULTS
-from drivers.simulated.plate import PlateSensor
+from drivers.simulated.device.faults import FAULTS
+from drivers.simulated.device.plate import PlateSensor
 from drivers.vivid900.capture.body import SHOT_S
 from drivers.vivid900.capture.camera import PARK_S, capture_limit_s
 from drivers.vivid900.errors import DeadlineExceeded, Interrupted, NothingMeasured

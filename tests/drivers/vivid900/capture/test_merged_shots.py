@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivers.simulated import Flat, Markers, Pose, White
-from drivers.simulated.facemaps import FaceMaps
-from drivers.simulated.optics import measure_pitch, trace_rays
-from drivers.simulated.raycast import RayCaster
-from drivers.simulated.scene import place_sheet
-from drivers.simulated.shot import printed
+from drivers.simulated.imaging.facemaps import FaceMaps
+from drivers.simulated.imaging.optics import measure_pitch, trace_rays
+from drivers.simulated.imaging.raycast import RayCaster
+from drivers.simulated.imaging.shot import printed
+from drivers.simulated.scene.scene import place_sheet
 from drivers.vivid900.capture.merge import OUTLIER_LINES, average, cover_depths, merge_depths
 from drivers.vivid900.geometry.calibration import nominal
 from drivers.vivid900.geometry.lenses import FAST, LENSES
