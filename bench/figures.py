@@ -25,9 +25,9 @@ from restore.texture.super_resolution import finer_scan
 from station.colour.chart import find_chart
 from station.colour.figures import mean_differences
 from station.colour.fit import fit_colours
-from station.export.icc import encode_profile, srgb_profile
-from station.ocr_precision import count_matching_characters, count_matching_words
-from station.words import recognise
+from station.images.icc import encode_profile, srgb_profile
+from station.words.ocr_precision import count_matching_characters, count_matching_words
+from station.words.words import recognise
 
 PAPER, INK, WRONG = (255, 255, 255), (40, 40, 40), (200, 30, 30)
 SEED = 20  # of the page that is read

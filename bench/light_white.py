@@ -31,8 +31,8 @@ from restore.shading.white import balance_on_paper
 from restore.texture.page import MM_PER_INCH
 from station.colour.chart import find_chart
 from station.colour.fit import fit_colours
-from station.export.conversion import image_to_srgb
-from station.export.icc import encode_profile
+from station.images.conversion import image_to_srgb
+from station.images.icc import encode_profile
 
 KINDS = ("curl", "wave", "binding", "multi-fold")
 FAMILIES = ("colour patches", "magazine", "halftones", "pastels", "greys", "text", "stained")

@@ -20,7 +20,7 @@ from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile.profile import PROFILES, SIMULATED, Profile, load_profile
 from restore import RangeScan, Settings, restore
-from station.export.png import encode_png
+from station.images.png import encode_png
 
 SCENE = {"sheet": "curl", "artwork": "text", "page_mm": [280, 200]}
 SHOT = CaptureSettings(mode="fast", distance_mm=900.0, laser_power=60)  # one shot, without previews

@@ -6,7 +6,7 @@ The paper's Table 1, over its mix of warps, with about its 12,000 words; the sha
 of every page are drawn afresh at every run. Every page is 230 × 160 mm of running text before the MIDDLE lens at 0.9 m,
 53 pixels to the inch, in light that casts shadows. The flat original is the ceiling: the same print laid flat in even
 light, seen by the same camera. All four are read alike, by Tesseract, as `planish ocr` reads a page. Precision as in
-`station.ocr_precision`.
+`station.words.ocr_precision`.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ from oracles.similarity import align_page, lay_on, page_similarity
 from restore import RangeScan, Settings, restore
 from restore.scan import Bytes
 from restore.texture.page import MM_PER_INCH, sample
-from station.ocr_precision import MatchCount, count_matching_characters, count_matching_words
-from station.words import ProgramMissing, find_tesseract, recognise
+from station.words.ocr_precision import MatchCount, count_matching_characters, count_matching_words
+from station.words.words import ProgramMissing, find_tesseract, recognise
 
 LENS, DISTANCE_MM = "MIDDLE", 900.0  # as in the paper's experiments
 PAGE_MM = (230.0, 160.0)

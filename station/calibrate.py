@@ -42,8 +42,8 @@ def board(
     with report_faults(debug=debug):
         import cv2
 
-        from station.export.atomic import write_all
-        from station.export.png import encode_png
+        from station.images.png import encode_png
+        from station.storage.atomic import write_all
 
         require_suffix(output, ".png")
         picture = _board(columns, rows, marker, pitch).picture(BOARD_DPI)
@@ -78,7 +78,7 @@ def calibrate(
         from drivers.vivid900.calibrating.calibrate import calibrate as calibrate_body
         from drivers.vivid900.calibrating.plates import nominal_of_scans, plate_shot
         from drivers.vivid900.geometry.calibration import encode_calibration
-        from station.export.atomic import refuse_existing, write_all
+        from station.storage.atomic import refuse_existing, write_all
 
         refuse_existing([output], force=force)
         printed_board = _board(columns, rows, marker, pitch)

@@ -297,7 +297,7 @@ app.add_typer(sessions, name="session")
 def _destination(folder: Path, kinds: Kinds, run: Run) -> Destination:
     """The destination of a run from its options. Raises BadInput for an unusable profile."""
     from station.destination import Destination
-    from station.export.icc import read_profile
+    from station.images.icc import read_profile
 
     colours = None if kinds.profile is None else read_profile(kinds.profile)
     return Destination(folder, kinds.wanted, run.force, kinds.language, colours, turn=run.turn, anyway=run.anyway)

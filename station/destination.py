@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from restore import Settings
-from station import export
 from station.choices import Pieces, Turn
+from station.export import outputs
 
 Clock = Callable[[], float]
 
@@ -18,7 +18,7 @@ Clock = Callable[[], float]
 class Destination:
     """Output folder and options of a run.
 
-    kinds     those of `export.OUTPUTS` on top of the page and its report.
+    kinds     those of `outputs.OUTPUTS` on top of the page and its report.
     language  of the words, as Tesseract calls it, when they are read.
     colours   ICC profile of the colour image, as `planish colour` writes it; None for sRGB.
     to_srgb   convert the page from that profile to sRGB; the master keeps codes and profile.
@@ -39,7 +39,7 @@ class Destination:
 
     def files(self, stem: str, *, colour: bool = True) -> list[Path]:
         """The files that a run writes, the report last. colour: whether the scan has a colour image."""
-        return [self.folder / name for name in export.names(stem, self.kinds, colour=colour)]
+        return [self.folder / name for name in outputs.names(stem, self.kinds, colour=colour)]
 
     def with_implied_outputs(self, settings: Settings) -> Destination:
         """The destination with the outputs that the settings imply: the master when light or colours

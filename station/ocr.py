@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from restore import BadInput, read_bytes
-from station.export.atomic import claim_folder, refuse_existing, write_all
 from station.export.pdf import encode_pdf
-from station.ocr_precision import MatchCount, count_matching_characters, count_matching_words
+from station.images.pages import find_pages, read_page
 from station.overwrite_check import refuse_originals
-from station.pages import find_pages, read_page
 from station.progress import Progress, silent
-from station.session_folder import refuse_session
-from station.words import find_tesseract, recognise
+from station.storage.atomic import claim_folder, refuse_existing, write_all
+from station.storage.session_folder import refuse_session
+from station.words.ocr_precision import MatchCount, count_matching_characters, count_matching_words
+from station.words.words import find_tesseract, recognise
 
 IN_SESSION = "what lies in a session is its record: choose a folder outside it with -o"
 ENDINGS = (".txt", "-alto.xml", ".hocr", ".pdf")

@@ -31,23 +31,23 @@ from restore import (
     save_scan,
     scan_stem,
 )
-from station import export
 from station.choices import Turn
 from station.config import StationConfig
 from station.destination import Clock, Destination, Outcome, SourceRecord
 from station.errors import UsageError
-from station.export.atomic import claim_folder, new_folder, refuse_captured, refuse_existing, write_all
-from station.export.claim import Claim, recover
-from station.export.conversion import convert_to_srgb
+from station.export import outputs
 from station.export.report import finite
-from station.orientation import turned
+from station.images.conversion import convert_to_srgb
 from station.overwrite_check import check_outputs, superseded, superseded_pieces
 from station.peak_memory import peak_memory_mib
 from station.pictures.frames import Recorder
 from station.pieces import Selected, select_sheets
 from station.progress import Progress, silent
 from station.sanity import refuse_no_page
-from station.words import check_language, find_tesseract, recognise
+from station.storage.atomic import claim_folder, new_folder, refuse_captured, refuse_existing, write_all
+from station.storage.folder_lock import Claim, recover
+from station.words.orientation import turned
+from station.words.words import check_language, find_tesseract, recognise
 
 SCAN_SUFFIX = ".scan"
 
@@ -302,13 +302,13 @@ def restore_scan(
                 continue
             files = destination.files(restoration.stem, colour=restoration.page.flat.texture is not None)
             pages.append(Outcome(restoration.report, tuple(files)))
-            yield from zip(files, export.encode_outputs(restoration, destination.kinds), strict=True)
+            yield from zip(files, outputs.encode_outputs(restoration, destination.kinds), strict=True)
         if not pages:
             raise failures[0][1]
 
     gone: list[Path] = []
     if destination.force:
-        possible = [destination.folder / name for name in export.names(stem, export.KINDS)]
+        possible = [destination.folder / name for name in outputs.names(stem, outputs.KINDS)]
         gone = superseded(destination.folder / f"{stem}.json", possible, input_files)
         gone += superseded_pieces(destination.folder, stem, str(source_record.report_fields.get("scan")), input_files)
     written = tuple(write_all(contents(), force=destination.force, claim=claim, superseded=gone))
@@ -329,7 +329,7 @@ def _restore_sheet(
     examine: Examine,
     progress: Progress,
     clock: Clock,
-) -> export.Restoration:
+) -> outputs.Restoration:
     """One sheet restored, its words read when they are asked for, with its report."""
     recorder = Recorder() if destination.kinds & {"frames", "model"} else None
     start, stem = clock(), stem + sheet.suffix
@@ -358,4 +358,4 @@ def _restore_sheet(
     report = finite(fields)
     frames = recorder.frames() if recorder else ()
     colours = None if destination.to_srgb else destination.colours
-    return export.Restoration(stem, page, sheet.scan, frames, report, words, colours, destination.colours)
+    return outputs.Restoration(stem, page, sheet.scan, frames, report, words, colours, destination.colours)

@@ -17,7 +17,7 @@ import typer
 
 from station.choices import Pieces, Turn
 from station.errors import UsageError
-from station.session_folder import refuse_session, session_around
+from station.storage.session_folder import refuse_session, session_around
 
 
 def output_path(text: str) -> Path:
@@ -103,7 +103,7 @@ class Kinds:
 
     @property
     def wanted(self) -> frozenset[str]:
-        """The kinds of `station.export.OUTPUTS` that were asked for."""
+        """The kinds of `station.export.outputs.OUTPUTS` that were asked for."""
         return frozenset(name for name in FLAGS if getattr(self, name))
 
 
@@ -163,7 +163,7 @@ class Restoration:
 def colours_of(kinds: Kinds, chosen: Restoration) -> dict[str, Any]:
     """The fields `colours` and `to_srgb` of a destination. Raises BadInput for an unusable profile, UsageError for two
     of them."""
-    from station.export.icc import read_profile
+    from station.images.icc import read_profile
 
     path = chosen.white_profile
     if path is None:

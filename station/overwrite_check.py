@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from restore import read_regular
-from station import export
 from station.errors import OverwriteError
-from station.export.atomic import refuse_existing
+from station.export import outputs
+from station.storage.atomic import refuse_existing
 
 MAX_REPORT_BYTES = 2**24  # a page or two; more with many photographs
 # A name that is free, or another kind of file than a run writes.
@@ -66,7 +66,7 @@ def superseded_pieces(folder: Path, stem: str, scan: str, input_files: Sequence[
         content = _read_report(report)
         if content.get("scan") != scan or "piece" not in content:
             return files
-        possible = [folder / name for name in export.names(f"{stem}-{number}", export.KINDS)]
+        possible = [folder / name for name in outputs.names(f"{stem}-{number}", outputs.KINDS)]
         files += superseded(report, possible, input_files)
     raise AssertionError  # count never ends
 

@@ -32,7 +32,7 @@ def patterns(
 ) -> None:
     """Draw the patterns that a projector shows a camera, to make a range image of the captures."""
     with report_faults(debug=debug):
-        from station.export.atomic import write_all
+        from station.storage.atomic import write_all
 
         width, height = parse_size(projector)
         paths = write_all(pattern_files(output, width, height), force=force)

@@ -24,11 +24,11 @@ from restore import (
 )
 from station.destination import Clock, Destination, Outcome, SourceRecord
 from station.errors import UsageError
-from station.export.atomic import claim_folder
-from station.export.claim import recover
 from station.one_page import Examine, nothing, restore_scan
 from station.overwrite_check import check_outputs
 from station.progress import Progress, silent
+from station.storage.atomic import claim_folder
+from station.storage.folder_lock import recover
 from station.whole_run import expected_of_photographs, with_whole
 
 SIZE = re.compile(r"(?P<width>\d+(\.\d+)?)\s*[x×]\s*(?P<height>\d+(\.\d+)?)")

@@ -40,7 +40,7 @@ def card(
     """Draw the scale card to print at 100 % and to lay beside a page that is photographed."""
     with report_faults(debug=debug):
         from restore import SCALE_CARD
-        from station.export.atomic import write_all
+        from station.storage.atomic import write_all
 
         require_suffix(output, ".pdf")
         write_all([(output, encode_card(SCALE_CARD))], force=force)

@@ -46,7 +46,7 @@ def trace(
         from drivers.trace.exchanges import read_exchanges
         from drivers.trace.listing import as_data, list_exchanges
         from station.errors import UsageError
-        from station.export.atomic import refuse_existing
+        from station.storage.atomic import refuse_existing
 
         if profile:
             refuse_existing([profile], force=force)
@@ -80,7 +80,7 @@ def _setting(text: str) -> tuple[str, list[int]]:
 
 def _write_draft(profile: Path, exchanges: list[Exchange], *, force: bool) -> None:
     from drivers.trace.draft import draft_profile
-    from station.export.atomic import write_all
+    from station.storage.atomic import write_all
 
     numbered = [replace(exchange, number=number) for number, exchange in enumerate(exchanges)]
     write_all([(profile, draft_profile(numbered, name=profile.stem).encode())], force=force)

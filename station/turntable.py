@@ -30,10 +30,10 @@ from restore import (
 from station.config import AxisSettings, StageSettings, StationConfig
 from station.destination import Clock, Destination, Outcome, SourceRecord
 from station.errors import UsageError
-from station.export.atomic import claim_folder, new_folder, refuse_existing, write_all
-from station.export.claim import Claim, recover
 from station.one_page import scan_folders, stem_of, store_and_restore
 from station.progress import Progress, silent
+from station.storage.atomic import claim_folder, new_folder, refuse_existing, write_all
+from station.storage.folder_lock import Claim, recover
 
 VIEW = "-view-"  # between the stem and the number of a view
 AXIS_FILE = "axis.toml"

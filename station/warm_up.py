@@ -52,7 +52,7 @@ def compile_kernels() -> int:
     """Restore a small page by every method, as a scan and as a mesh. Returns the number of functions compiled."""
     from restore import Settings, load_scan, notify_when_compiling, save_scan
     from station.destination import Destination
-    from station.export import OUTPUTS
+    from station.export.outputs import OUTPUTS
     from station.one_page import restore_file
 
     compiled: list[None] = []

@@ -25,7 +25,7 @@ from typing import Any
 from bench.hostile.readers import OUT, Reader
 from bench.memory import PROCESS, RESET_PEAK, status_mb
 from station.errors import explain
-from station.export.claim import WORK
+from station.storage.folder_lock import WORK
 from station.warm_up import compile_kernels
 
 SECONDS_PER_MB = 10.0

@@ -14,11 +14,11 @@ from bench.hostile import samples
 from bench.hostile.mutations import mutate
 from restore import load_scan, read_photograph, read_picture
 from restore.formats.folder import INDEX, POINTS, _sha256
-from station.export.claim import WORK, recover
-from station.export.icc import read_profile, srgb_profile
-from station.export.journal import JOURNAL
+from station.images.icc import read_profile, srgb_profile
+from station.images.pages import read_page
 from station.overwrite_check import superseded
-from station.pages import read_page
+from station.storage.folder_lock import WORK, recover
+from station.storage.journal import JOURNAL
 
 OUT = "out"  # folder of the results of a command
 CONFIGS = Path(__file__).parents[2] / "configs"

@@ -19,13 +19,13 @@ from station.archive.sheets import encode_sheet, surface_of
 from station.archive.tiff import encode_master
 from station.archive.volume import Page, Role, StoredFile, Volume, missing
 from station.choices import Pieces
-from station.export.atomic import claim_folder, new_folder, refuse_captured
-from station.export.disk import copy_file, write_file
-from station.export.image_metadata import software
-from station.pages import read_page
+from station.images.image_metadata import software
+from station.images.pages import read_page
 from station.pieces import select_sheets
 from station.progress import Progress, silent
 from station.session.store import file_digest
+from station.storage.atomic import claim_folder, new_folder, refuse_captured
+from station.storage.disk import copy_file, write_file
 
 METS_NAME = "mets.xml"
 TAKEN = "an export is a new folder: choose another name with -o"

@@ -15,10 +15,10 @@ from station.batch.progress import Show
 from station.batch.report import encode_report
 from station.batch.sessions import SessionBatch
 from station.errors import UsageError
-from station.export.atomic import claim_folder, write_all
 from station.session import open_session
 from station.session.presets import Thresholds
-from station.session_folder import is_session, refuse_session
+from station.storage.atomic import claim_folder, write_all
+from station.storage.session_folder import is_session, refuse_session
 from station.watch import records
 from station.watch.presets import Options
 

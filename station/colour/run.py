@@ -12,10 +12,10 @@ from restore import PICTURE_SUFFIXES, BadInput, Bytes, Settings, load_scan, read
 from station.colour.chart import find_chart
 from station.colour.figures import UNMEASURED, mean_differences, quality_figures
 from station.colour.fit import ColourFit, fit_colours
-from station.export.atomic import claim_folder, refuse_existing, write_all
-from station.export.icc import encode_profile
 from station.export.report import encode_report
+from station.images.icc import encode_profile
 from station.overwrite_check import MAX_REPORT_BYTES
+from station.storage.atomic import claim_folder, refuse_existing, write_all
 
 SUFFIX = ".icc"
 

@@ -14,8 +14,8 @@ from PIL import Image
 
 from restore import BadInput, Bytes, Floats, RangeScan, Seen, load_scan, rasterise
 from station.console.faults import ConsoleFault
-from station.export.coverage import COLOURS
 from station.export.model import decode_arrays
+from station.images.coverage import COLOURS
 from station.pictures.strain import SIGNED, round_up
 from station.session import Event, Session, scan_path
 from station.session.photographs import first_picture, is_set

@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from station.console.faults import ConsoleFault, problem_of
-from station.export.claim import HOLDER_BYTES, LOCK, WORK
 from station.session import Session, Volume, create_session, read_session
 from station.session.index import entries_of
 from station.session.presets import PRESETS, load_preset
-from station.session_folder import is_session
-from station.words import check_language, find_tesseract
+from station.storage.folder_lock import HOLDER_BYTES, LOCK, WORK
+from station.storage.session_folder import is_session
+from station.words.words import check_language, find_tesseract
 
 MAX_LISTED = 1000
 WORDS = "ocr"  # the output of a restoration that has them

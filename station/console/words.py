@@ -15,8 +15,8 @@ from station.console.faults import ConsoleFault
 from station.console.layers import stored_file
 from station.console.rows import ALTO, Row
 from station.session import Event, Session
-from station.words import ALTO as NAMESPACE
-from station.words import PLACES
+from station.words.words import ALTO as NAMESPACE
+from station.words.words import PLACES
 
 MAX_ALTO_BYTES = 2**25  # of a page: a newspaper's has two megabytes
 MAX_KEPT_WORDS = 2_000_000  # of all pages that are kept: some hundred bytes each

@@ -11,14 +11,14 @@ from pathlib import Path
 
 from restore import RestoreError
 from station.errors import StationError
-from station.export.claim import Claim, lock_folder
-from station.export.disk import sync_folder, sync_tree
 from station.session import bag
 from station.session.events import RECORD
 from station.session.history import folded
 from station.session.replay import Derive, derive
 from station.session.store import READ_ONLY, Session, file_digest
 from station.session.verify import Inspection, Problem, verify
+from station.storage.disk import sync_folder, sync_tree
+from station.storage.folder_lock import Claim, lock_folder
 
 ASIDE = "{name}.set-aside"
 

@@ -19,14 +19,14 @@ from uuid import uuid4
 
 from restore import BadInput
 from station.errors import StationError
-from station.export.atomic import claim_folder, new_folder
-from station.export.claim import Claim, lock_folder
-from station.export.disk import add_path_to_errors, sync_folder, sync_tree, write_and_sync, write_file
 from station.session import bag
 from station.session.events import MAX_NUMBER, RECORD, VOLUME, Event, Input, Kind, encode
 from station.session.history import History, extended, folded
 from station.session.reading import Stored, complete_tag_files, read_stored
 from station.session.volume import Volume
+from station.storage.atomic import claim_folder, new_folder
+from station.storage.disk import add_path_to_errors, sync_folder, sync_tree, write_and_sync, write_file
+from station.storage.folder_lock import Claim, lock_folder
 from station.version import software_version
 
 Now = Callable[[], datetime]

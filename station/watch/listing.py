@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from station.session_folder import is_session
+from station.storage.session_folder import is_session
 
 MAX_DEPTH = 16  # of sub-folders; more is a circle of mounts
 

@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Literal
 
 from station.errors import UsageError
-from station.export.atomic import claim_folder
-from station.export.claim import Claim
-from station.session_folder import session_around
+from station.storage.atomic import claim_folder
+from station.storage.folder_lock import Claim
+from station.storage.session_folder import session_around
 from station.watch import records
 from station.watch.arrival import Arrival, Changed
 from station.watch.companions import Pairing, is_scan

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from restore import read_regular
-from station.export.disk import sync_folder, write_file
+from station.storage.disk import sync_folder, write_file
 from station.watch.arrival import Arrival
 
 FAILED, NOTE, ATTEMPT = "failed", ".txt", ".attempt"

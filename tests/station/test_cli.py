@@ -15,7 +15,7 @@ import pytest
 from drivers.scanner import SettingsError, TransportError
 from restore.errors import BadInput, NotEnoughSurface
 from station.cli import main
-from station.export import disk
+from station.storage import disk
 from tests.station.conftest import fault
 
 FULL_DISK = Path("/dev/full")

@@ -12,9 +12,9 @@ from restore import Settings
 from restore.formats import load_scan
 from station.config import StationConfig
 from station.errors import OverwriteError
-from station.export.claim import WORK
-from station.export.journal import JOURNAL
 from station.one_page import Destination, restore_file, scan_page, stem_of
+from station.storage.folder_lock import WORK
+from station.storage.journal import JOURNAL
 
 CONFIG = StationConfig(scanner={"driver": "simulated"})
 

@@ -26,7 +26,7 @@ from drivers.vivid900.profile.profile import SIMULATED, load_profile
 from oracles.simulation.buses.sg_node import SimulatedSgNode
 from oracles.simulation.buses.usb_bridge import SimulatedBridge
 from restore import RangeScan, Settings, restore
-from station.export.png import encode_png
+from station.images.png import encode_png
 
 SHOT = CaptureSettings(mode="fast", distance_mm=900.0, laser_power=60, gain=0)  # one shot, without a preview
 COARSE = Settings(points=300, dpi=60)

@@ -28,7 +28,7 @@ from drivers.vivid900.connecting import open_transport
 from drivers.vivid900.link import Link
 from drivers.vivid900.profile.profile import SIMULATED, load_profile
 from oracles.served_device import served
-from station.export.claim import WORK
+from station.storage.folder_lock import WORK
 
 SET = CaptureSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)
 CONFIG = '[scanner]\ndriver = "simulated"\n[scanner.scene]\nsheet = "flat"\nartwork = "white"\ntable = "none"\n'

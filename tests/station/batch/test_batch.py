@@ -18,7 +18,7 @@ from station.batch.process import Limits
 from station.batch.whole import NO_LIMITS, REPORT, run_batch
 from station.cli import main
 from station.errors import FolderInUse, UsageError
-from station.export.atomic import claim_folder
+from station.storage.atomic import claim_folder
 from tests.station.batch.conftest import QUICK, small_scan
 
 PAGES = ["a/a.png", "b/b.png", "sub/a/a.png", "sub/c/c.png"]

@@ -20,7 +20,7 @@ from station.session import Volume, add_files, create_session, open_session, rea
 from station.session.adding import add_original
 from station.session.presets import Preset
 from station.session.stages import RESTORE, VERDICT
-from station.session_folder import is_session
+from station.storage.session_folder import is_session
 from station.verdict.judge import LEVELS
 from tests.station.batch.conftest import QUICK, small_scan
 from tests.station.conftest import fault

@@ -9,7 +9,7 @@ import pytest
 from station.console.faults import ConsoleFault
 from station.console.words import Word, Words, places_of, plain, read_words
 from station.session import add_scan, open_session, read_session, record_run
-from station.words import ALTO
+from station.words.words import ALTO
 from tests.station.conftest import curl_scan
 
 STRING = '<String CONTENT="{}" HPOS="{}" VPOS="{}" WIDTH="9" HEIGHT="8.4"/>'

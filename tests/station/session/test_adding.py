@@ -9,7 +9,7 @@ import pytest
 
 from restore import BadInput, load_scan, save_scan
 from station.errors import explain
-from station.export.png import encode_png
+from station.images.png import encode_png
 from station.session import open_session, scan_path
 from station.session.adding import add_original, gather
 from station.warm_up import small_page

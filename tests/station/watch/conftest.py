@@ -12,8 +12,8 @@ import pytest
 
 from drivers.simulated.device.clock import VirtualClock
 from restore import BadInput, Settings
-from station.export.atomic import claim_folder, write_all
 from station.one_page import Destination, Outcome, stem_of
+from station.storage.atomic import claim_folder, write_all
 from station.watch.loop import Event, Pace, Watch
 from station.watch.presets import Options, Presets
 

@@ -10,8 +10,8 @@ import pytest
 
 from restore import LibraryMissing, NotEnoughSurface
 from station.errors import FolderInUse, UsageError
-from station.export.atomic import claim_folder
 from station.session import Volume, create_session
+from station.storage.atomic import claim_folder
 from station.watch import loop
 from station.watch.records import NOTE
 

@@ -14,10 +14,10 @@ from PIL import ExifTags, Image
 
 from restore.errors import BadInput
 from station.cli import main
-from station.export.icc import MatrixProfile, encode_profile, read_profile, srgb_matrix, srgb_profile
-from station.export.image_metadata import NAMESPACES, ImageMetadata, software
-from station.export.png import encode_png
-from station.export.tiff import encode_tiff
+from station.images.icc import MatrixProfile, encode_profile, read_profile, srgb_matrix, srgb_profile
+from station.images.image_metadata import NAMESPACES, ImageMetadata, software
+from station.images.png import encode_png
+from station.images.tiff import encode_tiff
 
 SHOT = {"device": "Vivid 900", "lens": "MIDDLE", "time": "2026-05-04T03:02:01+00:00", "seed": 1}
 OTHER = encode_profile(MatrixProfile("other", srgb_matrix()[:, ::-1], ((2.0, 1.0, 0.0, 1.0, 0.0),) * 3))
@@ -98,7 +98,7 @@ def test_what_is_no_profile_is_refused_before_any_work(library, scan_file, tmp_p
 
 def test_the_pdf_shows_its_picture_in_the_colours_of_its_profile(page):
     from station.export.pdf import encode_pdf
-    from station.words import Words
+    from station.words.words import Words
 
     layer = io.BytesIO()
     with pikepdf.new() as pdf:

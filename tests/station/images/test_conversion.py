@@ -11,8 +11,8 @@ from PIL import Image
 
 from restore import BadInput
 from station.cli import main
-from station.export.conversion import convert_to_srgb
-from station.export.icc import SRGB_CURVE, MatrixProfile, encode_profile, srgb_matrix, srgb_profile
+from station.images.conversion import convert_to_srgb
+from station.images.icc import SRGB_CURVE, MatrixProfile, encode_profile, srgb_matrix, srgb_profile
 
 ROUNDED = 1  # code: LittleCMS and the page are of 8 bits
 # A lamp that gives a camera 4/5 of the green and half of the blue that it gives of red.

@@ -11,7 +11,7 @@ from xml.etree import ElementTree
 
 from PIL import ExifTags, Image
 
-from station.export.icc import srgb_profile
+from station.images.icc import srgb_profile
 
 # XMP specification part 1, 7 and part 2, 8; exifEX from CIPA DC-010 (Exif metadata for XMP).
 NAMESPACES = {

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from station.text_layer import GLYPH_WIDTH, Line, Word, content_of, paragraphs_of
+from station.words.text_layer import GLYPH_WIDTH, Line, Word, content_of, paragraphs_of
 
 HOCR = b"""<?xml version="1.0" encoding="UTF-8"?>
 <html xmlns="http://www.w3.org/1999/xhtml"><body>

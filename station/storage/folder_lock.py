@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from station.errors import FolderInUse
-from station.export.disk import add_path_to_errors
-from station.export.journal import JOURNAL, NEW, OLD, roll_back
+from station.storage.disk import add_path_to_errors
+from station.storage.journal import JOURNAL, NEW, OLD, roll_back
 
 WORK = ".planish-run"
 LOCK = "lock"

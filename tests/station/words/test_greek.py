@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from station.greek import has_breathings, monotonic, reading_language, respelt
+from station.words.greek import has_breathings, monotonic, reading_language, respelt
 
 OLD = "Ἐν ἀρχῇ ἦν ὁ Λόγος, καὶ ὁ Λόγος ἦν πρὸς τὸν Θεόν, καὶ Θεὸς ἦν ὁ Λόγος."
 MODERN = "Ο υγρός καιρός φούσκωνε τη μία άκρη, και όποιος μετρά την επιφάνεια ή διαβάζει ποιήματα του Ρήγα."

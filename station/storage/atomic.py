@@ -9,9 +9,9 @@ from itertools import chain
 from pathlib import Path
 
 from station.errors import OverwriteError
-from station.export.claim import Claim, lock_folder
-from station.export.disk import named_as, sync_folder, sync_tree, write_file
-from station.export.journal import replace_files
+from station.storage.disk import named_as, sync_folder, sync_tree, write_file
+from station.storage.folder_lock import Claim, lock_folder
+from station.storage.journal import replace_files
 
 OVERWRITE_HINT = "add --force to overwrite, or choose another place"
 CAPTURE_HINT = "add --force to store the new scan beside it, or choose another folder with -o"

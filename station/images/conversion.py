@@ -9,7 +9,7 @@ import numpy as np
 from PIL import Image, ImageCms
 
 from restore import BadInput, Bytes, RestoredPage
-from station.export.icc import srgb_profile
+from station.images.icc import srgb_profile
 
 
 def convert_to_srgb(page: RestoredPage, profile: bytes) -> RestoredPage:

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from station.ocr_precision import MatchCount, count_matching_characters, count_matching_words
+from station.words.ocr_precision import MatchCount, count_matching_characters, count_matching_words
 
 TEXT = st.lists(st.text("abc", min_size=1, max_size=4), max_size=12).map(" ".join)
 

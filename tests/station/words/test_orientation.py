@@ -11,8 +11,8 @@ import pytest
 from PIL import Image, ImageDraw, ImageFont
 
 from station.choices import Turn
-from station.orientation import UNDECIDED, turned, upright_turn
-from station.words import ProgramMissing
+from station.words.orientation import UNDECIDED, turned, upright_turn
+from station.words.words import ProgramMissing
 
 DPI = 150.0
 TEXT = "A scanner measures the surface of a warped page and the page is laid flat so that its words can be read again."

@@ -17,11 +17,11 @@ import cv2
 import numpy as np
 
 from restore import Bytes
-from station.columns import Gutter, find_gutters, with_rules
 from station.errors import StationError, UsageError
-from station.export.png import encode_png
-from station.greek import reading_language, respelt
-from station.text_layer import XHTML, Paragraph, paragraphs_of
+from station.images.png import encode_png
+from station.words.columns import Gutter, find_gutters, with_rules
+from station.words.greek import reading_language, respelt
+from station.words.text_layer import XHTML, Paragraph, paragraphs_of
 
 THREADS = "1"  # more wait for each other in busy loops: twice the processor time, and no faster
 PACKAGE = "tesseract-ocr"  # of Debian and Ubuntu; Homebrew and Windows installers call it tesseract

@@ -19,16 +19,16 @@ from PIL import Image
 
 from drivers.simulated.scene.artwork import Text
 from restore.errors import BadInput
-from station import words as words_module
 from station.cli import main
 from station.errors import StationError, UsageError
 from station.export.pdf import encode_pdf
-from station.export.png import encode_png
-from station.export.tiff import encode_tiff
+from station.images.pages import find_pages, read_page
+from station.images.png import encode_png
+from station.images.tiff import encode_tiff
 from station.ocr import ENDINGS
-from station.ocr_precision import count_matching_characters, count_matching_words
-from station.pages import find_pages, read_page
-from station.words import (
+from station.words import words as words_module
+from station.words.ocr_precision import count_matching_characters, count_matching_words
+from station.words.words import (
     ALTO,
     READING_DPI,
     ProgramMissing,
@@ -335,7 +335,7 @@ def test_a_damaged_page_is_bad_input(result, damage, capsys):
 
 
 def test_what_is_read_is_written_by_one_table():
-    from station.export import OUTPUTS
+    from station.export.outputs import OUTPUTS
 
     assert tuple(output.suffix for output in OUTPUTS if output.kind == "ocr") == ENDINGS
     assert words_module.PACKAGE == "tesseract-ocr"

@@ -8,7 +8,7 @@ from PIL.PngImagePlugin import PngInfo
 
 import restore
 from restore import Bytes
-from station.export.image_metadata import ImageMetadata
+from station.images.image_metadata import ImageMetadata
 
 
 def encode_png(image: Bytes, dpi: float | None = None, metadata: ImageMetadata | None = None) -> bytes:

@@ -11,9 +11,9 @@ import pytest
 from pikepdf import Array, Dictionary, Name
 
 from drivers.simulated.scene.artwork import Text
-from station.export.icc import srgb_profile
 from station.export.pdf import encode_pdf
-from station.words import recognise
+from station.images.icc import srgb_profile
+from station.words.words import recognise
 from tests.station.pdfa import violations
 
 pytestmark = pytest.mark.skipif(not shutil.which("tesseract"), reason="needs the system package tesseract-ocr")

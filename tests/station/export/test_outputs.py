@@ -13,12 +13,12 @@ import tifffile
 from PIL import Image
 
 from restore import SurfaceMesh
-from station import export
-from station.export.coverage import encode_coverage
+from station.export import outputs
 from station.export.mesh import encode_flat, encode_warped
-from station.export.png import encode_png
 from station.export.report import ASSURANCES, encode_report, finite, summary
-from station.export.tiff import encode_map, encode_tiff
+from station.images.coverage import encode_coverage
+from station.images.png import encode_png
+from station.images.tiff import encode_map, encode_tiff
 
 HALF_PIXEL_PER_METRE = 0.5 * 0.0254  # pHYs counts whole pixels a metre
 OBJ_DIGITS_MM = 0.5e-6
@@ -99,8 +99,8 @@ def test_obj_texture_coordinates_run_from_edge_to_edge(page):
 def test_obj_reads_back_as_the_library_reads_scans(page, scan, tmp_path):
     from restore.formats import load_scan
 
-    done = export.Restoration("page", page, scan, (), {})
-    for name, data in zip(export.names("page", {"mesh"}), export.encode_outputs(done, {"mesh"}), strict=True):
+    done = outputs.Restoration("page", page, scan, (), {})
+    for name, data in zip(outputs.names("page", {"mesh"}), outputs.encode_outputs(done, {"mesh"}), strict=True):
         (tmp_path / name).write_bytes(data)
     mesh = load_scan(tmp_path / "page-flat.obj")
     assert isinstance(mesh, SurfaceMesh)
@@ -111,12 +111,12 @@ def test_obj_reads_back_as_the_library_reads_scans(page, scan, tmp_path):
 def test_obj_without_colour_refers_to_none(page, scan):
     bare = replace(page, flat=replace(page.flat, texture=None, texcoords=None))
     assert b"mtl" not in encode_flat(bare.flat, "m.mtl")
-    done = export.Restoration("page", bare, scan, (), {})
-    assert len(list(export.encode_outputs(done, {"mesh"}))) == len(export.names("page", {"mesh"}, colour=False)) == 5
+    done = outputs.Restoration("page", bare, scan, (), {})
+    assert len(list(outputs.encode_outputs(done, {"mesh"}))) == len(outputs.names("page", {"mesh"}, colour=False)) == 5
 
 
 def test_page_and_report_are_always_written():
-    assert export.names("book", frozenset()) == ["book.png", "book.json"]
+    assert outputs.names("book", frozenset()) == ["book.png", "book.json"]
 
 
 def test_report_is_strict_json():

@@ -10,8 +10,8 @@ from pathlib import Path
 from restore import Bytes, RestoredPage, turn_page
 from station.choices import Turn
 from station.errors import StationError
-from station.export.png import encode_png
-from station.words import Which, find_tesseract, run_tesseract, sized_for_reading
+from station.images.png import encode_png
+from station.words.words import Which, find_tesseract, run_tesseract, sized_for_reading
 
 # Least difference of the log likelihoods of the two best orientations: Tesseract's own `min_orientation_margin`.
 MIN_MARGIN = 7.0

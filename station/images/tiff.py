@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore import Bytes, RestoredPage
-from station.export.image_metadata import ImageMetadata, exif_time
+from station.images.image_metadata import ImageMetadata, exif_time
 
 MODEL, XMP = 272, 700  # tags of TIFF 6.0, section 8, and of XMP specification part 3, 2.1
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image, ImageCms
 
-from station.export.icc import D50, D65, MatrixProfile, adaptation, encode_profile, srgb_matrix, srgb_profile
+from station.images.icc import D50, D65, MatrixProfile, adaptation, encode_profile, srgb_matrix, srgb_profile
 
 FIXED = 2**-16  # numbers in a profile are counted in these
 CODE = 1  # of 255: two roundings on the way there and back

@@ -17,7 +17,7 @@ from pathlib import Path
 
 from restore import read_regular
 from station.errors import JournalDamaged
-from station.export.disk import sync_folder, write_file
+from station.storage.disk import sync_folder, write_file
 
 JOURNAL = "journal.json"
 NEW, OLD = "new", "old"

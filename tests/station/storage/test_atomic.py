@@ -13,10 +13,10 @@ from itertools import count
 import pytest
 
 from station.errors import FolderInUse, JournalDamaged, OverwriteError
-from station.export import disk, journal
-from station.export.atomic import claim_folder, new_folder, write_all
-from station.export.claim import WORK, lock_folder, recover
-from station.export.journal import JOURNAL
+from station.storage import disk, journal
+from station.storage.atomic import claim_folder, new_folder, write_all
+from station.storage.folder_lock import WORK, lock_folder, recover
+from station.storage.journal import JOURNAL
 
 EVENTS = {"os.rename", "os.remove", "os.link", "os.mkdir", "os.rmdir", "open"}
 LEAST_EVENTS = 20  # of a run that replaces three files: the sweep saw the whole of it
@@ -26,7 +26,7 @@ AFTER = {"page": b"new page", "report": b"new report", "more": b"new more"}
 HOLDER = """
 import sys, time
 from pathlib import Path
-from station.export.atomic import claim_folder
+from station.storage.atomic import claim_folder
 with claim_folder(Path(sys.argv[1])):
     print("held", flush=True)
     sys.stdin.read()

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from station.columns import LEAST_LENGTH, find_gutters, with_rules
+from station.words.columns import LEAST_LENGTH, find_gutters, with_rules
 
 X_HEIGHT_PX = 12.0
 LINE, WORD, SPACE = 30, 60, 8  # pixels

@@ -10,7 +10,7 @@ import typer
 from station.cli import app, main
 from station.errors import UsageError
 from station.session import Volume, create_session
-from station.session_folder import is_session, refuse_session, session_around
+from station.storage.session_folder import is_session, refuse_session, session_around
 from tests.station.conftest import fault
 
 
