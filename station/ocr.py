@@ -11,7 +11,7 @@ from station.export.pdf import encode_pdf
 from station.images.pages import find_pages, read_page
 from station.overwrite_check import refuse_originals
 from station.progress import Progress, silent
-from station.storage.atomic import claim_folder, refuse_existing, write_all
+from station.storage.atomic import lock_output_folder, refuse_existing, write_all
 from station.storage.session_folder import refuse_session
 from station.words.ocr_precision import MatchCount, count_matching_characters, count_matching_words
 from station.words.words import find_tesseract, recognise
@@ -65,11 +65,11 @@ def read_pages(
 
 def _read(page: Path, paths: list[Path], printed: str | None, *, language: str, force: bool) -> PageRead:
     stored = read_page(page)
-    with claim_folder(paths[0].parent) as claim:
+    with lock_output_folder(paths[0].parent) as lock:
         words = recognise(stored.image, stored.dpi, name=page.name, language=language)
         pdf = encode_pdf(stored.image, stored.dpi, words, title=page.stem, profile=stored.profile)
         files = write_all(
-            zip(paths, (words.text.encode(), words.alto, words.hocr, pdf), strict=True), force=force, claim=claim
+            zip(paths, (words.text.encode(), words.alto, words.hocr, pdf), strict=True), force=force, lock=lock
         )
     measured = (
         ()

@@ -44,8 +44,8 @@ from station.pictures.frames import Recorder
 from station.pieces import Selected, select_sheets
 from station.progress import Progress, silent
 from station.sanity import refuse_no_page
-from station.storage.atomic import claim_folder, new_folder, refuse_captured, refuse_existing, write_all
-from station.storage.folder_lock import Claim, recover
+from station.storage.atomic import lock_output_folder, new_folder, refuse_captured, refuse_existing, write_all
+from station.storage.folder_lock import FolderLock, recover
 from station.words.orientation import turned
 from station.words.words import check_language, find_tesseract, recognise
 
@@ -107,13 +107,13 @@ def restore_file(
     report_fields |= {"shots": [str(shot) for shot in shots]} if shots else {}
     report_fields |= facts or {}
     source_record = SourceRecord(report_fields, {"load": clock() - start})
-    with claim_folder(destination.folder) as claim:
+    with lock_output_folder(destination.folder) as lock:
         return restore_scan(
             scan,
             destination,
             stem,
             source_record,
-            claim=claim,
+            lock=lock,
             settings=settings,
             photos=photographs,
             input_files=input_files,
@@ -143,7 +143,7 @@ def scan_page(
     recover(destination.folder)
     places = scan_folders(destination, [stem, *(f"{stem}-{i + 1}" for i in range(1, shots))])
     refuse_existing(destination.files(stem), force=destination.force)
-    with claim_folder(destination.folder) as claim:
+    with lock_output_folder(destination.folder) as lock:
         start = clock()
         scans = _capture(config, shots, progress)
         source_record = SourceRecord({}, {"load": 0.0, "capture": clock() - start})
@@ -153,7 +153,7 @@ def scan_page(
             destination,
             stem,
             source_record,
-            claim=claim,
+            lock=lock,
             settings=config.restore,
             progress=progress,
             clock=clock,
@@ -167,7 +167,7 @@ def store_and_restore(
     stem: str,
     source_record: SourceRecord,
     *,
-    claim: Claim,
+    lock: FolderLock,
     settings: Settings,
     progress: Progress,
     clock: Clock,
@@ -178,7 +178,7 @@ def store_and_restore(
     """
     start = clock()
     for shot, path in zip(scans, stored, strict=True):
-        with new_folder(claim, path.name) as folder:
+        with new_folder(lock, path.name) as folder:
             save_scan(shot, folder)
     report_fields, seconds = (
         {"scan": str(stored[0]), **source_record.report_fields},
@@ -188,7 +188,7 @@ def store_and_restore(
     try:
         scan = _combined_shots(scans)
         outcome = restore_scan(
-            scan, destination, stem, source_record, claim=claim, settings=settings, progress=progress, clock=clock
+            scan, destination, stem, source_record, lock=lock, settings=settings, progress=progress, clock=clock
         )
     except BaseException as error:
         force = ["--force"] if destination.force else []
@@ -265,7 +265,7 @@ def restore_scan(
     stem: str,
     source_record: SourceRecord,
     *,
-    claim: Claim,
+    lock: FolderLock,
     settings: Settings,
     photos: Sequence[Photograph] = (),
     input_files: Sequence[Path] = (),
@@ -311,7 +311,7 @@ def restore_scan(
         possible = [destination.folder / name for name in outputs.names(stem, outputs.KINDS)]
         gone = superseded(destination.folder / f"{stem}.json", possible, input_files)
         gone += superseded_pieces(destination.folder, stem, str(source_record.report_fields.get("scan")), input_files)
-    written = tuple(write_all(contents(), force=destination.force, claim=claim, superseded=gone))
+    written = tuple(write_all(contents(), force=destination.force, lock=lock, superseded=gone))
     if len(sheets) == 1:
         return replace(pages[0], files=written)
     left_out = [{**sheet.report_fields["piece"], "reason": str(error)} for sheet, error in failures]

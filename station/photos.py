@@ -27,7 +27,7 @@ from station.errors import UsageError
 from station.one_page import Examine, nothing, restore_scan
 from station.overwrite_check import check_outputs
 from station.progress import Progress, silent
-from station.storage.atomic import claim_folder
+from station.storage.atomic import lock_output_folder
 from station.storage.folder_lock import recover
 from station.whole_run import expected_of_photographs, with_whole
 
@@ -87,13 +87,13 @@ def photographed_page(
         {"load": loaded - start, "reconstruct": clock() - loaded},
         tuple(warnings),
     )
-    with claim_folder(destination.folder) as claim:
+    with lock_output_folder(destination.folder) as lock:
         return restore_scan(
             page.mesh,
             destination,
             stem,
             record,
-            claim=claim,
+            lock=lock,
             settings=settings,
             photos=page.photographs,
             input_files=pictures,

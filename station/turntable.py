@@ -32,8 +32,8 @@ from station.destination import Clock, Destination, Outcome, SourceRecord
 from station.errors import UsageError
 from station.one_page import scan_folders, stem_of, store_and_restore
 from station.progress import Progress, silent
-from station.storage.atomic import claim_folder, new_folder, refuse_existing, write_all
-from station.storage.folder_lock import Claim, recover
+from station.storage.atomic import lock_output_folder, new_folder, refuse_existing, write_all
+from station.storage.folder_lock import FolderLock, recover
 
 VIEW = "-view-"  # between the stem and the number of a view
 AXIS_FILE = "axis.toml"
@@ -69,8 +69,8 @@ def scan_views(
     scan_folders(destination, [stem])
     refuse_existing(destination.files(stem), force=destination.force)
     start = clock()
-    with claim_folder(destination.folder) as claim:
-        views = capture_views(config, destination, stem, claim=claim, turns=turns, progress=progress)
+    with lock_output_folder(destination.folder) as lock:
+        views = capture_views(config, destination, stem, lock=lock, turns=turns, progress=progress)
         seconds = {"load": 0.0, "capture": clock() - start}
         axis = _rotation_axis(settings.point_mm, settings.direction)
         return _merge_and_restore(
@@ -79,7 +79,7 @@ def scan_views(
             destination,
             stem,
             seconds,
-            claim=claim,
+            lock=lock,
             settings=config.restore,
             progress=progress,
             clock=clock,
@@ -108,9 +108,9 @@ def merge_files(
     views = Views(scans, folders, [turn["deg"] for turn in turned])
     axis = _rotation_axis(turned[0]["axis"]["point_mm"], turned[0]["axis"]["direction"])
     seconds = {"load": clock() - start}
-    with claim_folder(destination.folder) as claim:
+    with lock_output_folder(destination.folder) as lock:
         return _merge_and_restore(
-            views, axis, destination, stem, seconds, claim=claim, settings=settings, progress=progress, clock=clock
+            views, axis, destination, stem, seconds, lock=lock, settings=settings, progress=progress, clock=clock
         )
 
 
@@ -124,10 +124,10 @@ def find_axis(
     path = destination.folder / AXIS_FILE
     recover(destination.folder)
     refuse_existing([path], force=destination.force)
-    with claim_folder(destination.folder) as claim:
-        views = capture_views(config, destination, "axis", claim=claim, turns=turns, progress=progress)
+    with lock_output_folder(destination.folder) as lock:
+        views = capture_views(config, destination, "axis", lock=lock, turns=turns, progress=progress)
         fit = fit_axis([board_corners(scan) for scan in views.scans], views.turns_deg)
-        write_all([(path, axis_table(fit).encode())], force=destination.force, claim=claim)
+        write_all([(path, axis_table(fit).encode())], force=destination.force, lock=lock)
     return fit, path
 
 
@@ -146,7 +146,7 @@ def view_angles(turns: int, arc_deg: float) -> list[float]:
 
 
 def capture_views(
-    config: StationConfig, destination: Destination, stem: str, *, claim: Claim, turns: int, progress: Progress
+    config: StationConfig, destination: Destination, stem: str, *, lock: FolderLock, turns: int, progress: Progress
 ) -> Views:
     """Rotate, capture and store `turns` views. Stored views survive every later error.
 
@@ -160,7 +160,7 @@ def capture_views(
     def store_view(angle_deg: float, scan: RangeScan) -> None:
         turned.append(angle_deg)
         scans.append(replace(scan, provenance={**scan.provenance, "turn": _rotation_record(angle_deg, stage.axis)}))
-        with new_folder(claim, folders[len(scans) - 1].name) as folder:
+        with new_folder(lock, folders[len(scans) - 1].name) as folder:
             save_scan(scans[-1], folder)
 
     try:
@@ -190,7 +190,7 @@ def _merge_and_restore(
     stem: str,
     seconds: Mapping[str, float],
     *,
-    claim: Claim,
+    lock: FolderLock,
     settings: Settings,
     progress: Progress,
     clock: Clock,
@@ -211,7 +211,7 @@ def _merge_and_restore(
         destination,
         stem,
         source_record,
-        claim=claim,
+        lock=lock,
         settings=settings,
         progress=progress,
         clock=clock,

@@ -17,7 +17,7 @@ from station.batch.sessions import SessionBatch
 from station.errors import UsageError
 from station.session import open_session
 from station.session.presets import Thresholds
-from station.storage.atomic import claim_folder, write_all
+from station.storage.atomic import lock_output_folder, write_all
 from station.storage.session_folder import is_session, refuse_session
 from station.watch import records
 from station.watch.presets import Options
@@ -59,7 +59,7 @@ def run_batch(
             f"{sessions[0]} is a session, whose pages take no profile", "leave --profile and the profile of --white out"
         )
     with ExitStack() as stack:
-        claim = stack.enter_context(claim_folder(output))
+        lock = stack.enter_context(lock_output_folder(output))
         writers = {str(session): stack.enter_context(open_session(session)) for session in sessions}
         parts: list[Part] = [SessionBatch(writers, options)] if writers else []
         parts += [FolderBatch(folders, output, options, limits)] if folders else []
@@ -70,5 +70,5 @@ def run_batch(
         finally:
             title = f"Batch of {', '.join(source.name for source in sources)}"
             pages = [page for part in parts for page in part.pages()]
-            write_all([(output / REPORT, encode_report(pages, title=title, now=now()))], force=True, claim=claim)
+            write_all([(output / REPORT, encode_report(pages, title=title, now=now()))], force=True, lock=lock)
     return output / REPORT

@@ -23,7 +23,7 @@ HOLDER_BYTES = 400  # a process number, a user's name and a host's, of at most 2
 
 
 @dataclass(frozen=True)
-class Claim:
+class FolderLock:
     """A folder that this run alone writes to.
 
     folder  the folder of the results.
@@ -43,24 +43,24 @@ class Claim:
 
 
 @contextmanager
-def lock_folder(folder: Path) -> Iterator[Claim]:
+def lock_folder(folder: Path) -> Iterator[FolderLock]:
     """Lock an existing folder for this run, after rolling back an unfinished replacement of a dead run.
 
     Raises FolderInUse when another run has locked it, OSError when the disk refuses.
     """
-    claim = Claim(folder)
+    lock = FolderLock(folder)
     try:
-        descriptor = _lock(claim)
+        descriptor = _lock(lock)
     except BaseException:
         with suppress(OSError):  # the folder of another run is not empty
-            claim.work.rmdir()
+            lock.work.rmdir()
         raise
     try:
-        _restore_order(claim)
-        yield claim
+        _restore_order(lock)
+        yield lock
     finally:
         try:
-            _clean(claim)
+            _clean(lock)
         finally:
             os.close(descriptor)
 
@@ -79,19 +79,19 @@ def recover(folder: Path) -> bool:
         return False
 
 
-def _lock(claim: Claim) -> int:
+def _lock(lock: FolderLock) -> int:
     """Take the lock, and write into it who holds it. Returns the descriptor that does."""
-    path = claim.work / LOCK
+    path = lock.work / LOCK
     while True:
-        claim.work.mkdir(exist_ok=True)
-        if claim.work.is_symlink():
-            raise FileExistsError(errno.EEXIST, "a link stands where the run keeps its files", str(claim.work))
+        lock.work.mkdir(exist_ok=True)
+        if lock.work.is_symlink():
+            raise FileExistsError(errno.EEXIST, "a link stands where the run keeps its files", str(lock.work))
         try:
             descriptor = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o666)
         except FileNotFoundError:  # a run that ended has just removed the folder
             continue
         try:
-            if _is_taken(claim, path, descriptor):
+            if _is_taken(lock, path, descriptor):
                 return descriptor
         except BaseException:
             os.close(descriptor)
@@ -99,13 +99,13 @@ def _lock(claim: Claim) -> int:
         os.close(descriptor)  # the lock of a run that ended in the meantime
 
 
-def _is_taken(claim: Claim, path: Path, descriptor: int) -> bool:
+def _is_taken(lock: FolderLock, path: Path, descriptor: int) -> bool:
     """Lock the open file; False when it is no longer the one at `path`. Raises FolderInUse."""
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         owner = os.pread(descriptor, HOLDER_BYTES, 0).decode("utf-8", "replace")
-        raise FolderInUse(claim.folder, owner) from None
+        raise FolderInUse(lock.folder, owner) from None
     if not _is_open_file(path, descriptor):
         return False
     try:
@@ -135,22 +135,22 @@ def _is_open_file(path: Path, descriptor: int) -> bool:
         return False
 
 
-def _restore_order(claim: Claim) -> None:
+def _restore_order(lock: FolderLock) -> None:
     """Undo the unfinished replacement of a dead run, then remove its files."""
-    roll_back(claim.folder, claim.work)
-    for leftover in claim.work.iterdir():
+    roll_back(lock.folder, lock.work)
+    for leftover in lock.work.iterdir():
         if leftover.name != LOCK:
             shutil.rmtree(leftover) if leftover.is_dir() and not leftover.is_symlink() else leftover.unlink()
 
 
-def _clean(claim: Claim) -> None:
+def _clean(lock: FolderLock) -> None:
     """Remove the hidden folder, the lock last; while a journal stands, the next run still needs it."""
-    if (claim.work / JOURNAL).exists():
+    if (lock.work / JOURNAL).exists():
         with suppress(OSError):
-            (claim.work / LOCK).unlink()
+            (lock.work / LOCK).unlink()
         return
-    for part in (claim.work / NEW, claim.work / OLD):
+    for part in (lock.work / NEW, lock.work / OLD):
         shutil.rmtree(part, ignore_errors=True)
     with suppress(OSError):  # whatever is left is removed by the next run
-        (claim.work / LOCK).unlink()
-        claim.work.rmdir()
+        (lock.work / LOCK).unlink()
+        lock.work.rmdir()

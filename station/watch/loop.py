@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import Literal
 
 from station.errors import UsageError
-from station.storage.atomic import claim_folder
-from station.storage.folder_lock import Claim
+from station.storage.atomic import lock_output_folder
+from station.storage.folder_lock import FolderLock
 from station.storage.session_folder import session_around
 from station.watch import records
 from station.watch.arrival import Arrival, Changed
@@ -84,7 +84,7 @@ class Watch:
         the disk refuses, LibraryMissing.
         """
         check_folders(self.folder, self.out)
-        with claim_folder(self.out):
+        with lock_output_folder(self.out):
             while True:
                 states = self.poll()
                 if "worked" in states:
@@ -183,8 +183,8 @@ class Watch:
 
 @contextmanager
 def staging(out: Path) -> Iterator[Path]:
-    """An empty folder in the hidden one of a claimed folder, on the same disk; removed at the end of the block."""
-    staged = Claim(out).new / STAGED
+    """An empty folder in the hidden one of a locked folder, on the same disk; removed at the end of the block."""
+    staged = FolderLock(out).new / STAGED
     shutil.rmtree(staged, ignore_errors=True)
     try:
         yield staged

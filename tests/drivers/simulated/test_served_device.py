@@ -162,7 +162,7 @@ def test_a_worker_that_is_ended_in_the_middle_of_a_shot(
         assert not device.log.laser_is_on
         open_scanner(table(port)).close()
     assert device.is_parked
-    # A killed run cannot take its claim on the folder away: the next run there does.
+    # A killed run cannot release its lock of the folder: the next run there does.
     left_behind = {WORK} if ending == signal.SIGKILL else set()
     assert {path.name for path in (tmp_path / "out").glob("*")} <= left_behind
 

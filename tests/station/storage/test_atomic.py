@@ -14,7 +14,7 @@ import pytest
 
 from station.errors import FolderInUse, JournalDamaged, OverwriteError
 from station.storage import disk, journal
-from station.storage.atomic import claim_folder, new_folder, write_all
+from station.storage.atomic import lock_output_folder, new_folder, write_all
 from station.storage.folder_lock import WORK, lock_folder, recover
 from station.storage.journal import JOURNAL
 
@@ -26,8 +26,8 @@ AFTER = {"page": b"new page", "report": b"new report", "more": b"new more"}
 HOLDER = """
 import sys, time
 from pathlib import Path
-from station.storage.atomic import claim_folder
-with claim_folder(Path(sys.argv[1])):
+from station.storage.atomic import lock_output_folder
+with lock_output_folder(Path(sys.argv[1])):
     print("held", flush=True)
     sys.stdin.read()
 """
@@ -260,12 +260,12 @@ def test_a_link_in_the_place_of_the_hidden_folder_is_not_followed(tmp_path):
 
 
 def test_a_folder_appears_complete_or_not_at_all(tmp_path):
-    with claim_folder(tmp_path) as claim, new_folder(claim, "scan") as part:
+    with lock_output_folder(tmp_path) as lock, new_folder(lock, "scan") as part:
         part.mkdir()
         (part / "a").write_bytes(b"1")
         assert not (tmp_path / "scan").exists()
     assert (tmp_path / "scan" / "a").read_bytes() == b"1"
-    with pytest.raises(ZeroDivisionError), claim_folder(tmp_path) as claim, new_folder(claim, "other") as part:
+    with pytest.raises(ZeroDivisionError), lock_output_folder(tmp_path) as lock, new_folder(lock, "other") as part:
         part.mkdir()
         raise ZeroDivisionError
     assert listing(tmp_path) == ["scan"]
@@ -274,30 +274,30 @@ def test_a_folder_appears_complete_or_not_at_all(tmp_path):
 def test_a_capture_is_never_replaced(tmp_path):
     (tmp_path / "scan").mkdir()
     (tmp_path / "scan" / "old").touch()
-    with pytest.raises(OverwriteError), claim_folder(tmp_path) as claim, new_folder(claim, "scan") as part:
+    with pytest.raises(OverwriteError), lock_output_folder(tmp_path) as lock, new_folder(lock, "scan") as part:
         part.mkdir()
     assert listing(tmp_path / "scan") == ["old"]
     assert listing(tmp_path) == ["scan"]
 
 
 def test_a_folder_is_tried_before_the_work(tmp_path, monkeypatch):
-    with claim_folder(tmp_path / "deep" / "out"):
+    with lock_output_folder(tmp_path / "deep" / "out"):
         assert listing(tmp_path / "deep" / "out") == [WORK]
 
     def full(_descriptor):
         raise OSError(errno.ENOSPC, "disk full")
 
     monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(OSError, match="disk full"), claim_folder(tmp_path / "deep" / "other"):
+    with pytest.raises(OSError, match="disk full"), lock_output_folder(tmp_path / "deep" / "other"):
         pass
     assert listing(tmp_path / "deep") == ["out"]
 
 
 def test_a_folder_made_for_work_that_fails_does_not_stay_behind_empty(tmp_path):
-    with pytest.raises(RuntimeError), claim_folder(tmp_path / "deep" / "out"):
+    with pytest.raises(RuntimeError), lock_output_folder(tmp_path / "deep" / "out"):
         raise RuntimeError
     assert listing(tmp_path) == []
-    with pytest.raises(RuntimeError), claim_folder(tmp_path / "deep" / "out"):
+    with pytest.raises(RuntimeError), lock_output_folder(tmp_path / "deep" / "out"):
         (tmp_path / "deep" / "out" / "scan").touch()
         raise RuntimeError
     assert listing(tmp_path / "deep" / "out") == ["scan"]

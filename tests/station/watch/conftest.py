@@ -13,7 +13,7 @@ import pytest
 from drivers.simulated.device.clock import VirtualClock
 from restore import BadInput, Settings
 from station.one_page import Destination, Outcome, stem_of
-from station.storage.atomic import claim_folder, write_all
+from station.storage.atomic import lock_output_folder, write_all
 from station.watch.loop import Event, Pace, Watch
 from station.watch.presets import Options, Presets
 
@@ -89,7 +89,7 @@ class Station:
     def pass_time(self, watch: Watch, seconds: float) -> None:
         """Let a watch go on for so long."""
         end = self.clock() + seconds
-        with claim_folder(self.out):
+        with lock_output_folder(self.out):
             while self.clock() < end:
                 if "worked" not in watch.poll():
                     self.clock.sleep(PACE.poll_s)

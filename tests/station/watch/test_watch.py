@@ -11,7 +11,7 @@ import pytest
 from restore import LibraryMissing, NotEnoughSurface
 from station.errors import FolderInUse, UsageError
 from station.session import Volume, create_session
-from station.storage.atomic import claim_folder
+from station.storage.atomic import lock_output_folder
 from station.watch import loop
 from station.watch.records import NOTE
 
@@ -308,7 +308,7 @@ def test_folders_that_cannot_be(station, tmp_path) -> None:
 
 
 def test_one_watch_for_the_results(station) -> None:
-    with claim_folder(station.out), pytest.raises(FolderInUse):
+    with lock_output_folder(station.out), pytest.raises(FolderInUse):
         station.run()
 
 
