@@ -15,10 +15,11 @@ import numpy as np
 
 from restore import RangeScan
 from station.session import Volume, create_session, open_session, read_session
-from station.session.presets import Preset, Thresholds
+from station.session.presets import Preset
 from station.session.replay import replay
 from station.session.stages import Run, run_restore
 from station.shift.loop import Shift
+from station.verdict.thresholds import Thresholds
 from station.warm_up import small_page
 
 SETTINGS = {"points": 300, "dpi": 60}

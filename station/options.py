@@ -15,7 +15,7 @@ from typing import Annotated, Any, get_type_hints
 
 import typer
 
-from station.choices import Pieces, Turn
+from station.choices import FLAGS, Pieces, Turn
 from station.errors import UsageError
 from station.storage.session_folder import refuse_session, session_around
 
@@ -83,7 +83,6 @@ Anyway = Annotated[bool, typer.Option("--anyway", help="Write a page whose surfa
 Debug = Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")]
 
 MOST_S = 1e6  # of any time that is waited: eleven days
-FLAGS = ("tiff", "map", "mesh", "strain", "frames", "review", "ocr", "coverage")
 
 
 @dataclass(frozen=True)

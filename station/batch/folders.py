@@ -13,8 +13,8 @@ from station.batch.process import Work
 from station.batch.progress import Event, Pace, Show
 from station.batch.run import run
 from station.errors import UsageError
-from station.session.presets import Thresholds
 from station.storage.folder_lock import recover
+from station.verdict.thresholds import Thresholds
 from station.watch.loop import batch_instead, check_folders
 from station.watch.presets import Options
 

@@ -11,8 +11,8 @@ from typing import Any
 
 from restore import read_regular
 from station.batch.plan import Plan
-from station.session.presets import Thresholds
 from station.verdict.judge import LEVELS, judge
+from station.verdict.thresholds import Thresholds
 from station.watch import records
 from station.watch.arrival import Arrival
 

@@ -22,10 +22,10 @@ from typing import Any, TypeVar
 
 from station.batch.child import IDLE
 from station.errors import Fault, StationError
-from station.watch.once import MAX_ATTEMPTS
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 GRACE_S = 10.0  # for the work of a process that is told to end
+MAX_ATTEMPTS = 2  # that may be cut off: by an operator, by a power cut; after that it is the scan that ends the program
 
 Result = TypeVar("Result")
 Work = Callable[[Any, tuple[str, ...]], Result]

@@ -16,7 +16,7 @@ from typing import Any
 from restore import LibraryMissing
 from station.batch.executors import Workers
 from station.batch.outcomes import PageOutcome, concerns, figures_of
-from station.batch.process import Work
+from station.batch.process import MAX_ATTEMPTS, Work
 from station.batch.progress import Event, Pace, Show
 from station.batch.run import run
 from station.errors import StationError, explain
@@ -27,7 +27,7 @@ from station.session.judging import lacks_verdict, record_verdict
 from station.session.overview import label_of, preset_of
 from station.session.presets import Preset
 from station.session.stages import PAGE, RESTORE, VERDICT, Run, run_restore
-from station.watch.once import MAX_ATTEMPTS, is_range_image
+from station.watch.once import is_range_image
 from station.watch.presets import AUTO, Options
 
 ERROR = "error"  # in the result of a run that has no page

@@ -16,9 +16,9 @@ from station.batch.report import encode_report
 from station.batch.sessions import SessionBatch
 from station.errors import UsageError
 from station.session import open_session
-from station.session.presets import Thresholds
 from station.storage.atomic import lock_output_folder, write_all
 from station.storage.session_folder import is_session, refuse_session
+from station.verdict.thresholds import Thresholds
 from station.watch import records
 from station.watch.presets import Options
 

@@ -34,9 +34,10 @@ from station.console.sitting import Listener, Restorations, Sitting, Working
 from station.console.tiles import Pyramids
 from station.console.words import Words
 from station.session.overview import SETTINGS, preset_of
-from station.session.presets import Preset, Thresholds
+from station.session.presets import Preset
 from station.session.store import Session, read_session, utc
 from station.shift.workers import background
+from station.verdict.thresholds import Thresholds
 
 WATCH_S = 2.0  # between two looks at a session that another process writes to
 SHOT_S = 20.0  # for a shot that is under way when the server ends: a FINE one takes four, with focus six

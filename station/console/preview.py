@@ -13,9 +13,9 @@ from PIL import Image
 
 from drivers.vivid900.geometry.lenses import LENSES, MODES, depth_window
 from restore import Bytes, Floats, Mask, RangeScan
-from station.session.presets import Thresholds
 from station.verdict.judge import level_of
 from station.verdict.measures import BLACK, WHITE, blur_px
+from station.verdict.thresholds import Thresholds
 
 JPEG_QUALITY = 90
 # Colours of the overlay, RGB: apart from each other for the colour-blind, too.

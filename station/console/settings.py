@@ -18,7 +18,8 @@ from station.console.faults import ConsoleFault
 from station.console.units import UNITS
 from station.session import VOLUME, Session
 from station.session.overview import SETTINGS, changed_preset
-from station.session.presets import Preset, Thresholds, check_limits
+from station.session.presets import Preset
+from station.verdict.thresholds import Thresholds, check_limits
 
 CAPTURE, RESTORE, VERDICT = "capture", "restore", "verdict"
 STORED = {CAPTURE: "capture", RESTORE: "settings", VERDICT: "thresholds"}  # names of the groups in the decision

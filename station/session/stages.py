@@ -17,9 +17,9 @@ from station.one_page import restore_file
 from station.photos import Scale, photographed_page
 from station.progress import Progress, silent
 from station.session.photographs import pictures_in
-from station.session.presets import Thresholds
 from station.verdict.judge import as_result, judge
 from station.verdict.measures import measured
+from station.verdict.thresholds import Thresholds
 
 RESTORE, VERDICT = STAGES = "restore", "verdict"
 STEM = "page"

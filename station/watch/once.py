@@ -9,13 +9,13 @@ from pathlib import Path
 from typing import Any, Literal, Protocol
 
 from restore import LibraryMissing, Settings
+from station.batch.process import MAX_ATTEMPTS
 from station.errors import StationError, explain
 from station.one_page import Destination, Outcome
 from station.watch import records
 from station.watch.arrival import Arrival
 from station.watch.presets import AUTO, Options
 
-MAX_ATTEMPTS = 2  # that may be cut off: by an operator, by a power cut; after that it is the scan that ends the program
 RANGE_IMAGES = (".abs", ".abs.gz")
 UNREADABLE = "unreadable"  # in place of the digest of a file that may not be read
 

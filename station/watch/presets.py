@@ -10,9 +10,9 @@ from typing import Any
 from pydantic import field_validator
 
 from restore import BadInput, Settings, check_unit, read_toml
+from station.choices import FLAGS
 from station.config import build_model
 from station.errors import UsageError
-from station.options import FLAGS
 from station.watch.listing import Listing, Stamp
 
 PRESET = "planish.toml"

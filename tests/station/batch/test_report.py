@@ -19,7 +19,7 @@ from station.batch.outcomes import FIGURES, PageOutcome, worst_first
 from station.batch.process import Limits
 from station.batch.report import encode_report
 from station.batch.whole import REPORT, run_batch
-from station.session.presets import Thresholds
+from station.verdict.thresholds import Thresholds
 from tests.station.batch.conftest import QUICK
 
 NOW = datetime(2026, 3, 4, 5, 6, tzinfo=UTC)

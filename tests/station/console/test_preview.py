@@ -8,7 +8,7 @@ import numpy as np
 
 from restore import RangeScan
 from station.console.preview import look_at, window_of
-from station.session.presets import Thresholds
+from station.verdict.thresholds import Thresholds
 from tests.station.conftest import curl_scan
 from tests.station.console.conftest import wait_for
 

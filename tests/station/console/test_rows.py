@@ -14,7 +14,7 @@ from station.console.rows import finding_of, rank_of
 from station.console.units import UNITS
 from station.errors import FolderInUse, UsageError
 from station.session import Event, Page, SessionDamaged
-from station.session.presets import Thresholds
+from station.verdict.thresholds import Thresholds
 
 
 def page(result=None, verdict=None) -> Page:
