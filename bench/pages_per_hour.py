@@ -23,10 +23,10 @@ from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link
 from restore import RangeScan
+from station.capture_loop.loop import Shift
 from station.session import Volume, create_session, open_session
 from station.session.presets import load_preset
-from station.shift.loop import Shift
-from station.shift.workers import background
+from station.workers.background import background
 
 SHEETS = ({"name": "curl", "radius_mm": 200.0}, {"name": "wave"}, {"name": "cone"})
 PAGE_MM = (150, 200)

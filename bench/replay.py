@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from restore import RangeScan
+from station.capture_loop.loop import Shift
 from station.session import Volume, create_session, open_session, read_session
 from station.session.presets import Preset
 from station.session.replay import replay
 from station.session.stages import Run, run_restore
-from station.shift.loop import Shift
 from station.verdict.thresholds import Thresholds
 from station.warm_up import small_page
 
@@ -55,7 +55,7 @@ def _scan(number: int) -> RangeScan:
 
 
 def restore_now(source: Path, parameters: Mapping[str, Any], folder: Path) -> Future[Run]:
-    """Restore a scan in this process. See `station.shift.workers.Submit`."""
+    """Restore a scan in this process. See `station.workers.background.Submit`."""
     future: Future[Run] = Future()
     future.set_result(run_restore(source, parameters, folder))
     return future

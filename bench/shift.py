@@ -19,11 +19,11 @@ from bench.replay import restore_now
 from drivers.simulated import Text
 from drivers.simulated.imaging.shot import printed
 from restore import RangeScan
+from station.capture_loop.loop import Done, Shift
 from station.session import Volume, create_session, open_session, read_session
 from station.session.overview import overview_lines
 from station.session.presets import load_preset
 from station.session.verify import verify
-from station.shift.loop import Done, Shift
 from station.warm_up import small_page
 
 PAGE_MM = (106.0, 75.0)

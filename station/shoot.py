@@ -30,12 +30,12 @@ def shoot(
     """Shoot the pages of a session; each is restored and judged while the next one is shot."""
     with report_faults(debug=debug), ExitStack() as stack:
         import drivers
+        from station.capture_loop import keys
+        from station.capture_loop.loop import Shift
         from station.config import load_config
         from station.errors import UsageError
         from station.session import open_session
-        from station.shift import keys
-        from station.shift.loop import Shift
-        from station.shift.workers import background
+        from station.workers.background import background
 
         writer = stack.enter_context(open_session(find_session(index, session)))
         named = writer.session.volume.station

@@ -51,9 +51,9 @@ def small_page() -> RangeScan:
 def compile_kernels() -> int:
     """Restore a small page by every method, as a scan and as a mesh. Returns the number of functions compiled."""
     from restore import Settings, load_scan, notify_when_compiling, save_scan
-    from station.destination import Destination
     from station.export.outputs import OUTPUTS
-    from station.one_page import restore_file
+    from station.run.destination import Destination
+    from station.run.one_page import restore_file
 
     compiled: list[None] = []
     with tempfile.TemporaryDirectory() as name, notify_when_compiling(lambda: compiled.append(None)):

@@ -16,7 +16,7 @@ from restore import load_scan, read_photograph, read_picture
 from restore.formats.folder import INDEX, POINTS, _sha256
 from station.images.icc import read_profile, srgb_profile
 from station.images.pages import read_page
-from station.overwrite_check import superseded
+from station.run.overwrite_check import superseded
 from station.storage.folder_lock import WORK, recover
 from station.storage.journal import JOURNAL
 

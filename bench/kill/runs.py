@@ -19,9 +19,9 @@ from typing import Any
 import drivers
 from bench.kill.events import in_child
 from restore import RangeScan, load_scan, save_scan
-from station import one_page
 from station.cli import main as planish
 from station.export import outputs
+from station.run import one_page
 from station.warm_up import small_page
 from station.words.words import ProgramMissing, find_tesseract
 

@@ -16,8 +16,8 @@ from station.terminal import print_result, report_faults
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
 
-    from station.batch.executors import Workers
     from station.batch.progress import Event
+    from station.workers.executors import Workers
 
 SHARE = 0.9  # of the memory: the rest is the system's
 LEAST_MIB = 512  # in less a worker cannot even load its libraries
@@ -65,12 +65,12 @@ def batch(
     """Restore all scans of folders and sessions with several workers; started again, it goes on where it was."""
     with report_faults(debug=debug):
         from restore import Settings
-        from station.batch.executors import cluster_workers, local_workers
-        from station.batch.process import Limits
-        from station.batch.whole import run_batch
+        from station.batch.runner import run_batch
         from station.config import build_model
+        from station.intake.presets import Options
         from station.session.presets import load_preset
-        from station.watch.presets import Options
+        from station.workers.executors import cluster_workers, local_workers
+        from station.workers.process import Limits
 
         if workers is not None and scheduler is not None:
             raise UsageError("--workers is the cluster's business", "leave --workers out with --scheduler")

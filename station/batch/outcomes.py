@@ -11,10 +11,10 @@ from typing import Any
 
 from restore import read_regular
 from station.batch.plan import Plan
+from station.intake import records
+from station.intake.arrival import Arrival
 from station.verdict.judge import LEVELS, judge
 from station.verdict.thresholds import Thresholds
-from station.watch import records
-from station.watch.arrival import Arrival
 
 Read = Callable[[Mapping[str, Any]], float | None]
 

@@ -14,7 +14,7 @@ from station.colour.figures import UNMEASURED, mean_differences, quality_figures
 from station.colour.fit import ColourFit, fit_colours
 from station.export.report import encode_report
 from station.images.icc import encode_profile
-from station.overwrite_check import MAX_REPORT_BYTES
+from station.run.overwrite_check import MAX_REPORT_BYTES
 from station.storage.atomic import lock_output_folder, refuse_existing, write_all
 
 SUFFIX = ".icc"

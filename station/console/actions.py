@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import partial
 
+from station.capture_loop.loop import Shift
 from station.console.rows import rows_of
 from station.session import decide
-from station.shift.loop import Shift
 
 SHOTS = frozenset({"shoot", "again", "insert"})
 ON_A_PAGE = frozenset({"again", "insert", "accept", "mark", "note", "label", "side"})

@@ -36,8 +36,8 @@ from station.console.words import Words
 from station.session.overview import SETTINGS, preset_of
 from station.session.presets import Preset
 from station.session.store import Session, read_session, utc
-from station.shift.workers import background
 from station.verdict.thresholds import Thresholds
+from station.workers.background import background
 
 WATCH_S = 2.0  # between two looks at a session that another process writes to
 SHOT_S = 20.0  # for a shot that is under way when the server ends: a FINE one takes four, with focus six

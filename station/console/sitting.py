@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import Any
 
 from restore import RangeScan
+from station.capture_loop.loop import Shift, Task
 from station.console.faults import ConsoleFault
 from station.console.rows import Row, rows_of
 from station.session import Page, Session, decide, open_session, read_session
 from station.session.bag import LOG, TAG_MANIFEST
 from station.session.judging import lacks_verdict
 from station.session.stages import RESTORE
-from station.shift.loop import Shift, Task
-from station.shift.workers import Submit, background
+from station.workers.background import Submit, background
 
 DECISION_S = 150.0  # for a decision to be recorded: after the shot that is under way, at the latest
 MEASURED = 10  # pages whose size tells how many more the disk takes

@@ -12,10 +12,10 @@ from pydantic import BaseModel, ConfigDict
 
 from restore import RestoreError, Settings
 from station.choices import Pieces, Turn
-from station.destination import Destination
-from station.one_page import restore_file
-from station.photos import Scale, photographed_page
 from station.progress import Progress, silent
+from station.run.destination import Destination
+from station.run.one_page import restore_file
+from station.run.photos import Scale, photographed_page
 from station.session.photographs import pictures_in
 from station.verdict.judge import as_result, judge
 from station.verdict.measures import measured

@@ -15,8 +15,8 @@ from station.session import bag
 from station.session.events import FOLDER, RECORD, VOLUME, Event
 from station.session.history import folded
 from station.session.reading import complete_is_possible
+from station.session.reconcile import Testimony, hear
 from station.session.tree import place_of, tree_digests
-from station.session.witnesses import Testimony, hear
 from station.storage.folder_lock import HOLDER_BYTES, LOCK, WORK
 
 Kind = Literal["damaged", "missing", "extra", "renamed", "contradiction", "unfinished"]

@@ -14,7 +14,7 @@ from station.progress import progress_on
 from station.terminal import print_result, report_faults
 
 if TYPE_CHECKING:
-    from station.watch.loop import Event, Watch
+    from station.intake.loop import Event, Watch
 
 Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="The folder in which scans arrive.", show_default=False)]
 Once = Annotated[bool, typer.Option("--once", help="End when everything that is there is done.")]
@@ -46,9 +46,9 @@ def watch(
     with report_faults(debug=debug), progress_on(sys.stderr) as progress:
         from restore import Settings
         from station.config import build_model
-        from station.one_page import restore_file
-        from station.watch.loop import Pace, Watch
-        from station.watch.presets import Options, Presets
+        from station.intake.loop import Pace, Watch
+        from station.intake.presets import Options, Presets
+        from station.run.one_page import restore_file
 
         folder, output = folder.resolve(), output.resolve()
         options = Options(chosen.given, kinds.wanted, kinds.language, **colours_of(kinds, chosen), unit=unit)

@@ -16,8 +16,9 @@ import typer
 from drivers import CaptureSettings
 from restore import FlatMesh, Photograph, RangeScan, RestoredPage, Settings
 from restore.mesh.network import make_network
-from station import cli, one_page, terminal
+from station import cli, terminal
 from station.errors import Fault
+from station.run import one_page
 from station.terminal import print_fault
 from tests.station.hints import missing_options
 

@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from restore import Settings, load_scan, restore
-from station import one_page, warm_up
+from station import warm_up
 from station.cli import main
+from station.run import one_page
 
 ROUNDING_MM = 1e-9  # of sums of squares near 10⁶ mm² in double precision
 

@@ -6,11 +6,11 @@ import asyncio
 from datetime import UTC, datetime
 from types import SimpleNamespace
 
+from station.capture_loop.loop import Line
 from station.console.broadcast import Broadcast
 from station.console.hub import Hub
 from station.console.shown import shots_left, stamp
 from station.console.tasks import free_folder
-from station.shift.loop import Line
 from tests.station.console.test_hub import events_of
 
 

@@ -12,12 +12,12 @@ from oracles.file_faults import KINDS, file_fault
 from restore import BadInput
 from station.errors import FolderInUse
 from station.session import VOLUME, add_scan, bag, decide, open_session, record_run
+from station.session.reconcile import hear
 from station.session.repair import repair
 from station.session.replay import replay
 from station.session.stages import Run
 from station.session.store import read_session
 from station.session.verify import Problem, page_of, verify
-from station.session.witnesses import hear
 from station.storage.folder_lock import WORK
 
 FAULTS_OF_A_KIND = 12  # bench.bit_faults tries thousands

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from station import one_page
 from station.cli import main
+from station.run import one_page
 from tests.station.conftest import Library
 
 QUICK = ["--once", "--settle", "0", "--pair", "0", "--poll", "0.05"]

@@ -25,7 +25,7 @@ from station.export.pdf import encode_pdf
 from station.images.pages import find_pages, read_page
 from station.images.png import encode_png
 from station.images.tiff import encode_tiff
-from station.ocr import ENDINGS
+from station.run.ocr import ENDINGS
 from station.words import words as words_module
 from station.words.ocr_precision import count_matching_characters, count_matching_words
 from station.words.words import (
