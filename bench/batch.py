@@ -23,7 +23,7 @@ from restore import save_scan
 from station.batch.page import Done, restore_task
 from station.batch.plan import plan_folder
 from station.batch.run_tasks import run
-from station.intake.presets import Options
+from station.run.options import Options
 from station.workers.executors import local_workers
 from station.workers.process import Limits
 

@@ -26,6 +26,7 @@ from restore import RangeScan
 from station.capture_loop.loop import Shift
 from station.session import Volume, create_session, open_session
 from station.session.presets import load_preset
+from station.session.stages import run_restore
 from station.workers.background import background
 
 SHEETS = ({"name": "curl", "radius_mm": 200.0}, {"name": "wave"}, {"name": "cone"})
@@ -73,7 +74,7 @@ def work(scans: list[RangeScan], shot_s: float, pages: int) -> tuple[list[float]
         if "checks" in line:
             judged.append(time.perf_counter())
 
-    with tempfile.TemporaryDirectory() as name, background() as submit:
+    with tempfile.TemporaryDirectory() as name, background(run_restore) as submit:
         settings = load_preset("leaflet").model_dump(mode="json", exclude_none=True)
         create_session(Path(name) / "volume", Volume(title="A volume", settings=settings))
         with open_session(Path(name) / "volume") as writer:

@@ -15,12 +15,12 @@ import numpy as np
 
 from restore import RangeScan
 from station.capture_loop.loop import Shift
+from station.run.small_page import small_page
 from station.session import Volume, create_session, open_session, read_session
 from station.session.presets import Preset
 from station.session.replay import replay
 from station.session.stages import Run, run_restore
 from station.verdict.thresholds import Thresholds
-from station.warm_up import small_page
 
 SETTINGS = {"points": 300, "dpi": 60}
 THRESHOLDS = Thresholds(strain_rms=(0.003, 0.01), similarity=(0.84, 0.92), hole_mm=(5.0, 15.0))
@@ -55,7 +55,7 @@ def _scan(number: int) -> RangeScan:
 
 
 def restore_now(source: Path, parameters: Mapping[str, Any], folder: Path) -> Future[Run]:
-    """Restore a scan in this process. See `station.workers.background.Submit`."""
+    """Restore a scan in this process. See `station.session.stages.Submit`."""
     future: Future[Run] = Future()
     future.set_result(run_restore(source, parameters, folder))
     return future

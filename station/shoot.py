@@ -35,13 +35,14 @@ def shoot(
         from station.config import load_config
         from station.errors import UsageError
         from station.session import open_session
+        from station.session.stages import run_restore
         from station.workers.background import background
 
         writer = stack.enter_context(open_session(find_session(index, session)))
         named = writer.session.volume.station
         station = load_config(config or Path(named)) if config or named else None
         stack.callback(lambda: enter(index, writer.session))
-        submit = stack.enter_context(background())
+        submit = stack.enter_context(background(run_restore))
         capture = None
         if station is not None:
             try:

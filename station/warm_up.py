@@ -4,18 +4,13 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, get_args
+from typing import Annotated, get_args
 
 import typer
 
+from station.run.small_page import small_page
 from station.terminal import print_result, report_faults
 
-if TYPE_CHECKING:
-    from restore import RangeScan
-
-ROWS, COLS = 40, 56  # enough for every step
-PITCH = 1 / 485.0  # of the lines of sight, one millimetre deep: every fourth pixel of the MIDDLE lens
-RADIUS_MM, DISTANCE_MM = 200.0, 900.0
 POINTS = 10_000  # more than there are: all are kept, which needs no library of the system
 # The mesh of a format whose reader has kernels of its own.
 TRIANGLE = """ply
@@ -30,22 +25,6 @@ end_header
 0 0 -900 9 0 -900 0 9 -900
 3 0 1 2
 """
-
-
-def small_page() -> RangeScan:
-    """A scan of (ROWS, COLS) samples of a page of noise that is curled round an upright cylinder."""
-    import numpy as np
-
-    from restore import RangeScan
-
-    rows, cols = np.indices((ROWS, COLS)).astype(float)
-    x, y = (cols - (COLS - 1) / 2) * PITCH, ((ROWS - 1) / 2 - rows) * PITCH
-    # Where a line of sight (x, y, −1)·depth meets the cylinder: (depth·x)² + (depth − axis)² = radius².
-    axis = DISTANCE_MM + RADIUS_MM
-    depth = (axis - np.sqrt(axis**2 - (1 + x**2) * (axis**2 - RADIUS_MM**2))) / (1 + x**2)
-    points = np.dstack([x * depth, y * depth, -depth])
-    texture = np.random.default_rng(1).integers(0, 256, (ROWS, COLS, 3), np.uint8)
-    return RangeScan(points, texture, np.dstack([cols, rows]), {})
 
 
 def compile_kernels() -> int:

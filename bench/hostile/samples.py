@@ -14,7 +14,7 @@ from restore import RangeScan, SurfaceMesh, save_scan
 from restore.formats import write_abs, write_obj, write_ply, write_vrml, write_vvd
 from restore.formats.mesh import texture_uv
 from restore.mesh.triangulate import triangulate
-from station.warm_up import small_page
+from station.run.small_page import small_page
 
 JOURNAL = {"put": ["page.png"], "removed": ["page.tif"], "before": ["page.png", "page.tif"]}
 

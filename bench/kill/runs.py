@@ -22,7 +22,7 @@ from restore import RangeScan, load_scan, save_scan
 from station.cli import main as planish
 from station.export import outputs
 from station.run import one_page
-from station.warm_up import small_page
+from station.run.small_page import small_page
 from station.words.words import ProgramMissing, find_tesseract
 
 EVERYTHING = ("--tiff", "--map", "--mesh", "--strain", "--frames", "--review", "--coverage", "--shading", "remove")

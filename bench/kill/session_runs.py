@@ -21,7 +21,7 @@ from station.archive.deliver import Format, deliver
 from station.archive.from_session import volume_of
 from station.batch.runner import REPORT, run_batch
 from station.batch.sessions import SessionDone, SessionTask
-from station.intake.presets import Options
+from station.run.options import Options
 from station.session import Volume, Writer, add_scan, create_session, decide, open_session, read_session, redo, undo
 from station.session import record_run as record
 from station.session.adding import add_original

@@ -25,7 +25,7 @@ from restore import RangeScan
 from station.config import StationConfig
 from station.console.desk import Desk
 from station.console.serving import Address, serve
-from station.warm_up import small_page
+from station.run.small_page import small_page
 
 PAGE_MM = (106.0, 75.0)
 PIXELS, MARGIN = 8, 24  # of the picture: for each sample, and of the dark table around the leaf

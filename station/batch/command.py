@@ -67,7 +67,7 @@ def batch(
         from restore import Settings
         from station.batch.runner import run_batch
         from station.config import build_model
-        from station.intake.presets import Options
+        from station.run.options import Options
         from station.session.presets import load_preset
         from station.workers.executors import cluster_workers, local_workers
         from station.workers.process import Limits

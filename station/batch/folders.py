@@ -11,8 +11,8 @@ from station.batch.plan import check_names, plan_folder
 from station.batch.progress import Event, Pace, Show
 from station.batch.run_tasks import run
 from station.errors import UsageError
-from station.intake.loop import batch_instead, check_folders
-from station.intake.presets import Options
+from station.intake.folders import batch_instead, check_folders
+from station.run.options import Options
 from station.storage.folder_lock import recover
 from station.verdict.thresholds import Thresholds
 from station.workers.executors import Workers

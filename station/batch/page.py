@@ -13,8 +13,8 @@ from pathlib import Path
 from station.errors import FolderInUse, OverwriteError
 from station.intake.arrival import Arrival, Changed
 from station.intake.once import Restore, Settled, restore_once
-from station.intake.presets import Options
 from station.run.one_page import restore_file
+from station.run.options import Options
 from station.run.peak_memory import peak_memory_mib
 from station.verdict.measures import measured
 

@@ -15,7 +15,7 @@ from station.batch.report import encode_report
 from station.batch.sessions import SessionBatch
 from station.errors import UsageError
 from station.intake import records
-from station.intake.presets import Options
+from station.run.options import Options
 from station.session import open_session
 from station.storage.atomic import lock_output_folder, write_all
 from station.storage.session_folder import is_session, refuse_session

@@ -19,7 +19,7 @@ from station.batch.progress import Event, Pace, Show
 from station.batch.run_tasks import run
 from station.errors import StationError, explain
 from station.intake.once import is_range_image
-from station.intake.presets import AUTO, Options
+from station.run.options import AUTO, Options
 from station.run.peak_memory import peak_memory_mib
 from station.session import Event as SessionEvent
 from station.session import Page, Session, Writer, record_run, scan_path

@@ -19,13 +19,12 @@ from station.session import VOLUME, Event, Page, Writer, add_scan, decide, recor
 from station.session.judging import lacks_verdict, record_verdict, verdict_lines
 from station.session.overview import label_of, missing_labels, preset_of
 from station.session.presets import Preset
-from station.session.stages import RESTORE, Run
-from station.workers.background import Submit
+from station.session.stages import RESTORE, Run, Submit
+from station.workers.process import MAX_ATTEMPTS
 
 Show = Callable[[str], None]
 Task = Callable[[], None]
 ERASE = "\b\x7f"  # what terminals send for backspace
-MAX_ATTEMPTS = 2  # of a restoration that ends its process: after that it is the scan that does it
 
 
 @dataclass(frozen=True)

@@ -33,8 +33,10 @@ from station.console.shown import stamp, state_of
 from station.console.sitting import Listener, Restorations, Sitting, Working
 from station.console.tiles import Pyramids
 from station.console.words import Words
+from station.run.small_page import get_ready
 from station.session.overview import SETTINGS, preset_of
 from station.session.presets import Preset
+from station.session.stages import run_restore
 from station.session.store import Session, read_session, utc
 from station.verdict.thresholds import Thresholds
 from station.workers.background import background
@@ -42,7 +44,7 @@ from station.workers.background import background
 WATCH_S = 2.0  # between two looks at a session that another process writes to
 SHOT_S = 20.0  # for a shot that is under way when the server ends: a FINE one takes four, with focus six
 Enter = Callable[[Session], None]
-READY: Restorations = partial(background, ready=True)
+READY: Restorations = partial(background, run_restore, get_ready)
 
 
 class Desk:

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +18,8 @@ from station.console.rows import Row, rows_of
 from station.session import Page, Session, decide, open_session, read_session
 from station.session.bag import LOG, TAG_MANIFEST
 from station.session.judging import lacks_verdict
-from station.session.stages import RESTORE
-from station.workers.background import Submit, background
+from station.session.stages import RESTORE, Submit, run_restore
+from station.workers.background import background
 
 DECISION_S = 150.0  # for a decision to be recorded: after the shot that is under way, at the latest
 MEASURED = 10  # pages whose size tells how many more the disk takes
@@ -26,6 +27,7 @@ OUTPUTS = ("model",)  # files of a restoration that the console shows, beside th
 
 
 Restorations = Callable[[], AbstractContextManager[Submit]]
+IN_BACKGROUND: Restorations = partial(background, run_restore)
 
 
 @dataclass(frozen=True)
@@ -122,7 +124,7 @@ class Working(Sitting):
         shoot: Callable[[], RangeScan] | None,
         listener: Listener,
         *,
-        restorations: Restorations = background,
+        restorations: Restorations = IN_BACKGROUND,
         outputs: tuple[str, ...] = OUTPUTS,
     ) -> None:
         super().__init__(folder)

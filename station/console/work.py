@@ -20,8 +20,8 @@ from station.archive.from_session import scan_of, volume_of
 from station.batch.progress import Event
 from station.batch.runner import run_batch
 from station.console.faults import problem_of
-from station.intake.presets import Options
 from station.progress import Progress
+from station.run.options import Options
 from station.session import read_session
 from station.session.verify import verify
 from station.workers.background import prepare_worker

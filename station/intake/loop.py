@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import errno
-import shlex
 import shutil
 import time
 from collections import Counter
@@ -18,12 +17,12 @@ from station.errors import UsageError
 from station.intake import records
 from station.intake.arrival import Arrival, Changed
 from station.intake.companions import Pairing, is_scan
+from station.intake.folders import batch_instead, check_folders
 from station.intake.listing import Quiet, Stamp, has_writer, list_files
 from station.intake.once import Restore, restore_once
 from station.intake.presets import Presets
 from station.storage.atomic import lock_output_folder
 from station.storage.folder_lock import FolderLock
-from station.storage.session_folder import session_around
 
 POLL_S = 1.0
 SETTLE_S = 3.0  # without a change: copying programs write several times a second, over a slow network every other one
@@ -190,20 +189,3 @@ def staging(out: Path) -> Iterator[Path]:
         yield staged
     finally:
         shutil.rmtree(staged, ignore_errors=True)
-
-
-def batch_instead(session: Path) -> str:
-    """What to tell of a session among scans."""
-    return f"a session; its pages are restored with: {shlex.join(['planish', 'batch', str(session), '-o', 'OUT'])}"
-
-
-def check_folders(folder: Path, out: Path) -> None:
-    """Raise UsageError unless the watched folder exists, and lies neither in a session nor at or in the results."""
-    if not folder.is_dir():
-        raise UsageError(
-            f"{folder} is no folder", "name a folder of scans; planish session list tells where sessions lie"
-        )
-    if session := session_around(folder):
-        raise UsageError(f"{folder} is no folder of scans", f"{session} is {batch_instead(session)}")
-    if folder == out or folder.is_relative_to(out):
-        raise UsageError(f"the results in {out} would be scans in {folder}", "choose another folder with -o")

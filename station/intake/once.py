@@ -12,8 +12,8 @@ from restore import LibraryMissing, Settings
 from station.errors import StationError, explain
 from station.intake import records
 from station.intake.arrival import Arrival
-from station.intake.presets import AUTO, Options
 from station.run.one_page import Destination, Outcome
+from station.run.options import AUTO, Options
 from station.workers.process import MAX_ATTEMPTS
 
 RANGE_IMAGES = (".abs", ".abs.gz")

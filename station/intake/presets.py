@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,31 +14,9 @@ from station.choices import FLAGS
 from station.config import build_model
 from station.errors import UsageError
 from station.intake.listing import Listing, Stamp
+from station.run.options import AUTO, HINT, Options
 
 PRESET = "planish.toml"
-HINT = f"settings are those of `planish restore`, and outputs = [{', '.join(map(repr, FLAGS))}], language, unit"
-AUTO = "auto"
-
-
-@dataclass(frozen=True)
-class Options:
-    """How scans are restored.
-
-    settings  those that are given; the rest is by default.
-    outputs, language, colours, to_srgb  as the kinds, language, colours and to_srgb of a `Destination`.
-    unit  of the meshes' coordinates, as for `restore_file`; range images have their own.
-    """
-
-    settings: Mapping[str, Any] = field(default_factory=dict)
-    outputs: frozenset[str] = frozenset()
-    language: str = "eng"
-    colours: bytes | None = None
-    to_srgb: bool = False
-    unit: str = AUTO
-
-    def build(self, where: str) -> Settings:
-        """The settings, checked. where: the file or option that they come from. Raises UsageError."""
-        return build_model(Settings, self.settings, name=lambda key: f"{where}: {key}", hint=HINT)
 
 
 class _Preset(Settings):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -54,6 +55,10 @@ class Run:
 
     result: Mapping[str, Any]
     facts: Mapping[str, Any] = field(default_factory=dict)
+
+
+Submit = Callable[[Path, Mapping[str, Any], Path], Future[Run]]
+"""`run_restore` in the background, with a future for its result."""
 
 
 def run_restore(source: Path, parameters: Mapping[str, Any], folder: Path, *, progress: Progress = silent) -> Run:

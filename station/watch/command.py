@@ -47,8 +47,9 @@ def watch(
         from restore import Settings
         from station.config import build_model
         from station.intake.loop import Pace, Watch
-        from station.intake.presets import Options, Presets
+        from station.intake.presets import Presets
         from station.run.one_page import restore_file
+        from station.run.options import Options
 
         folder, output = folder.resolve(), output.resolve()
         options = Options(chosen.given, kinds.wanted, kinds.language, **colours_of(kinds, chosen), unit=unit)

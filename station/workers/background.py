@@ -1,38 +1,37 @@
-"""Restorations in a process of their own, so that the scanner never waits for one, and a crash costs one page."""
+"""Work in a process of its own, so that the scanner never waits for it, and a crash costs one page."""
 
 from __future__ import annotations
 
 import ctypes
 import os
 import signal
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from multiprocessing import active_children, get_context
-from pathlib import Path
-from typing import Any
+from typing import Generic, ParamSpec, TypeVar
 
-from restore import restore
-from station.session.stages import Run, run_restore
-from station.warm_up import small_page
-
-Submit = Callable[[Path, Mapping[str, Any], Path], "Future[Run]"]
+Arguments = ParamSpec("Arguments")
+Result = TypeVar("Result")
 PR_SET_PDEATHSIG = 1  # prctl(2): the signal that a process gets when its parent ends
 NICENESS = 5  # the process that talks to the scanner comes first
 
 
 @contextmanager
-def background(*, ready: bool = False) -> Iterator[Submit]:
-    """A function that restores a scan in another process: `run_restore` with a future for its result.
+def background(
+    work: Callable[Arguments, Result], ready: Callable[[], object] | None = None
+) -> Iterator[Callable[Arguments, Future[Result]]]:
+    """A function that does the work in another process, with a future for its result.
 
     One at a time: a restoration itself uses the processors. A process that crashes is replaced.
-    ready: start the process now, and let it load what a restoration needs, so that the first page is not waited for.
+    work, ready: of a module, as the process imports them. ready: done first, as the process starts now: it loads what
+    the work needs, so that the first page does not wait for it.
     """
-    pool = _Pool()
+    pool = _Pool(work)
     try:
-        if ready:
-            pool.executor().submit(get_ready)
+        if ready is not None:
+            pool.executor().submit(ready)
         yield pool.submit
     except BaseException:
         pool.kill()
@@ -41,17 +40,18 @@ def background(*, ready: bool = False) -> Iterator[Submit]:
         pool.close()
 
 
-class _Pool:
-    def __init__(self) -> None:
+class _Pool(Generic[Arguments, Result]):
+    def __init__(self, work: Callable[Arguments, Result]) -> None:
+        self._work = work
         self._executor: Executor | None = None
 
-    def submit(self, source: Path, parameters: Mapping[str, Any], folder: Path) -> Future[Run]:
+    def submit(self, *arguments: Arguments.args, **options: Arguments.kwargs) -> Future[Result]:
         try:
-            return self.executor().submit(run_restore, source, parameters, folder)
+            return self.executor().submit(self._work, *arguments, **options)
         except BrokenProcessPool:
             self.close()
             self._executor = None
-            return self.submit(source, parameters, folder)
+            return self.submit(*arguments, **options)
 
     def executor(self) -> Executor:
         if self._executor is None:
@@ -67,12 +67,6 @@ class _Pool:
     def close(self) -> None:
         if self._executor is not None:
             self._executor.shutdown(wait=True, cancel_futures=True)
-
-
-def get_ready() -> None:
-    """Load what a restoration needs, by one of a small page; what fails here is reported by the first page."""
-    with suppress(Exception):
-        restore(small_page())
 
 
 def prepare_worker(parent: int) -> None:

@@ -11,8 +11,8 @@ import pytest
 
 from restore import save_scan
 from station.cli import main
+from station.run.small_page import small_page
 from station.session import open_session, read_session
-from station.warm_up import small_page
 
 
 @pytest.fixture

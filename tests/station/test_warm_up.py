@@ -12,26 +12,27 @@ from restore import Settings, load_scan, restore
 from station import warm_up
 from station.cli import main
 from station.run import one_page
+from station.run.small_page import DISTANCE_MM, PITCH, RADIUS_MM, ROWS, small_page
 
 ROUNDING_MM = 1e-9  # of sums of squares near 10⁶ mm² in double precision
 
 
 def test_the_page_is_a_cylinder_seen_along_lines_of_sight():
-    scan = warm_up.small_page()
+    scan = small_page()
     x, _, z = np.moveaxis(scan.points, 2, 0)
-    axis_mm = -warm_up.DISTANCE_MM - warm_up.RADIUS_MM
-    np.testing.assert_allclose(np.hypot(x, z - axis_mm), warm_up.RADIUS_MM, atol=ROUNDING_MM)
+    axis_mm = -DISTANCE_MM - RADIUS_MM
+    np.testing.assert_allclose(np.hypot(x, z - axis_mm), RADIUS_MM, atol=ROUNDING_MM)
     tangents = scan.points[..., :2] / -scan.points[..., 2:]
-    np.testing.assert_allclose(np.diff(tangents[..., 0], axis=1), warm_up.PITCH)
-    np.testing.assert_allclose(np.diff(tangents[..., 1], axis=0), -warm_up.PITCH)
+    np.testing.assert_allclose(np.diff(tangents[..., 0], axis=1), PITCH)
+    np.testing.assert_allclose(np.diff(tangents[..., 1], axis=0), -PITCH)
 
 
 def test_it_is_restored_whole_without_libraries_of_the_system(monkeypatch):
     for name in ("open3d", "pymeshlab"):
         monkeypatch.setitem(sys.modules, name, None)
-    page = restore(warm_up.small_page(), Settings(points=warm_up.POINTS))
-    width = 2 * warm_up.RADIUS_MM * np.arcsin(np.ptp(warm_up.small_page().points[..., 0]) / 2 / warm_up.RADIUS_MM)
-    sample = warm_up.PITCH * warm_up.DISTANCE_MM
+    page = restore(small_page(), Settings(points=warm_up.POINTS))
+    width = 2 * RADIUS_MM * np.arcsin(np.ptp(small_page().points[..., 0]) / 2 / RADIUS_MM)
+    sample = PITCH * DISTANCE_MM
     assert page.report["page_mm"][0] == pytest.approx(width, abs=2 * sample)  # the border may be one beyond each side
 
 
@@ -41,7 +42,7 @@ def test_every_method_restores_a_scan_and_a_mesh(monkeypatch):
     def restore_file(source, destination, *, settings):
         runs.append((settings.method, source.name))
         if source.name == "page.scan":
-            assert len(load_scan(source).points) == warm_up.ROWS
+            assert len(load_scan(source).points) == ROWS
         assert "ocr" not in destination.kinds
 
     read = []

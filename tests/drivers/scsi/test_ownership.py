@@ -23,7 +23,7 @@ from drivers.scsi.ownership import (
 )
 from drivers.scsi.sg import SgDevice
 
-HOLD = "import sys; from pathlib import Path; from drivers.scsi.transport.{module} import {open}; "
+HOLD = "import sys; from pathlib import Path; from drivers.scsi.{module} import {open}; "
 HOLD += "held = {open}(Path(sys.argv[1])); print('held', flush=True); sys.stdin.read()"
 OPEN_ONLY = "import sys; held = open(sys.argv[1]); print('held', flush=True); sys.stdin.read()"
 LOCK, SG = HOLD.format(module="ownership", open="open_locked"), HOLD.format(module="sg", open="SgDevice")

@@ -141,7 +141,7 @@ def test_no_allocation_that_a_cdb_cannot_say(length: int) -> None:
 @given(SENSES)
 def test_sense_data(sense: Sense) -> None:
     assert sensing.parse_sense(sense.build()) == sense
-    error = sensing.error_of(sense, PROFILE.panel_by_sense)
+    error = error_of(sense, PROFILE.panel_by_sense)
     assert isinstance(error, ScannerError)
     assert error.hint
 

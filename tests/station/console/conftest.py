@@ -28,9 +28,8 @@ from station.console.files import list_page
 from station.console.serving import Address, ConsoleServer, bind, door_of
 from station.session import Volume, create_session
 from station.session.presets import load_preset
-from station.session.stages import Run
+from station.session.stages import Run, Submit
 from station.verdict.same_page import fingerprint
-from station.workers.background import Submit
 from tests.station.conftest import curl_scan
 
 resource_tracker.ensure_running()

@@ -13,8 +13,9 @@ import pytest
 from drivers.simulated.device.clock import VirtualClock
 from restore import BadInput, Settings
 from station.intake.loop import Event, Pace, Watch
-from station.intake.presets import Options, Presets
+from station.intake.presets import Presets
 from station.run.one_page import Destination, Outcome, stem_of
+from station.run.options import Options
 from station.storage.atomic import lock_output_folder, write_all
 
 PACE = Pace(poll_s=1.0, settle_s=3.0, pair_s=10.0)

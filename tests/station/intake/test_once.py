@@ -10,7 +10,7 @@ from station.intake import records
 from station.intake.arrival import Arrival
 from station.intake.listing import list_files
 from station.intake.once import restore_once
-from station.intake.presets import Options
+from station.run.options import Options
 
 ROUNDS, THREADS = 50, 8
 

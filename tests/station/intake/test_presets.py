@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from station.errors import UsageError
-from station.intake.presets import Options
+from station.run.options import Options
 
 
 def test_sub_folders_have_their_own_settings(station) -> None:

@@ -13,13 +13,14 @@ from pathlib import Path
 
 import pytest
 
+from station.session.stages import run_restore
 from station.workers.background import background
 
 MISSING = "scan that is not there"
 
 
 def test_a_worker_that_is_killed_is_replaced(tmp_path):
-    with background() as submit:
+    with background(run_restore) as submit:
         first = submit(tmp_path / MISSING, {}, tmp_path / "a")
         assert "error" in first.result(timeout=200).result
         (worker,) = active_children()
@@ -35,7 +36,7 @@ def test_a_worker_that_is_killed_is_replaced(tmp_path):
 
 
 def test_an_error_ends_the_worker_at_once(tmp_path):
-    with pytest.raises(KeyboardInterrupt), background() as submit:
+    with pytest.raises(KeyboardInterrupt), background(run_restore) as submit:
         submit(tmp_path / MISSING, {}, tmp_path / "a")
         raise KeyboardInterrupt
     assert active_children() == []
