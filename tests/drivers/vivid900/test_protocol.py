@@ -23,6 +23,7 @@ from drivers.scsi.transport import Reply
 from drivers.vivid900.capture import colour, pitch
 from drivers.vivid900.capture.colour import ColourImage
 from drivers.vivid900.capture.pitch import Sums
+from drivers.vivid900.faults import error_of
 from drivers.vivid900.geometry.lenses import FAST, FINE, Mode
 from drivers.vivid900.profile import commands
 from drivers.vivid900.profile.commands import AUTO_THRESHOLD, RANGES, Parameters, ShotMode, Status
