@@ -23,7 +23,7 @@ from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link
 from restore import RangeScan
-from station.capture_loop.loop import Shift
+from station.capture_loop.loop import CaptureLoop
 from station.session import Volume, create_session, open_session
 from station.session.presets import load_preset
 from station.session.stages import run_restore
@@ -67,7 +67,7 @@ def work(scans: list[RangeScan], shot_s: float, pages: int) -> tuple[list[float]
         started.append(time.perf_counter())
         time.sleep(shot_s)
         ended.append(time.perf_counter())
-        shift.inbox.put(" " if len(started) < pages else "q")  # behind the restorations that have ended meanwhile
+        loop.inbox.put(" " if len(started) < pages else "q")  # behind the restorations that have ended meanwhile
         return next(source)
 
     def show(line: str) -> None:
@@ -78,9 +78,9 @@ def work(scans: list[RangeScan], shot_s: float, pages: int) -> tuple[list[float]
         settings = load_preset("leaflet").model_dump(mode="json", exclude_none=True)
         create_session(Path(name) / "volume", Volume(title="A volume", settings=settings))
         with open_session(Path(name) / "volume") as writer:
-            shift = Shift(writer, take, submit, show)
-            shift.inbox.put(" ")
-            shift.run()
+            loop = CaptureLoop(writer, take, submit, show)
+            loop.inbox.put(" ")
+            loop.run()
     return started, [then - shot_end for then, shot_end in zip(judged, ended, strict=True)]
 
 

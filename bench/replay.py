@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from restore import RangeScan
-from station.capture_loop.loop import Shift
+from station.capture_loop.loop import CaptureLoop
 from station.run.small_page import small_page
 from station.session import Volume, create_session, open_session, read_session
 from station.session.presets import Preset
@@ -34,10 +34,10 @@ def main(pages: int) -> int:
         create_session(folder, Volume(title="Replayed", settings=preset.model_dump(mode="json", exclude_none=True)))
         scans = (_scan(number) for number in range(pages))
         with open_session(folder) as writer:
-            shift = Shift(writer, lambda: next(scans), restore_now, lambda _line: None)
+            loop = CaptureLoop(writer, lambda: next(scans), restore_now, lambda _line: None)
             for key in (*" " * pages, "q"):
-                shift.inbox.put(key)
-            shift.run()
+                loop.inbox.put(key)
+            loop.run()
         done = list(replay(read_session(folder), Path(name) / "scratch"))
     differing = [one for one in done if one.differing]
     for one in differing:

@@ -31,7 +31,7 @@ def shoot(
     with report_faults(debug=debug), ExitStack() as stack:
         import drivers
         from station.capture_loop import keys
-        from station.capture_loop.loop import Shift
+        from station.capture_loop.loop import CaptureLoop
         from station.config import load_config
         from station.errors import UsageError
         from station.session import open_session
@@ -51,8 +51,8 @@ def shoot(
                 raise UsageError(f"configuration: {error}", error.hint) from error
             settings = station.capture
             capture = lambda: scanner.capture(settings)  # noqa: E731 — bound to this scanner
-        shift = Shift(writer, capture, submit, print_result, changed=lambda: enter(index, writer.session))
+        loop = CaptureLoop(writer, capture, submit, print_result, changed=lambda: enter(index, writer.session))
         stack.enter_context(keys.single_strokes(sys.stdin))
-        stack.enter_context(keys.foot_switch(foot_switch, lambda: shift.inbox.put(" ")))
-        keys.read_keys(sys.stdin, shift.inbox.put)
-        shift.run()
+        stack.enter_context(keys.foot_switch(foot_switch, lambda: loop.inbox.put(" ")))
+        keys.read_keys(sys.stdin, loop.inbox.put)
+        loop.run()

@@ -29,7 +29,7 @@ ACTIONS: dict[str, Action] = {
 }
 HELP = "space shoot · enter accept · r shoot again · u undo · U redo · m mark · n note · q leave"
 SWITCH_BAUD = 9600
-SWITCH_POLL_S = 0.2  # within which the thread sees that the shift has ended
+SWITCH_POLL_S = 0.2  # within which the thread sees that the loop has ended
 
 
 class Switch(Protocol):

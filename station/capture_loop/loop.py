@@ -1,4 +1,4 @@
-"""A shift: what happens on each key, and when a restoration ends."""
+"""The capture loop: what happens on each key, and when a restoration ends."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ class Line(str):
 
 
 @dataclass
-class Shift:
-    """A shift at the scanner.
+class CaptureLoop:
+    """The work at the scanner: keys, restorations, verdicts.
 
     shoot    captures a page; None where there is no scanner: what is left is restored and judged.
     submit   restores in the background.
@@ -77,7 +77,7 @@ class Shift:
         self._typed: str | None = None
 
     def run(self) -> None:
-        """Take up what an earlier shift left, then work until the operator leaves and every restoration has ended.
+        """Take up what an earlier loop left, then work until the operator leaves and every restoration has ended.
 
         Raises OSError when the disk refuses; what was shot is stored by then.
         """
@@ -193,7 +193,7 @@ class Shift:
             run = self._after_crash(done)
         except OSError:
             raise
-        except Exception as error:  # a fault of the program, which costs this page and not the shift
+        except Exception as error:  # a fault of the program, which costs this page and not the loop
             fault = explain(error)
             shutil.rmtree(done.folder, ignore_errors=True)
             done.folder.mkdir()

@@ -58,7 +58,7 @@ class Broadcast:
         self.changed()
 
     def line(self, text: str, *, key: str = "", page: int | None = None, data: dict[str, Any] | None = None) -> None:
-        """Send a line for the operator; one of a shift has a key and a page of its own."""
+        """Send a line for the operator; one of a capture loop has a key and a page of its own."""
         key = key or getattr(text, "key", "line")
         self.hub.publish(
             "message", {"text": str(text), "key": key, "page": page or getattr(text, "page", None), "data": data or {}}

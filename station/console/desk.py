@@ -168,7 +168,7 @@ class Desk:
 
     def _worked_on(self, folder: Path) -> Working:
         shoot = None if self.scanner.config is None else self.scanner.capture
-        listener = Listener(self._line, self._session_changed, self._shift_ended)
+        listener = Listener(self._line, self._session_changed, self._loop_ended)
         sitting = Working(folder, shoot, listener, restorations=self._restorations)
         sitting.start()
         self._enter(sitting.session)
@@ -206,9 +206,9 @@ class Desk:
             self.scanner.reserve("shoot")
 
         def task() -> None:
-            assert sitting.shift is not None
+            assert sitting.loop is not None
             try:
-                DO[action](sitting.shift, page or 0, text or "")
+                DO[action](sitting.loop, page or 0, text or "")
             finally:
                 if action in SHOTS:
                     self.scanner.release()
@@ -280,7 +280,7 @@ class Desk:
     def _thresholds(self) -> Thresholds:
         return Thresholds() if self.sitting is None else preset_of(self.sitting.session).thresholds
 
-    # What the shift tells, from its own thread.
+    # What the capture loop reports, from its own thread.
 
     def _line(self, text: str) -> None:
         self.told.line(text)
@@ -297,7 +297,7 @@ class Desk:
         if sitting is not None:
             self.told.rows(sitting.rows())
 
-    def _shift_ended(self, error: BaseException | None) -> None:
+    def _loop_ended(self, error: BaseException | None) -> None:
         if error is not None:
             self.failed = problem_of(error)
             self.sitting = None

@@ -1,4 +1,4 @@
-"""The one open session: its shift works in a thread, or another process has it and this one reads it."""
+"""The one open session: its capture loop works in a thread, or another process has it and this one reads it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from restore import RangeScan
-from station.capture_loop.loop import Shift, Task
+from station.capture_loop.loop import CaptureLoop, Task
 from station.console.faults import ConsoleFault
 from station.console.rows import Row, rows_of
 from station.session import Page, Session, decide, open_session, read_session
@@ -36,7 +36,7 @@ class Listener:
 
     line     with each line for the operator.
     changed  when rows or the state have changed.
-    ended    with the error that ended the shift, None when it was closed.
+    ended    with the error that ended the loop, None when it was closed.
     """
 
     line: Callable[[str], None]
@@ -45,7 +45,7 @@ class Listener:
 
 
 class _Leave(Exception):
-    """Raised in the shift's thread to end it: what is being restored is taken up at the next opening."""
+    """Raised in the loop's thread to end it: what is being restored is taken up at the next opening."""
 
 
 class Sitting:
@@ -130,10 +130,10 @@ class Working(Sitting):
         super().__init__(folder)
         self._shoot, self._listener, self._restorations, self._outputs = shoot, listener, restorations, outputs
         self._opened: Future[None] = Future()
-        self._thread = threading.Thread(target=self._work, name=f"shift {self.name}", daemon=True)
+        self._thread = threading.Thread(target=self._work, name=f"capture loop {self.name}", daemon=True)
         self._recovery: dict[str, Any] | None = None
         self._resumed: list[int] = []
-        self.shift: Shift | None = None
+        self.loop: CaptureLoop | None = None
 
     def start(self) -> None:
         """Open the session. Raises FolderInUse, BadInput, SessionDamaged, OSError."""
@@ -168,7 +168,7 @@ class Working(Sitting):
         return {**self._recovery, "resumed": self._resumed, "left": len(waiting & set(self._resumed))}
 
     def do(self, task: Task) -> None:
-        """Have something done by the shift, between two keys."""
+        """Have something done by the loop, between two keys."""
         self._working.inbox.put(task)
 
     def decide(self, name: str, value: object) -> None:
@@ -188,7 +188,7 @@ class Working(Sitting):
         done.result(DECISION_S)
 
     def close(self) -> None:
-        """Let the shift end after what it is doing now, and wait. A shot that is under way is stored."""
+        """Let the loop end after what it is doing now, and wait. A shot that is under way is stored."""
 
         def leave() -> None:
             raise _Leave
@@ -197,14 +197,14 @@ class Working(Sitting):
         self._thread.join()
 
     def join(self, timeout: float) -> bool:
-        """Wait for the end of the shift. Returns whether it has ended."""
+        """Wait for the end of the loop. Returns whether it has ended."""
         self._thread.join(timeout)
         return not self._thread.is_alive()
 
     @property
-    def _working(self) -> Shift:
-        assert self.shift is not None  # `start` has returned
-        return self.shift
+    def _working(self) -> CaptureLoop:
+        assert self.loop is not None  # `start` has returned
+        return self.loop
 
     def _work(self) -> None:
         try:
@@ -229,7 +229,7 @@ class Working(Sitting):
         self._resumed = [page.number for page in writer.history.pages() if _is_unfinished(page)]
         if completed or self._resumed:
             self._recovery = {"completed": completed, "problem": None}
-        self.shift = Shift(
+        self.loop = CaptureLoop(
             writer, self._shoot, submit, self._listener.line, changed=self._listener.changed, outputs=self._outputs
         )
 

@@ -43,7 +43,7 @@ from station.run.destination import Clock, Destination, Outcome, SourceRecord
 from station.run.overwrite_check import check_outputs, superseded, superseded_pieces
 from station.run.peak_memory import peak_memory_mib
 from station.run.pieces import Selected, select_sheets
-from station.run.plausibility import refuse_no_page
+from station.run.plausibility import check_plausible_page
 from station.storage.atomic import lock_output_folder, new_folder, refuse_captured, refuse_existing, write_all
 from station.storage.folder_lock import FolderLock, recover
 from station.words.orientation import turned
@@ -335,7 +335,7 @@ def _restore_sheet(
     start, stem = clock(), stem + sheet.suffix
     page = restore(sheet.segmented or sheet.scan, settings, photos=photos, progress=progress, on_step=recorder)
     if not destination.anyway:
-        refuse_no_page(page.report, len(page.fine.faces))
+        check_plausible_page(page.report, len(page.fine.faces))
     if destination.to_srgb and destination.colours is not None and page.flat.texture is not None:
         page = convert_to_srgb(page, destination.colours)
     page, turn_warnings = turned(page, destination.turn)

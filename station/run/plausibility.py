@@ -15,7 +15,7 @@ MAX_STRAIN = 0.3
 MAX_INVERTED = 0.05
 
 
-def refuse_no_page(report: Mapping[str, Any], faces: int) -> None:
+def check_plausible_page(report: Mapping[str, Any], faces: int) -> None:
     """Raise NotEnoughSurface when the report of a page of so many triangles shows that its surface is no page's."""
     strain, inverted = report["strain"]["rms"], report["flipped_faces"]
     if strain > MAX_STRAIN or inverted > MAX_INVERTED * faces:

@@ -1,4 +1,4 @@
-"""What a session should hold, according to three witnesses of each event: its record, the log and the manifest.
+"""What a session should hold, reconciled from three copies of each event: its record, the log and the manifest.
 
 A single fault leaves two of them in agreement. Files are then compared with what the events say, byte for byte.
 """
@@ -16,10 +16,10 @@ from station.session.reading import MAX_TAG_FILE_BYTES
 
 
 @dataclass(frozen=True)
-class Testimony:
-    """The events of a session as its witnesses agree, and what they contradict.
+class ReconciledEvents:
+    """The events of a session on which its copies agree, and what they contradict.
 
-    events    number → event that two witnesses agree on, or the only one that is whole.
+    events    number → event that two copies agree on, or the only one that is whole.
     disputed  folders of events of which no record is whole.
     """
 
@@ -47,10 +47,10 @@ class Testimony:
         return bag.tag_files([self.events[n] for n in sorted(self.events)]) if self.is_complete else {}
 
 
-def hear(folder: Path, paths: Iterable[str]) -> Testimony:
-    """The events of a session, whichever of the witnesses is damaged. paths: the files that are there.
+def reconcile(folder: Path, paths: Iterable[str]) -> ReconciledEvents:
+    """The events of a session, whichever of the copies is damaged. paths: the files that are there.
 
-    Raises nothing for a file that cannot be read: that witness is silent.
+    Raises nothing for a file that cannot be read: that copy counts as missing.
     """
     logged = _events(_read(folder / bag.LOG, MAX_TAG_FILE_BYTES).splitlines(keepends=True))
     listed = _listed_records(_read(folder / bag.MANIFEST, MAX_TAG_FILE_BYTES))
@@ -69,7 +69,7 @@ def hear(folder: Path, paths: Iterable[str]) -> Testimony:
             events[number] = event
         elif name in listed:
             disputed.append(name)
-    return Testimony(events, tuple(disputed))
+    return ReconciledEvents(events, tuple(disputed))
 
 
 def _agreed(said: Sequence[Event], listed: str | None) -> Event | None:

@@ -54,9 +54,9 @@ class _Repair:
         self, lock: FolderLock, inspection: Inspection, copy: Path | None, derivers: dict[str, Derive] | None
     ) -> None:
         self._folder_lock, self._folder, self._copy, self._derivers = lock, lock.folder, copy, derivers
-        self._found, self._testimony = dict(inspection.found), inspection.testimony
+        self._found, self._reconciled = dict(inspection.found), inspection.reconciled
         self._problems = inspection.problems
-        self._expected, self._tags = self._testimony.expected(), self._testimony.tag_files()
+        self._expected, self._tags = self._reconciled.expected(), self._reconciled.tag_files()
         self._aside = free_name(self._folder)
         lock.new.mkdir(exist_ok=True)
 
@@ -112,7 +112,7 @@ class _Repair:
         data = self._tags.get(path)
         if data is None:
             number = int(path.split("/")[1].split("-")[1])
-            data = self._testimony.events[number].line
+            data = self._reconciled.events[number].line
         return self._place(path, data)
 
     def _finish(self) -> bool:
@@ -128,10 +128,10 @@ class _Repair:
 
     def _derived(self, path: str) -> bool:
         """Derive the event that a file belongs to, and put in place every file of it that came out to the byte."""
-        event = self._testimony.events[int(path.split("/")[1].split("-")[1])]
+        event = self._reconciled.events[int(path.split("/")[1].split("-")[1])]
         if event.kind != "stage":
             return False
-        events = [self._testimony.events[number] for number in sorted(self._testimony.events)]
+        events = [self._reconciled.events[number] for number in sorted(self._reconciled.events)]
         scratch = self._folder_lock.work / "derived"
         shutil.rmtree(scratch, ignore_errors=True)
         try:

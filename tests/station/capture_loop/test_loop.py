@@ -13,7 +13,7 @@ import pytest
 
 from drivers import ScannerError
 from restore import RangeScan
-from station.capture_loop.loop import Shift
+from station.capture_loop.loop import CaptureLoop
 from station.session import Page, Volume, create_session, open_session, read_session
 from station.session.index import state_of
 from station.session.presets import load_preset
@@ -76,18 +76,18 @@ def book(tmp_path: Path) -> Path:
 
 
 @contextmanager
-def shift_of(book: Path, scan: RangeScan, restorer: Restorer) -> Iterator[tuple[Shift, list[str]]]:
+def loop_of(book: Path, scan: RangeScan, restorer: Restorer) -> Iterator[tuple[CaptureLoop, list[str]]]:
     lines = list[str]()
     with open_session(book) as writer:
-        yield Shift(writer, lambda: scan, restorer.submit, lines.append), lines
+        yield CaptureLoop(writer, lambda: scan, restorer.submit, lines.append), lines
 
 
 def work(book: Path, scan: RangeScan, restorer: Restorer, keys: str) -> list[str]:
-    with shift_of(book, scan, restorer) as (shift, lines):
+    with loop_of(book, scan, restorer) as (loop, lines):
         for key in keys:
-            shift.inbox.put(key)
-        shift.inbox.put("")
-        shift.run()
+            loop.inbox.put(key)
+        loop.inbox.put("")
+        loop.run()
     assert verify(book).problems == ()
     return lines
 
@@ -131,14 +131,14 @@ def test_the_same_page_twice_is_seen(book, tiny_scan):
 def test_the_next_page_is_shot_while_the_last_is_restored(book, tiny_scan):
     restorer = Restorer()
     restorer.hold = True
-    with shift_of(book, tiny_scan, restorer) as (shift, lines):
-        shift.press("shoot")
-        shift.press("shoot")
-        assert [len(page.runs) for page in shift.writer.history.pages()] == [0, 0]
-        shift.press("again")
+    with loop_of(book, tiny_scan, restorer) as (loop, lines):
+        loop.press("shoot")
+        loop.press("shoot")
+        assert [len(page.runs) for page in loop.writer.history.pages()] == [0, 0]
+        loop.press("again")
         restorer.release()
-        shift.inbox.put("q")
-        shift.run()
+        loop.inbox.put("q")
+        loop.run()
         assert [line for line in lines if "GREEN" in line] == ["page 1 [1r]: GREEN  8 checks"] + [
             "page 2 [1v]: GREEN  9 checks"
         ] * 2
@@ -148,8 +148,8 @@ def test_the_next_page_is_shot_while_the_last_is_restored(book, tiny_scan):
 def test_a_shift_is_taken_up_where_it_was(book, tiny_scan):
     restorer = Restorer()
     restorer.hold = True
-    with shift_of(book, tiny_scan, restorer) as (shift, _):
-        shift.press("shoot")  # and the power fails
+    with loop_of(book, tiny_scan, restorer) as (loop, _):
+        loop.press("shoot")  # and the power fails
     lines = work(book, tiny_scan, Restorer(), "\n ")
     assert lines[0].startswith("A book: 1 pages.")
     assert [(state_of(page), sorted(page.runs)) for page in pages(book)] == [
@@ -188,13 +188,13 @@ def test_a_fault_of_the_program_costs_one_page(book, tiny_scan):
         future.set_exception(ZeroDivisionError("no such page"))
         return future
 
-    with shift_of(book, tiny_scan, restorer) as (shift, lines):
-        shift.submit = faulty
-        shift.press("shoot")
-        shift.finish(shift.inbox.get())
-        shift.submit = restorer.submit
-        shift.press("shoot")
-        shift.finish(shift.inbox.get())
+    with loop_of(book, tiny_scan, restorer) as (loop, lines):
+        loop.submit = faulty
+        loop.press("shoot")
+        loop.finish(loop.inbox.get())
+        loop.submit = restorer.submit
+        loop.press("shoot")
+        loop.finish(loop.inbox.get())
     assert any("RED  not restored: unexpected fault: ZeroDivisionError: no such page" in line for line in lines)
     first, second = pages(book)
     assert (dict(first.runs["restore"].files), "verdict" in first.runs) == ({}, False)
@@ -202,26 +202,26 @@ def test_a_fault_of_the_program_costs_one_page(book, tiny_scan):
 
 
 def test_a_full_disk_ends_the_shift(book, tiny_scan):
-    with shift_of(book, tiny_scan, Restorer()) as (shift, _):
+    with loop_of(book, tiny_scan, Restorer()) as (loop, _):
         future: Future[Run] = Future()
         future.set_exception(OSError(28, "No space left on device"))
-        shift.submit = lambda *_: future
-        shift.press("shoot")
+        loop.submit = lambda *_: future
+        loop.press("shoot")
         with pytest.raises(OSError, match="No space"):
-            shift.finish(shift.inbox.get())
+            loop.finish(loop.inbox.get())
 
 
 def test_a_scanner_that_fails_ends_no_shift(book, tiny_scan):
-    with shift_of(book, tiny_scan, Restorer()) as (shift, lines):
+    with loop_of(book, tiny_scan, Restorer()) as (loop, lines):
 
         def fail() -> RangeScan:
             raise ScannerError("the barrier is on", "take it off")
 
-        shift.shoot = fail
-        shift.press("shoot")
-        shift.shoot = None
-        shift.press("shoot")
-        shift.press("accept")
+        loop.shoot = fail
+        loop.press("shoot")
+        loop.shoot = None
+        loop.press("shoot")
+        loop.press("accept")
     assert lines == [
         "not shot: the barrier is on (take it off)",
         "there is no scanner: name its configuration with --config",

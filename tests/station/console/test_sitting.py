@@ -1,4 +1,4 @@
-"""The open session: worked on by its shift, or only read while another process works on it."""
+"""The open session: worked on by its capture loop, or only read while another process works on it."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ def test_tasks_are_done_between_keys_and_closing_waits_for_them(root):
     lines, ended = [], []
     working = Working(root / "missale", lambda: curl_scan(), listener(lines, ended), restorations=StandInRestorer())
     working.start()
-    working.do(lambda: working.shift.press("shoot"))
+    working.do(lambda: working.loop.press("shoot"))
     wait_for(lambda: [row["level"] for row in working.rows()] == ["green"])
     assert (working.page, working.restoring, working.recovery) == (1, [], None)
     assert working.page_sizes() > [0]
-    working.do(lambda: working.shift.press("mark"))
+    working.do(lambda: working.loop.press("mark"))
     working.close()
     assert working.rows()[0]["marked"]
     assert ended == [None]
@@ -60,6 +60,6 @@ def test_a_fault_in_the_shift_ends_it_and_is_told(root):
 
     working = Working(root / "missale", no_disk, listener(ended=ended), restorations=StandInRestorer())
     working.start()
-    working.do(lambda: working.shift.press("shoot"))
+    working.do(lambda: working.loop.press("shoot"))
     assert working.join(10)
     assert isinstance(ended[0], OSError)

@@ -11,7 +11,7 @@ from restore import NotEnoughSurface
 from restore.formats import write_obj
 from restore.scan import SurfaceMesh
 from station.cli import main
-from station.run.plausibility import MAX_INVERTED, MAX_STRAIN, refuse_no_page
+from station.run.plausibility import MAX_INVERTED, MAX_STRAIN, check_plausible_page
 
 FACES = 1000
 
@@ -22,13 +22,13 @@ def report(strain=0.0, inverted=0):
 
 @pytest.mark.parametrize("values", [(MAX_STRAIN, 0), (0.0, int(MAX_INVERTED * FACES)), (0.005, 3)])
 def test_up_to_the_limits_a_surface_is_a_page(values):
-    refuse_no_page(report(*values), FACES)
+    check_plausible_page(report(*values), FACES)
 
 
 @pytest.mark.parametrize(("values", "figure"), [((0.87, 0), "87% rms"), ((0.01, 620), "620 of 1000")])
 def test_beyond_a_limit_it_is_refused_with_the_figure(values, figure):
     with pytest.raises(NotEnoughSurface, match=figure) as raised:
-        refuse_no_page(report(*values), FACES)
+        check_plausible_page(report(*values), FACES)
     assert "--anyway" in raised.value.hint
 
 
