@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from station.archive.command import export
-from station.ask import ask
-from station.batch.command import batch
-from station.calibrate import board, calibrate
-from station.console.command import serve
-from station.devices import devices
-from station.doctor import doctor
-from station.errors import USAGE, UsageError, explain
-from station.options import (
+from station.commands.batch import batch
+from station.commands.calibrate import board, calibrate
+from station.commands.capture import shoot
+from station.commands.card import card
+from station.commands.compile import warm_up
+from station.commands.devices import devices
+from station.commands.doctor import doctor
+from station.commands.export import export
+from station.commands.options import (
     Config,
     Debug,
     Force,
@@ -33,14 +33,13 @@ from station.options import (
     grouped,
     output_path,
 )
-from station.park import park
-from station.patterns import patterns
-from station.photos_card import card
-from station.progress import progress_on
-from station.session_commands import app as sessions
-from station.session_commands import reindex, repair, replay, verify
-from station.shoot import shoot
-from station.terminal import (
+from station.commands.park import park
+from station.commands.patterns import patterns
+from station.commands.query import ask
+from station.commands.serve import serve
+from station.commands.sessions import app as sessions
+from station.commands.sessions import reindex, repair, replay, verify
+from station.commands.terminal import (
     READER_GONE,
     CommandLineError,
     occupy_standard_streams,
@@ -49,10 +48,11 @@ from station.terminal import (
     report_faults,
     usage_fault,
 )
-from station.trace import trace
+from station.commands.trace import trace
+from station.commands.watch import watch
+from station.errors import USAGE, UsageError, explain
+from station.progress import progress_on
 from station.version import software_version
-from station.warm_up import warm_up
-from station.watch.command import watch
 
 if TYPE_CHECKING:
     from station.run.destination import Destination, Outcome

@@ -27,9 +27,9 @@ CALLED_BY_OTHERS = {
     "restore.photo.sources",
     "restore.turntable.view",
     "station.colour.run",
-    "station.devices",
-    "station.options",
-    "station.terminal",
+    "station.commands.devices",
+    "station.commands.options",
+    "station.commands.terminal",
 }
 
 

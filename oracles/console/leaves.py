@@ -23,8 +23,8 @@ from drivers.simulated import Text
 from drivers.simulated.imaging.shot import printed
 from restore import RangeScan
 from station.config import StationConfig
-from station.console.desk import Desk
 from station.console.serving import Address, serve
+from station.console.state.app_state import Desk
 from station.run.small_page import small_page
 
 PAGE_MM = (106.0, 75.0)

@@ -13,7 +13,7 @@ from drivers.vivid900.errors import BarrierClosed, DeadlineExceeded, PanelError
 from drivers.vivid900.faults import PANELS, panel_error
 from restore import RestoreError
 from station.console.faults import kinds_of, problem_of
-from station.console.scanner import Ending
+from station.console.state.scanner import Ending
 from station.console.vendored import PAGE
 from station.errors import StationError
 from station.session import SessionDamaged
