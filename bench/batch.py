@@ -20,12 +20,12 @@ from pathlib import Path
 from bench.memory import status_mb
 from drivers.simulated import Binding, Curl, MultiFold, shoot
 from restore import save_scan
-from station.batch.executors import local_workers
 from station.batch.page import Done, restore_task
 from station.batch.plan import plan_folder
-from station.batch.process import Limits
-from station.batch.run import run
-from station.watch.presets import Options
+from station.batch.run_tasks import run
+from station.run.options import Options
+from station.workers.executors import local_workers
+from station.workers.process import Limits
 
 PAGES, SHEETS = 60, (Curl(), Binding(), MultiFold())
 ROW = "{:>8}{:>10}{:>12}{:>12}{:>14}{:>22}{:>12}"

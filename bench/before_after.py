@@ -7,7 +7,7 @@ from pathlib import Path
 
 from drivers.simulated import Pose, Text, Wave, shoot
 from restore import Settings, restore
-from station.export.png import encode_png
+from station.images.png import encode_png
 from station.pictures.panels import Panel, resize_to_fit, side_by_side
 
 PICTURE = Path(__file__).parent.parent / "docs" / "before-after.png"

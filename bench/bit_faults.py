@@ -24,8 +24,8 @@ from station.archive.check import check_export
 from station.archive.check import page_of as export_page_of
 from station.archive.deliver import Format, deliver
 from station.archive.from_session import volume_of
-from station.export.image_metadata import ImageMetadata
-from station.export.png import encode_png
+from station.images.image_metadata import ImageMetadata
+from station.images.png import encode_png
 from station.session import (
     Event,
     Session,

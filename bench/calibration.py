@@ -15,9 +15,9 @@ from scipy.spatial.transform import Rotation
 
 from drivers import CaptureSettings, open_scanner
 from drivers.simulated import Binding, Markers, shoot
-from drivers.vivid900.calibration import Calibration, encode_calibration, read_calibration
-from drivers.vivid900.lenses import FINE
-from drivers.vivid900.triangulation import points_of
+from drivers.vivid900.geometry.calibration import Calibration, encode_calibration, read_calibration
+from drivers.vivid900.geometry.lenses import FINE
+from drivers.vivid900.geometry.triangulation import points_of
 from oracles.hidden_body import HIDDEN_BODY, NOMINAL
 from oracles.markers import marker_error
 from restore import Settings, restore

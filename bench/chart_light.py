@@ -20,8 +20,8 @@ from bench.light_prints import DPI
 from bench.light_stage import Field, Stage
 from bench.shading import PAGE_MM
 from drivers.simulated import Chart, Flat
-from drivers.simulated.albedo import linear, srgb
-from drivers.simulated.colour import NOISE_CODES
+from drivers.simulated.imaging.colour import NOISE_CODES
+from drivers.simulated.scene.albedo import linear, srgb
 from restore.scan import Bytes, Ints
 from restore.texture.page import MM_PER_INCH
 from station.colour.chart import find_chart

@@ -14,10 +14,10 @@ import numpy as np
 
 from bench.covers import KINDS, Covered, Shot, blurred
 from drivers.simulated import Binding, Crumpled, Curl, Figure, Miura, Spread, Text, Wave
-from drivers.simulated.artwork import Artwork
-from drivers.simulated.camera import Camera, Exposure
-from drivers.simulated.scene import Scene
-from drivers.simulated.sheets import Sheet
+from drivers.simulated.scene.artwork import Artwork
+from drivers.simulated.scene.scene import Scene
+from drivers.simulated.scene.sheets import Sheet
+from oracles.simulation.camera import Camera, Exposure
 from oracles.studio import View, restored_mesh, scan_page, take_photograph
 from restore import FlatMesh, Photograph
 from restore.mesh.adjacency import border_of

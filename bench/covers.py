@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from drivers.simulated import Text
-from drivers.simulated.shot import printed
+from drivers.simulated.imaging.shot import printed
 from restore.scan import Bytes, Floats, Mask
 
 SKIN = ((0.60, 0.40, 0.30), (0.50, 0.31, 0.22), (0.36, 0.20, 0.13), (0.22, 0.12, 0.075), (0.10, 0.058, 0.04))

@@ -21,8 +21,8 @@ from PIL import Image
 from bench.words import COLUMNS, DPI, WARPS, Task, pictures, tasks
 from oracles.similarity import page_similarity
 from restore.scan import Bytes
-from station.ocr_precision import count_matching_words
-from station.words import ProgramMissing, find_tesseract, recognise
+from station.words.ocr_precision import count_matching_words
+from station.words.words import ProgramMissing, find_tesseract, recognise
 
 HOME = Path("build") / "page-dewarp"
 ENLARGED = 3

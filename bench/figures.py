@@ -15,9 +15,9 @@ from rapidfuzz.distance import Levenshtein
 from bench import small_print
 from bench.words import pictures, tasks
 from drivers.simulated import Chart, Flat, Truth, shoot
-from drivers.simulated.albedo import linear, srgb
-from drivers.simulated.artwork.typeset import typeface
-from drivers.vivid900.lenses import LENSES
+from drivers.simulated.scene.albedo import linear, srgb
+from drivers.simulated.scene.artwork.typeset import typeface
+from drivers.vivid900.geometry.lenses import LENSES
 from restore import Settings, restore
 from restore.scan import Bytes
 from restore.texture.page import MM_PER_INCH
@@ -25,9 +25,9 @@ from restore.texture.super_resolution import finer_scan
 from station.colour.chart import find_chart
 from station.colour.figures import mean_differences
 from station.colour.fit import fit_colours
-from station.export.icc import encode_profile, srgb_profile
-from station.ocr_precision import count_matching_characters, count_matching_words
-from station.words import recognise
+from station.images.icc import encode_profile, srgb_profile
+from station.words.ocr_precision import count_matching_characters, count_matching_words
+from station.words.words import recognise
 
 PAPER, INK, WRONG = (255, 255, 255), (40, 40, 40), (200, 30, 30)
 SEED = 20  # of the page that is read

@@ -18,9 +18,9 @@ import numpy as np
 
 from bench.draws import draws_parser, seed_of_today
 from drivers.simulated import Cone, Crumpled, Curl, Miura, MultiFold, Pose, Spread, Truth, Wave, shoot
-from drivers.simulated.artwork import ARTWORK
-from drivers.simulated.scene import Table
-from drivers.simulated.sheets import Sheet
+from drivers.simulated.scene.artwork import ARTWORK
+from drivers.simulated.scene.scene import Table
+from drivers.simulated.scene.sheets import Sheet
 from oracles.layout import layout_error
 from restore import RangeScan, Settings, restore
 

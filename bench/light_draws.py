@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from drivers.simulated import Binding, Cone, Crumpled, Curl, Miura, MultiFold, Spread, Wave
-from drivers.simulated.facemaps import FaceMaps
-from drivers.simulated.illumination import irradiance
-from drivers.simulated.light import Lamp, Light
-from drivers.simulated.scene import Scene
-from drivers.simulated.sheets import Sheet
+from drivers.simulated.imaging.facemaps import FaceMaps
+from drivers.simulated.imaging.illumination import irradiance
+from drivers.simulated.scene.light import Lamp, Light
+from drivers.simulated.scene.scene import Scene
+from drivers.simulated.scene.sheets import Sheet
 
 BRIGHTEST = 99  # percentile of the light on the page that the exposure takes for white
 SPOT = "spot"  # lamp whose cone is no part of a scene's light

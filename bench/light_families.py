@@ -21,7 +21,7 @@ from bench.light_draws import LAMPS, SHEETS
 from bench.light_prints import PRINTS
 from bench.light_stage import Stage, mean_albedo, picture
 from bench.shading import PAGE_MM
-from drivers.simulated.albedo import LINEAR, srgb
+from drivers.simulated.scene.albedo import LINEAR, srgb
 from restore.scan import Bytes, Floats, Mask
 from restore.shading.relief import Relief, relief_of
 from restore.shading.remove import LIGHT_DPI, remove_shading

@@ -8,10 +8,10 @@ import cv2
 import numpy as np
 
 from drivers.simulated import Text
-from drivers.simulated.albedo import LINEAR, srgb
-from drivers.simulated.artwork.printed import PAPER
-from drivers.simulated.artwork.printed import blank as white_paper
-from drivers.simulated.sheets import PageSize
+from drivers.simulated.scene.albedo import LINEAR, srgb
+from drivers.simulated.scene.artwork.printed import PAPER
+from drivers.simulated.scene.artwork.printed import blank as white_paper
+from drivers.simulated.scene.sheets import PageSize
 from restore.scan import Bytes, Floats
 
 DPI = 150  # three times what the camera resolves

@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 from bench.light_draws import Spot
 from bench.light_prints import DPI
 from bench.shading import DISTANCE_MM, PAGE_MM, measured_and_unrolled
-from drivers.simulated.albedo import LINEAR, colour_codes, linear, srgb
-from drivers.simulated.artwork import Print, White
-from drivers.simulated.colour import BLUR_PX, EXPOSURE, NOISE_CODES
-from drivers.simulated.facemaps import FaceMaps
-from drivers.simulated.illumination import (
+from drivers.simulated.imaging.colour import BLUR_PX, EXPOSURE, NOISE_CODES
+from drivers.simulated.imaging.facemaps import FaceMaps
+from drivers.simulated.imaging.illumination import (
     LIFT_MM,
     SKY_RAYS,
     irradiance,
@@ -23,14 +21,16 @@ from drivers.simulated.illumination import (
     sky_direction,
     sky_view_factor,
 )
-from drivers.simulated.light import Light
-from drivers.simulated.optics import LENS_CENTRE
-from drivers.simulated.raycast import RayCaster
-from drivers.simulated.scene import Scene, place_sheet
-from drivers.simulated.sheets import Sheet
-from drivers.vivid900.calibration import Calibration, nominal
-from drivers.vivid900.lenses import LENSES
-from drivers.vivid900.triangulation import project, tangents
+from drivers.simulated.imaging.optics import LENS_CENTRE
+from drivers.simulated.imaging.raycast import RayCaster
+from drivers.simulated.scene.albedo import LINEAR, colour_codes, linear, srgb
+from drivers.simulated.scene.artwork import Print, White
+from drivers.simulated.scene.light import Light
+from drivers.simulated.scene.scene import Scene, place_sheet
+from drivers.simulated.scene.sheets import Sheet
+from drivers.vivid900.geometry.calibration import Calibration, nominal
+from drivers.vivid900.geometry.lenses import LENSES
+from drivers.vivid900.geometry.triangulation import project, tangents
 from restore.range_image.sheet import Sheet as Surface
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
 from restore.texture.page import paint_page

@@ -23,7 +23,7 @@ from bench.light_prints import PRINTS
 from bench.light_stage import Stage, mean_albedo, picture
 from bench.shading import PAGE_MM
 from drivers.simulated import Flat
-from drivers.simulated.light import Light
+from drivers.simulated.scene.light import Light
 from restore.scan import Bytes, Floats
 from restore.shading.relief import relief_of
 from restore.shading.remove import LIGHT_DPI, remove_shading
@@ -31,8 +31,8 @@ from restore.shading.white import balance_on_paper
 from restore.texture.page import MM_PER_INCH
 from station.colour.chart import find_chart
 from station.colour.fit import fit_colours
-from station.export.conversion import image_to_srgb
-from station.export.icc import encode_profile
+from station.images.conversion import image_to_srgb
+from station.images.icc import encode_profile
 
 KINDS = ("curl", "wave", "binding", "multi-fold")
 FAMILIES = ("colour patches", "magazine", "halftones", "pastels", "greys", "text", "stained")

@@ -23,8 +23,8 @@ from drivers.simulated import Flat, Text
 from restore.scan import Bytes
 from restore.shading.relief import relief_of
 from restore.shading.remove import LIGHT_DPI, remove_shading
-from station.ocr_precision import count_matching_words
-from station.words import recognise
+from station.words.ocr_precision import count_matching_words
+from station.words.words import recognise
 
 KINDS = ("Miura", "gutter", "curl", "wave")
 COLUMNS = ("kept", "removed", "even", "flat original")

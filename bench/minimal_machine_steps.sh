@@ -36,7 +36,7 @@ bare() {
     expect 0 as_guest .venv/bin/planish --help
     expect 0 as_guest .venv/bin/planish devices
     expect 4 as_guest .venv/bin/planish doctor  # there is no scanner
-    expect 0 as_guest .venv/bin/python -c 'import drivers.simulated, restore, station.one_page'
+    expect 0 as_guest .venv/bin/python -c 'import drivers.simulated, restore, station.run.one_page'
     expect 2 as_guest .venv/bin/planish demo -o out/demo
     cd - >/dev/null || return
 }

@@ -17,16 +17,17 @@ from pathlib import Path
 import numpy as np
 
 from drivers import CaptureSettings
+from drivers.scsi.in_process import InProcess
 from drivers.simulated import rig
-from drivers.vivid900.camera import Vivid900
+from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link
-from drivers.vivid900.transports.in_process import InProcess
 from restore import RangeScan
+from station.capture_loop.loop import CaptureLoop
 from station.session import Volume, create_session, open_session
 from station.session.presets import load_preset
-from station.shift.loop import Shift
-from station.shift.workers import background
+from station.session.stages import run_restore
+from station.workers.background import background
 
 SHEETS = ({"name": "curl", "radius_mm": 200.0}, {"name": "wave"}, {"name": "cone"})
 PAGE_MM = (150, 200)
@@ -66,20 +67,20 @@ def work(scans: list[RangeScan], shot_s: float, pages: int) -> tuple[list[float]
         started.append(time.perf_counter())
         time.sleep(shot_s)
         ended.append(time.perf_counter())
-        shift.inbox.put(" " if len(started) < pages else "q")  # behind the restorations that have ended meanwhile
+        loop.inbox.put(" " if len(started) < pages else "q")  # behind the restorations that have ended meanwhile
         return next(source)
 
     def show(line: str) -> None:
         if "checks" in line:
             judged.append(time.perf_counter())
 
-    with tempfile.TemporaryDirectory() as name, background() as submit:
+    with tempfile.TemporaryDirectory() as name, background(run_restore) as submit:
         settings = load_preset("leaflet").model_dump(mode="json", exclude_none=True)
         create_session(Path(name) / "volume", Volume(title="A volume", settings=settings))
         with open_session(Path(name) / "volume") as writer:
-            shift = Shift(writer, take, submit, show)
-            shift.inbox.put(" ")
-            shift.run()
+            loop = CaptureLoop(writer, take, submit, show)
+            loop.inbox.put(" ")
+            loop.run()
     return started, [then - shot_end for then, shot_end in zip(judged, ended, strict=True)]
 
 

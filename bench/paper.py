@@ -18,7 +18,7 @@ from unittest import mock
 import numpy as np
 
 from bench.timing import REPEATS, in_turns, median_seconds
-from drivers.simulated.sheets import Binding, Cone, Crumpled, Curl, Miura, MultiFold, Sheet, Spread, Wave
+from drivers.simulated.scene.sheets import Binding, Cone, Crumpled, Curl, Miura, MultiFold, Sheet, Spread, Wave
 from oracles.exact import ExactSheet, exact_sheet
 from oracles.markers import rigid_residual
 from restore.errors import BadInput

@@ -14,7 +14,7 @@ import numpy as np
 from bench.memory import peak_growth_mb
 from drivers.scanner import SettingsError
 from drivers.simulated import Curl, Spread, shoot
-from drivers.simulated.sheets import Sheet
+from drivers.simulated.scene.sheets import Sheet
 from oracles.exact import add_noise, exact_sheet
 from oracles.markers import rigid_residual
 from oracles.sheets import CASES

@@ -16,9 +16,9 @@ import numpy as np
 from bench.draws import seed_of_today
 from bench.photographs import measured
 from drivers.simulated import Text, Wave
-from drivers.simulated.camera import Camera, Exposure, photograph_scene
-from drivers.simulated.photographs import PhotographSet, Shots, photograph_page
-from drivers.simulated.rolling import RollingCamera
+from oracles.simulation.camera import Camera, Exposure, photograph_scene
+from oracles.simulation.photographs import PhotographSet, Shots, photograph_page
+from oracles.simulation.rolling import RollingCamera
 from restore import SCALE_CARD
 
 CARD_DPI = 177.8  # seven pixels to a millimetre

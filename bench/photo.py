@@ -20,9 +20,9 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from drivers.simulated import Text
-from drivers.simulated.artwork import Artwork
-from drivers.simulated.camera import Camera, Exposure
-from drivers.simulated.sheets import Sheet
+from drivers.simulated.scene.artwork import Artwork
+from drivers.simulated.scene.sheets import Sheet
+from oracles.simulation.camera import Camera, Exposure
 from oracles.studio import (
     ARTWORK,
     LIMIT_PX,
@@ -151,7 +151,7 @@ def picture(target: Path) -> None:
 
 
 def _captioned(crop: Bytes, text: str) -> Bytes:
-    from drivers.simulated.artwork.typeset import typeface
+    from drivers.simulated.scene.artwork.typeset import typeface
 
     board = Image.new("RGB", (crop.shape[1], crop.shape[0] + 44), "white")
     board.paste(Image.fromarray(crop), (0, 44))

@@ -23,8 +23,8 @@ from bench.draws import seed_of_today
 from bench.memory import status_mb
 from bench.photographs import compared, photographed
 from drivers.simulated import Curl, Wave
-from drivers.simulated.photographs import PhotographSet, Shots, views_from
 from oracles.markers import rigid_residual
+from oracles.simulation.photographs import PhotographSet, Shots, views_from
 from restore import PhotographedPage, RestoredPage, Settings, read_photograph, reconstruct_page, restore
 from restore.texture.resolution import print_or_outline_mtf50
 

@@ -20,11 +20,11 @@ import numpy as np
 from bench.draws import seed_of_today
 from bench.photographs import CARD_DPI, compared
 from drivers.simulated import Cone, Curl, Text, Wave
-from drivers.simulated.artwork import Artwork, Print
-from drivers.simulated.artwork.printed import PAPER
-from drivers.simulated.photographs import PhotographSet, Shots, photograph_page
-from drivers.simulated.sheets import PageSize, Sheet
+from drivers.simulated.scene.artwork import Artwork, Print
+from drivers.simulated.scene.artwork.printed import PAPER
+from drivers.simulated.scene.sheets import PageSize, Sheet
 from oracles.markers import rigid_residual
+from oracles.simulation.photographs import PhotographSet, Shots, photograph_page
 from restore import SCALE_CARD, Photograph, RestoreError, Settings, reconstruct_page, restore
 from restore.texture.coverage import Seen
 from restore.texture.page import MM_PER_INCH

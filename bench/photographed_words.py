@@ -22,14 +22,14 @@ import numpy as np
 from bench.draws import seed_of_today
 from bench.photographs import CARD_DPI, MARGIN_MM, SHEETS
 from drivers.simulated import Text
-from drivers.simulated.photographs import PhotographSet, Shots, photograph_page
-from drivers.simulated.sheets import Sheet
+from drivers.simulated.scene.sheets import Sheet
+from oracles.simulation.photographs import PhotographSet, Shots, photograph_page
 from restore import SCALE_CARD, Photograph, RestoreError, Settings, reconstruct_page, restore
 from restore.scan import Bytes
 from restore.texture.page import MM_PER_INCH
-from station.export.png import encode_png
-from station.ocr_precision import count_matching_words
-from station.words import READING_DPI, recognise
+from station.images.png import encode_png
+from station.words.ocr_precision import count_matching_words
+from station.words.words import READING_DPI, recognise
 
 PAGE_MM = (280.0, 200.0)
 TYPE_PT = 10.0

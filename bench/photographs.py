@@ -19,9 +19,9 @@ import numpy as np
 
 from bench.draws import seed_of_today
 from drivers.simulated import Cone, Crumpled, Curl, Miura, MultiFold, Spread, Text, Wave
-from drivers.simulated.photographs import PhotographSet, Shots, photograph_page, views_from
-from drivers.simulated.sheets import Sheet
+from drivers.simulated.scene.sheets import Sheet
 from oracles.markers import rigid_residual
+from oracles.simulation.photographs import PhotographSet, Shots, photograph_page, views_from
 from restore import SCALE_CARD, Photograph, RestoredPage, RestoreError, Settings, reconstruct_page, restore
 from restore.scan import Floats
 from restore.texture.page import MM_PER_INCH

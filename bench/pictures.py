@@ -17,8 +17,8 @@ from PIL import Image
 
 from bench.shading import DESK_LAMP, DPI, case
 from drivers.simulated import Crumpled, Figure, MultiFold, Spread, Text, shoot
-from drivers.simulated.shot import printed
-from drivers.vivid900.lenses import LENSES
+from drivers.simulated.imaging.shot import printed
+from drivers.vivid900.geometry.lenses import LENSES
 from restore import RestoredPage, Settings, SurfaceMesh, restore
 from restore.scan import Bytes, Floats
 from restore.shading.relief import relief_of

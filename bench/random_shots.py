@@ -17,9 +17,9 @@ from bench.draws import PRINTS, lossy, run, seed_of_today
 from bench.layout import SHEETS
 from bench.page_meshes import side_error
 from drivers.simulated import Pose, Truth, shoot
-from drivers.simulated.artwork import ARTWORK
-from drivers.simulated.scene import Table
-from drivers.vivid900.lenses import MODES
+from drivers.simulated.scene.artwork import ARTWORK
+from drivers.simulated.scene.scene import Table
+from drivers.vivid900.geometry.lenses import MODES
 from oracles.layout import layout_error
 from restore import RangeScan, RestoreError, Settings, restore
 

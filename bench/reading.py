@@ -17,14 +17,14 @@ import cv2
 import numpy as np
 from PIL import Image, ImageDraw
 
-from drivers.simulated.artwork import Text
-from drivers.simulated.artwork.printed import BLACK, blank
-from drivers.simulated.artwork.text import SENTENCES
-from drivers.simulated.artwork.typeset import Column, typeface
+from drivers.simulated.scene.artwork import Text
+from drivers.simulated.scene.artwork.printed import BLACK, blank
+from drivers.simulated.scene.artwork.text import SENTENCES
+from drivers.simulated.scene.artwork.typeset import Column, typeface
 from restore.scan import Bytes
 from station.errors import UsageError
-from station.ocr_precision import MatchCount, count_matching_words
-from station.words import READING_DPI, check_language, find_tesseract, recognise
+from station.words.ocr_precision import MatchCount, count_matching_words
+from station.words.words import READING_DPI, check_language, find_tesseract, recognise
 
 PAGE_MM = (120.0, 70.0)
 PRINT_DPI, PAGE_DPI = 600, 450

@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 
 from restore import RangeScan
+from station.capture_loop.loop import CaptureLoop
+from station.run.small_page import small_page
 from station.session import Volume, create_session, open_session, read_session
-from station.session.presets import Preset, Thresholds
+from station.session.presets import Preset
 from station.session.replay import replay
 from station.session.stages import Run, run_restore
-from station.shift.loop import Shift
-from station.warm_up import small_page
+from station.verdict.thresholds import Thresholds
 
 SETTINGS = {"points": 300, "dpi": 60}
 THRESHOLDS = Thresholds(strain_rms=(0.003, 0.01), similarity=(0.84, 0.92), hole_mm=(5.0, 15.0))
@@ -33,10 +34,10 @@ def main(pages: int) -> int:
         create_session(folder, Volume(title="Replayed", settings=preset.model_dump(mode="json", exclude_none=True)))
         scans = (_scan(number) for number in range(pages))
         with open_session(folder) as writer:
-            shift = Shift(writer, lambda: next(scans), restore_now, lambda _line: None)
+            loop = CaptureLoop(writer, lambda: next(scans), restore_now, lambda _line: None)
             for key in (*" " * pages, "q"):
-                shift.inbox.put(key)
-            shift.run()
+                loop.inbox.put(key)
+            loop.run()
         done = list(replay(read_session(folder), Path(name) / "scratch"))
     differing = [one for one in done if one.differing]
     for one in differing:
@@ -54,7 +55,7 @@ def _scan(number: int) -> RangeScan:
 
 
 def restore_now(source: Path, parameters: Mapping[str, Any], folder: Path) -> Future[Run]:
-    """Restore a scan in this process. See `station.shift.workers.Submit`."""
+    """Restore a scan in this process. See `station.session.stages.Submit`."""
     future: Future[Run] = Future()
     future.set_result(run_restore(source, parameters, folder))
     return future

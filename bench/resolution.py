@@ -17,15 +17,15 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from drivers.simulated import Curl, Pose, Text, Wave
-from drivers.simulated.artwork import Artwork
-from drivers.simulated.artwork.printed import BLACK, PAPER, Print
-from drivers.simulated.camera import Exposure
-from drivers.simulated.scene import Scene, place_sheet
-from drivers.simulated.sheets import Sheet
-from drivers.simulated.sheets.sheet import PageSize
-from drivers.simulated.shot import Truth, printed, shoot_scene
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import LENSES, MODES
+from drivers.simulated.imaging.shot import Truth, printed, shoot_scene
+from drivers.simulated.scene.artwork import Artwork
+from drivers.simulated.scene.artwork.printed import BLACK, PAPER, Print
+from drivers.simulated.scene.scene import Scene, place_sheet
+from drivers.simulated.scene.sheets import Sheet
+from drivers.simulated.scene.sheets.sheet import PageSize
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import LENSES, MODES
+from oracles.simulation.camera import Exposure
 from oracles.studio import VIEWS, take_photograph
 from restore import FlatMesh, Photograph, RangeScan, Settings
 from restore.photo import paint_registered, register_photographs

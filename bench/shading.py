@@ -26,17 +26,17 @@ import numpy as np
 from bench.light_draws import LAMPS, SHEETS, SPOT, sparing_highlights
 from bench.timing import REPEATS, median_seconds
 from drivers.simulated import Figure, Text
-from drivers.simulated.albedo import LINEAR, srgb
-from drivers.simulated.artwork import Artwork
-from drivers.simulated.colour import NOISE_CODES, photograph
-from drivers.simulated.facemaps import FaceMaps
-from drivers.simulated.light import Lamp, Light
-from drivers.simulated.raycast import RayCaster
-from drivers.simulated.scene import place_sheet
-from drivers.simulated.sheets import Binding, Sheet
-from drivers.simulated.shot import printed, shoot_scene
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import LENSES, MODES
+from drivers.simulated.imaging.colour import NOISE_CODES, photograph
+from drivers.simulated.imaging.facemaps import FaceMaps
+from drivers.simulated.imaging.raycast import RayCaster
+from drivers.simulated.imaging.shot import printed, shoot_scene
+from drivers.simulated.scene.albedo import LINEAR, srgb
+from drivers.simulated.scene.artwork import Artwork
+from drivers.simulated.scene.light import Lamp, Light
+from drivers.simulated.scene.scene import place_sheet
+from drivers.simulated.scene.sheets import Binding, Sheet
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import LENSES, MODES
 from restore.prepare import prepare
 from restore.range_image.sheet import Sheet as Surface
 from restore.scan import Bytes, Floats, Mask, SurfaceMesh

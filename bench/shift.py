@@ -17,14 +17,14 @@ import numpy as np
 
 from bench.replay import restore_now
 from drivers.simulated import Text
-from drivers.simulated.shot import printed
+from drivers.simulated.imaging.shot import printed
 from restore import RangeScan
+from station.capture_loop.loop import CaptureLoop, Done
+from station.run.small_page import small_page
 from station.session import Volume, create_session, open_session, read_session
 from station.session.overview import overview_lines
 from station.session.presets import load_preset
 from station.session.verify import verify
-from station.shift.loop import Done, Shift
-from station.warm_up import small_page
 
 PAGE_MM = (106.0, 75.0)
 PIXELS, MARGIN = 8, 24  # of the picture: for each sample, and of the dark table around the leaf
@@ -53,14 +53,14 @@ def _work(folder: Path) -> None:
     """Press every key, and wait after each until what was shot is judged, so that the screen is always the same."""
     shots = _shots()
     with open_session(folder) as writer:
-        shift = Shift(writer, lambda: next(shots), restore_now, lambda line: print(f"    {line}", flush=True))
+        loop = CaptureLoop(writer, lambda: next(shots), restore_now, lambda line: print(f"    {line}", flush=True))
         for key in KEYS:
             print(f"[{NAMES.get(key, key)}]", flush=True)
-            shift.type(key)
-            while shift.is_busy:
-                message = shift.inbox.get()
+            loop.type(key)
+            while loop.is_busy:
+                message = loop.inbox.get()
                 assert isinstance(message, Done)
-                shift.finish(message)
+                loop.finish(message)
 
 
 def _shots() -> Iterator[RangeScan]:

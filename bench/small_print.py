@@ -11,11 +11,11 @@ from typing import Any
 
 from drivers import CaptureSettings
 from drivers.simulated import connect, rig
-from drivers.vivid900.lenses import FINE
+from drivers.vivid900.geometry.lenses import FINE
 from restore import RangeScan, Settings, restore
 from restore.texture.super_resolution import finer_scan
-from station.ocr_precision import MatchCount, count_matching_characters, count_matching_words
-from station.words import recognise
+from station.words.ocr_precision import MatchCount, count_matching_characters, count_matching_words
+from station.words.words import recognise
 
 SIZES_PT = (8.0, 9.0, 10.0)
 COUNTS = (1, 4, 9)

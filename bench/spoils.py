@@ -13,12 +13,12 @@ import numpy as np
 
 from bench.covers import Shot, blurred, hand
 from drivers.simulated import Text
-from drivers.simulated.camera import Camera, Exposure, photograph_scene
-from drivers.simulated.mishaps import moved_card, moved_page
-from drivers.simulated.photographs import PhotographSet, Shots, photograph_page
-from drivers.simulated.scene import Scene
-from drivers.simulated.sheets import Sheet
-from drivers.simulated.shot import printed
+from drivers.simulated.imaging.shot import printed
+from drivers.simulated.scene.scene import Scene
+from drivers.simulated.scene.sheets import Sheet
+from oracles.simulation.camera import Camera, Exposure, photograph_scene
+from oracles.simulation.mishaps import moved_card, moved_page
+from oracles.simulation.photographs import PhotographSet, Shots, photograph_page
 from restore import SCALE_CARD, Photograph
 from restore.scan import Bytes, Floats, Mask
 

@@ -21,7 +21,7 @@ import numpy as np
 from bench.draws import seed_of_today
 from bench.spoils import KINDS, MARGIN_MM, PAGE_MM, Views, given, good_set, truth
 from drivers.simulated import Cone, Curl, Wave
-from drivers.simulated.sheets import Sheet
+from drivers.simulated.scene.sheets import Sheet
 from oracles.markers import rigid_residual
 from restore import SCALE_CARD, RestoredPage, RestoreError, Settings, reconstruct_page, restore
 from restore.scan import Floats

@@ -15,9 +15,9 @@ import numpy as np
 from bench.draws import seed_of_today
 from bench.layout import SHEETS
 from drivers.simulated import Text
-from drivers.simulated.sheets import Sheet
-from drivers.simulated.structured_light import RigPlan, SimulatedRig, build_rig
+from drivers.simulated.scene.sheets import Sheet
 from oracles.markers import rigid_residual
+from oracles.simulation.projector import RigPlan, SimulatedRig, build_rig
 from oracles.structured_light import captured, depth_errors, greys, rig_of
 from restore import RestoredPage, Settings, restore
 from restore.scan import Floats

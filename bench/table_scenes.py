@@ -18,11 +18,11 @@ from bench.draws import PRINTS, lossy, run, seed_of_today
 from bench.layout import SHEETS
 from drivers.scanner import SettingsError
 from drivers.simulated import Flat, Pose
-from drivers.simulated.artwork import ARTWORK
-from drivers.simulated.scene import Table, place_sheet
-from drivers.simulated.shot import printed, shoot_scene
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import LENSES, MODES
+from drivers.simulated.imaging.shot import printed, shoot_scene
+from drivers.simulated.scene.artwork import ARTWORK
+from drivers.simulated.scene.scene import Table, place_sheet
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import LENSES, MODES
 from restore import RangeScan, RestoreError
 from restore.range_image.camera import find_rays
 from restore.range_image.segment import find_sheet

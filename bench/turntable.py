@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from drivers.simulated import Flat, Markers, Pose, Spread, Text, Truth
-from drivers.simulated.artwork import Artwork
-from drivers.simulated.scene import Axle, Scene, place_sheet
-from drivers.simulated.sheets import Sheet
-from drivers.simulated.shot import printed, shoot_scene
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import FINE, LENSES
+from drivers.simulated.imaging.shot import printed, shoot_scene
+from drivers.simulated.scene.artwork import Artwork
+from drivers.simulated.scene.scene import Axle, Scene, place_sheet
+from drivers.simulated.scene.sheets import Sheet
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import FINE, LENSES
 from oracles.markers import marker_error
 from restore import RangeScan, Settings, restore
 from restore.scan import Floats, Mask

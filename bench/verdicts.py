@@ -18,9 +18,10 @@ import numpy as np
 from bench.shift import page_scan
 from drivers.simulated import Text
 from restore import Bytes, RangeScan, save_scan
-from station.session.presets import Thresholds, load_preset
+from station.session.presets import load_preset
 from station.session.stages import run_restore
 from station.verdict.same_page import fingerprint, similarity
+from station.verdict.thresholds import Thresholds
 
 # Page, columns, size of the type.
 VOLUMES = (

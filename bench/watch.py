@@ -26,13 +26,14 @@ from pathlib import Path
 
 import numpy as np
 
-from drivers.simulated.sheets import Curl
+from drivers.simulated.scene.sheets import Curl
 from oracles.exact import exact_sheet
 from restore import SurfaceMesh
 from restore.formats import write_obj, write_ply
-from station.one_page import Destination, restore_file
-from station.watch.loop import Pace, Watch
-from station.watch.presets import Options, Presets
+from station.intake.loop import Pace, Watch
+from station.intake.presets import Presets
+from station.run.one_page import Destination, restore_file
+from station.run.options import Options
 
 ARRIVALS, INTERRUPTIONS, SEED = 200, 5, 1
 PACE = Pace(poll_s=0.2, settle_s=2.0, pair_s=8.0)

@@ -18,7 +18,7 @@ from itertools import count, islice, product
 from pathlib import Path
 from time import perf_counter
 
-from drivers.vivid900.signals import ENDING_SIGNALS
+from drivers.safety.signals import ENDING_SIGNALS
 from oracles.bus_faults import RIGS
 from oracles.faults import count_commands, small_profile
 from oracles.ways_out import (

@@ -6,7 +6,7 @@ The paper's Table 1, over its mix of warps, with about its 12,000 words; the sha
 of every page are drawn afresh at every run. Every page is 230 × 160 mm of running text before the MIDDLE lens at 0.9 m,
 53 pixels to the inch, in light that casts shadows. The flat original is the ceiling: the same print laid flat in even
 light, seen by the same camera. All four are read alike, by Tesseract, as `planish ocr` reads a page. Precision as in
-`station.ocr_precision`.
+`station.words.ocr_precision`.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ import numpy as np
 
 from bench.light_draws import LAMPS, SPOT, sparing_highlights
 from drivers.simulated import Binding, Cone, Crumpled, Curl, Flat, Miura, MultiFold, Pose, Text, Truth, Wave, shoot
-from drivers.simulated.light import Light
-from drivers.simulated.scene import place_sheet
-from drivers.simulated.sheets import Sheet
-from drivers.simulated.shot import printed
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import LENSES
-from drivers.vivid900.triangulation import project
+from drivers.simulated.imaging.shot import printed
+from drivers.simulated.scene.light import Light
+from drivers.simulated.scene.scene import place_sheet
+from drivers.simulated.scene.sheets import Sheet
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import LENSES
+from drivers.vivid900.geometry.triangulation import project
 from oracles.similarity import align_page, lay_on, page_similarity
 from restore import RangeScan, Settings, restore
 from restore.scan import Bytes
 from restore.texture.page import MM_PER_INCH, sample
-from station.ocr_precision import MatchCount, count_matching_characters, count_matching_words
-from station.words import ProgramMissing, find_tesseract, recognise
+from station.words.ocr_precision import MatchCount, count_matching_characters, count_matching_words
+from station.words.words import ProgramMissing, find_tesseract, recognise
 
 LENS, DISTANCE_MM = "MIDDLE", 900.0  # as in the paper's experiments
 PAGE_MM = (230.0, 160.0)

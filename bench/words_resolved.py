@@ -18,9 +18,9 @@ from rapidfuzz.distance import Levenshtein
 
 from bench.words import DPI, OPTICS, WARPS, Task, laid_flat, print_of, tasks
 from drivers.simulated import Flat, Pose, shoot
-from drivers.simulated.light import Light
-from station.ocr_precision import count_matching_words
-from station.words import recognise
+from drivers.simulated.scene.light import Light
+from station.words.ocr_precision import count_matching_words
+from station.words.words import recognise
 
 EVEN = Light((), 1.0)
 ROW = "{:<14} {:<12} {:>10} {:>14} {:>10}"

@@ -12,9 +12,9 @@ from drivers.scanner import CaptureSettings, Scanner, ScannerError, SettingsErro
 if TYPE_CHECKING:
     from types import ModuleType
 
+    from drivers.stage import RotaryStage
     from drivers.vivid900.link import Link
-    from drivers.vivid900.profile import Profile
-    from drivers.vivid900.stage import RotaryStage
+    from drivers.vivid900.profile.profile import Profile
 
 __all__ = ["CaptureSettings", "Scanner", "ScannerError", "SettingsError", "open_link", "open_scanner", "open_turntable"]
 
@@ -73,7 +73,7 @@ def open_turntable(
             "a simulated scanner and a real stage do not see each other",
             f'use port = "{SIMULATED_PORT}" in [stage] with driver = "simulated" in [scanner], and only there',
         )
-    from drivers.vivid900.stage import open_stage
+    from drivers.stage import open_stage
 
     # The scanner first: opening it switches its laser off. A killed run may have left the stage turning.
     with open_scanner(config) as scanner, open_stage(model, port, relative=relative) as stage:

@@ -6,13 +6,13 @@ from collections.abc import Mapping
 
 import usb.core
 
-from drivers.simulated.buses import bulk_only_device, sg_node
-from drivers.simulated.buses.sg_node import SimulatedSgNode
-from drivers.simulated.buses.usb_bridge import SimulatedBridge
-from drivers.simulated.buses.usb_descriptors import HIGH_SPEED
-from drivers.vivid900.transports import Target, Transport
-from drivers.vivid900.transports.usb import UsbBulkOnly
+from drivers.scsi.transport import Target, Transport
+from drivers.scsi.usb import UsbBulkOnly
 from oracles.faults import CHUNK_BYTES, FaultRig
+from oracles.simulation.buses import bulk_only_device, sg_node
+from oracles.simulation.buses.sg_node import SimulatedSgNode
+from oracles.simulation.buses.usb_bridge import SimulatedBridge
+from oracles.simulation.buses.usb_descriptors import HIGH_SPEED
 
 
 class UsbRig(FaultRig):

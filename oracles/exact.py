@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import Delaunay
 from scipy.stats.qmc import Halton
 
-from drivers.simulated.sheets import PageSize, Sheet
+from drivers.simulated.scene.sheets import PageSize, Sheet
 from restore.mesh.measures import straight_lengths
 from restore.mesh.network import Network, edges_of, make_network
 from restore.mesh.pose import PosedSheet, pose_on_table

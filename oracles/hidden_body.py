@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import LENSES
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import LENSES
 
 NOMINAL = nominal(LENSES["MIDDLE"])
 HIDDEN_BODY = replace(

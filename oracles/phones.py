@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import trimesh
 
-from drivers.simulated.camera import Camera
-from drivers.simulated.photographs import PhotographSet, encode_jpeg
-from drivers.simulated.scene import Scene
+from drivers.simulated.scene.scene import Scene
+from oracles.simulation.camera import Camera
+from oracles.simulation.photographs import PhotographSet, encode_jpeg
 from restore.phones.arkit import LENS, MM_PER_METRE, UPRIGHT
 from restore.scan import Floats, Ints
 
@@ -41,7 +41,7 @@ def pose_of(camera: Camera) -> Floats:
 
 def coarse_mesh(scene: Scene, spacing_mm: float, noise_mm: float, rng: np.random.Generator) -> tuple[Floats, Ints]:
     """Vertices (n, 3) mm and faces (m, 3) of page and table in one surface, as a phone's sensor gives it."""
-    from drivers.simulated.raycast import RayCaster
+    from drivers.simulated.imaging.raycast import RayCaster
 
     page = scene.vertices[np.unique(scene.faces[scene.on_page])]
     low, high = page[:, :2].min(axis=0) - TABLE_MM, page[:, :2].max(axis=0) + TABLE_MM

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from drivers.simulated.sheets import Sheet
+from drivers.simulated.scene.sheets import Sheet
 from restore.mesh.ordered_grid import grid_faces
 from restore.photogrammetry.page_surface import PageSurface
 from restore.photogrammetry.surface import Surface, fit_surface, grid_places, through_places

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from drivers.simulated.sheets import Cone, Crumpled, Curl, Miura, MultiFold, Sheet, Wave
+from drivers.simulated.scene.sheets import Cone, Crumpled, Curl, Miura, MultiFold, Sheet, Wave
 from oracles.exact import DISTANCE_MM, PAGE_MM, add_noise, scatter_points
 from restore.mesh.triangulate import compact
 from restore.scan import Floats, Ints, Mask, SurfaceMesh

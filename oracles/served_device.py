@@ -7,7 +7,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from drivers.simulated.device import SimulatedDevice
+from drivers.simulated.device.device import SimulatedDevice
 from drivers.simulated.serve import listen, serve
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from drivers.simulated import Binding, Cone, Crumpled, Curl, Flat, Miura, MultiFold, Spread, Wave
-from drivers.simulated.sheets import Sheet
+from drivers.simulated.scene.sheets import Sheet
 
 
 @dataclass(frozen=True)

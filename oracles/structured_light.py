@@ -10,8 +10,8 @@ import cv2
 import numpy as np
 from PIL import Image
 
-from drivers.simulated.camera import Camera
-from drivers.simulated.structured_light import SimulatedRig
+from oracles.simulation.camera import Camera
+from oracles.simulation.projector import SimulatedRig
 from restore.scan import Bytes, Floats, RangeScan
 from restore.structured_light import Lens, Projector, Rig, draw_patterns
 

@@ -8,13 +8,13 @@ from functools import cache
 import numpy as np
 
 from drivers.simulated import Binding, Crumpled, Curl, Figure, Miura, Pose, Spread, Text, Wave
-from drivers.simulated.artwork import Artwork
-from drivers.simulated.camera import Camera, Exposure, look_at, photograph_scene
-from drivers.simulated.scene import Scene, place_sheet
-from drivers.simulated.sheets import Sheet
-from drivers.simulated.shot import Truth, printed, shoot_scene
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import LENSES, MODES
+from drivers.simulated.imaging.shot import Truth, printed, shoot_scene
+from drivers.simulated.scene.artwork import Artwork
+from drivers.simulated.scene.scene import Scene, place_sheet
+from drivers.simulated.scene.sheets import Sheet
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import LENSES, MODES
+from oracles.simulation.camera import Camera, Exposure, look_at, photograph_scene
 from restore import FlatMesh, RangeScan, Settings
 from restore.photo.reference import make_reference
 from restore.photo.register import Registration

@@ -17,21 +17,21 @@ from time import monotonic
 from types import FrameType
 from typing import Any, TypeVar
 
+from drivers.safety.signals import ENDING_SIGNALS
 from drivers.scanner import ScannerError
-from drivers.simulated.buses.sg_node import SimulatedSgNode
-from drivers.simulated.buses.usb_bridge import SimulatedBridge
-from drivers.simulated.buses.usb_descriptors import HIGH_SPEED
-from drivers.simulated.device import Lens, SimulatedDevice
-from drivers.simulated.faults import Call, FaultyDevice
-from drivers.simulated.plate import PlateSensor
+from drivers.scsi.replay import Recorder
+from drivers.scsi.transport import Reply, Target
+from drivers.simulated.device.device import Lens, SimulatedDevice
+from drivers.simulated.device.faults import Call, FaultyDevice
+from drivers.simulated.device.plate import PlateSensor
 from drivers.simulated.serve import listen, serve
 from drivers.vivid900.connecting import connect
-from drivers.vivid900.profile import SIMULATED, load_profile
-from drivers.vivid900.signals import ENDING_SIGNALS
-from drivers.vivid900.transports import Reply, Target
-from drivers.vivid900.transports.replay import Recorder
+from drivers.vivid900.profile.profile import SIMULATED, load_profile
 from oracles.bus_faults import SgRig, UsbRig
 from oracles.faults import SETTINGS, FaultRig
+from oracles.simulation.buses.sg_node import SimulatedSgNode
+from oracles.simulation.buses.usb_bridge import SimulatedBridge
+from oracles.simulation.buses.usb_descriptors import HIGH_SPEED
 
 Result = TypeVar("Result")
 KILLED_STATUS = -signal.SIGKILL

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from enum import StrEnum
 
+FLAGS = ("tiff", "map", "mesh", "strain", "frames", "review", "ocr", "coverage")
+"""Output files that are asked for, as the options of a run and the `outputs` of presets call them."""
+
 
 class Pieces(StrEnum):
     """What becomes of several pieces of surface in one scan.

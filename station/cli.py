@@ -10,15 +10,15 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from station.archive.command import export
-from station.ask import ask
-from station.batch.command import batch
-from station.calibrate import board, calibrate
-from station.console.command import serve
-from station.devices import devices
-from station.doctor import doctor
-from station.errors import USAGE, UsageError, explain
-from station.options import (
+from station.commands.batch import batch
+from station.commands.calibrate import board, calibrate
+from station.commands.capture import shoot
+from station.commands.card import card
+from station.commands.compile import warm_up
+from station.commands.devices import devices
+from station.commands.doctor import doctor
+from station.commands.export import export
+from station.commands.options import (
     Config,
     Debug,
     Force,
@@ -33,14 +33,13 @@ from station.options import (
     grouped,
     output_path,
 )
-from station.park import park
-from station.patterns import patterns
-from station.photos_card import card
-from station.progress import progress_on
-from station.session_commands import app as sessions
-from station.session_commands import reindex, repair, replay, verify
-from station.shoot import shoot
-from station.terminal import (
+from station.commands.park import park
+from station.commands.patterns import patterns
+from station.commands.query import ask
+from station.commands.serve import serve
+from station.commands.sessions import app as sessions
+from station.commands.sessions import reindex, repair, replay, verify
+from station.commands.terminal import (
     READER_GONE,
     CommandLineError,
     occupy_standard_streams,
@@ -49,13 +48,14 @@ from station.terminal import (
     report_faults,
     usage_fault,
 )
-from station.trace import trace
+from station.commands.trace import trace
+from station.commands.watch import watch
+from station.errors import USAGE, UsageError, explain
+from station.progress import progress_on
 from station.version import software_version
-from station.warm_up import warm_up
-from station.watch.command import watch
 
 if TYPE_CHECKING:
-    from station.destination import Destination, Outcome
+    from station.run.destination import Destination, Outcome
 
 # `one_page` and what it needs take a second to import: inside the commands, so that `--help` answers at once.
 app = typer.Typer(
@@ -109,8 +109,8 @@ def _scan(
     """Capture a page, store the scan, restore the page."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.config import load_config
-        from station.one_page import scan_page
-        from station.turntable import scan_views
+        from station.run.one_page import scan_page
+        from station.run.turntable import scan_views
 
         station = load_config(config)
         if average is not None:
@@ -129,7 +129,7 @@ def _demo(output: Out, run: Run) -> None:
     """Scan a simulated page and restore it: nothing else is needed."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.config import DEMONSTRATION, load_config
-        from station.one_page import scan_page
+        from station.run.one_page import scan_page
 
         destination = _destination(output, Kinds(review=True), run)
         outcome = scan_page(load_config(DEMONSTRATION), destination, progress=progress)
@@ -146,7 +146,7 @@ def _merge(
     """Merge the views of a rotary stage and restore the page."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from restore import Settings
-        from station.turntable import merge_files
+        from station.run.turntable import merge_files
 
         destination = _destination(output, Kinds(review=True), run)
         outcome = merge_files(views, destination, settings=Settings(), progress=progress)
@@ -164,8 +164,8 @@ def _axis(
     """Find the axis of the rotary stage with a flat board of markers on it."""
     with report_faults(debug=debug), progress_on(sys.stderr) as progress:
         from station.config import load_config
-        from station.destination import Destination
-        from station.turntable import axis_table, find_axis
+        from station.run.destination import Destination
+        from station.run.turntable import axis_table, find_axis
 
         fit, path = find_axis(load_config(config), Destination(output, force=force), turns=turns, progress=progress)
         print_result(f"{path}\n{axis_table(fit).rstrip()}")
@@ -193,7 +193,7 @@ def _restore(
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from restore import Settings
         from station.config import build_model
-        from station.one_page import restore_file
+        from station.run.one_page import restore_file
 
         outcome = restore_file(
             scan,
@@ -230,7 +230,7 @@ def _photos(
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from restore import Settings
         from station.config import build_model
-        from station.photos import Scale, photographed_page
+        from station.run.photos import Scale, photographed_page
 
         outcome = photographed_page(
             pictures,
@@ -260,7 +260,7 @@ def _ocr(
 ) -> None:
     """Read the words of a restored page: text, ALTO and searchable PDF/A (needs Tesseract)."""
     with report_faults(debug=debug), progress_on(sys.stderr) as progress:
-        from station.ocr import read_pages, summary_line
+        from station.run.ocr import read_pages, summary_line
 
         for read in read_pages(page, output, language=language, truth=truth, force=force, progress=progress):
             print_result(summary_line(read))
@@ -296,8 +296,8 @@ app.add_typer(sessions, name="session")
 
 def _destination(folder: Path, kinds: Kinds, run: Run) -> Destination:
     """The destination of a run from its options. Raises BadInput for an unusable profile."""
-    from station.destination import Destination
-    from station.export.icc import read_profile
+    from station.images.icc import read_profile
+    from station.run.destination import Destination
 
     colours = None if kinds.profile is None else read_profile(kinds.profile)
     return Destination(folder, kinds.wanted, run.force, kinds.language, colours, turn=run.turn, anyway=run.anyway)

@@ -21,7 +21,8 @@ from hypothesis import settings
 
 from restore.errors import LibraryMissing
 from restore.native import missing_libraries
-from station import errors, terminal
+from station import errors
+from station.commands import terminal
 
 settings.register_profile("no clock", deadline=None)  # how long a test takes is the machine's business
 settings.load_profile("no clock")

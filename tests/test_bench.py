@@ -54,8 +54,8 @@ def test_words_that_differ_in_their_punctuation_alone_are_counted():
 @pytest.mark.skipif(shutil.which("tesseract") is None, reason="needs the system package tesseract-ocr")
 def test_a_page_of_two_columns_is_read_column_by_column():
     from bench.reading import CAMERA_DPI, PAGE_DPI, columns, painted
-    from station.ocr_precision import count_matching_words
-    from station.words import recognise
+    from station.words.ocr_precision import count_matching_words
+    from station.words.words import recognise
 
     rng = np.random.default_rng(READ_ACROSS)
     image, printed = columns(rng)

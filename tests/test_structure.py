@@ -11,14 +11,14 @@ PACKAGES = [TESTS.parent / name for name in ("drivers", "restore", "station")]
 
 # No test calls these directly; they run in the tests of the modules that use them. The list may only become shorter.
 CALLED_BY_OTHERS = {
+    "drivers.safety.device_context",
     "drivers.shipped",
-    "drivers.simulated.artwork.typeset",
-    "drivers.simulated.illumination",
-    "drivers.simulated.sheets.rulings",
-    "drivers.simulated.shot_data",
-    "drivers.simulated.stage.controller",
-    "drivers.vivid900.device_context",
-    "drivers.vivid900.shot_parameters",
+    "drivers.simulated.device.stage.controller",
+    "drivers.simulated.imaging.illumination",
+    "drivers.simulated.imaging.shot_data",
+    "drivers.simulated.scene.artwork.typeset",
+    "drivers.simulated.scene.sheets.rulings",
+    "drivers.vivid900.capture.shot_parameters",
     "restore.flattening.solution",
     "restore.formats.trimesh_parser",
     "restore.photo.dense",
@@ -27,9 +27,9 @@ CALLED_BY_OTHERS = {
     "restore.photo.sources",
     "restore.turntable.view",
     "station.colour.run",
-    "station.devices",
-    "station.options",
-    "station.terminal",
+    "station.commands.devices",
+    "station.commands.options",
+    "station.commands.terminal",
 }
 
 

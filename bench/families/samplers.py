@@ -10,7 +10,7 @@ from scipy.spatial import Delaunay
 from scipy.stats.qmc import Halton, PoissonDisk
 
 from bench.families.sheets import PAGE_MM, Warp, random_sheet
-from drivers.simulated.raycast import load_open3d
+from drivers.simulated.imaging.raycast import load_open3d
 from restore.mesh.measures import surface_area
 from restore.mesh.triangulate import compact
 from restore.scan import Floats, Ints, SurfaceMesh

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from drivers.simulated.sheets import Crumpled, Miura
+from drivers.simulated.scene.sheets import Crumpled, Miura
 from restore.scan import Floats
 
 PAGE_MM = (280.0, 200.0)

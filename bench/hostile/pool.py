@@ -24,9 +24,9 @@ from typing import Any
 
 from bench.hostile.readers import OUT, Reader
 from bench.memory import PROCESS, RESET_PEAK, status_mb
+from station.commands.compile import compile_kernels
 from station.errors import explain
-from station.export.claim import WORK
-from station.warm_up import compile_kernels
+from station.storage.folder_lock import WORK
 
 SECONDS_PER_MB = 10.0
 MEMORY_RATIO, MEMORY_MB = 12.0, 200.0  # of the file, and on top of that; above the idle process

@@ -14,11 +14,11 @@ from bench.hostile import samples
 from bench.hostile.mutations import mutate
 from restore import load_scan, read_photograph, read_picture
 from restore.formats.folder import INDEX, POINTS, _sha256
-from station.export.claim import WORK, recover
-from station.export.icc import read_profile, srgb_profile
-from station.export.journal import JOURNAL
-from station.overwrite_check import superseded
-from station.pages import read_page
+from station.images.icc import read_profile, srgb_profile
+from station.images.pages import read_page
+from station.run.overwrite_check import superseded
+from station.storage.folder_lock import WORK, recover
+from station.storage.journal import JOURNAL
 
 OUT = "out"  # folder of the results of a command
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -136,27 +136,27 @@ def _read_station(path: Path) -> None:
 
 
 def _load_profile(path: Path) -> None:
-    from drivers.vivid900.profile import load_profile
+    from drivers.vivid900.profile.profile import load_profile
 
     load_profile(path)
 
 
 def _read_calibration(path: Path) -> None:
-    from drivers.vivid900.calibration import read_calibration
+    from drivers.vivid900.geometry.calibration import read_calibration
 
     read_calibration(path)
 
 
 def _load_replay(path: Path) -> None:
-    from drivers.vivid900.transports.replay import load_replay
+    from drivers.scsi.replay import load_replay
 
     load_replay(path)
 
 
 def _list_capture(path: Path) -> None:
-    from drivers.vivid900.trace.capture import read_transfers
-    from drivers.vivid900.trace.exchanges import read_exchanges
-    from drivers.vivid900.trace.listing import list_exchanges
+    from drivers.trace.capture import read_transfers
+    from drivers.trace.exchanges import read_exchanges
+    from drivers.trace.listing import list_exchanges
 
     list(list_exchanges(read_exchanges(read_transfers(path))))
 

@@ -14,7 +14,7 @@ from restore import RangeScan, SurfaceMesh, save_scan
 from restore.formats import write_abs, write_obj, write_ply, write_vrml, write_vvd
 from restore.formats.mesh import texture_uv
 from restore.mesh.triangulate import triangulate
-from station.warm_up import small_page
+from station.run.small_page import small_page
 
 JOURNAL = {"put": ["page.png"], "removed": ["page.tif"], "before": ["page.png", "page.tif"]}
 
@@ -96,15 +96,15 @@ def write_capture(path: Path) -> None:
     import usb.core
 
     from drivers.scanner import CaptureSettings
-    from drivers.simulated.buses.capture import TappedBridge, write_capture
-    from drivers.simulated.clock import VirtualClock
-    from drivers.simulated.device import Lens, SimulatedDevice
-    from drivers.simulated.plate import PlateSensor
-    from drivers.vivid900.camera import Vivid900
+    from drivers.scsi.usb import UsbBulkOnly
+    from drivers.simulated.device.clock import VirtualClock
+    from drivers.simulated.device.device import Lens, SimulatedDevice
+    from drivers.simulated.device.plate import PlateSensor
+    from drivers.vivid900.capture.camera import Vivid900
     from drivers.vivid900.connecting import calibrations
     from drivers.vivid900.link import Link
-    from drivers.vivid900.profile import SIMULATED, load_profile
-    from drivers.vivid900.transports.usb import UsbBulkOnly
+    from drivers.vivid900.profile.profile import SIMULATED, load_profile
+    from oracles.simulation.buses.capture import TappedBridge, write_capture
 
     clock, profile = VirtualClock(), load_profile(SIMULATED)
     bridge = TappedBridge(SimulatedDevice(Lens("MIDDLE", 1, PlateSensor()), profile, clock))
@@ -117,7 +117,7 @@ def write_capture(path: Path) -> None:
 
 def write_recording(path: Path) -> None:
     """Write a recording of twenty INQUIRY commands."""
-    from drivers.vivid900.transports.replay import Exchange, Head
+    from drivers.scsi.replay import Exchange, Head
 
     lines = [Head(max_transfer=65536).model_dump_json()]
     for k in range(20):
@@ -128,8 +128,8 @@ def write_recording(path: Path) -> None:
 
 def write_calibration(path: Path) -> None:
     """Write the calibration of the manual."""
-    from drivers.vivid900.calibration import encode_calibration, nominal
-    from drivers.vivid900.lenses import LENSES
+    from drivers.vivid900.geometry.calibration import encode_calibration, nominal
+    from drivers.vivid900.geometry.lenses import LENSES
 
     path.write_text(encode_calibration(nominal(next(iter(LENSES.values())))))
 

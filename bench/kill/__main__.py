@@ -28,7 +28,7 @@ from bench.kill.events import (
 from bench.kill.runs import OUT, Material, Run, Tree, command, computed, place, prepare, runs, tree
 from bench.scratch import scratch_folder
 from station.errors import StationError
-from station.export.claim import recover
+from station.storage.folder_lock import recover
 
 ROW = "{:<32}{:<18}{:>7}{:>7}{:>7}{:>7}  {}"
 PROGRESS = 250

@@ -19,9 +19,9 @@ from bench.kill.session_runs import STEPS, VOLUME, Step, prepare
 from bench.scratch import scratch_folder
 from oracles.power_cut import Disk, watched
 from station.errors import StationError
-from station.export.claim import WORK
 from station.session import open_session, read_session
 from station.session.verify import verify
+from station.storage.folder_lock import WORK
 
 ROW = "{:<10}{:>8}{:>8}{:>8}{:>8}"
 CUT = ("capture", "again", "stage", "decide", "undo", "shift", "add")

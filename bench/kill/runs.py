@@ -19,10 +19,11 @@ from typing import Any
 import drivers
 from bench.kill.events import in_child
 from restore import RangeScan, load_scan, save_scan
-from station import export, one_page
 from station.cli import main as planish
-from station.warm_up import small_page
-from station.words import ProgramMissing, find_tesseract
+from station.export import outputs
+from station.run import one_page
+from station.run.small_page import small_page
+from station.words.words import ProgramMissing, find_tesseract
 
 EVERYTHING = ("--tiff", "--map", "--mesh", "--strain", "--frames", "--review", "--coverage", "--shading", "remove")
 COARSE = ("--points", "300", "--dpi", "60")
@@ -109,9 +110,9 @@ def tree(folder: Path) -> Tree:
 def computed(material: Material) -> Iterator[None]:
     """While the block runs, pages and the bytes of results come from the material."""
 
-    def encode(done: export.Restoration, kinds: frozenset[str]) -> Iterator[bytes]:
+    def encode(done: outputs.Restoration, kinds: frozenset[str]) -> Iterator[bytes]:
         colour = done.page.flat.texture is not None
-        return (material.new[name] for name in export.names(done.stem, kinds, colour=colour))
+        return (material.new[name] for name in outputs.names(done.stem, kinds, colour=colour))
 
     def restored(*_: Any, on_step: Any = None, **__: Any) -> Any:
         if on_step:
@@ -122,7 +123,7 @@ def computed(material: Material) -> Iterator[None]:
         (one_page, "restore"): restored,
         (one_page, "recognise"): lambda *_, **__: None,
         (one_page, "check_language"): lambda *_, **__: None,  # asks the program that reads words
-        (export, "encode_outputs"): encode,
+        (outputs, "encode_outputs"): encode,
         (drivers, "open_scanner"): lambda _config: _Scanner(material.new_scan),
     }
     before = {place: getattr(*place) for place in replaced}

@@ -19,9 +19,9 @@ from restore import save_scan
 from station.archive.check import check_export
 from station.archive.deliver import Format, deliver
 from station.archive.from_session import volume_of
-from station.batch.executors import Workers
+from station.batch.runner import REPORT, run_batch
 from station.batch.sessions import SessionDone, SessionTask
-from station.batch.whole import REPORT, run_batch
+from station.run.options import Options
 from station.session import Volume, Writer, add_scan, create_session, decide, open_session, read_session, redo, undo
 from station.session import record_run as record
 from station.session.adding import add_original
@@ -29,7 +29,7 @@ from station.session.index import IndexUnusable, entries_of, reindex, sessions, 
 from station.session.stages import PAGE, RESTORE, Run
 from station.session.verify import verify
 from station.verdict.same_page import fingerprint
-from station.watch.presets import Options
+from station.workers.executors import Workers
 
 VOLUME, INDEX, SCAN = "volume", "index", "other.scan"
 ANOTHER, RESULTS, EXPORTED = "another", "results", "exported"

@@ -34,11 +34,11 @@ from bench.kill.session_runs import (
     prepare,
 )
 from bench.scratch import scratch_folder
+from station.commands.terminal import report_faults
 from station.errors import StationError
-from station.export.claim import WORK
 from station.session import decide, open_session, read_session
 from station.session.verify import verify
-from station.terminal import report_faults
+from station.storage.folder_lock import WORK
 
 ROW = "{:<10}{:<18}{:>7}{:>7}{:>7}{:>7}  {}"
 

@@ -6,11 +6,11 @@
 
 from __future__ import annotations
 
-from drivers.simulated.artwork import Chart, Figure, Markers, Text, White
+from drivers.simulated.imaging.shot import Truth, shoot
 from drivers.simulated.scanner import Rig, connect, connect_turntable, open_link, rig
-from drivers.simulated.scene import Pose
-from drivers.simulated.sheets import Binding, Cone, Crumpled, Curl, Flat, Miura, MultiFold, Spread, Wave
-from drivers.simulated.shot import Truth, shoot
+from drivers.simulated.scene.artwork import Chart, Figure, Markers, Text, White
+from drivers.simulated.scene.scene import Pose
+from drivers.simulated.scene.sheets import Binding, Cone, Crumpled, Curl, Flat, Miura, MultiFold, Spread, Wave
 
 __all__ = [
     "Binding",

@@ -12,22 +12,22 @@ from typing import Any
 import numpy as np
 
 from drivers.scanner import SettingsError
+from drivers.scsi.in_process import InProcess
 from drivers.simulated import config as settings_table
-from drivers.simulated.clock import VirtualClock
 from drivers.simulated.config import ScannerConfig
-from drivers.simulated.device import Lens, SimulatedDevice
-from drivers.simulated.scene import place_sheet
-from drivers.simulated.sensor import Displacement, MovedSensor, PageNudge, SceneSensor
-from drivers.simulated.shot import printed
-from drivers.simulated.stage import PtyStage, machine
-from drivers.vivid900.calibration import Calibration, nominal, read_calibration
-from drivers.vivid900.camera import Vivid900
+from drivers.simulated.device.clock import VirtualClock
+from drivers.simulated.device.device import Lens, SimulatedDevice
+from drivers.simulated.device.stage import PtyStage, machine
+from drivers.simulated.imaging.sensor import Displacement, MovedSensor, PageNudge, SceneSensor
+from drivers.simulated.imaging.shot import printed
+from drivers.simulated.scene.scene import place_sheet
+from drivers.stage import RotaryStage, controller_named, open_port
+from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
-from drivers.vivid900.lenses import LENSES
+from drivers.vivid900.geometry.calibration import Calibration, nominal, read_calibration
+from drivers.vivid900.geometry.lenses import LENSES
 from drivers.vivid900.link import Link
-from drivers.vivid900.profile import Profile, load_profile
-from drivers.vivid900.stage import RotaryStage, controller_named, open_port
-from drivers.vivid900.transports.in_process import InProcess
+from drivers.vivid900.profile.profile import Profile, load_profile
 
 LENS_SERIALS = {"TELE": 9000125, "MIDDLE": 9000114, "WIDE": 9000108}
 BLANK = {"white"}  # artwork without contrast for passive autofocus

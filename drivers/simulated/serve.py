@@ -6,9 +6,9 @@ import socket
 from contextlib import suppress
 
 from drivers.scanner import TransportError
-from drivers.vivid900.transports import Reply, Target
-from drivers.vivid900.transports.framing import PREFIX, build_reply, frame_length, parse_request
-from drivers.vivid900.transports.tcp import receive
+from drivers.scsi.framing import PREFIX, build_reply, frame_length, parse_request
+from drivers.scsi.tcp import receive
+from drivers.scsi.transport import Reply, Target
 
 LOCALHOST = "127.0.0.1"  # not reachable from other machines
 

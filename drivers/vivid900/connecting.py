@@ -9,15 +9,15 @@ from pathlib import Path
 from typing import IO, Any
 
 from drivers.scanner import SettingsError
+from drivers.scsi.transport import DEFAULT_TIMEOUT_S, Reply, Transport
 from drivers.vivid900 import config as settings_table
-from drivers.vivid900.calibration import Calibration, nominal, read_calibration
-from drivers.vivid900.camera import CalibrationOf, Vivid900
-from drivers.vivid900.commands import Status
+from drivers.vivid900.capture.camera import CalibrationOf, Vivid900
 from drivers.vivid900.config import Replay, Sg, Socket, Usb
-from drivers.vivid900.lenses import LENSES
+from drivers.vivid900.geometry.calibration import Calibration, nominal, read_calibration
+from drivers.vivid900.geometry.lenses import LENSES
 from drivers.vivid900.link import Link
-from drivers.vivid900.profile import Profile, load_profile
-from drivers.vivid900.transports import DEFAULT_TIMEOUT_S, Reply, Transport
+from drivers.vivid900.profile.commands import Status
+from drivers.vivid900.profile.profile import Profile, load_profile
 
 NOT_REPORTED = {"", "0"}  # a lens, a serial number
 
@@ -78,27 +78,27 @@ def _nominal(status: Status, *, lens: str | None) -> Calibration:
 
 # The library of a transport is imported only when the transport is used.
 def _sg(settings: Sg) -> Transport:
-    from drivers.vivid900.transports.sg import SgDevice
+    from drivers.scsi.sg import SgDevice
 
     return SgDevice(settings.device)
 
 
 def _usb(settings: Usb) -> Transport:
-    from drivers.vivid900.transports.bridges import device_node
-    from drivers.vivid900.transports.usb import UsbBulkOnly, find_device
+    from drivers.scsi.bridges import device_node
+    from drivers.scsi.usb import UsbBulkOnly, find_device
 
     device = find_device(settings.vendor, settings.product)
     return UsbBulkOnly(device, target=settings.target, node=device_node(device))
 
 
 def _socket(settings: Socket) -> Transport:
-    from drivers.vivid900.transports.tcp import TcpDevice
+    from drivers.scsi.tcp import TcpDevice
 
     return TcpDevice(settings.host, settings.port)
 
 
 def _replay(settings: Replay) -> Transport:
-    from drivers.vivid900.transports.replay import load_replay
+    from drivers.scsi.replay import load_replay
 
     return load_replay(settings.file)
 
@@ -126,7 +126,7 @@ class _FileRecorder:
 
 
 def _recorded(transport: Transport, path: Path) -> Transport:
-    from drivers.vivid900.transports.replay import Recorder
+    from drivers.scsi.replay import Recorder
 
     try:
         file = path.open("x", encoding="utf-8")

@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from drivers.scanner import ScannerError, TransportError
+from drivers.scsi.bridges import BRIDGES, MAX_TARGET, Bridge, device_node
+from drivers.scsi.commands import Identity
+from drivers.scsi.transport import Transport
 from drivers.vivid900.link import Link
-from drivers.vivid900.scsi import Identity
-from drivers.vivid900.transports import Transport
-from drivers.vivid900.transports.bridges import BRIDGES, MAX_TARGET, Bridge, device_node
 
 UNNAMED = Identity(0x1F, "", "", "")
 INITIATOR = MAX_TARGET  # the SCSI ID that cards and bridges have themselves
@@ -80,7 +80,7 @@ class SerialPort:
 
 
 def _open_sg(node: Path) -> Transport:
-    from drivers.vivid900.transports.sg import SgDevice
+    from drivers.scsi.sg import SgDevice
 
     return SgDevice(node)
 
@@ -88,7 +88,7 @@ def _open_sg(node: Path) -> Transport:
 def _usb_devices() -> Iterable[Any]:
     import usb.core
 
-    from drivers.vivid900.transports.usb import load_backend
+    from drivers.scsi.usb import load_backend
 
     return list(usb.core.find(find_all=True, backend=load_backend()))
 
@@ -200,7 +200,7 @@ class _Unusable(TransportError):
 
 def _probe(device: Any, target: int, node: Path) -> Identity | None:
     """INQUIRY data of the device at a SCSI ID, None where nothing answers. Raises _Unusable."""
-    from drivers.vivid900.transports.usb import UsbBulkOnly
+    from drivers.scsi.usb import UsbBulkOnly
 
     try:
         transport = UsbBulkOnly(device, target=target, node=node)

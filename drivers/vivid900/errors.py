@@ -13,7 +13,7 @@ DeviceError                 a fault of the scanner or of the scene
 └── HardwareFault           HARDWARE ERROR, MEDIUM ERROR and other faults of its own
 TransportError              a fault of the connection
 ├── Interrupted             an operation was lost: UNIT ATTENTION, ABORTED COMMAND, data of an earlier shot
-├── BadReply                an invalid answer
+├── BadReply                an invalid answer; of `drivers.scsi.errors`
 └── DeadlineExceeded        a capture, or parking, took longer than it may
 
 After Interrupted and BadReply the capture is repeated from its first command; after the others it is not.
@@ -22,8 +22,6 @@ After Interrupted and BadReply the capture is repeated from its first command; a
 from __future__ import annotations
 
 from drivers.scanner import DeviceError, SettingsError, TransportError
-
-SCAN_AGAIN = "scan again; if it comes back, check cables, termination and the SCSI ID"
 
 
 class CommandRefused(SettingsError):
@@ -72,10 +70,3 @@ class DeadlineExceeded(TransportError):
 
 class Interrupted(TransportError):
     """Raised when the scanner was reset, or lost the command it was doing."""
-
-
-class BadReply(TransportError):
-    """Raised when an answer is too short, too long, damaged, or belongs to another command."""
-
-    def __init__(self, message: str, hint: str = SCAN_AGAIN) -> None:
-        super().__init__(message, hint)

@@ -10,21 +10,11 @@ from time import sleep as real_sleep
 from typing import Literal
 
 from drivers.scanner import DeviceError, SettingsError
-from drivers.vivid900 import scsi
-from drivers.vivid900.commands import Command
-from drivers.vivid900.errors import (
-    SCAN_AGAIN,
-    BadReply,
-    BarrierClosed,
-    DeadlineExceeded,
-    Interrupted,
-    NotReady,
-    StillBusy,
-)
-from drivers.vivid900.profile import Profile
-from drivers.vivid900.scsi import Identity
-from drivers.vivid900.sense import Key, error_of, parse_sense
-from drivers.vivid900.transports import (
+from drivers.scsi import commands as scsi
+from drivers.scsi.commands import Identity
+from drivers.scsi.errors import SCAN_AGAIN, BadReply
+from drivers.scsi.sense import Key, parse_sense
+from drivers.scsi.transport import (
     BUSY,
     CHECK_CONDITION,
     GOOD,
@@ -33,6 +23,10 @@ from drivers.vivid900.transports import (
     Reply,
     Transport,
 )
+from drivers.vivid900.errors import BarrierClosed, DeadlineExceeded, Interrupted, NotReady, StillBusy
+from drivers.vivid900.faults import error_of
+from drivers.vivid900.profile.commands import Command
+from drivers.vivid900.profile.profile import Profile
 
 COMMAND_S = 10.0  # the longest block takes the scanner a second and a half to send (manual p. 59)
 BUSY_S = 15.0  # the longest operation: a FINE shot with the motor's turn before it and the colours after it takes 5 s

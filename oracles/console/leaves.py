@@ -20,12 +20,12 @@ import numpy as np
 
 from drivers import CaptureSettings
 from drivers.simulated import Text
-from drivers.simulated.shot import printed
+from drivers.simulated.imaging.shot import printed
 from restore import RangeScan
 from station.config import StationConfig
-from station.console.desk import Desk
 from station.console.serving import Address, serve
-from station.warm_up import small_page
+from station.console.state.app_state import Desk
+from station.run.small_page import small_page
 
 PAGE_MM = (106.0, 75.0)
 PIXELS, MARGIN = 8, 24  # of the picture: for each sample, and of the dark table around the leaf

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 from PIL import Image, ImageDraw, ImageOps
 
-from drivers.simulated.artwork import Print, Text
+from drivers.simulated.scene.artwork import Print, Text
 
 TILE, OVERLAP = 256, 1  # px
 SHEET_MM, DPI = (160.0, 220.0), 150

@@ -15,8 +15,8 @@ from drivers import CaptureSettings, open_scanner
 from drivers.scanner import Progress
 from restore import RangeScan
 from station.config import StationConfig
-from station.console.desk import Desk
 from station.console.serving import Address, serve
+from station.console.state.app_state import Desk
 
 NEXT = "next-shot"
 LENS, DISTANCE_MM = "TELE", 900.0

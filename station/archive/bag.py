@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from station.export.disk import write_file
 from station.session.bag import BAG_INFO, DECLARATION, MANIFEST, PAYLOAD, TAG_MANIFEST, check_name
 from station.session.store import file_digest
-from station.session_folder import BAGIT
+from station.storage.disk import write_file
+from station.storage.session_folder import BAGIT
 
 
 def seal_bag(folder: Path, info: Mapping[str, str]) -> None:

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO, cast
 
-from station.export.disk import add_path_to_errors
-from station.export.icc import srgb_profile
 from station.export.pdf import POINTS_PER_INCH, declare, draw_picture, picture_stream, tag_pages
-from station.pages import read_page
+from station.images.icc import srgb_profile
+from station.images.pages import read_page
+from station.storage.disk import add_path_to_errors
 
 if TYPE_CHECKING:
     import pikepdf

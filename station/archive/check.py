@@ -12,7 +12,7 @@ from restore import BadInput, read_regular
 from station.session.bag import MANIFEST, PAYLOAD, TAG_MANIFEST
 from station.session.events import FOLDER
 from station.session.tree import place_of, tree_digests
-from station.session_folder import BAGIT, LOG
+from station.storage.session_folder import BAGIT, LOG
 
 Kind = Literal["damaged", "missing", "extra", "renamed"]
 LINE = re.compile(r"(?P<digest>[0-9a-f]{128})  (?P<name>[^\n]+)\n")

@@ -19,13 +19,13 @@ from station.archive.sheets import encode_sheet, surface_of
 from station.archive.tiff import encode_master
 from station.archive.volume import Page, Role, StoredFile, Volume, missing
 from station.choices import Pieces
-from station.export.atomic import claim_folder, new_folder, refuse_captured
-from station.export.disk import copy_file, write_file
-from station.export.image_metadata import software
-from station.pages import read_page
-from station.pieces import select_sheets
+from station.images.image_metadata import software
+from station.images.pages import read_page
 from station.progress import Progress, silent
+from station.run.pieces import select_sheets
 from station.session.store import file_digest
+from station.storage.atomic import lock_output_folder, new_folder, refuse_captured
+from station.storage.disk import copy_file, write_file
 
 METS_NAME = "mets.xml"
 TAKEN = "an export is a new folder: choose another name with -o"
@@ -85,7 +85,7 @@ def deliver(
     """
     lacks = missing(volume, *WANTED[kind])
     refuse_captured([out], TAKEN)
-    with claim_folder(out.parent) as claim, new_folder(claim, out.name, hint=TAKEN) as folder:
+    with lock_output_folder(out.parent) as lock, new_folder(lock, out.name, hint=TAKEN) as folder:
         folder.mkdir(parents=True)
         for done, (name, content) in enumerate(_files(volume, kind, address, source, now)):
             path = folder / name

@@ -19,7 +19,7 @@ from PIL import Image
 from restore import Bytes
 from station.archive.volume import Page, Volume
 from station.errors import UsageError
-from station.export.icc import srgb_profile
+from station.images.icc import srgb_profile
 
 TILE = 512  # pixels, the side that the API's own examples have; 4 × 3 tiles fill a screen
 QUALITY = 90  # of JPEG: masters are in the other formats

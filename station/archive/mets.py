@@ -11,7 +11,7 @@ from station.archive.mix import ImageFacts, encode_mix
 from station.archive.premis import encode_agents, encode_event, encode_object
 from station.archive.volume import Event, Page, Role, StoredFile, Volume
 from station.archive.xml import DC, METS, XLINK, XSI, element, encode, optional
-from station.export.image_metadata import software
+from station.images.image_metadata import software
 
 SCHEMA = "http://www.loc.gov/METS/ http://www.loc.gov/standards/mets/mets.xsd"
 DESCRIPTION = "description"  # identifiers of XML (NCName): words, numbers and dots

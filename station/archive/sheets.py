@@ -11,7 +11,7 @@ from PIL import Image
 
 from restore import Bytes, Floats, Ints, RangeScan, SurfaceMesh
 from station.export.mesh import encode_material, encode_warped, unit_square
-from station.export.png import encode_png
+from station.images.png import encode_png
 
 METRES = 0.001  # to the millimetre; glTF 2.0, 3.1: "the units for all linear distances are meters"
 

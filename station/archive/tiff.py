@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from station.archive.volume import Page
-from station.export.image_metadata import ImageMetadata
-from station.export.tiff import encode_tiff
-from station.pages import read_page
+from station.images.image_metadata import ImageMetadata
+from station.images.pages import read_page
+from station.images.tiff import encode_tiff
 
 
 def encode_master(page: Page, picture: Path) -> bytes:

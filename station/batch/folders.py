@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from station.batch.executors import Workers
 from station.batch.outcomes import PageOutcome, outcomes
 from station.batch.page import Done, Task, restore_task
 from station.batch.plan import check_names, plan_folder
-from station.batch.process import Work
 from station.batch.progress import Event, Pace, Show
-from station.batch.run import run
+from station.batch.run_tasks import run
 from station.errors import UsageError
-from station.export.claim import recover
-from station.session.presets import Thresholds
-from station.watch.loop import batch_instead, check_folders
-from station.watch.presets import Options
+from station.intake.folders import batch_instead, check_folders
+from station.run.options import Options
+from station.storage.folder_lock import recover
+from station.verdict.thresholds import Thresholds
+from station.workers.executors import Workers
+from station.workers.process import Work
 
 
 class FolderBatch:
@@ -33,7 +33,7 @@ class FolderBatch:
     def run(self, workers: Workers, show: Show, *, work: Work[Done] = restore_task) -> None:
         """Restore or set aside what is still to do; tell of sessions that are left out.
 
-        Raises as `station.batch.run.run` does.
+        Raises as `station.batch.run_tasks.run` does.
         """
         for session in (session for plan in self._plans for session in plan.sessions):
             show(Event("left out", str(session), batch_instead(session), ""))

@@ -11,10 +11,10 @@ from typing import Any
 
 from restore import read_regular
 from station.batch.plan import Plan
-from station.session.presets import Thresholds
+from station.intake import records
+from station.intake.arrival import Arrival
 from station.verdict.judge import LEVELS, judge
-from station.watch import records
-from station.watch.arrival import Arrival
+from station.verdict.thresholds import Thresholds
 
 Read = Callable[[Mapping[str, Any]], float | None]
 

@@ -11,12 +11,12 @@ from functools import partial
 from pathlib import Path
 
 from station.errors import FolderInUse, OverwriteError
-from station.one_page import restore_file
-from station.peak_memory import peak_memory_mib
+from station.intake.arrival import Arrival, Changed
+from station.intake.once import Restore, Settled, restore_once
+from station.run.one_page import restore_file
+from station.run.options import Options
+from station.run.peak_memory import peak_memory_mib
 from station.verdict.measures import measured
-from station.watch.arrival import Arrival, Changed
-from station.watch.once import Restore, Settled, restore_once
-from station.watch.presets import Options
 
 GONE = "it changed or went away while the batch ran; run the batch again"
 POLL_S = 1.0  # another process has the page: a worker that was given up by the cluster, but is still alive

@@ -10,11 +10,12 @@ from itertools import groupby
 from pathlib import Path
 
 from station.batch.page import Task
-from station.watch import records
-from station.watch.arrival import BLOCK, Arrival
-from station.watch.companions import Pairing, is_scan
-from station.watch.listing import Listing, list_files
-from station.watch.presets import Options, Presets
+from station.intake import records
+from station.intake.arrival import BLOCK, Arrival
+from station.intake.companions import Pairing, is_scan
+from station.intake.listing import Listing, list_files
+from station.intake.presets import Presets
+from station.run.options import Options
 
 SCAN_FOLDER = {"scan.json", "points.npz"}  # the files that every scan folder of Planish's own has
 

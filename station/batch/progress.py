@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from datetime import datetime, timedelta
 
 from station.batch.estimate import Estimate
-from station.watch import records
+from station.intake import records
 
 
 @dataclass(frozen=True)

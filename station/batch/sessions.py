@@ -14,21 +14,21 @@ from pathlib import Path
 from typing import Any
 
 from restore import LibraryMissing
-from station.batch.executors import Workers
 from station.batch.outcomes import PageOutcome, concerns, figures_of
-from station.batch.process import Work
 from station.batch.progress import Event, Pace, Show
-from station.batch.run import run
+from station.batch.run_tasks import run
 from station.errors import StationError, explain
-from station.peak_memory import peak_memory_mib
+from station.intake.once import is_range_image
+from station.run.options import AUTO, Options
+from station.run.peak_memory import peak_memory_mib
 from station.session import Event as SessionEvent
 from station.session import Page, Session, Writer, record_run, scan_path
 from station.session.judging import lacks_verdict, record_verdict
 from station.session.overview import label_of, preset_of
 from station.session.presets import Preset
 from station.session.stages import PAGE, RESTORE, VERDICT, Run, run_restore
-from station.watch.once import MAX_ATTEMPTS, is_range_image
-from station.watch.presets import AUTO, Options
+from station.workers.executors import Workers
+from station.workers.process import MAX_ATTEMPTS, Work
 
 ERROR = "error"  # in the result of a run that has no page
 
@@ -91,7 +91,7 @@ class SessionBatch:
         self._writers, self._options = writers, options
 
     def run(self, workers: Workers, show: Show, *, work: Work[SessionDone] = restore_session_page) -> None:
-        """Restore the pages that have no restoration, record and judge each. Raises as `station.batch.run.run` does."""
+        """Restore the pages that have no restoration, record and judge each. Raises as `run_tasks.run` does."""
         for writer in self._writers.values():
             for page in filter(lacks_verdict, list(writer.history.pages())):  # of a batch that ended in between
                 record_verdict(writer, page.runs[RESTORE])

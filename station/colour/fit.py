@@ -13,7 +13,7 @@ from restore import BadInput, Floats
 from station.colour.chart import Chart
 from station.colour.evenness import EVEN, measure_evenness
 from station.colour.lab import difference, lab_of_linear, luminance, luminance_of_lab
-from station.export.icc import SRGB_CURVE, Curve, MatrixProfile, srgb_matrix
+from station.images.icc import SRGB_CURVE, Curve, MatrixProfile, srgb_matrix
 
 EXPONENTS = (1.4, 3.4)  # of the tone curve, sRGB's being 2.4: from flat to harsh, beyond what cameras are set to
 TOLERANCE = 1e-3  # of the exponent: less than 0.01 of any colour difference

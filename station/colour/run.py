@@ -12,10 +12,10 @@ from restore import PICTURE_SUFFIXES, BadInput, Bytes, Settings, load_scan, read
 from station.colour.chart import find_chart
 from station.colour.figures import UNMEASURED, mean_differences, quality_figures
 from station.colour.fit import ColourFit, fit_colours
-from station.export.atomic import claim_folder, refuse_existing, write_all
-from station.export.icc import encode_profile
 from station.export.report import encode_report
-from station.overwrite_check import MAX_REPORT_BYTES
+from station.images.icc import encode_profile
+from station.run.overwrite_check import MAX_REPORT_BYTES
+from station.storage.atomic import lock_output_folder, refuse_existing, write_all
 
 SUFFIX = ".icc"
 
@@ -49,8 +49,8 @@ def profile_colours(target: Path, output: Path, *, force: bool = False) -> Colou
         "not_measured": [*UNMEASURED, *([] if ppi else ["sampling"])],
     }
     contents = (encode_profile(fit.profile(profile.stem)), encode_report(report).encode())
-    with claim_folder(profile.parent) as claim:
-        return ColourRun(report, tuple(write_all(zip(files, contents, strict=True), force=force, claim=claim)))
+    with lock_output_folder(profile.parent) as lock:
+        return ColourRun(report, tuple(write_all(zip(files, contents, strict=True), force=force, lock=lock)))
 
 
 def summary_line(run: ColourRun) -> str:

@@ -7,7 +7,7 @@ guard      who may ask: host, origin, token, body
 hub        events for browsers, in order, with those that a browser missed
 control    which tab of a browser acts, the others watch
 scanner    the one owner of the scanner
-sitting    the one open session, its shift in a thread
+sitting    the one open session, its capture loop in a thread
 desk       all of these together
 shown      the state that is shown
 broadcast  what is sent to browsers, and when

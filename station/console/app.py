@@ -7,11 +7,11 @@ from contextlib import asynccontextmanager
 
 from fastapi import FastAPI
 
-from station.console import routes_jobs, routes_pages, routes_pictures, routes_settings, routes_station, routes_words
-from station.console.answers import answer_faults
-from station.console.desk import Desk
-from station.console.files import PageFile, list_page
-from station.console.guard import App, Door, Guard
+from station.console.http.files import PageFile, list_page
+from station.console.http.guard import App, Door, Guard
+from station.console.routes import jobs, pages, pictures, settings, station, words
+from station.console.routes.answers import answer_faults
+from station.console.state.app_state import Desk
 from station.version import software_version
 
 
@@ -37,7 +37,7 @@ def build_app(desk: Desk, door: Door, files: Mapping[str, PageFile] | None = Non
     )
     app.state.desk, app.state.door = desk, door
     app.state.files = list_page() if files is None else files
-    for routes in (routes_station, routes_pages, routes_pictures, routes_settings, routes_jobs, routes_words):
+    for routes in (station, pages, pictures, settings, jobs, words):
         app.include_router(routes.router)
     answer_faults(app)
     return Guard(app, door)

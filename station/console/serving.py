@@ -17,11 +17,11 @@ from types import FrameType
 
 import uvicorn
 
-from drivers.vivid900.parking import run_parked
+from drivers.safety.parking import run_parked
 from station.console.app import build_app
-from station.console.desk import Desk
-from station.console.guard import App, Door
-from station.console.protocol import ConsoleProtocol
+from station.console.http.guard import App, Door
+from station.console.http.protocol import ConsoleProtocol
+from station.console.state.app_state import Desk
 from station.errors import UsageError
 
 LOCALHOST = "127.0.0.1"

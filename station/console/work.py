@@ -17,16 +17,16 @@ from typing import Any
 from station.archive.check import check_export
 from station.archive.deliver import Format, deliver
 from station.archive.from_session import scan_of, volume_of
-from station.batch.executors import local_workers
-from station.batch.process import Limits
 from station.batch.progress import Event
-from station.batch.whole import run_batch
+from station.batch.runner import run_batch
 from station.console.faults import problem_of
 from station.progress import Progress
+from station.run.options import Options
 from station.session import read_session
 from station.session.verify import verify
-from station.shift.workers import prepare_worker
-from station.watch.presets import Options
+from station.workers.background import prepare_worker
+from station.workers.executors import local_workers
+from station.workers.process import Limits
 
 Tell = Callable[[dict[str, Any]], None]
 Result = dict[str, Any]

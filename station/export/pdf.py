@@ -12,15 +12,15 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from restore import Bytes
-from station.export.icc import srgb_profile
-from station.export.image_metadata import software
-from station.export.png import encode_png
-from station.text_layer import content_of
+from station.images.icc import srgb_profile
+from station.images.image_metadata import software
+from station.images.png import encode_png
+from station.words.text_layer import content_of
 
 if TYPE_CHECKING:
     import pikepdf
 
-    from station.words import Words
+    from station.words.words import Words
 
 POINTS_PER_INCH = 72
 PNG_PREDICTOR = 15  # rows are stored as PNG stores them (ISO 32000-1, table 10)

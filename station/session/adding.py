@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any
 
 from restore import SCAN_SUFFIXES, BadInput, load_scan
+from station.intake.companions import Pairing, is_scan
+from station.intake.listing import list_files
 from station.session.events import Event
 from station.session.steps import add_files
 from station.session.store import Writer
-from station.watch.companions import Pairing, is_scan
-from station.watch.listing import list_files
 
 
 @dataclass(frozen=True)

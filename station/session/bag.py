@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 from restore import BadInput
 from station.session.events import RECORD, Event
-from station.session_folder import BAGIT, LOG
+from station.storage.session_folder import BAGIT, LOG
 
 PAYLOAD = "data"
 BAG_INFO = "bag-info.txt"

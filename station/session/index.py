@@ -16,11 +16,11 @@ from pathlib import Path
 
 from restore import BadInput
 from station.errors import DISK, StationError
-from station.export.disk import sync_folder
 from station.session.history import Page
 from station.session.reading import SessionDamaged, identifier_of
 from station.session.store import Session, read_session
-from station.session_folder import is_session
+from station.storage.disk import sync_folder
+from station.storage.session_folder import is_session
 
 SCHEMA = """
 create table if not exists sessions (

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from restore import BadInput, Photograph, is_video, read_photograph
-from station.photos import Scale
+from station.run.photos import Scale
 from station.session.events import Event
 from station.session.steps import add_files
 from station.session.store import Writer

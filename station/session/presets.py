@@ -12,50 +12,19 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from drivers.shipped import CONFIGS
 from restore import Settings, read_toml
+from station.choices import FLAGS
 from station.config import build_model, not_there
 from station.errors import UsageError
-from station.options import FLAGS
+from station.verdict.thresholds import Thresholds, check_limits
 
 PRESETS = CONFIGS / "presets"
 COMPARE = f"compare it with {PRESETS / 'book.toml'}"
 NO_FACTS: Mapping[str, Any] = MappingProxyType({})
-Limits = tuple[float, float]
-WORSE: Mapping[str, Literal["less", "more"]] = {
-    "covered_share": "less",
-    "hole_mm": "more",
-    "cut_share": "more",
-    "depth_share": "more",
-    "strain_rms": "more",
-    "effective_ppi": "less",
-    "blur_px": "more",
-    "clipped_share": "more",
-    "similarity": "more",
-}
-"""The direction in which each measure is worse."""
 LABELS = {
     "pages": re.compile(r"(?P<number>\d{1,6})"),
     "folios": re.compile(r"(?P<number>\d{1,6})(?P<side>[rv])"),
     "none": re.compile(r"(?!)"),
 }
-
-
-class Thresholds(BaseModel):
-    """Limits of each check, amber and red; None: not checked.
-
-    Any order is read, as of a session that has such limits: where the first is the greater one, less is worse.
-    `check_limits` refuses the order that no measure has.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-    covered_share: Limits | None = None
-    hole_mm: Limits | None = None
-    cut_share: Limits | None = None
-    depth_share: Limits | None = None
-    strain_rms: Limits | None = None
-    effective_ppi: Limits | None = None
-    blur_px: Limits | None = None
-    clipped_share: Limits | None = None
-    similarity: Limits | None = None
 
 
 class Preset(BaseModel):
@@ -156,20 +125,3 @@ def build_preset(table: dict[str, Any], where: str) -> Preset:
         except ValueError as error:
             raise UsageError(f"{where}: thresholds.{name}: {error}", COMPARE) from error
     return preset
-
-
-def check_limits(name: str, limits: Limits | None) -> None:
-    """Raise ValueError where the order of a measure's limits says the opposite of the direction in which it is worse.
-
-    >>> check_limits("blur_px", (2.0, 1.2))
-    Traceback (most recent call last):
-    ValueError: [2.0, 1.2] are in the wrong order: more is worse, so the first must not be the greater one
-    """
-    if limits is None:
-        return
-    falling = limits[0] > limits[1]
-    if falling != (WORSE[name] == "less"):
-        needed = "must not" if falling else "must"
-        raise ValueError(
-            f"{list(limits)} are in the wrong order: {WORSE[name]} is worse, so the first {needed} be the greater one"
-        )

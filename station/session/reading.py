@@ -13,11 +13,11 @@ from pathlib import Path
 
 from restore import BadInput, read_regular
 from station.errors import DISK, StationError
-from station.export.claim import WORK
-from station.export.disk import sync_folder, write_file
 from station.session import bag
 from station.session.events import FOLDER, MAX_RECORD_BYTES, RECORD, Event, EventDamaged, decode
-from station.session_folder import FIRST
+from station.storage.disk import sync_folder, write_file
+from station.storage.folder_lock import WORK
+from station.storage.session_folder import FIRST
 
 MAX_TAG_FILE_BYTES = 2**31
 PADDING = b"\0"  # which some file systems leave at the end of a file that grew before a power cut

@@ -11,14 +11,14 @@ from pathlib import Path
 
 from restore import RestoreError
 from station.errors import StationError
-from station.export.claim import Claim, lock_folder
-from station.export.disk import sync_folder, sync_tree
 from station.session import bag
 from station.session.events import RECORD
 from station.session.history import folded
 from station.session.replay import Derive, derive
 from station.session.store import READ_ONLY, Session, file_digest
 from station.session.verify import Inspection, Problem, verify
+from station.storage.disk import sync_folder, sync_tree
+from station.storage.folder_lock import FolderLock, lock_folder
 
 ASIDE = "{name}.set-aside"
 
@@ -43,22 +43,22 @@ def repair(
     inspection = verify(folder, workers=workers)
     if not inspection.problems:
         return []
-    with lock_folder(folder) as claim:
-        return _Repair(claim, inspection, copy, derivers).run()
+    with lock_folder(folder) as lock:
+        return _Repair(lock, inspection, copy, derivers).run()
 
 
 class _Repair:
     """One repair of a locked session."""
 
     def __init__(
-        self, claim: Claim, inspection: Inspection, copy: Path | None, derivers: dict[str, Derive] | None
+        self, lock: FolderLock, inspection: Inspection, copy: Path | None, derivers: dict[str, Derive] | None
     ) -> None:
-        self._claim, self._folder, self._copy, self._derivers = claim, claim.folder, copy, derivers
-        self._found, self._testimony = dict(inspection.found), inspection.testimony
+        self._folder_lock, self._folder, self._copy, self._derivers = lock, lock.folder, copy, derivers
+        self._found, self._reconciled = dict(inspection.found), inspection.reconciled
         self._problems = inspection.problems
-        self._expected, self._tags = self._testimony.expected(), self._testimony.tag_files()
+        self._expected, self._tags = self._reconciled.expected(), self._reconciled.tag_files()
         self._aside = free_name(self._folder)
-        claim.new.mkdir(exist_ok=True)
+        lock.new.mkdir(exist_ok=True)
 
     def run(self) -> list[Repaired]:
         """Mend renamed and listed files first: what is derived is derived from them."""
@@ -112,7 +112,7 @@ class _Repair:
         data = self._tags.get(path)
         if data is None:
             number = int(path.split("/")[1].split("-")[1])
-            data = self._testimony.events[number].line
+            data = self._reconciled.events[number].line
         return self._place(path, data)
 
     def _finish(self) -> bool:
@@ -128,11 +128,11 @@ class _Repair:
 
     def _derived(self, path: str) -> bool:
         """Derive the event that a file belongs to, and put in place every file of it that came out to the byte."""
-        event = self._testimony.events[int(path.split("/")[1].split("-")[1])]
+        event = self._reconciled.events[int(path.split("/")[1].split("-")[1])]
         if event.kind != "stage":
             return False
-        events = [self._testimony.events[number] for number in sorted(self._testimony.events)]
-        scratch = self._claim.work / "derived"
+        events = [self._reconciled.events[number] for number in sorted(self._reconciled.events)]
+        scratch = self._folder_lock.work / "derived"
         shutil.rmtree(scratch, ignore_errors=True)
         try:
             derive(Session(self._folder, folded(events)), event, scratch, derivers=self._derivers)
@@ -149,12 +149,12 @@ class _Repair:
 
     def _place(self, path: str, data: bytes) -> bool:
         """Put a file in its place, flushed; what stands there goes aside."""
-        staged, target = self._claim.new / "mended", self._folder / path
+        staged, target = self._folder_lock.new / "mended", self._folder / path
         staged.unlink(missing_ok=True)
         staged.write_bytes(data)
         if path not in self._tags:
             staged.chmod(READ_ONLY)
-        sync_tree(self._claim.new)
+        sync_tree(self._folder_lock.new)
         target.parent.mkdir(parents=True, exist_ok=True)
         if os.path.lexists(target) and path not in self._tags:
             self._keep_damaged(path)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -12,14 +13,14 @@ from pydantic import BaseModel, ConfigDict
 
 from restore import RestoreError, Settings
 from station.choices import Pieces, Turn
-from station.destination import Destination
-from station.one_page import restore_file
-from station.photos import Scale, photographed_page
 from station.progress import Progress, silent
+from station.run.destination import Destination
+from station.run.one_page import restore_file
+from station.run.photos import Scale, photographed_page
 from station.session.photographs import pictures_in
-from station.session.presets import Thresholds
 from station.verdict.judge import as_result, judge
 from station.verdict.measures import measured
+from station.verdict.thresholds import Thresholds
 
 RESTORE, VERDICT = STAGES = "restore", "verdict"
 STEM = "page"
@@ -54,6 +55,10 @@ class Run:
 
     result: Mapping[str, Any]
     facts: Mapping[str, Any] = field(default_factory=dict)
+
+
+Submit = Callable[[Path, Mapping[str, Any], Path], Future[Run]]
+"""`run_restore` in the background, with a future for its result."""
 
 
 def run_restore(source: Path, parameters: Mapping[str, Any], folder: Path, *, progress: Progress = silent) -> Run:

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from restore import BadInput, RangeScan, save_scan
-from station.export.disk import copy_file, named_as
 from station.session.events import VOLUME, Event, slot_of
 from station.session.history import CAPTURE, earlier, later, redo_target, undo_target
 from station.session.store import Session, Writer, file_digest
+from station.storage.disk import copy_file, named_as
 
 ORIGINAL, SCAN = "original", "scan"
 CAPTURING = "capturing"

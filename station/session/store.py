@@ -19,14 +19,14 @@ from uuid import uuid4
 
 from restore import BadInput
 from station.errors import StationError
-from station.export.atomic import claim_folder, new_folder
-from station.export.claim import Claim, lock_folder
-from station.export.disk import add_path_to_errors, sync_folder, sync_tree, write_and_sync, write_file
 from station.session import bag
 from station.session.events import MAX_NUMBER, RECORD, VOLUME, Event, Input, Kind, encode
 from station.session.history import History, extended, folded
 from station.session.reading import Stored, complete_tag_files, read_stored
 from station.session.volume import Volume
+from station.storage.atomic import lock_output_folder, new_folder
+from station.storage.disk import add_path_to_errors, sync_folder, sync_tree, write_and_sync, write_file
+from station.storage.folder_lock import FolderLock, lock_folder
 from station.version import software_version
 
 Now = Callable[[], datetime]
@@ -83,7 +83,7 @@ def create_session(
     time = _stamp(now())
     first = Event(1, VOLUME, "session", "session", None, time, software_version(), facts)
     files = bag.tag_files([first])
-    with claim_folder(folder.parent) as claim, new_folder(claim, folder.name, hint=TAKEN) as staged:
+    with lock_output_folder(folder.parent) as lock, new_folder(lock, folder.name, hint=TAKEN) as staged:
         (staged / bag.PAYLOAD / first.folder).mkdir(parents=True)
         for name, data in files.items():
             (staged / name).write_bytes(data)
@@ -107,21 +107,21 @@ def open_session(folder: Path, *, now: Now = utc) -> Iterator[Writer]:
     Raises BadInput when the folder is no session, FolderInUse that names the other writer, SessionDamaged, OSError.
     """
     read_stored(folder)
-    with lock_folder(folder) as claim:
+    with lock_folder(folder) as lock:
         stored = complete_tag_files(folder)
-        yield Writer(claim, stored, now)
+        yield Writer(lock, stored, now)
 
 
 class Writer:
     """The one writer of a session. Its methods may be called from several threads."""
 
-    def __init__(self, claim: Claim, stored: Stored, now: Now) -> None:
-        self._claim, self._now = claim, now
+    def __init__(self, lock: FolderLock, stored: Stored, now: Now) -> None:
+        self._folder_lock, self._now = lock, now
         self._lock = threading.Lock()
         self._broken = False
         self._digests = {name: hashlib.sha512(data) for name, data in stored.files.items()}
         self._sizes = {name: len(stored.files[name]) for name in bag.GROWING}
-        self.session = Session(claim.folder, folded(stored.events))
+        self.session = Session(lock.folder, folded(stored.events))
 
     @property
     def history(self) -> History:
@@ -133,8 +133,8 @@ class Writer:
 
         name: one for each piece of work under way. The caller makes the folder and fills it.
         """
-        self._claim.new.mkdir(exist_ok=True)
-        return self._claim.new / name
+        self._folder_lock.new.mkdir(exist_ok=True)
+        return self._folder_lock.new / name
 
     def record(
         self,
@@ -204,7 +204,7 @@ class Writer:
             self._sizes[name] += len(data)
             self._digests[name].update(data)
         digests = {name: digest.hexdigest() for name, digest in self._digests.items()}
-        replace_file(folder / bag.TAG_MANIFEST, self._claim.new, bag.tag_manifest(digests))
+        replace_file(folder / bag.TAG_MANIFEST, self._folder_lock.new, bag.tag_manifest(digests))
 
 
 def _line_of(event: Event) -> bytes:

@@ -11,13 +11,13 @@ from typing import Literal
 
 from restore import BadInput
 from station.errors import FolderInUse, StationError
-from station.export.claim import HOLDER_BYTES, LOCK, WORK
 from station.session import bag
 from station.session.events import FOLDER, RECORD, VOLUME, Event
 from station.session.history import folded
 from station.session.reading import complete_is_possible
+from station.session.reconcile import ReconciledEvents, reconcile
 from station.session.tree import place_of, tree_digests
-from station.session.witnesses import Testimony, hear
+from station.storage.folder_lock import HOLDER_BYTES, LOCK, WORK
 
 Kind = Literal["damaged", "missing", "extra", "renamed", "contradiction", "unfinished"]
 
@@ -64,10 +64,10 @@ COMPLETED = "the next command that writes to the session completes it"
 
 @dataclass(frozen=True)
 class Inspection:
-    """A session as it stands: its files' digests, what its witnesses say, and the problems found."""
+    """A session as it stands: its files' digests, what its events say, and the problems found."""
 
     found: Mapping[str, str]
-    testimony: Testimony
+    reconciled: ReconciledEvents
     problems: tuple[Problem, ...]
 
 
@@ -81,12 +81,12 @@ def verify(folder: Path, *, workers: int | None = None) -> Inspection:
         raise BadInput(f"{folder} is no session: it has no folder {bag.PAYLOAD}", "check the path")
     refuse_live_writer(folder)
     found = tree_digests(folder, without=WORK, workers=workers)
-    testimony = hear(folder, list(found))
-    problems = list(_compare(found, testimony))
-    problems += _broken_references(testimony)
+    reconciled = reconcile(folder, list(found))
+    problems = list(_compare(found, reconciled))
+    problems += _broken_references(reconciled)
     if problems and complete_is_possible(folder):
-        problems = _without_interruption(problems, testimony)
-    return Inspection(found, testimony, tuple(problems))
+        problems = _without_interruption(problems, reconciled)
+    return Inspection(found, reconciled, tuple(problems))
 
 
 def refuse_live_writer(folder: Path) -> None:
@@ -105,70 +105,72 @@ def page_of(path: str) -> int:
     return int(match["page"]) if match else VOLUME
 
 
-def _compare(found: Mapping[str, str], testimony: Testimony) -> Iterator[Problem]:
-    expected = testimony.expected()
+def _compare(found: Mapping[str, str], reconciled: ReconciledEvents) -> Iterator[Problem]:
+    expected = reconciled.expected()
     missing = [path for path in expected if path not in found]
     extra = [
-        path for path in found if path not in expected and not (path in bag.TAG_FILES and not testimony.is_complete)
+        path for path in found if path not in expected and not (path in bag.TAG_FILES and not reconciled.is_complete)
     ]
     for path, digest in expected.items():
         if path in found and found[path] != digest:
-            yield Problem("damaged", page_of(path), path, _remedy(path, expected, found, testimony))
+            yield Problem("damaged", page_of(path), path, _remedy(path, expected, found, reconciled))
     for path in missing:
         place = next((other for other in extra if found[other] == expected[path]), "")
         if place:
             extra.remove(place)
             yield Problem("renamed", page_of(path), path, PUT_BACK, place)
         else:
-            yield Problem("missing", page_of(path), path, _remedy(path, expected, found, testimony))
+            yield Problem("missing", page_of(path), path, _remedy(path, expected, found, reconciled))
     yield from (Problem("extra", page_of(path), path, SET_ASIDE) for path in extra)
 
 
-def _remedy(path: str, expected: Mapping[str, str], found: Mapping[str, str], testimony: Testimony) -> str:
+def _remedy(path: str, expected: Mapping[str, str], found: Mapping[str, str], reconciled: ReconciledEvents) -> str:
     """How a file can be had again; empty when it cannot."""
     if path in bag.TAG_FILES or path.endswith(f"/{RECORD}"):
         return FROM_RECORDS
     if expected[path] in found.values():
         return COPIED
-    event = testimony.events[int(path.split("/")[1].split("-")[1])]
-    return DERIVED if event.kind == "stage" and _is_derivable(event, expected, found, testimony) else ""
+    event = reconciled.events[int(path.split("/")[1].split("-")[1])]
+    return DERIVED if event.kind == "stage" and _is_derivable(event, expected, found, reconciled) else ""
 
 
-def _is_derivable(event: Event, expected: Mapping[str, str], found: Mapping[str, str], testimony: Testimony) -> bool:
+def _is_derivable(
+    event: Event, expected: Mapping[str, str], found: Mapping[str, str], reconciled: ReconciledEvents
+) -> bool:
     """Whether everything that an event was made from is whole, or can be derived in its turn."""
     for one in event.inputs:
-        source = testimony.events.get(one.event)
+        source = reconciled.events.get(one.event)
         if source is None or source.sha512 != one.sha512:
             return False
         inside = f"{bag.PAYLOAD}/{source.folder}"
         whole = all(found.get(f"{inside}/{name}") == digest for name, digest in source.files.items())
-        if not whole and not (source.kind == "stage" and _is_derivable(source, expected, found, testimony)):
+        if not whole and not (source.kind == "stage" and _is_derivable(source, expected, found, reconciled)):
             return False
     return True
 
 
-def _broken_references(testimony: Testimony) -> Iterator[Problem]:
+def _broken_references(reconciled: ReconciledEvents) -> Iterator[Problem]:
     """Events that refer to what is not there: inputs, scans, pointers, gaps in the numbers."""
-    for name in testimony.disputed:
+    for name in reconciled.disputed:
         yield Problem("contradiction", page_of(f"{bag.PAYLOAD}/{name}/"), f"{bag.PAYLOAD}/{name}/{RECORD}", "")
-    if testimony.events and not testimony.is_complete:
-        gaps = sorted(set(range(1, max(testimony.events) + 1)) - set(testimony.events))
+    if reconciled.events and not reconciled.is_complete:
+        gaps = sorted(set(range(1, max(reconciled.events) + 1)) - set(reconciled.events))
         yield from (Problem("missing", VOLUME, f"event {number}", "") for number in gaps)
-    for event in testimony.events.values():
+    for event in reconciled.events.values():
         for one in event.inputs:
-            source = testimony.events.get(one.event)
+            source = reconciled.events.get(one.event)
             if source is None or source.sha512 != one.sha512:
                 yield Problem("contradiction", event.page, f"{bag.PAYLOAD}/{event.folder}/{RECORD}", "")
-    if testimony.is_complete:
+    if reconciled.is_complete:
         try:
-            folded(testimony.events[number] for number in sorted(testimony.events))
+            folded(reconciled.events[number] for number in sorted(reconciled.events))
         except ValueError:
             yield Problem("contradiction", VOLUME, bag.LOG, "")
 
 
-def _without_interruption(problems: list[Problem], testimony: Testimony) -> list[Problem]:
+def _without_interruption(problems: list[Problem], reconciled: ReconciledEvents) -> list[Problem]:
     """The problems, those of an unfinished last event as one."""
-    last = testimony.events[max(testimony.events)]
+    last = reconciled.events[max(reconciled.events)]
     others = [problem for problem in problems if problem.path not in (bag.LOG, bag.MANIFEST, bag.TAG_MANIFEST)]
     return [*others, Problem("unfinished", last.page, f"{bag.PAYLOAD}/{last.folder}", COMPLETED)]
 

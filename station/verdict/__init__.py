@@ -3,4 +3,5 @@
 measures   numbers from the scan, the page and its coverage
 same_page  how alike the print of two pages is
 judge      green, amber or red of each measure
+thresholds limits of each measure, amber and red
 """

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
-from station.session.presets import Limits, Thresholds
 from station.verdict.same_page import similarity
+from station.verdict.thresholds import Limits, Thresholds
 
 Level = Literal["green", "amber", "red"]
 LEVELS: tuple[Level, ...] = ("green", "amber", "red")

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from drivers.vivid900.lenses import FAST, FINE, LENSES, depth_window
+from drivers.vivid900.geometry.lenses import FAST, FINE, LENSES, depth_window
 from restore import Bytes, Mask, RangeScan, RestoredPage, Seen, SurfaceMesh, cut_share
 from station.verdict.same_page import fingerprint
 

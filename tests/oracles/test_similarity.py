@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from drivers.simulated.artwork import Text
+from drivers.simulated.scene.artwork import Text
 from oracles.similarity import WEIGHTS, align_page, lay_on, ms_ssim, page_similarity
 
 ROUNDING = 1e-9

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from drivers.simulated.sheets import Curl, Sheet
+from drivers.simulated.scene.sheets import Curl, Sheet
 from oracles.exact import ExactSheet, exact_sheet
 from oracles.markers import rigid_residual
 from restore import BadInput, NotEnoughSurface, flatten, flatten_mesh

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from drivers.simulated import Figure, Flat, MultiFold, Pose, Truth, White, shoot
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import LENSES
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import LENSES
 from oracles.layout import layout_error
 from oracles.markers import MarkerError, marker_error, rigid_residual
 from oracles.sheets import CASES

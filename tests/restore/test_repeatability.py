@@ -9,7 +9,7 @@ import sys
 PROGRAM = """
 import hashlib
 from restore import Settings, restore
-from station.warm_up import small_page
+from station.run.small_page import small_page
 page = restore(small_page(), Settings(points=10_000, shading="remove"))
 print(hashlib.sha256(page.image.tobytes() + page.page_map.tobytes() + page.fine.flat.tobytes()).hexdigest())
 """

@@ -6,6 +6,7 @@ import resource
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
+from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +17,15 @@ import typer
 from drivers import CaptureSettings
 from restore import FlatMesh, Photograph, RangeScan, RestoredPage, Settings
 from restore.mesh.network import make_network
-from station import cli, one_page, terminal
+from station import cli
+from station.commands import terminal
+from station.commands.terminal import print_fault
 from station.errors import Fault
-from station.terminal import print_fault
+from station.run import one_page
 from tests.station.hints import missing_options
+
+# The process that Python keeps next to spawned ones for as long as it runs: it is no leak of the first test.
+resource_tracker.ensure_running()
 
 COLS, ROWS = 24, 16
 WIDTH_MM, HEIGHT_MM, RADIUS_MM = 120.0, 80.0, 60.0

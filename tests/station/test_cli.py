@@ -15,7 +15,7 @@ import pytest
 from drivers.scanner import SettingsError, TransportError
 from restore.errors import BadInput, NotEnoughSurface
 from station.cli import main
-from station.export import disk
+from station.storage import disk
 from tests.station.conftest import fault
 
 FULL_DISK = Path("/dev/full")
@@ -194,7 +194,7 @@ def test_a_setting_that_the_driver_refuses(library, config_file, tmp_path, capsy
     def refuse(_config):
         raise SettingsError("scanner.lens: there is no 'FISHEYE'", "use one of: MIDDLE, TELE, WIDE")
 
-    monkeypatch.setattr("station.one_page.drivers.open_scanner", refuse)
+    monkeypatch.setattr("station.run.one_page.drivers.open_scanner", refuse)
     assert main(["scan", "--config", str(config_file), "-o", str(tmp_path / "out")]) == 2
     assert "scanner.lens" in capsys.readouterr().err
 

@@ -16,18 +16,18 @@ import numpy as np
 import pytest
 
 from drivers.scanner import CaptureSettings, ScannerError
-from drivers.simulated.clock import VirtualClock
-from drivers.simulated.device import Lens, SimulatedDevice
-from drivers.simulated.plate import PlateSensor
+from drivers.scsi.in_process import InProcess
+from drivers.simulated.device.clock import VirtualClock
+from drivers.simulated.device.device import Lens, SimulatedDevice
+from drivers.simulated.device.plate import PlateSensor
 from drivers.simulated.serve import listen, serve
-from drivers.vivid900.camera import Vivid900
+from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link
-from drivers.vivid900.profile import load_profile
-from drivers.vivid900.transports.in_process import InProcess
+from drivers.vivid900.profile.profile import load_profile
 from restore import load_scan
 from station.cli import main
-from tests.drivers.vivid900.trace.by_hand import Listener, write
+from tests.drivers.trace.by_hand import Listener, write
 
 SHOT = CaptureSettings(mode="fast", distance_mm=900, laser_power=60)
 FIELD = re.compile(r"^(\w+) \(.*\) sent: (\w+) = (\{.*\})$", re.MULTILINE)

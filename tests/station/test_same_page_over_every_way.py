@@ -12,21 +12,21 @@ import numpy as np
 import usb.core
 
 from drivers.scanner import CaptureSettings
-from drivers.simulated.buses.sg_node import SimulatedSgNode
-from drivers.simulated.buses.usb_bridge import SimulatedBridge
-from drivers.simulated.clock import VirtualClock
-from drivers.simulated.device import Lens, SimulatedDevice
+from drivers.scsi.in_process import InProcess
+from drivers.scsi.replay import Recorder, load_replay
+from drivers.scsi.transport import Transport
+from drivers.scsi.usb import UsbBulkOnly
+from drivers.simulated.device.clock import VirtualClock
+from drivers.simulated.device.device import Lens, SimulatedDevice
 from drivers.simulated.scanner import rig
-from drivers.vivid900.camera import Vivid900
+from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.link import Link
-from drivers.vivid900.profile import SIMULATED, load_profile
-from drivers.vivid900.transports import Transport
-from drivers.vivid900.transports.in_process import InProcess
-from drivers.vivid900.transports.replay import Recorder, load_replay
-from drivers.vivid900.transports.usb import UsbBulkOnly
+from drivers.vivid900.profile.profile import SIMULATED, load_profile
+from oracles.simulation.buses.sg_node import SimulatedSgNode
+from oracles.simulation.buses.usb_bridge import SimulatedBridge
 from restore import RangeScan, Settings, restore
-from station.export.png import encode_png
+from station.images.png import encode_png
 
 SHOT = CaptureSettings(mode="fast", distance_mm=900.0, laser_power=60, gain=0)  # one shot, without a preview
 COARSE = Settings(points=300, dpi=60)

@@ -10,7 +10,7 @@ import pytest
 from restore import load_scan
 from station.choices import Pieces
 from station.cli import main
-from station.pieces import select_sheets
+from station.run.pieces import select_sheets
 from tests.restore.flattening.test_ordered_grid import spiral
 
 SIZE = 0.005  # of the page: its picture ends with whole pixels

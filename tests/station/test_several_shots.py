@@ -9,8 +9,8 @@ import pytest
 
 from restore import RangeScan
 from restore.formats import load_scan, save_scan
-from station import one_page
 from station.cli import main
+from station.run import one_page
 
 
 @pytest.fixture

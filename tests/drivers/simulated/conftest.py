@@ -6,16 +6,16 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from drivers.simulated.artwork import Artwork
-from drivers.simulated.facemaps import FaceMaps
-from drivers.simulated.optics import RayHits, exact_pitch, measure_pitch, trace_rays
-from drivers.simulated.raycast import RayCaster
-from drivers.simulated.scene import Pose, Scene, Table, place_sheet
-from drivers.simulated.sheets import Sheet
-from drivers.simulated.shot import printed
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import LENSES, MODES
-from drivers.vivid900.triangulation import lines_of_sight, points_of
+from drivers.simulated.imaging.facemaps import FaceMaps
+from drivers.simulated.imaging.optics import RayHits, exact_pitch, measure_pitch, trace_rays
+from drivers.simulated.imaging.raycast import RayCaster
+from drivers.simulated.imaging.shot import printed
+from drivers.simulated.scene.artwork import Artwork
+from drivers.simulated.scene.scene import Pose, Scene, Table, place_sheet
+from drivers.simulated.scene.sheets import Sheet
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import LENSES, MODES
+from drivers.vivid900.geometry.triangulation import lines_of_sight, points_of
 
 
 @dataclass(frozen=True, eq=False)

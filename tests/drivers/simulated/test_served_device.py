@@ -17,18 +17,18 @@ import pytest
 
 from drivers import CaptureSettings, open_scanner
 from drivers.scanner import TransportError
-from drivers.simulated.clock import VirtualClock
-from drivers.simulated.device import Lens, SimulatedDevice
-from drivers.simulated.plate import PlateSensor
+from drivers.scsi.tcp import TcpDevice
+from drivers.scsi.transport import CHECK_CONDITION
+from drivers.simulated.device.clock import VirtualClock
+from drivers.simulated.device.device import Lens, SimulatedDevice
+from drivers.simulated.device.plate import PlateSensor
 from drivers.simulated.serve import listen
 from drivers.vivid900.config import Socket
 from drivers.vivid900.connecting import open_transport
 from drivers.vivid900.link import Link
-from drivers.vivid900.profile import SIMULATED, load_profile
-from drivers.vivid900.transports import CHECK_CONDITION
-from drivers.vivid900.transports.tcp import TcpDevice
+from drivers.vivid900.profile.profile import SIMULATED, load_profile
 from oracles.served_device import served
-from station.export.claim import WORK
+from station.storage.folder_lock import WORK
 
 SET = CaptureSettings(mode="fast", distance_mm=900, laser_power=68, gain=0)
 CONFIG = '[scanner]\ndriver = "simulated"\n[scanner.scene]\nsheet = "flat"\nartwork = "white"\ntable = "none"\n'
@@ -162,7 +162,7 @@ def test_a_worker_that_is_ended_in_the_middle_of_a_shot(
         assert not device.log.laser_is_on
         open_scanner(table(port)).close()
     assert device.is_parked
-    # A killed run cannot take its claim on the folder away: the next run there does.
+    # A killed run cannot release its lock of the folder: the next run there does.
     left_behind = {WORK} if ending == signal.SIGKILL else set()
     assert {path.name for path in (tmp_path / "out").glob("*")} <= left_behind
 

@@ -12,15 +12,15 @@ import pytest
 
 from drivers import CaptureSettings, SettingsError, open_scanner
 from drivers.scanner import TransportError
-from drivers.simulated.artwork import ARTWORK
-from drivers.simulated.exposure import GAIN_STEP, exposure_for_paper, relative_exposure
+from drivers.simulated.imaging.exposure import GAIN_STEP, exposure_for_paper, relative_exposure
+from drivers.simulated.imaging.shot import Truth
 from drivers.simulated.scanner import connect, connect_turntable, rig
-from drivers.simulated.sheets import SHEETS
-from drivers.simulated.shot import Truth
-from drivers.vivid900.calibration import encode_calibration, nominal
-from drivers.vivid900.camera import Vivid900
+from drivers.simulated.scene.artwork import ARTWORK
+from drivers.simulated.scene.sheets import SHEETS
+from drivers.vivid900.capture.camera import Vivid900
 from drivers.vivid900.errors import NothingMeasured
-from drivers.vivid900.lenses import LENSES, MODES
+from drivers.vivid900.geometry.calibration import encode_calibration, nominal
+from drivers.vivid900.geometry.lenses import LENSES, MODES
 from restore.scan import RangeScan
 from restore.texture.super_resolution import MIN_SHOTS, finer_scan, registration
 

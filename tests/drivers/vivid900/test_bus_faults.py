@@ -8,8 +8,8 @@ from itertools import product
 
 import pytest
 
-from drivers.simulated.faults import FAULTS as DEVICE_FAULTS
-from drivers.vivid900.body import Body
+from drivers.simulated.device.faults import FAULTS as DEVICE_FAULTS
+from drivers.vivid900.capture.body import Body
 from oracles.bus_faults import RIGS
 from oracles.faults import FaultRig, Injection, count_commands, pair_injections, small_profile, without_checksums
 

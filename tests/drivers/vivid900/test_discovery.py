@@ -10,8 +10,9 @@ import pytest
 import usb.core
 
 from drivers.scanner import TransportError
-from drivers.simulated.buses.sg_node import FAULTS, SimulatedSgNode
-from drivers.simulated.buses.usb_bridge import SimulatedBridge
+from drivers.scsi.commands import INQUIRY, Identity
+from drivers.scsi.sg import SgDevice
+from drivers.scsi.transport import GOOD, Reply
 from drivers.vivid900.discovery import (
     PROBE_S,
     Host,
@@ -22,9 +23,8 @@ from drivers.vivid900.discovery import (
     probe_bridges,
     rescan,
 )
-from drivers.vivid900.scsi import INQUIRY, Identity
-from drivers.vivid900.transports import GOOD, Reply
-from drivers.vivid900.transports.sg import SgDevice
+from oracles.simulation.buses.sg_node import FAULTS, SimulatedSgNode
+from oracles.simulation.buses.usb_bridge import SimulatedBridge
 
 VIVID = Identity(6, "MINOLTA", "VIVID 900", "1.00")
 DISK = Identity(0, "ATA", "SOME DISK", "2.00")

@@ -6,7 +6,7 @@ import random
 
 import pytest
 
-from drivers.simulated.faults import FAULTS, no_fault
+from drivers.simulated.device.faults import FAULTS, no_fault
 from oracles.faults import FaultRig, count_commands, fault_pairs, single_faults, small_profile
 
 FEW_PAIRS, SEED = 20, 5

@@ -13,17 +13,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drivers.scanner import ScannerError, SettingsError, TransportError
-from drivers.vivid900 import colour, commands, pitch, scsi
-from drivers.vivid900 import sense as sensing
-from drivers.vivid900.colour import ColourImage
-from drivers.vivid900.commands import AUTO_THRESHOLD, RANGES, Parameters, ShotMode, Status
-from drivers.vivid900.errors import BadReply
-from drivers.vivid900.lenses import FAST, FINE, Mode
-from drivers.vivid900.pitch import Sums
-from drivers.vivid900.profile import SIMULATED, load_profile
-from drivers.vivid900.scsi import Identity
-from drivers.vivid900.sense import Key, Sense
-from drivers.vivid900.transports import Reply, framing
+from drivers.scsi import commands as scsi
+from drivers.scsi import framing
+from drivers.scsi import sense as sensing
+from drivers.scsi.commands import Identity
+from drivers.scsi.errors import BadReply
+from drivers.scsi.sense import Key, Sense
+from drivers.scsi.transport import Reply
+from drivers.vivid900.capture import colour, pitch
+from drivers.vivid900.capture.colour import ColourImage
+from drivers.vivid900.capture.pitch import Sums
+from drivers.vivid900.faults import error_of
+from drivers.vivid900.geometry.lenses import FAST, FINE, Mode
+from drivers.vivid900.profile import commands
+from drivers.vivid900.profile.commands import AUTO_THRESHOLD, RANGES, Parameters, ShotMode, Status
+from drivers.vivid900.profile.profile import SIMULATED, load_profile
 from tests.drivers.vivid900.mutations import mutated
 
 PROFILE = load_profile(SIMULATED)
@@ -138,7 +142,7 @@ def test_no_allocation_that_a_cdb_cannot_say(length: int) -> None:
 @given(SENSES)
 def test_sense_data(sense: Sense) -> None:
     assert sensing.parse_sense(sense.build()) == sense
-    error = sensing.error_of(sense, PROFILE.panel_by_sense)
+    error = error_of(sense, PROFILE.panel_by_sense)
     assert isinstance(error, ScannerError)
     assert error.hint
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from drivers.scanner import CaptureSettings, SettingsError
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.commands import ShotMode
 from drivers.vivid900.connecting import calibrations
 from drivers.vivid900.errors import BarrierClosed, HardwareFault, Interrupted, PanelError, StillBusy
-from drivers.vivid900.lenses import LENSES
-from drivers.vivid900.profile import PROFILES, Profile, load_profile
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import LENSES
+from drivers.vivid900.profile.commands import ShotMode
+from drivers.vivid900.profile.profile import PROFILES, Profile, load_profile
 from restore.scan import RangeScan
 
 VARIANTS = sorted((PROFILES / "variants").glob("*.toml"))

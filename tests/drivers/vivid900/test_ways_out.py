@@ -8,9 +8,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from drivers.vivid900.body import Body
-from drivers.vivid900.transports.pipes import Pipes
-from drivers.vivid900.transports.usb import UsbBulkOnly
+from drivers.scsi.pipes import Pipes
+from drivers.scsi.usb import UsbBulkOnly
+from drivers.vivid900.capture.body import Body
 from oracles.bus_faults import RIGS
 from oracles.faults import FaultRig, count_commands, small_profile
 from oracles.ways_out import (

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from drivers.simulated.sheets import Curl, Flat, MultiFold, Spread, Wave
+from drivers.simulated.scene.sheets import Curl, Flat, MultiFold, Spread, Wave
 from oracles.exact import ExactSheet, exact_sheet
 from oracles.markers import rigid_residual
 from restore.errors import BadInput

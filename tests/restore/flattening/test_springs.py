@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from drivers.simulated.sheets import Curl, Flat, MultiFold, Spread, Wave
+from drivers.simulated.scene.sheets import Curl, Flat, MultiFold, Spread, Wave
 from oracles.exact import ExactSheet, exact_sheet
 from oracles.markers import rigid_residual
 from restore.errors import BadInput

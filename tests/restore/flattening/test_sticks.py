@@ -60,7 +60,7 @@ def test_a_page_of_another_size_comes_out_alike(scale):
 
 def test_rest_lengths_rule_over_distances():
     """With chords for lengths the page comes out as much too small as the chords are short."""
-    from drivers.simulated.sheets import Curl
+    from drivers.simulated.scene.sheets import Curl
 
     sheet = exact_sheet(Curl(), 300)
     network = sheet.network(chords=True)

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 from drivers.simulated import Text, Wave
-from drivers.simulated.structured_light import RigPlan, build_rig
+from oracles.simulation.projector import RigPlan, build_rig
 from oracles.structured_light import (
     captured,
     encode_calibration,

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from drivers.simulated import Text, Wave
-from drivers.simulated.photographs import Shots, photograph_page
 from oracles.phones import coarse_mesh
+from oracles.simulation.photographs import Shots, photograph_page
 
 PAGE_MM = (200.0, 150.0)
 SHOTS = Shots(size=(960, 720), focal_jitter=0.002, radial=(0.0, 0.0, 0.0), tangential=(0.0, 0.0), shadows=False)

@@ -8,8 +8,8 @@ from functools import cache
 import pytest
 
 from drivers.simulated import Figure, Text, Truth
-from drivers.simulated.artwork import Artwork
-from drivers.simulated.camera import Camera, Exposure
+from drivers.simulated.scene.artwork import Artwork
+from oracles.simulation.camera import Camera, Exposure
 from oracles.studio import SHEETS, VIEWS, View, restored_mesh, scan_page, take_photograph
 from restore import FlatMesh, Photograph, RangeScan
 from restore.photo.reference import Reference, make_reference

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import map_coordinates
 
-from drivers.simulated.camera import Exposure
+from oracles.simulation.camera import Exposure
 from oracles.studio import View
 from restore import Photograph, Seen, Settings, restore
 from restore.photo import Registered, paint_registered, register_photographs

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from drivers.simulated.camera import Exposure
+from oracles.simulation.camera import Exposure
 from oracles.studio import View
 from restore import Photograph
 from restore.photo import Registered, paint_registered, register_photographs, remove_registered_shading

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drivers.simulated import Text
-from drivers.simulated.camera import Exposure
+from oracles.simulation.camera import Exposure
 from oracles.studio import LIMIT_PX, SHEETS, reprojection_errors, scan_page, take_photograph
 from restore import Photograph
 from restore.photo.blur import relative_blur

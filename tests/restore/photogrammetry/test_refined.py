@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from drivers.simulated import MultiFold, Text
-from drivers.simulated.photographs import Shots, photograph_page
 from oracles.markers import rigid_residual
+from oracles.simulation.photographs import Shots, photograph_page
 from oracles.table_cameras import cameras
 from restore import SCALE_CARD, Photograph, Settings, reconstruct_page, restore
 from restore.photogrammetry import refined as module

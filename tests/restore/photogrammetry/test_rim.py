@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from drivers.simulated import Spread, Wave
-from drivers.simulated.sheets import Sheet
+from drivers.simulated.scene.sheets import Sheet
 from oracles.printed_points import HALF, MARGIN_MM, PAGE_MM, lost, rounded, sampled
 from restore.photogrammetry import rim
 from restore.photogrammetry.edges import SPACING_MM, Edge

@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from drivers.simulated.albedo import srgb
+from drivers.simulated.scene.albedo import srgb
 from restore.shading import divide as module
 from restore.shading.relief import Relief
 from restore.shading.remove import LIGHT_DPI, MAX_GAIN, remove_shading

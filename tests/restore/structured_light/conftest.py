@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from drivers.simulated import Text, Wave
-from drivers.simulated.structured_light import RigPlan, build_rig
+from oracles.simulation.projector import RigPlan, build_rig
 from oracles.structured_light import captured
 
 PLAN = RigPlan(size=(640, 480), projector=(512, 320), distance_mm=500.0, baseline_mm=180.0, view_mm=210.0)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from drivers.simulated import Text, Wave
-from drivers.simulated.structured_light import RigPlan, build_rig
+from oracles.simulation.projector import RigPlan, build_rig
 from oracles.structured_light import captured, depth_errors, greys, rig_of
 from restore import Settings, restore
 from restore.errors import BadInput, NotEnoughSurface

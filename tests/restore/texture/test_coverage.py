@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import binary_erosion
 
-from drivers.simulated.raycast import RayCaster
+from drivers.simulated.imaging.raycast import RayCaster
 from restore.scan import FlatMesh, InterpolatedMesh, SurfaceMesh
 from restore.texture.coverage import (
     Coverage,

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from drivers.simulated import Markers, Wave
-from drivers.simulated.scene import place_sheet
-from drivers.simulated.shot import printed, shoot_scene
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import FAST, LENSES
+from drivers.simulated.imaging.shot import printed, shoot_scene
+from drivers.simulated.scene.scene import place_sheet
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import FAST, LENSES
 from restore import Settings, restore
 from restore.mesh.ordered_grid import grid_faces
 from restore.prepare import prepare

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from drivers.simulated.artwork import Text
+from drivers.simulated.scene.artwork import Text
 from restore.errors import BadInput
 from restore.scan import RangeScan
 from restore.texture.super_resolution import FACTOR, LENS_BLUR_PX, finer_scan, registration, super_resolve

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from drivers.simulated import Flat, Pose, Spread, Text, Truth
-from drivers.simulated.artwork import Artwork, Markers
-from drivers.simulated.scene import Axle, place_sheet
-from drivers.simulated.sheets import Sheet
-from drivers.simulated.shot import printed, shoot_scene
-from drivers.vivid900.calibration import nominal
-from drivers.vivid900.lenses import LENSES, MODES
+from drivers.simulated.imaging.shot import printed, shoot_scene
+from drivers.simulated.scene.artwork import Artwork, Markers
+from drivers.simulated.scene.scene import Axle, place_sheet
+from drivers.simulated.scene.sheets import Sheet
+from drivers.vivid900.geometry.calibration import nominal
+from drivers.vivid900.geometry.lenses import LENSES, MODES
 from restore.scan import RangeScan
 from restore.turntable import RotationAxis
 

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.simulated.artwork import Text
+from drivers.simulated.scene.artwork import Text
 from restore import save_scan
 from station.archive.volume import Event, Page, Role, StoredFile, Volume
-from station.export.image_metadata import ImageMetadata
 from station.export.pdf import encode_pdf
-from station.export.png import encode_png
+from station.images.image_metadata import ImageMetadata
+from station.images.png import encode_png
 from station.session.store import file_digest
-from station.words import recognise
+from station.words.words import recognise
 from tests.station.conftest import curl_scan
 
 DPI = 300.0  # of the artwork

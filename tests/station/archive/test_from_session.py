@@ -12,7 +12,7 @@ from restore import RangeScan
 from station.archive.from_session import scan_of, volume_of
 from station.archive.volume import Role
 from station.cli import main
-from station.export.png import encode_png
+from station.images.png import encode_png
 from station.session import Volume, add_scan, create_session, decide, open_session, read_session, record_run, undo
 from station.session.adding import add_original
 from tests.station.archive.conftest import picture

@@ -9,7 +9,7 @@ from PIL import Image
 
 from station.archive.tiff import encode_master
 from station.archive.volume import Role
-from station.export.icc import srgb_profile
+from station.images.icc import srgb_profile
 from tests.station.archive.conftest import DPI
 
 ICC, MODEL = 34675, 272  # tags

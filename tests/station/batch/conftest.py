@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from drivers.simulated.sheets import Curl
+from drivers.simulated.scene.sheets import Curl
 from oracles.exact import exact_sheet
 from restore import SurfaceMesh
 from restore.formats import write_ply
-from station.watch.presets import Options
+from station.run.options import Options
 
 QUICK = Options({"points": 100, "dpi": 40})
 MESH_POINTS, TEXTURE = 150, (60, 80, 3)

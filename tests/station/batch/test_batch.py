@@ -12,13 +12,13 @@ from pathlib import Path
 
 import pytest
 
-from station.batch.executors import local_workers
 from station.batch.folders import FolderBatch
-from station.batch.process import Limits
-from station.batch.whole import NO_LIMITS, REPORT, run_batch
+from station.batch.runner import NO_LIMITS, REPORT, run_batch
 from station.cli import main
 from station.errors import FolderInUse, UsageError
-from station.export.atomic import claim_folder
+from station.storage.atomic import lock_output_folder
+from station.workers.executors import local_workers
+from station.workers.process import Limits
 from tests.station.batch.conftest import QUICK, small_scan
 
 PAGES = ["a/a.png", "b/b.png", "sub/a/a.png", "sub/c/c.png"]
@@ -89,7 +89,7 @@ def test_several_folders_have_results_of_their_own(scans, tmp_path) -> None:
 
 
 def test_two_batches_do_not_write_to_one_folder(scans, tmp_path) -> None:
-    with claim_folder(tmp_path / "out"), pytest.raises(FolderInUse):
+    with lock_output_folder(tmp_path / "out"), pytest.raises(FolderInUse):
         folders(scans, tmp_path / "out", [])
 
 

@@ -9,7 +9,7 @@ import pytest
 from station.batch.page import restore_task
 from station.batch.plan import plan_folder
 from station.errors import FolderInUse
-from station.watch import records
+from station.intake import records
 from tests.station.batch.conftest import QUICK
 
 

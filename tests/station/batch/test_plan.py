@@ -11,8 +11,8 @@ from restore import save_scan
 from station.batch.page import restore_task
 from station.batch.plan import check_names, plan_folder
 from station.errors import UsageError
-from station.one_page import Outcome
-from station.watch.presets import Options
+from station.run.one_page import Outcome
+from station.run.options import Options
 from tests.station.conftest import curl_scan
 
 

@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from station.batch import report
-from station.batch.executors import local_workers
 from station.batch.outcomes import FIGURES, PageOutcome, worst_first
-from station.batch.process import Limits
 from station.batch.report import encode_report
-from station.batch.whole import REPORT, run_batch
-from station.session.presets import Thresholds
+from station.batch.runner import REPORT, run_batch
+from station.verdict.thresholds import Thresholds
+from station.workers.executors import local_workers
+from station.workers.process import Limits
 from tests.station.batch.conftest import QUICK
 
 NOW = datetime(2026, 3, 4, 5, 6, tzinfo=UTC)

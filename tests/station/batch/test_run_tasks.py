@@ -7,10 +7,10 @@ from concurrent.futures import CancelledError, Future
 
 import pytest
 
-from station.batch.executors import ClusterGone, Workers, cluster_workers
-from station.batch.process import Limits
-from station.batch.run import MAX_LOST, run
+from station.batch.run_tasks import MAX_LOST, run
 from station.errors import UsageError
+from station.workers.executors import ClusterGone, Workers, cluster_workers
+from station.workers.process import Limits
 
 
 class KilledWorker(Exception):

@@ -10,18 +10,18 @@ import pytest
 
 from station.archive.from_session import volume_of
 from station.archive.volume import Role
-from station.batch.executors import Workers, local_workers
-from station.batch.process import Limits
+from station.batch.runner import REPORT, run_batch
 from station.batch.sessions import SessionBatch, SessionTask, plan_session, restore_session_page
-from station.batch.whole import REPORT, run_batch
 from station.cli import main
 from station.errors import FolderInUse, UsageError
 from station.session import Volume, add_files, create_session, open_session, read_session, undo_run
 from station.session.adding import add_original
 from station.session.presets import Preset
 from station.session.stages import RESTORE, VERDICT
-from station.session_folder import is_session
+from station.storage.session_folder import is_session
 from station.verdict.judge import LEVELS
+from station.workers.executors import Workers, local_workers
+from station.workers.process import Limits
 from tests.station.batch.conftest import QUICK, small_scan
 from tests.station.conftest import fault
 

@@ -11,7 +11,7 @@ import pytest
 from PIL import Image, ImageCms
 
 from drivers.simulated import Chart, Flat, shoot
-from drivers.simulated.artwork.chart import PATCHES
+from drivers.simulated.scene.artwork.chart import PATCHES
 from restore.errors import BadInput
 from restore.formats import save_scan
 from station.cli import main
@@ -20,8 +20,8 @@ from station.colour.chart import find_chart
 from station.colour.figures import CRITERIA, quality_figures
 from station.colour.fit import fit_colours, linear_light, tone_curve
 from station.colour.lab import difference, lab_of_linear
-from station.export.icc import encode_profile, srgb_profile
-from station.export.png import encode_png
+from station.images.icc import encode_profile, srgb_profile
+from station.images.png import encode_png
 
 PAGE_MM = (140.0, 100.0)
 CYAN = 17  # outside sRGB: its print is the nearest colour that sRGB has

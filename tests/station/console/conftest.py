@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import Future
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from multiprocessing import resource_tracker
 from pathlib import Path
 from typing import Any
 
@@ -23,17 +22,14 @@ from drivers.scanner import Progress
 from restore import RangeScan
 from station.config import StationConfig
 from station.console.app import build_app
-from station.console.desk import Desk
-from station.console.files import list_page
+from station.console.http.files import list_page
 from station.console.serving import Address, ConsoleServer, bind, door_of
+from station.console.state.app_state import Desk
 from station.session import Volume, create_session
 from station.session.presets import load_preset
-from station.session.stages import Run
-from station.shift.workers import Submit
+from station.session.stages import Run, Submit
 from station.verdict.same_page import fingerprint
 from tests.station.conftest import curl_scan
-
-resource_tracker.ensure_running()
 
 WAIT_S = 90.0  # for what the server does in its threads: milliseconds, on a machine with time
 TAB = "a" * 16

@@ -13,8 +13,8 @@ from hypothesis import HealthCheck, Phase, given, settings
 from schemathesis import GenerationMode
 
 from station.console.app import build_app
-from station.console.desk import Desk
-from station.console.guard import Door
+from station.console.http.guard import Door
+from station.console.state.app_state import Desk
 from tests.station.conftest import curl_scan
 from tests.station.console.conftest import GatedScanner, Served, StandInRestorer, serving
 

@@ -4,21 +4,14 @@ from __future__ import annotations
 
 from typing import get_args
 
-from station.console import (
-    routes_jobs,
-    routes_pages,
-    routes_pictures,
-    routes_settings,
-    routes_station,
-    routes_words,
-)
-from station.console.actions import DO, ON_A_PAGE, SHOTS
 from station.console.app import build_app
-from station.console.desk import Desk
-from station.console.guard import Door, Guard
-from station.console.requests import Action
+from station.console.http.guard import Door, Guard
+from station.console.routes import jobs, pages, pictures, settings, station, words
+from station.console.routes.requests import Action
+from station.console.state.actions import DO, ON_A_PAGE, SHOTS
+from station.console.state.app_state import Desk
 
-ROUTES = (routes_jobs, routes_pages, routes_pictures, routes_settings, routes_station, routes_words)
+ROUTES = (jobs, pages, pictures, settings, station, words)
 
 
 def test_every_action_is_done_and_known():

@@ -17,9 +17,9 @@ from typing import Any
 import httpx
 import pytest
 
-from drivers.simulated.device import Lens, SimulatedDevice
-from drivers.simulated.plate import PlateSensor
-from drivers.vivid900.profile import SIMULATED, load_profile
+from drivers.simulated.device.device import Lens, SimulatedDevice
+from drivers.simulated.device.plate import PlateSensor
+from drivers.vivid900.profile.profile import SIMULATED, load_profile
 from oracles.served_device import served
 from station.session import read_session
 from station.session.verify import verify

@@ -10,10 +10,10 @@ import pytest
 
 from drivers.scanner import ScannerError
 from drivers.vivid900.errors import BarrierClosed, DeadlineExceeded, PanelError
-from drivers.vivid900.panel import PANELS, panel_error
+from drivers.vivid900.faults import PANELS, panel_error
 from restore import RestoreError
 from station.console.faults import kinds_of, problem_of
-from station.console.scanner import Ending
+from station.console.state.scanner import Ending
 from station.console.vendored import PAGE
 from station.errors import StationError
 from station.session import SessionDamaged

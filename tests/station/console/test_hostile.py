@@ -9,10 +9,10 @@ import socket
 from collections import Counter
 from collections.abc import Callable
 
-from station.console import guard
-from station.console.guard import MAX_BODY_BYTES, MAX_HEAD_BYTES, MAX_TARGET_BYTES, Door, Guard
-from station.console.hub import MAX_STREAMS
-from station.console.protocol import ConsoleProtocol
+from station.console.http import guard
+from station.console.http.guard import MAX_BODY_BYTES, MAX_HEAD_BYTES, MAX_TARGET_BYTES, Door, Guard
+from station.console.http.protocol import ConsoleProtocol
+from station.console.state.event_stream import MAX_STREAMS
 from tests.station.console.conftest import WAIT_S, Served, wait_for
 
 MANY_STREAMS = 5 * MAX_STREAMS  # `python -m bench.console` asks for 10,000

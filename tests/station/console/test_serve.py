@@ -13,7 +13,7 @@ import httpx
 import pytest
 
 from station.cli import main
-from station.console.command import print_code
+from station.commands.serve import print_code
 from station.console.serving import Address, bind, check_address, door_of, link_of, max_connections
 from station.errors import UsageError
 from tests.station.conftest import curl_scan
@@ -62,7 +62,7 @@ def test_without_its_packages_the_command_names_what_to_install(root, capsys, mo
     whole = builtins.__import__
 
     def without(name, *arguments, **options):
-        if name.startswith("station.console.desk"):
+        if name.startswith("station.console.state.app_state"):
             raise ModuleNotFoundError("no module", name="fastapi")
         return whole(name, *arguments, **options)
 

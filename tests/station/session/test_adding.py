@@ -9,10 +9,10 @@ import pytest
 
 from restore import BadInput, load_scan, save_scan
 from station.errors import explain
-from station.export.png import encode_png
+from station.images.png import encode_png
+from station.run.small_page import small_page
 from station.session import open_session, scan_path
 from station.session.adding import add_original, gather
-from station.warm_up import small_page
 
 OBJ = """mtllib Sheet.MTL
 v 0 0 0\nv 9 0 0\nv 0 9 0\nv 9 9 1

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from drivers.simulated import Text, Wave
-from drivers.simulated.photographs import Shots, encode_jpeg, photograph_page
+from oracles.simulation.photographs import Shots, encode_jpeg, photograph_page
 from restore import BadInput
 from restore.photogrammetry import SCALE_CARD
 from station.cli import main

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from oracles.power_cut import Disk, watched
-from station.export.claim import WORK
 from station.session import Writer, add_scan, bag, decide, open_session, read_session, record_run, undo
 from station.session.verify import verify
+from station.storage.folder_lock import WORK
 
 DRAWS = 2  # random states of the disk at each point, beside the one with nothing but what was flushed
 

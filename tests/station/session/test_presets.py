@@ -6,8 +6,9 @@ import pytest
 
 from restore import Settings
 from station.errors import UsageError
-from station.session.presets import PRESETS, WORSE, Preset, Thresholds, check_limits, load_preset
+from station.session.presets import PRESETS, Preset, load_preset
 from station.session.stages import RestoreParameters
+from station.verdict.thresholds import WORSE, Thresholds, check_limits
 
 
 @pytest.mark.parametrize("path", sorted(PRESETS.glob("*.toml")), ids=lambda path: path.stem)

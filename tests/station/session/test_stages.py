@@ -7,9 +7,9 @@ import json
 import pytest
 
 from restore import save_scan
+from station.run.small_page import small_page
 from station.session.stages import RestoreParameters, run_restore
 from station.session.store import file_digests
-from station.warm_up import small_page
 
 COARSE = {"settings": {"points": 300, "dpi": 60}, "outputs": ["coverage", "tiff"]}
 

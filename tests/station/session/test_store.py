@@ -13,7 +13,6 @@ import pytest
 
 from restore import BadInput, load_scan
 from station.errors import FolderInUse, OverwriteError, StationError, explain
-from station.export.claim import WORK
 from station.session import (
     SessionBroken,
     SessionDamaged,
@@ -31,6 +30,7 @@ from station.session import (
     store,
     undo,
 )
+from station.storage.folder_lock import WORK
 
 EVERY = 61  # bytes between two states that are tried: a record and its manifest line have some hundreds
 

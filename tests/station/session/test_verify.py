@@ -11,14 +11,14 @@ import pytest
 from oracles.file_faults import KINDS, file_fault
 from restore import BadInput
 from station.errors import FolderInUse
-from station.export.claim import WORK
 from station.session import VOLUME, add_scan, bag, decide, open_session, record_run
+from station.session.reconcile import reconcile
 from station.session.repair import repair
 from station.session.replay import replay
 from station.session.stages import Run
 from station.session.store import read_session
 from station.session.verify import Problem, page_of, verify
-from station.session.witnesses import hear
+from station.storage.folder_lock import WORK
 
 FAULTS_OF_A_KIND = 12  # bench.bit_faults tries thousands
 TEXT = "page.txt"
@@ -128,8 +128,8 @@ def test_what_is_replaced_is_kept_aside(session, tmp_path):
 
 def test_a_moved_pointer_and_a_forged_input_are_found(session):
     inspection = verify(session)
-    event = inspection.testimony.events[3]
-    assert [(one.event, one.sha512) for one in event.inputs] == [(2, inspection.testimony.events[2].sha512)]
+    event = inspection.reconciled.events[3]
+    assert [(one.event, one.sha512) for one in event.inputs] == [(2, inspection.reconciled.events[2].sha512)]
     log = session / bag.LOG
     forged = log.read_bytes().replace(event.inputs[0].sha512.encode(), b"0" * 128)
     record = session / "data" / event.folder / "event.json"
@@ -169,7 +169,7 @@ def test_two_records_of_an_event_lost_are_told_as_such(session):
     (session / bag.LOG).write_bytes(b"".join(lines[:2] + lines[3:]))
     problems = verify(session).problems
     assert ("contradiction", 1, "") in {(one.kind, one.page, one.remedy) for one in problems}
-    assert hear(session, list(contents(session))).disputed == ("0001-000003-restore",)
+    assert reconcile(session, list(contents(session))).disputed == ("0001-000003-restore",)
 
 
 def test_a_replay_compares_files_and_results(session, tmp_path):

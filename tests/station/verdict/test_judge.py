@@ -6,9 +6,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from station.session.presets import Thresholds
 from station.verdict.judge import CHECKS, LEVELS, as_result, judge, level_of, worst
 from station.verdict.same_page import fingerprint
+from station.verdict.thresholds import Thresholds
 
 NUMBERS = st.floats(-1e6, 1e6)
 

@@ -53,7 +53,7 @@ def test_the_widest_place():
 
 @pytest.mark.parametrize(("offset", "share"), [(0.0, 0.0), (1.0, 1.0), (-1.0, 1.0), (0.5, 0.5)])
 def test_the_depth_window_is_symmetric_in_inverse_depth(offset, share):
-    from drivers.vivid900.lenses import FINE, LENSES, depth_window
+    from drivers.vivid900.geometry.lenses import FINE, LENSES, depth_window
 
     near, far = depth_window(LENSES["MIDDLE"], FINE, 900.0)
     inverse = (1 / near + 1 / far) / 2 + offset * (1 / near - 1 / far) / 2

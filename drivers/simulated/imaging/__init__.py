@@ -1,0 +1,1 @@
+"""What the simulated scanner measures of a scene: rays, range sensor, colour exposure, a shot."""

@@ -1,0 +1,53 @@
+"""Finds the state in status blocks: what they say before a release, after it, and when the images can be read."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+from drivers.trace.exchanges import Exchange
+from drivers.trace.roles import Guess
+from drivers.vivid900.profile.template import Checksum
+
+
+@dataclass(frozen=True)
+class States:
+    """The byte of the status block that has the state, and its values; without `data` when that is as ready."""
+
+    at: int
+    values: dict[str, int]
+
+
+def find_states(exchanges: Sequence[Exchange], guesses: Sequence[Guess], checksum: Checksum | None) -> States | None:
+    """The first byte that changes with a release, changes again before the images, and does so with every shot."""
+    courses = list(_courses(exchanges, guesses))
+    if not courses:
+        return None
+    taken = range(checksum.at, checksum.span.end) if checksum else range(0)
+    for at in range(min(len(block) for course in courses for block in course)):
+        values = {tuple(block[at] for block in course) for course in courses}
+        ready, busy, data = next(iter(values))
+        if at not in taken and len(values) == 1 and busy not in (ready, data):
+            return States(at, {"ready": ready, "busy": busy} | ({} if data == ready else {"data": data}))
+    return None
+
+
+def _courses(exchanges: Sequence[Exchange], guesses: Sequence[Guess]) -> Iterator[tuple[bytes, bytes, bytes]]:
+    """Of every shot the status before the first release, the first one after its own release, and the last.
+
+    Before later releases the scanner still has the images of the shot before.
+    """
+    role_of = {exchange.number: guess.role for guess in guesses for exchange in guess.group.exchanges}
+    before, after, released, is_first = b"", list[bytes](), False, True
+    for exchange in exchanges:
+        role = role_of.get(exchange.number)
+        if role == "release":
+            released, is_first, after = True, False, []
+        elif role == "status" and released:
+            after.append(exchange.data)
+        elif role == "status" and is_first:
+            before = exchange.data
+        elif role in ("read_pitch", "read_colour") and released:
+            released = False
+            if before and len(after) > 1:
+                yield before, after[0], after[-1]

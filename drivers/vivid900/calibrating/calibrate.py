@@ -1,0 +1,93 @@
+"""Calibrates the geometry of a body and its lens from shots of planes: bare plates, and boards with markers.
+
+A bundle adjustment (Triggs, McLauchlan, Hartley and Fitzgibbon 1999) over the body and the pose of the plate in every
+shot. The markers determine focal length, principal point, distortion and scale, as in Zhang (2000); the range samples
+of the same plane determine baseline and stripe planes, and bare plates constrain the surface to be flat.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from drivers.scanner import SettingsError
+from drivers.vivid900.calibrating.bundle_adjustment import (
+    DERIVATIVE_STEP,
+    PRIOR,
+    Bundle,
+    PlateShot,
+    adjust,
+    calibration_of_unknowns,
+    cost,
+    unknowns_of_calibration,
+)
+from drivers.vivid900.geometry.calibration import Calibration
+from drivers.vivid900.geometry.triangulation import lines_of_sight_through, points_along
+from restore.scan import Floats
+from restore.vivid import TEXTURE_COLS, TEXTURE_ROWS
+
+MIN_SAMPLES = 100  # fewer samples do not constrain the calibration
+PROBES = 5  # points across the field at which the expected error is evaluated
+
+
+@dataclass(frozen=True)
+class CalibrationResult:
+    """A calibration and its uncertainty.
+
+    sigma       1σ of each unknown, under the names of PRIOR.
+    markers_px  rms reprojection error of the markers, pixels, NaN without markers.
+    lines       rms residual of the samples from their planes, CCD lines.
+    expected_mm largest 1σ of a point, mm, over the field and the distances of the shots.
+    """
+
+    calibration: Calibration
+    sigma: Mapping[str, float]
+    markers_px: float
+    lines: float
+    expected_mm: float
+
+
+def calibrate(shots: Sequence[PlateShot], start: Calibration) -> CalibrationResult:
+    """Fit a calibration to shots of plates, starting from another (the manual's figures).
+
+    Raises SettingsError when there are no shots, or one has too few samples of its plate.
+    """
+    if not shots:
+        raise SettingsError("there are no shots to calibrate from", "shoot the board at several distances and tilts")
+    if any(len(shot.pitch) < MIN_SAMPLES for shot in shots):
+        raise SettingsError(
+            "a shot shows next to nothing of its plate", "check its focus and exposure, or leave it out"
+        )
+    bundle = Bundle(tuple(shots), start)
+    unknowns, normal = adjust(bundle)
+    rest, count = bundle.residuals(unknowns), len(PRIOR)
+    spread = max(cost(rest) / max(len(rest) - len(unknowns), 1), 1.0)
+    covariance = np.asarray(np.linalg.inv(normal)[:count, :count] * spread)
+    body = bundle.body(unknowns)
+    lines, markers = bundle.line_and_reprojection_errors(unknowns)
+    return CalibrationResult(
+        body,
+        dict(zip(PRIOR, map(float, np.sqrt(np.diag(covariance))), strict=True)),
+        float(np.sqrt(2 * (markers**2).mean())) if len(markers) else float("nan"),
+        float(np.sqrt((lines**2).mean())),
+        max(_expected_mm(body, covariance, shot) for shot in shots),
+    )
+
+
+def _expected_mm(body: Calibration, covariance: Floats, shot: PlateShot) -> float:
+    """The largest 1σ (length of the error, mm) of points in focus over the field of a shot."""
+    cols, rows = np.meshgrid(np.linspace(0, TEXTURE_COLS - 1, PROBES), np.linspace(0, TEXTURE_ROWS - 1, PROBES))
+    pixels = np.stack([cols.ravel(), rows.ravel()], axis=1)
+    pitch = pixels[:, 1] / shot.mode.step + (shot.mode.frames - 1) / 2
+
+    def points(unknowns: Floats) -> Floats:
+        probed = calibration_of_unknowns(unknowns, body)
+        return points_along(lines_of_sight_through(probed, pixels), pitch, probed, shot.mode, shot.distance_mm)
+
+    here = unknowns_of_calibration(body)
+    steps = DERIVATIVE_STEP * np.diag(list(PRIOR.values()))
+    change = np.stack([(points(here + step) - points(here)) / step.sum() for step in steps], axis=-1)  # (n, 3, 13)
+    variance = np.einsum("nik,kl,nil->n", change, covariance, change)
+    return float(np.sqrt(variance.max()))

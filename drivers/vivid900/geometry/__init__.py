@@ -1,0 +1,1 @@
+"""The geometry of the scanner: lenses, calibration, triangulation."""

@@ -1,0 +1,1 @@
+"""Command profiles: the bytes of every command and block for one firmware."""

@@ -1,0 +1,1 @@
+"""Simulated cameras, projectors and buses, for tests and benches."""

@@ -1,0 +1,302 @@
+"""The capture loop: what happens on each key, and when a restoration ends."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass, field
+from pathlib import Path
+from queue import SimpleQueue
+from typing import Any
+
+from drivers import ScannerError
+from restore import RangeScan
+from station.capture_loop.keys import ACTIONS, HELP, Action
+from station.errors import explain
+from station.session import VOLUME, Event, Page, Writer, add_scan, decide, record_run, redo, scan_path, undo
+from station.session.judging import lacks_verdict, record_verdict, verdict_lines
+from station.session.overview import label_of, missing_labels, preset_of
+from station.session.presets import Preset
+from station.session.stages import RESTORE, Run, Submit
+from station.workers.process import MAX_ATTEMPTS
+
+Show = Callable[[str], None]
+Task = Callable[[], None]
+ERASE = "\b\x7f"  # what terminals send for backspace
+
+
+@dataclass(frozen=True)
+class Done:
+    """A restoration that has ended: of which scan, with which parameters, with its files in a folder."""
+
+    capture: Event
+    parameters: Mapping[str, Any]
+    folder: Path
+    future: Future[Run]
+
+
+class Line(str):
+    """A line for the operator. key: what it tells; page: of which page, None for the volume."""
+
+    key: str
+    page: int | None
+
+    def __new__(cls, text: str, key: str = "line", page: int | None = None) -> Line:
+        line = super().__new__(cls, text)
+        line.key, line.page = key, page
+        return line
+
+
+@dataclass
+class CaptureLoop:
+    """The work at the scanner: keys, restorations, verdicts.
+
+    shoot    captures a page; None where there is no scanner: what is left is restored and judged.
+    submit   restores in the background.
+    show     prints a line for the operator, a `Line`.
+    changed  is called after every event.
+    inbox    keys, restorations that have ended, and tasks to be done between the two.
+    outputs  files of a restoration beside those of the preset.
+    """
+
+    writer: Writer
+    shoot: Callable[[], RangeScan] | None
+    submit: Submit
+    show: Show
+    changed: Callable[[], None] = lambda: None
+    inbox: SimpleQueue[str | Done | Task] = field(default_factory=SimpleQueue)
+    outputs: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        self._waiting: dict[int, Future[Run]] = {}
+        self._attempts: dict[int, int] = {}
+        self._page: int | None = None
+        self._leaving = False
+        self._typed: str | None = None
+
+    def run(self) -> None:
+        """Take up what an earlier loop left, then work until the operator leaves and every restoration has ended.
+
+        Raises OSError when the disk refuses; what was shot is stored by then.
+        """
+        self._take_up()
+        while not (self._leaving and not self._waiting):
+            message = self.inbox.get()
+            if isinstance(message, Done):
+                self.finish(message)
+            elif self._leaving:
+                continue
+            elif isinstance(message, str):
+                self.type(message)
+            else:
+                message()
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a restoration is under way."""
+        return bool(self._waiting)
+
+    @property
+    def _preset(self) -> Preset:
+        return preset_of(self.writer.session)
+
+    @property
+    def page(self) -> int | None:
+        """The number of the page that keys act on; None before the first."""
+        return self._page
+
+    @property
+    def restoring(self) -> list[int]:
+        """The pages whose restoration is under way."""
+        return sorted({self.writer.history.event(number).page for number in list(self._waiting)})
+
+    def type(self, key: str) -> None:
+        """One key of the operator: an action, or a character of a note."""
+        if self._typed is not None and key:
+            self._add_to_note(key)
+        else:
+            self.press(ACTIONS.get(key, "help"))
+
+    def press(self, action: Action, *, page: int | None = None) -> None:
+        """What one key does, on a page that is named, or else on that of the last key."""
+        if page is not None:
+            self._page = page
+        {
+            "shoot": lambda: self._shoot(None),
+            "again": lambda: self._shoot(self._page),
+            "accept": self._accept,
+            "undo": lambda: self._step(undo(self.writer), "undone", "undone"),
+            "redo": lambda: self._step(redo(self.writer), "done again", "redone"),
+            "mark": self._mark,
+            "note": self._note,
+            "help": lambda: self.show(HELP),
+            "quit": self._leave,
+        }[action]()
+
+    def _take_up(self) -> None:
+        pages = list(self.writer.history.pages())
+        self._page = pages[-1].number if pages else None
+        self.show(Line(f"{self.writer.session.volume.title}: {len(pages)} pages. {HELP}", "title"))
+        for gap in missing_labels(self.writer.session):
+            self.show(Line(f"pages are missing {gap}", "missing"))
+        for page in pages:
+            self._continue(page)
+
+    def _continue(self, page: Page) -> None:
+        """Restore a page that is not restored, judge one that is not judged."""
+        if page.capture is None or page.capture.number in self._waiting:
+            return
+        if RESTORE not in page.runs:
+            self._begin(page.capture)
+        elif lacks_verdict(page):
+            self._judge(page.runs[RESTORE])
+
+    def _shoot(self, page: int | None) -> None:
+        if self.shoot is None:
+            self.show(Line("there is no scanner: name its configuration with --config", "no_scanner"))
+            return
+        try:
+            scan = self.shoot()
+        except ScannerError as error:
+            self.show(Line(f"not shot: {error}" + (f" ({error.hint})" if error.hint else ""), "not_shot"))
+            return
+        event = add_scan(
+            self.writer, scan, page=page, facts={"by": "planish shoot", "provenance": dict(scan.provenance)}
+        )
+        self._page = event.page
+        self._told(event.page, "stored", "stored")
+        self._begin(event)
+
+    def _begin(self, capture: Event) -> None:
+        folder = self.writer.staging(f"restore-{capture.number}")
+        shutil.rmtree(folder, ignore_errors=True)
+        parameters = self._parameters(capture)
+        future = self.submit(scan_path(self.writer.session, capture), parameters, folder)
+        self._waiting[capture.number] = future
+        future.add_done_callback(lambda done: self.inbox.put(Done(capture, parameters, folder, done)))
+
+    def _parameters(self, capture: Event) -> dict[str, Any]:
+        """The parameters of a restoration: those of the preset, and the files that are wanted beside its own."""
+        parameters = self._preset.parameters(capture.facts)
+        return {**parameters, "outputs": sorted({*parameters["outputs"], *self.outputs})}
+
+    def finish(self, done: Done) -> None:
+        """Record a restoration, and judge it. One whose process crashed is tried once more, then recorded as failed."""
+        del self._waiting[done.capture.number]
+        if done.future.cancelled():
+            return
+        try:
+            run: Run | None = done.future.result()
+        except BrokenProcessPool:
+            run = self._after_crash(done)
+        except OSError:
+            raise
+        except Exception as error:  # a fault of the program, which costs this page and not the loop
+            fault = explain(error)
+            shutil.rmtree(done.folder, ignore_errors=True)
+            done.folder.mkdir()
+            run = Run({"error": fault.message, "hint": " ".join(fault.hints)})
+        if run is None:
+            return
+        event = record_run(
+            self.writer,
+            RESTORE,
+            done.capture,
+            parameters=done.parameters,
+            result=run.result,
+            facts=run.facts,
+            files=done.folder,
+        )
+        if "error" in run.result:
+            text = f"RED  not restored: {run.result['error']} ({run.result['hint']})"
+            self.show(Line(f"{self._name(event.page)}: {text}", "restored_failed", event.page))
+        else:
+            self._judge(event)
+        self.changed()
+
+    def _after_crash(self, done: Done) -> Run | None:
+        """The result of a scan that ends its process each time; None when it is tried again."""
+        number = done.capture.number
+        self._attempts[number] = self._attempts.get(number, 0) + 1
+        if self._attempts[number] < MAX_ATTEMPTS:
+            self._begin(done.capture)
+            return None
+        done.folder.mkdir(exist_ok=True)
+        return Run({"error": "the program ended while it restored this scan", "hint": "shoot the page again"})
+
+    def _judge(self, restored: Event) -> None:
+        event = record_verdict(self.writer, restored)
+        for line in verdict_lines(self._name(event.page), event.facts["result"]):
+            self.show(Line(line, "verdict", event.page))
+
+    def _accept(self) -> None:
+        page = self._current()
+        if page is None or page.capture is None:
+            return
+        decide(self.writer, "accept", True, page=page.number, on=page.capture)
+        self._told(page.number, "accepted", "accepted")
+
+    def _mark(self) -> None:
+        page = self._current()
+        if page is not None:
+            marked = not page.decided("mark", False)
+            decide(self.writer, "mark", marked, page=page.number)
+            self._told(page.number, *(("marked", "marked") if marked else ("no longer marked", "unmarked")))
+
+    def _note(self) -> None:
+        if self._current() is not None:
+            self._typed = ""
+            self.show("note, then enter:")
+
+    def _add_to_note(self, key: str) -> None:
+        """One more character of a note; enter ends it, an empty note is none."""
+        typed, page = self._typed or "", self._current()
+        if key not in "\r\n":
+            self._typed = typed[:-1] if key in ERASE else typed + key
+            return
+        self._typed = None
+        if page is not None and typed.strip():
+            self.note(typed.strip())
+
+    def note(self, text: str, *, page: int | None = None) -> None:
+        """Write a note on a page that is named, or else on that of the last key; an empty one takes it away."""
+        self._page = self._page if page is None else page
+        current = self._current()
+        if current is not None:
+            decide(self.writer, "note", text, page=current.number)
+            self._told(current.number, f"note: {text}", "note")
+
+    def _step(self, step: Event | None, word: str, key: str) -> None:
+        if step is None:
+            self.show(Line("there is nothing more", "nothing_more"))
+            return
+        if step.page != VOLUME:
+            self._page = step.page
+        self._told(step.page, f"{step.name} {word}", key)
+
+    def _leave(self) -> None:
+        self._leaving = True
+        if self._waiting:
+            self.show(f"{len(self._waiting)} pages are still being restored; Ctrl-C leaves them for the next shift")
+
+    def _told(self, page: int, text: str, key: str) -> None:
+        self.changed()
+        self.show(Line(f"{self._name(page)}: {text}", key, page or None))
+
+    def _current(self) -> Page | None:
+        if self._page is None:
+            self.show(Line("there is no page yet: space shoots the first", "no_page"))
+            return None
+        return self.writer.history.page(self._page)
+
+    def _name(self, number: int) -> str:
+        """`page 3 [2r]`: its number and its label; `the volume`."""
+        if number == VOLUME:
+            return "the volume"
+        for position, page in enumerate(self.writer.history.pages(), 1):
+            if page.number == number:
+                label = label_of(page, position, self._preset)
+                return f"page {number} [{label}]" if label else f"page {number}"
+        return f"page {number}"

@@ -1,0 +1,124 @@
+"""`planish board` and `planish calibrate`: the geometry of a body and its lens from scans of a marker board."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from station.commands.options import Debug, Force, Json, output_path, require_suffix
+from station.commands.terminal import print_result, report_faults
+from station.errors import UsageError
+
+if TYPE_CHECKING:
+    from drivers.vivid900.calibrating.board import Board
+    from drivers.vivid900.calibrating.calibrate import CalibrationResult
+    from restore import RangeScan
+
+BOARD_DPI = 300.0  # of an office printer
+FROM_FRONT = re.compile(r"(?P<path>.+)@(?P<mm>\d+(\.\d+)?)")
+
+Columns = Annotated[int, typer.Option(min=2, max=50, help="Markers in a row of the board.")]
+Rows = Annotated[int, typer.Option(min=2, max=50, help="Rows of markers on the board.")]
+Marker = Annotated[float, typer.Option(min=1, max=500, help="Side of a marker as printed, mm: measure it.")]
+Pitch = Annotated[float, typer.Option(min=1, max=1000, help="From one marker to the next as printed, mm: measure it.")]
+
+
+def board(
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="PNG", show_default=False, parser=output_path)],
+    columns: Columns = 12,
+    rows: Rows = 9,
+    marker: Marker = 16.002,
+    pitch: Pitch = 21.505,
+    force: Force = False,
+    debug: Debug = False,
+) -> None:
+    """Draw a marker board to print at 100 %, glue to something flat, and calibrate by."""
+    with report_faults(debug=debug):
+        import cv2
+
+        from station.images.png import encode_png
+        from station.storage.atomic import write_all
+
+        require_suffix(output, ".png")
+        picture = _board(columns, rows, marker, pitch).picture(BOARD_DPI)
+        write_all([(output, encode_png(cv2.cvtColor(picture, cv2.COLOR_GRAY2RGB), BOARD_DPI))], force=force)
+        print_result(f"{output}: print it at 100 %, then measure markers and pitch for `planish calibrate`")
+
+
+def calibrate(
+    scans: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="SCAN[@MM]...",
+            help="Scan folders of the board, or of a bare plate that fills the picture; after @, if it was measured, "
+            "how far the plate is from the front of the lens.",
+            show_default=False,
+        ),
+    ],
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", metavar="FILE", help="Calibration.", show_default=False, parser=output_path),
+    ],
+    columns: Columns = 12,
+    rows: Rows = 9,
+    marker: Marker = 16.002,
+    pitch: Pitch = 21.505,
+    force: Force = False,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Calibrate a scanner with its lens from scans of a marker board at several distances and tilts."""
+    with report_faults(debug=debug):
+        from drivers.vivid900.calibrating.calibrate import calibrate as calibrate_body
+        from drivers.vivid900.calibrating.plates import nominal_of_scans, plate_shot
+        from drivers.vivid900.geometry.calibration import encode_calibration
+        from station.storage.atomic import refuse_existing, write_all
+
+        refuse_existing([output], force=force)
+        printed_board = _board(columns, rows, marker, pitch)
+        loaded = list(_load(scans))
+        shots = [plate_shot(scan, printed_board, front_mm=front_mm) for scan, front_mm in loaded]
+        result = calibrate_body(shots, nominal_of_scans([scan for scan, _ in loaded]))
+        summary = list(_summary(result, len(shots)))
+        write_all([(output, encode_calibration(result.calibration, comments=summary).encode())], force=force)
+        print_result(json.dumps(asdict(result)) if as_json else "\n".join([*summary, str(output)]))
+
+
+def _board(columns: int, rows: int, marker_mm: float, pitch_mm: float) -> Board:
+    from drivers.vivid900.calibrating.board import MAX_MARKERS, Board
+
+    if columns * rows > MAX_MARKERS:
+        raise UsageError(f"a board has {MAX_MARKERS} markers at most", "lower --columns or --rows")
+    if pitch_mm <= marker_mm:
+        raise UsageError("the markers would overlap", "--pitch has to be greater than --marker")
+    return Board(columns, rows, marker_mm, pitch_mm)
+
+
+def _load(scans: Sequence[str]) -> Iterator[tuple[RangeScan, float | None]]:
+    """The scans, each with its distance from the front of the lens where one is given."""
+    from restore import BadInput, RangeScan, load_scan
+
+    for name in scans:
+        measured = None if Path(name).exists() else FROM_FRONT.fullmatch(name)
+        path, front_mm = (Path(measured["path"]), float(measured["mm"])) if measured else (Path(name), None)
+        try:
+            scan = load_scan(path)
+        except OSError as error:
+            raise BadInput(f"cannot read {error.filename or path}: {error.strerror}", "check the path") from error
+        if not isinstance(scan, RangeScan):
+            raise BadInput(f"{path} is a mesh", "give scan folders as `planish scan` stores them")
+        yield scan, front_mm
+
+
+def _summary(result: CalibrationResult, shots: int) -> Iterator[str]:
+    body = result.calibration
+    yield f"{body.lens} {body.lens_serial} on body {body.body}".replace("  ", " ").removesuffix(" on body ")
+    yield f"{shots} shots; rms of the markers {result.markers_px:.3f} px, of the samples {result.lines:.3f} lines"
+    yield f"largest error to expect over the field, one sigma: {result.expected_mm:.2f} mm"
+    yield "sigmas: " + ", ".join(f"{name} {sigma:.2g}" for name, sigma in result.sigma.items())

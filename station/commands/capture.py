@@ -1,0 +1,58 @@
+"""The command `planish shoot`."""
+
+from __future__ import annotations
+
+import sys
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from station.commands.options import Debug
+from station.commands.sessions import Index, Named, enter, find_session
+from station.commands.terminal import print_result, report_faults
+
+Station = Annotated[
+    Path | None,
+    typer.Option(
+        "--config", help="The station's configuration (TOML), or `simulated` (that of the session).", show_default=False
+    ),
+]
+FootSwitch = Annotated[
+    str | None, typer.Option(metavar="PORT", help="Serial port of a foot-switch, which shoots the next page.")
+]
+
+
+def shoot(
+    session: Named, config: Station = None, foot_switch: FootSwitch = None, index: Index = None, debug: Debug = False
+) -> None:
+    """Shoot the pages of a session; each is restored and judged while the next one is shot."""
+    with report_faults(debug=debug), ExitStack() as stack:
+        import drivers
+        from station.capture_loop import keys
+        from station.capture_loop.loop import CaptureLoop
+        from station.config import load_config
+        from station.errors import UsageError
+        from station.session import open_session
+        from station.session.stages import run_restore
+        from station.workers.background import background
+
+        writer = stack.enter_context(open_session(find_session(index, session)))
+        named = writer.session.volume.station
+        station = load_config(config or Path(named)) if config or named else None
+        stack.callback(lambda: enter(index, writer.session))
+        submit = stack.enter_context(background(run_restore))
+        capture = None
+        if station is not None:
+            try:
+                scanner = stack.enter_context(drivers.open_scanner(station.scanner))
+            except drivers.SettingsError as error:
+                raise UsageError(f"configuration: {error}", error.hint) from error
+            settings = station.capture
+            capture = lambda: scanner.capture(settings)  # noqa: E731 — bound to this scanner
+        loop = CaptureLoop(writer, capture, submit, print_result, changed=lambda: enter(index, writer.session))
+        stack.enter_context(keys.single_strokes(sys.stdin))
+        stack.enter_context(keys.foot_switch(foot_switch, lambda: loop.inbox.put(" ")))
+        keys.read_keys(sys.stdin, loop.inbox.put)
+        loop.run()

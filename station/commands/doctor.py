@@ -1,0 +1,239 @@
+"""`planish doctor`: checks of the requirements of a scan, each with a remedy."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from station.commands.devices import ConnectedDevices, Probe, Product, Vendor, find_connected
+from station.commands.options import Debug, Json
+from station.commands.terminal import print_result, report_faults
+
+if TYPE_CHECKING:
+    from drivers.vivid900.discovery import Host, NameFilter
+    from restore import SystemLibrary
+
+PROBLEM_CODE = 4  # a device cannot be used
+
+RULES = Path("/etc/udev/rules.d/60-planish.rules")  # before 73-seat-late.rules, which acts on the tag
+RELOAD = "sudo udevadm control --reload && sudo udevadm trigger"
+FIRMWARE = "start it with the open tool xchange-fw and the firmware of Adaptec's driver: see docs/operators-guide.md"
+LATE = (
+    "switch the scanner on, remove the laser barrier and press a key; then: sudo planish devices --rescan "
+    "(cabling and SCSI IDs: docs/operators-guide.md)"
+)
+PROBE = "it may be behind the USB bridge: planish doctor --probe asks there (unmount disks behind it first)"
+INSTALL = "sudo apt install"
+OCR_PACKAGE = "tesseract-ocr"
+
+
+State = Literal["ok", "problem", "optional"]
+
+
+@dataclass(frozen=True)
+class Check:
+    """Result of one check.
+
+    state  "ok", "problem" for what a scan needs, "optional" for what only some work needs.
+    hint   remedy, where it is not ok.
+    """
+
+    name: str
+    state: State
+    message: str
+    hint: str = ""
+
+
+Languages = Callable[[], Sequence[str] | None]
+"""Returns the languages that Tesseract has data for, None when it is not installed."""
+
+
+def run_checks(
+    host: Host,
+    name_filter: NameFilter,
+    languages: Languages,
+    missing: Sequence[SystemLibrary] = (),
+    *,
+    probe: bool = False,
+) -> list[Check]:
+    """Results of all checks, in the order in which the operator should go through them.
+
+    A scanner that answers over one way needs no other: what is missing of those is optional.
+    missing  libraries that the system lacks.
+    probe    query devices behind USB bridges, too.
+    """
+    connected = find_connected(host, name_filter, probe=probe)
+    needed: State = "optional" if connected.reached else "problem"
+    return [
+        *_libraries(missing),
+        _libusb(connected, needed),
+        _scsi_driver(host, needed),
+        *_scanners(connected, name_filter, needed),
+        *_bridges(connected, needed),
+        *_serial_ports(connected),
+        _tesseract(languages()),
+    ]
+
+
+def _libraries(missing: Sequence[SystemLibrary]) -> Iterator[Check]:
+    from restore import SYSTEM_LIBRARIES
+
+    for library in SYSTEM_LIBRARIES:
+        if library in missing:
+            state: State = "problem" if library.always else "optional"
+            message = f"not installed: {library.module} needs it for {library.work}"
+            yield Check(library.file, state, message, f"{INSTALL} {library.package}")
+        else:
+            yield Check(library.file, "ok", f"{library.module} finds it")
+
+
+def _libusb(connected: ConnectedDevices, needed: State) -> Check:
+    if connected.usb_error:
+        hint = "pip install --force-reinstall libusb-package"
+        return Check("libusb", needed, connected.usb_error, hint)
+    return Check("libusb", "ok", "USB bridges can be searched and used")
+
+
+def _scsi_driver(host: Host, needed: State) -> Check:
+    if host.scsi_generic.is_dir():
+        return Check("sg", "ok", "the kernel's generic SCSI driver is loaded")
+    hint = "sudo modprobe sg && echo sg | sudo tee /etc/modules-load.d/sg.conf"
+    return Check("sg", needed, "the kernel's generic SCSI driver (sg) is not loaded", hint)
+
+
+def _scanners(connected: ConnectedDevices, name_filter: NameFilter, needed: State) -> Iterator[Check]:
+    for scanner in connected.scanners:
+        label = f"{scanner.identity} at {scanner.where}"
+        if not scanner.problem:
+            yield Check("scanner", "ok", f"{label} answers")
+        else:
+            hint = _add_rule(scsi_rule(name_filter)) if "udev" in scanner.hint else scanner.hint
+            yield Check("scanner", needed, f"{label}: {scanner.problem}", hint)
+    if not connected.scanners:
+        yield Check("scanner", "problem", "no scanner was found", PROBE if _has_unprobed_bridge(connected) else LATE)
+
+
+def _has_unprobed_bridge(connected: ConnectedDevices) -> bool:
+    """True when a usable bridge was not probed: devices behind Adaptec's bridges get no nodes from the kernel."""
+    ready = any(bridge.usable and not bridge.bridge.sleeping for bridge in connected.bridges)
+    return ready and not connected.probed
+
+
+def _bridges(connected: ConnectedDevices, needed: State) -> Iterator[Check]:
+    for bridge in connected.bridges:
+        if bridge.bridge.sleeping:
+            yield Check("bridge", needed, f"{bridge} waits for its firmware", FIRMWARE)
+        elif bridge.usable:
+            yield Check("bridge", "ok", str(bridge))
+        else:
+            rule = usb_rule(bridge.vendor, bridge.product)
+            yield Check("bridge", needed, f"you may not use {bridge}", _add_rule(rule))
+    if all(bridge.usable for bridge in connected.bridges):
+        for device in connected.unusable_bridges:
+            yield Check("bridge", needed, f"{device.where}: {device.problem}", device.hint)
+
+
+def _serial_ports(connected: ConnectedDevices) -> Iterator[Check]:
+    for port in connected.serial:
+        if port.usable:
+            yield Check("serial port", "ok", f"{port.node} {port.description}")
+        else:
+            group = _group_of(port.node)
+            hint = f"sudo usermod -aG {group} $USER, then log out and in again"
+            yield Check("serial port", "optional", f"you may not open {port.node}: only a rotary stage needs it", hint)
+    if not connected.serial:
+        yield Check("serial port", "optional", "no serial port: only a rotary stage needs one")
+
+
+def _tesseract(languages: Sequence[str] | None) -> Check:
+    install = f"{INSTALL} {OCR_PACKAGE}"
+    if languages is None:
+        return Check("tesseract", "optional", "tesseract is not installed: pages cannot be read", install)
+    if not languages:
+        return Check("tesseract", "optional", "tesseract knows no language", f"{install}-eng")
+    return Check("tesseract", "ok", f"tesseract reads {', '.join(languages)} (more: {install}-<language>)")
+
+
+def scsi_rule(name_filter: NameFilter) -> str:
+    """The udev rule that lets whoever sits at the computer use the scanner's node."""
+    names = f'ATTRS{{vendor}}=="*{name_filter.vendor}*", ATTRS{{model}}=="*{name_filter.product}*"'
+    return f'SUBSYSTEM=="scsi_generic", {names}, TAG+="uaccess"'
+
+
+def usb_rule(vendor: int, product: int) -> str:
+    """The udev rule that lets whoever sits at the computer use a bridge."""
+    return f'SUBSYSTEM=="usb", ATTR{{idVendor}}=="{vendor:04x}", ATTR{{idProduct}}=="{product:04x}", TAG+="uaccess"'
+
+
+def _add_rule(rule: str) -> str:
+    return f"echo {shlex.quote(rule)} | sudo tee -a {RULES} && {RELOAD}"
+
+
+def _group_of(node: Path) -> str:
+    """The group that a serial port belongs to; Debian's name for it where that cannot be seen."""
+    try:
+        return node.group()
+    except (OSError, KeyError, NotImplementedError):
+        return "dialout"
+
+
+def tesseract_languages() -> Sequence[str] | None:
+    """Languages of the installed Tesseract, None when it is not installed."""
+    program = shutil.which("tesseract")
+    if program is None:
+        return None
+    listed = subprocess.run([program, "--list-langs"], capture_output=True, text=True, check=False)
+    return listed.stdout.splitlines()[1:]  # the first line is a heading
+
+
+def missing_libraries() -> Sequence[SystemLibrary]:
+    """The native libraries that this computer lacks."""
+    import restore
+
+    return restore.missing_libraries()
+
+
+def missing_packages(missing: Sequence[SystemLibrary]) -> list[str]:
+    """Debian's names of the packages that hold missing libraries, each once, in their order."""
+    return list(dict.fromkeys(library.package for library in missing))
+
+
+def doctor(
+    vendor: Vendor = "MINOLTA",
+    product: Product = "VIVID",
+    probe: Probe = False,
+    packages: Annotated[
+        bool, typer.Option("--packages", help="Print only the Debian packages of the libraries that are missing.")
+    ] = False,
+    as_json: Json = False,
+    debug: Debug = False,
+) -> None:
+    """Tell what is missing before a real scanner can be used, and what to do about it."""
+    with report_faults(debug=debug):
+        if packages:
+            for package in missing_packages(missing_libraries()):
+                print_result(package)
+            raise typer.Exit
+        from drivers.vivid900.discovery import Host, NameFilter
+
+        checks = run_checks(Host(), NameFilter(vendor, product), tesseract_languages, missing_libraries(), probe=probe)
+        print_result(json.dumps([asdict(check) for check in checks]) if as_json else "\n".join(format_report(checks)))
+    if any(check.state == "problem" for check in checks):
+        raise typer.Exit(PROBLEM_CODE)
+
+
+def format_report(checks: Sequence[Check]) -> Iterator[str]:
+    """Lines for the operator: the state of each check, and below it the remedy."""
+    marks = {"ok": "ok      ", "problem": "MISSING ", "optional": "optional"}
+    for check in checks:
+        yield f"{marks[check.state]}  {check.name}: {check.message}"
+        if check.hint and check.state != "ok":
+            yield f"            {check.hint}"

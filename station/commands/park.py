@@ -1,0 +1,62 @@
+"""`planish park`: the laser off and the rotary stage stopped, whatever an earlier run left behind."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from drivers.scanner import LASER_MAY_BE_ON, ScannerError
+from station.commands.options import Config, Debug
+from station.commands.terminal import print_result, report_faults
+
+if TYPE_CHECKING:
+    from station.config import StationConfig
+
+
+def park(config: Config, debug: Debug = False) -> None:
+    """Switch the scanner's laser off and stop the rotary stage."""
+    with report_faults(debug=debug):
+        from station.config import load_config
+
+        park_station(load_config(config), report=print_result)
+
+
+def park_station(config: StationConfig, *, report: Callable[[str], None]) -> None:
+    """Park the scanner, then the stage where there is one, the second even when the first fails.
+
+    report  called with a line for each that is parked.
+    Raises the first ScannerError, with a note for a second one, and with LASER_MAY_BE_ON when the scanner failed.
+    """
+    errors: list[ScannerError] = []
+    try:
+        _park_scanner(config)
+        report("scanner: the laser is off")
+    except ScannerError as error:
+        error.add_note(LASER_MAY_BE_ON)
+        errors.append(error)
+    try:
+        if _park_stage(config):
+            report("rotary stage: stopped")
+    except ScannerError as error:
+        errors.append(error)
+    if errors:
+        for other in errors[1:]:
+            errors[0].add_note(f"and the rotary stage could not be stopped: {other}")
+        raise errors[0]
+
+
+def _park_scanner(config: StationConfig) -> None:
+    import drivers
+
+    drivers.open_scanner(config.scanner).close()  # every opening switches the laser off
+
+
+def _park_stage(config: StationConfig) -> bool:
+    """Stop the stage. Returns False when there is no real one."""
+    from drivers import SIMULATED_PORT
+    from drivers.stage import open_stage
+
+    if config.stage is None or config.stage.port == SIMULATED_PORT:
+        return False
+    open_stage(config.stage.model, config.stage.port, relative=config.stage.relative).close()
+    return True

@@ -1,0 +1,71 @@
+"""`planish patterns`: the Gray-code pictures that a projector shows, and what they are."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from station.commands.options import Debug, Force, output_path
+from station.commands.terminal import print_result, report_faults
+
+SIZE = re.compile(r"(?P<width>\d{1,5})[x×](?P<height>\d{1,5})")
+INDEX = "patterns.json"
+
+
+def patterns(
+    output: Annotated[
+        Path,
+        typer.Option(
+            "--output", "-o", metavar="FOLDER", help="Folder to write.", show_default=False, parser=output_path
+        ),
+    ],
+    projector: Annotated[
+        str, typer.Option(metavar="WxH", help="The projector's own resolution, as 1280x800.", show_default=False)
+    ],
+    force: Force = False,
+    debug: Debug = False,
+) -> None:
+    """Draw the patterns that a projector shows a camera, to make a range image of the captures."""
+    with report_faults(debug=debug):
+        from station.storage.atomic import write_all
+
+        width, height = parse_size(projector)
+        paths = write_all(pattern_files(output, width, height), force=force)
+        print_result(
+            f"{output}: {len(paths) - 1} patterns. Show each at its full size, take one picture of each, the camera "
+            f"fixed, in this order, and put the pictures in a folder with {INDEX} and the calibration: "
+            "planish restore FOLDER -o OUT"
+        )
+
+
+def parse_size(text: str) -> tuple[int, int]:
+    """Width and height of a text WxH. Raises UsageError for another, and for a size that no projector has."""
+    from restore import BadInput, Projector
+    from station.errors import UsageError
+
+    size = SIZE.fullmatch(text.strip().lower())
+    if size is None:
+        raise UsageError(f"--projector: {text!r} is no resolution", "give its width and height in pixels: 1280x800")
+    try:
+        projector = Projector(int(size["width"]), int(size["height"]))
+    except BadInput as error:
+        raise UsageError(f"--projector: {error}", error.hint) from error
+    return projector.width, projector.height
+
+
+def pattern_files(folder: Path, width: int, height: int) -> Iterator[tuple[Path, bytes]]:
+    """The files of the patterns: pictures in the order in which they are shown, and the index."""
+    import numpy as np
+
+    from restore import Projector, draw_patterns, encode_png
+
+    projector = Projector(width, height)
+    for number, pattern in enumerate(draw_patterns(projector)):
+        yield folder / f"pattern_{number:02d}.png", encode_png(np.repeat(pattern[..., None], 3, axis=2))
+    index = {"projector": [width, height], "patterns": projector.count}
+    yield folder / INDEX, (json.dumps(index) + "\n").encode()

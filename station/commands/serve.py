@@ -1,0 +1,85 @@
+"""The command `planish serve`."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from station.commands.options import Debug
+from station.commands.sessions import Index, enter
+from station.commands.terminal import print_note, print_result, report_faults
+
+Folder = Annotated[
+    Path, typer.Argument(metavar="FOLDER", help="The folder with the sessions (this one).", show_default=False)
+]
+Station = Annotated[
+    Path | None,
+    typer.Option(
+        "--config",
+        help="The station's configuration (TOML), or `simulated`; none: look, do not shoot.",
+        show_default=False,
+    ),
+]
+Port = Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 takes any free one.")]
+Listen = Annotated[
+    str, typer.Option(metavar="ADDRESS", help="Let other computers in, by this address of this one; wants --cert.")
+]
+Cert = Annotated[Path | None, typer.Option(help="TLS certificate (PEM) for --listen.", show_default=False)]
+Key = Annotated[Path | None, typer.Option(help="Its private key (PEM).", show_default=False)]
+Kiosk = Annotated[bool, typer.Option("--kiosk", help="Print the link as a QR code for a tablet; wants --listen.")]
+
+
+def serve(
+    folder: Folder = Path(),
+    config: Station = None,
+    port: Port = 8765,
+    listen: Listen = "127.0.0.1",
+    cert: Cert = None,
+    key: Key = None,
+    kiosk: Kiosk = False,
+    index: Index = None,
+    debug: Debug = False,
+) -> None:
+    """Open the station as a page in the browser of this machine: shoot, look, export. Ends with Ctrl-C."""
+    with report_faults(debug=debug):
+        from station.errors import UsageError
+
+        try:
+            from station.console.serving import LOCALHOST, Address, serve
+            from station.console.state.app_state import Desk
+            from station.console.vendored import remedy
+        except ImportError as error:
+            raise UsageError(
+                f"the console needs {error.name}, which is not installed",
+                "pip install 'planish[console]'; in a checkout: make serve",
+            ) from error
+        from station.config import load_config
+
+        if kiosk and listen == LOCALHOST:
+            raise UsageError("--kiosk shows the link to other devices", "name this computer's address with --listen")
+        if not folder.is_dir():
+            raise UsageError(f"{folder} is no folder", "make it, or name the one with the sessions")
+        configuration = None if config is None else load_config(config)
+        named = "" if config is None else str(config.resolve() if config.suffix == ".toml" else config)
+        desk = Desk(folder.resolve(), configuration, station=named, enter=lambda session: enter(index, session))
+
+        if told := remedy():
+            print_note(told)
+
+        def show(link: str) -> None:
+            if kiosk:
+                print_code(link)
+            print_result(link)
+            print_note("open this link in the browser; Ctrl-C ends")
+
+        serve(desk, Address(listen, port, cert, key), show=show)
+
+
+def print_code(link: str) -> None:
+    """Print a link as a QR code, in half blocks."""
+    import segno
+
+    segno.make(link, error="m").terminal(out=sys.stdout, compact=True)

@@ -1,0 +1,78 @@
+"""The command `planish watch`."""
+
+from __future__ import annotations
+
+import sys
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from station.commands.options import MOST_S, Debug, Kinds, Out, Restoration, Unit, colours_of, grouped
+from station.commands.terminal import print_result, report_faults
+from station.progress import progress_on
+
+if TYPE_CHECKING:
+    from station.intake.loop import Event, Watch
+
+Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="The folder in which scans arrive.", show_default=False)]
+Once = Annotated[bool, typer.Option("--once", help="End when everything that is there is done.")]
+Settle = Annotated[
+    float, typer.Option(min=0, max=MOST_S, metavar="S", help="Seconds for which a file must not change.")
+]
+Pair = Annotated[
+    float, typer.Option(min=0, max=MOST_S, metavar="S", help="Seconds to wait for a scan's picture and material.")
+]
+Poll = Annotated[
+    float, typer.Option(min=0.05, max=MOST_S, metavar="S", help="Seconds between two looks at the folder.")
+]
+
+
+@grouped
+def watch(
+    folder: Folder,
+    output: Out,
+    chosen: Restoration,
+    kinds: Kinds,
+    once: Once = False,
+    settle: Settle = 3.0,
+    pair: Pair = 30.0,
+    poll: Poll = 1.0,
+    unit: Unit = "auto",
+    debug: Debug = False,
+) -> None:
+    """Restore every scan that arrives in a folder, until Ctrl-C; a file planish.toml in a sub-folder sets options."""
+    with report_faults(debug=debug), progress_on(sys.stderr) as progress:
+        from restore import Settings
+        from station.config import build_model
+        from station.intake.loop import Pace, Watch
+        from station.intake.presets import Presets
+        from station.run.one_page import restore_file
+        from station.run.options import Options
+
+        folder, output = folder.resolve(), output.resolve()
+        options = Options(chosen.given, kinds.wanted, kinds.language, **colours_of(kinds, chosen), unit=unit)
+        build_model(Settings, chosen.given, name=chosen.option, hint="see planish watch --help")
+        watching = Watch(
+            folder,
+            output,
+            Presets(folder, options),
+            partial(restore_file, progress=progress),
+            _print_event,
+            Pace(poll, settle, pair),
+            once=once,
+        )
+        try:
+            watching.run()
+        finally:
+            print_result(_summary(watching))
+
+
+def _print_event(event: Event, scan: Path, text: str) -> None:
+    print_result(f"{event:<10} {scan}: {text}")
+
+
+def _summary(watching: Watch) -> str:
+    counts = watching.counts
+    return f"{counts['restored']} restored, {counts['set aside']} set aside"

@@ -1,0 +1,77 @@
+"""What the routes share: the desk of a request, the tab that sent it, faults as answers."""
+
+from __future__ import annotations
+
+import logging
+from typing import Annotated, Any
+
+from fastapi import Depends, FastAPI, Header, Path, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse, Response
+from starlette.exceptions import HTTPException
+
+from station.console.faults import REPORTED, ConsoleFault, fault_of
+from station.console.state.app_state import Desk
+from station.console.state.control import PROGRAM, agent_of
+from station.session.events import MAX_NUMBER, MAX_PAGE
+
+IMMUTABLE = "private, max-age=31536000, immutable"
+LOG = logging.getLogger("planish.console")
+FAULTS: dict[int | str, dict[str, Any]] = {
+    status: {"description": "a fault: `error` with key, text, hint and data"}
+    for status in (400, 401, 403, 404, 405, 408, 409, 413, 415, 422, 500, 503, 507)
+}
+
+
+def desk_of(request: Request) -> Desk:
+    """The desk that the application serves."""
+    desk: Desk = request.app.state.desk
+    return desk
+
+
+def acting(
+    request: Request,
+    tab: Annotated[str, Header(alias="X-Planish-Tab", pattern=r"^[A-Za-z0-9_-]{1,64}$")] = PROGRAM,
+) -> Desk:
+    """The desk, for a request that changes something: its tab is in control. Raises ConsoleFault."""
+    desk = desk_of(request)
+    if desk.control.require(tab, agent_of(request.headers.get("user-agent", ""))):
+        desk.told.changed()
+    return desk
+
+
+Looking = Annotated[Desk, Depends(desk_of)]
+Acting = Annotated[Desk, Depends(acting)]
+PageNumber = Annotated[int, Path(ge=1, le=MAX_PAGE)]
+EventNumber = Annotated[int, Path(ge=1, le=MAX_NUMBER)]
+
+
+def answer_faults(app: FastAPI) -> None:
+    """Let every error end in the same form of answer."""
+
+    def fault(_request: Request, error: Exception) -> Response:
+        found = fault_of(error)
+        return JSONResponse(found.body, found.status, found.headers)
+
+    def not_valid(_request: Request, error: Exception) -> Response:
+        assert isinstance(error, RequestValidationError)
+        first = error.errors()[0]
+        where = ".".join(str(part) for part in first["loc"])
+        found = ConsoleFault("invalid", f"{where}: {first['msg']}", "see /api/openapi.json", field=where)
+        return JSONResponse(found.body, found.status)
+
+    def no_route(_request: Request, error: Exception) -> Response:
+        assert isinstance(error, HTTPException)
+        key = {404: "not_found", 405: "method"}.get(error.status_code, "invalid")
+        found = ConsoleFault(key, str(error.detail), status=error.status_code)
+        return JSONResponse(found.body, found.status, error.headers)
+
+    def unexpected(request: Request, error: Exception) -> Response:
+        LOG.error("%s %s", request.method, request.url.path, exc_info=error)
+        return fault(request, error)
+
+    for kind in (ConsoleFault, *REPORTED):
+        app.add_exception_handler(kind, fault)
+    app.add_exception_handler(RequestValidationError, not_valid)
+    app.add_exception_handler(HTTPException, no_route)
+    app.add_exception_handler(Exception, unexpected)

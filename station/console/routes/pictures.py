@@ -1,0 +1,116 @@
+"""Routes of pictures and models. Each is of an event, which never changes: browsers may keep what they got."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Path, Query
+from fastapi.responses import Response
+
+from station.console.faults import ConsoleFault
+from station.console.routes.answers import FAULTS, IMMUTABLE, EventNumber, Looking
+from station.console.shown_pages import models
+from station.console.shown_pages.layers import (
+    FILES,
+    coverage_legend,
+    encode_picture,
+    event_of,
+    read_layer,
+    read_model,
+    stored_file,
+    strain_scale,
+)
+from station.console.shown_pages.tiles import KINDS, Pyramid, describe
+from station.console.state.app_state import Desk
+
+router = APIRouter(prefix="/api", responses=FAULTS)
+Layer = Literal["page", "master", "strain", "coverage", "original"]
+Millimetres = Annotated[float, Query(ge=-10_000, le=10_000, allow_inf_nan=False)]
+TYPES = {"jpg": "image/jpeg", "png": "image/png"}
+KEPT = {"Cache-Control": IMMUTABLE}
+STORED = ("page", "master")  # whose stored file is the whole picture
+
+
+@router.get("/pictures/{event}/{layer}.dzi", response_class=Response)
+def picture(desk: Looking, event: EventNumber, layer: Layer) -> Response:
+    """The Deep Zoom document of a layer."""
+    return Response(describe(_pyramid(desk, event, layer), KINDS[layer]), media_type="application/xml", headers=KEPT)
+
+
+@router.get("/pictures/{event}/{layer}_files/{level}/{column}_{row}.{kind}", response_class=Response)
+def tile(
+    desk: Looking,
+    event: EventNumber,
+    layer: Layer,
+    level: Annotated[int, Path(ge=0, le=32)],
+    column: Annotated[int, Path(ge=0, le=100_000)],
+    row: Annotated[int, Path(ge=0, le=100_000)],
+    kind: Literal["jpg", "png"],
+) -> Response:
+    """A tile of a layer."""
+    if kind != KINDS[layer]:
+        raise ConsoleFault("not_found", f"tiles of {layer} are {KINDS[layer]}")
+    data = encode_picture(_pyramid(desk, event, layer).tile(level, column, row), kind)
+    return Response(data, media_type=TYPES[kind], headers=KEPT)
+
+
+@router.get("/pictures/{event}/{layer}/thumbnail.jpg", response_class=Response)
+def thumbnail(desk: Looking, event: EventNumber, layer: Literal["page", "master", "original"]) -> Response:
+    """A layer within 240 pixels."""
+    data = encode_picture(_pyramid(desk, event, layer).thumbnail(), "jpg", quality=80)
+    return Response(data, media_type=TYPES["jpg"], headers=KEPT)
+
+
+@router.get("/pictures/{event}/{layer}/full", response_class=Response)
+def full(desk: Looking, event: EventNumber, layer: Layer) -> Response:
+    """The whole of a layer, as PNG."""
+    session = desk.opened().session
+    found = event_of(session, event)
+    if layer in STORED:
+        data = stored_file(session, found, FILES[layer]).read_bytes()
+    else:
+        data = encode_picture(_pyramid(desk, event, layer).levels[-1], "png")
+    return Response(data, media_type=TYPES["png"], headers=KEPT)
+
+
+@router.get("/pictures/{event}/strain/scale")
+def scale(desk: Looking, event: EventNumber) -> dict[str, Any]:
+    """The colours of the strain and its numbers."""
+    session = desk.opened().session
+    arrays, _ = read_model(session, event_of(session, event))
+    return strain_scale(arrays["strain"].astype(float))
+
+
+@router.get("/pictures/{event}/coverage/legend")
+def legend(desk: Looking, event: EventNumber) -> dict[str, Any]:
+    """The colours of the coverage and their shares of the page."""
+    session = desk.opened().session
+    return coverage_legend(session, event_of(session, event))
+
+
+@router.get("/models/{event}/measure")
+def measure(
+    desk: Looking, event: EventNumber, x0: Millimetres, y0: Millimetres, x1: Millimetres, y1: Millimetres
+) -> dict[str, Any]:
+    """The length between two points: on the page, on the sheet, through space."""
+    return desk.ruler(event).measure((x0, y0), (x1, y1))
+
+
+@router.get("/models/{event}/{kind}", response_class=Response)
+def model(desk: Looking, event: EventNumber, kind: Literal["scan", "mesh", "steps"], faces: bool = True) -> Response:
+    """A model for the 3D view."""
+    session = desk.opened().session
+    found = event_of(session, event)
+    if kind == "scan":
+        data = models.scan_model(session, found, faces=faces)
+    else:
+        data = (models.page_model if kind == "mesh" else models.steps_model)(session, found, found.on or 0)
+    return Response(data, media_type="application/octet-stream", headers=KEPT)
+
+
+def _pyramid(desk: Desk, number: int, layer: str) -> Pyramid:
+    session = desk.opened().session
+    event = event_of(session, number)
+    if layer != "original" and FILES[layer] not in event.files:
+        raise ConsoleFault("not_found", f"event {number} has no {layer}")
+    return desk.pyramids.get((session.identifier, number, layer), lambda: read_layer(session, event, layer))

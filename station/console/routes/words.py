@@ -1,0 +1,31 @@
+"""Routes of words: those of a page, and a search."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Query
+
+from station.console.faults import ConsoleFault
+from station.console.routes.answers import FAULTS, Looking, PageNumber
+from station.console.shown_pages.words import as_json
+
+router = APIRouter(prefix="/api", responses=FAULTS)
+
+
+@router.get("/pages/{number}/words")
+def words(desk: Looking, number: PageNumber) -> dict[str, Any]:
+    """The words of a page and where they stand."""
+    sitting = desk.opened()
+    restored = sitting.row(number)["restore"]
+    if restored is None:
+        raise ConsoleFault("no_words", "this page is not restored")
+    found, _ = desk.words.of(sitting.session, sitting.session.history.event(restored))
+    return as_json(found)
+
+
+@router.get("/search")
+def search(desk: Looking, q: Annotated[str, Query(min_length=1, max_length=200)]) -> dict[str, Any]:
+    """The pages on which a phrase stands."""
+    sitting = desk.opened()
+    return desk.words.search(sitting.session, sitting.rows(), q)

@@ -1,0 +1,1 @@
+"""What a page is looked at by: rows, layers, tiles, models, words."""

@@ -1,0 +1,215 @@
+"""Layers of a page as pictures: the page, its master, what of it was measured, its strain, the scanner's picture."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image
+
+from restore import BadInput, Bytes, Floats, RangeScan, Seen, load_scan, rasterise
+from station.console.faults import ConsoleFault
+from station.export.model import decode_arrays
+from station.images.coverage import COLOURS
+from station.pictures.strain import SIGNED, round_up
+from station.session import Event, Session, scan_path
+from station.session.photographs import first_picture, is_set
+
+MAX_PIXELS = 120_000_000  # of a picture that is shown: 360 MB as it is drawn
+MAX_MODEL_BYTES = 2**28
+FILES = {"page": "page.png", "master": "page-master.png", "coverage": "page-coverage.png", "strain": "page-model.plm"}
+MODEL = FILES["strain"]
+ON_CAPTURE = "original"
+STEPPING = ("sticks", "springs")  # methods whose steps are positions in space
+SHOWN_SHARE = 99.0  # percentile of strain at the end of the scale: a single sliver must not hide the rest
+OPACITY = {Seen.OUTSIDE: 0, Seen.MEASURED: 0, Seen.FILLED: 110}
+OPAQUE = 170  # what was not seen as it is
+STRAIN_OPACITY = 190
+
+
+def layers_of(restored: Event | None, capture: Event | None) -> list[str]:
+    """The layers that a page has."""
+    found = [] if restored is None else [name for name, file in FILES.items() if file in restored.files]
+    return [*found, *([] if capture is None else [ON_CAPTURE])]
+
+
+def models_of(restored: Event | None, capture: Event | None) -> list[str]:
+    """The models that a page has; `steps` only where the method of flattening moves the sheet through space."""
+    found = [] if capture is None else ["scan"]
+    if restored is None or MODEL not in restored.files:
+        return found
+    method = str(restored.facts["result"].get("method"))
+    return [*found, "mesh", *(["steps"] if method in STEPPING else [])]
+
+
+def event_of(session: Session, number: int) -> Event:
+    """The event of a number. Raises ConsoleFault."""
+    if not 0 < number <= len(session.history.events):
+        raise ConsoleFault("not_found", f"the session has no event {number}")
+    return session.history.event(number)
+
+
+def stored_file(session: Session, event: Event, name: str) -> Path:
+    """The path of a file of an event, looked up in its record. Raises ConsoleFault when it is none, or a link."""
+    if name not in event.files:
+        raise ConsoleFault("not_found", f"event {event.number} has no file {name}")
+    path = session.path(event, name)
+    _refuse_links(session, path)
+    return path
+
+
+def scan_of(session: Session, event: Event) -> RangeScan | Any:
+    """The scan of a capture. Raises ConsoleFault when its files are links, BadInput when they are damaged."""
+    if event.kind != "capture":
+        raise ConsoleFault("not_found", f"event {event.number} is no scan")
+    if is_set(event.facts):
+        raise ConsoleFault("not_recorded", "photographs have no scan", "look at the restored page")
+    for name in event.files:
+        _refuse_links(session, session.path(event, name))
+    return load_scan(scan_path(session, event), unit=str(event.facts.get("unit", "auto")))
+
+
+def _stored_set(session: Session, event: Event) -> Path:
+    """The folder of a set of photographs. Raises ConsoleFault when its files are links."""
+    for name in event.files:
+        _refuse_links(session, session.path(event, name))
+    return scan_path(session, event)
+
+
+def read_layer(session: Session, event: Event, layer: str) -> Bytes:
+    """A layer as a picture (h, w, 3) or, with transparency, (h, w, 4) uint8. Raises ConsoleFault, BadInput, OSError."""
+    if layer == ON_CAPTURE and is_set(event.facts):
+        return first_picture(_stored_set(session, event)).image
+    if layer == ON_CAPTURE:
+        texture = scan_of(session, event).texture
+        if texture is None:
+            raise ConsoleFault("not_found", "the scan has no colour image")
+        return np.asarray(texture)
+    path = stored_file(session, event, FILES[layer])
+    return READERS[layer](path, session, event)
+
+
+def read_model(session: Session, event: Event) -> tuple[Mapping[str, NDArray[Any]], dict[str, Any]]:
+    """The arrays (…) and the facts of a page's model. Raises ConsoleFault when the restoration kept none."""
+    if MODEL not in event.files:
+        raise ConsoleFault(
+            "not_recorded", "this restoration kept no model", "look at its scan; pages shot here keep one"
+        )
+    path = stored_file(session, event, MODEL)
+    if path.stat().st_size > MAX_MODEL_BYTES:
+        raise ConsoleFault("damaged", f"{path.name} is too large")
+    try:
+        return decode_arrays(path.read_bytes())
+    except (ValueError, KeyError, TypeError) as error:
+        raise ConsoleFault("damaged", f"{path} is damaged", "planish verify tells more") from error
+
+
+def strain_scale(strain: Floats) -> dict[str, Any]:
+    """The scale of the strain (n,): its ends, the colours along it, and what the numbers are."""
+    return {
+        "unit": "share",
+        "stretch": {"min": float(strain.min()), "max": float(strain.max()), "rms": float(np.sqrt((strain**2).mean()))},
+        "end": end_of_scale(strain),
+        "colours": ["#{:02x}{:02x}{:02x}".format(*colour.astype(int)) for colour in SIGNED],
+    }
+
+
+def end_of_scale(strain: Floats) -> float:
+    """The greatest strain of the colours, of strains (n,)."""
+    return round_up(float(np.percentile(np.abs(strain), SHOWN_SHARE)))
+
+
+def coverage_legend(session: Session, event: Event) -> dict[str, Any]:
+    """The kinds of the page's pixels, their colours and their shares of the page."""
+    seen = _coverage_codes(stored_file(session, event, FILES["coverage"]))
+    counts = np.bincount(seen.ravel(), minlength=len(Seen))
+    total = max(int(counts[1:].sum()), 1)
+    kinds = [kind for kind in Seen if kind != Seen.OUTSIDE]
+    return {
+        "kinds": [
+            {
+                "key": kind.name.lower(),
+                "colour": "#{:02x}{:02x}{:02x}".format(*COLOURS[kind]) if OPACITY.get(kind, OPAQUE) else None,
+                "share": float(counts[kind] / total),
+            }
+            for kind in kinds
+        ]
+    }
+
+
+def encode_picture(picture: Bytes, kind: str, *, quality: int = 88) -> bytes:
+    """A picture (h, w, 3 or 4) uint8 as `jpg` or `png`."""
+    out = io.BytesIO()
+    if kind == "jpg":
+        Image.fromarray(picture[..., :3]).save(out, "JPEG", quality=quality)
+    else:
+        Image.fromarray(picture).save(out, "PNG", compress_level=1)
+    return out.getvalue()
+
+
+def _picture(path: Path, _session: Session, _event: Event) -> Bytes:
+    with opened(path) as picture:
+        return np.asarray(picture.convert("RGB"))
+
+
+def _coverage(path: Path, _session: Session, _event: Event) -> Bytes:
+    table = np.array([(*COLOURS[kind], OPACITY.get(kind, OPAQUE)) for kind in Seen], np.uint8)
+    return np.asarray(table[np.minimum(_coverage_codes(path), len(Seen) - 1)])
+
+
+def _coverage_codes(path: Path) -> Bytes:
+    with opened(path) as picture:
+        codes = np.asarray(picture)
+    if codes.ndim != 2:
+        raise BadInput(f"{path} is no coverage", "planish verify tells more")
+    return codes.astype(np.uint8)
+
+
+def _strain(_path: Path, session: Session, event: Event) -> Bytes:
+    """(h, w, 4): stretch in blue and red over the pixels of the page, transparent where there is none."""
+    arrays, _ = read_model(session, event)
+    with opened(stored_file(session, event, FILES["page"])) as picture:
+        width, height = picture.size
+    u, v = arrays["page_uv"].astype(np.float64).T
+    xy = np.column_stack([u * width, (1.0 - v) * height]) - 0.5
+    faces = arrays["faces"].astype(np.int64)
+    values = arrays["strain"].astype(np.float64)
+    found = rasterise(xy, faces, values[:, None], height, width)[..., 0]
+    share = np.clip(np.nan_to_num(found) / end_of_scale(values) / 2.0 + 0.5, 0.0, 1.0)
+    codes = np.rint(share * 255.0).astype(np.uint8)
+    anchors = np.linspace(0.0, 255.0, len(SIGNED))
+    table = np.column_stack([np.interp(np.arange(256), anchors, channel) for channel in SIGNED.T])
+    alpha = np.where(np.isfinite(found), STRAIN_OPACITY, 0)
+    return np.dstack([table[codes], alpha]).astype(np.uint8)
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Image.Image]:
+    """A picture of a session, its size within limits; its pixels are read when they are asked for. Raises BadInput."""
+    try:
+        with Image.open(path) as picture:
+            width, height = picture.size
+            if width * height > MAX_PIXELS:
+                raise BadInput(f"{path} has {width} × {height} pixels: too many to be shown", "open it elsewhere")
+            yield picture
+    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+        raise BadInput(f"{path} is damaged: {error}", "planish verify tells more") from error
+
+
+def _refuse_links(session: Session, path: Path) -> None:
+    """Raise ConsoleFault for a path that leads out of its session."""
+    if path.is_symlink() or not path.resolve().is_relative_to(session.folder.resolve()) or not path.is_file():
+        raise ConsoleFault("damaged", f"{path} is no file of the session", "planish verify tells more")
+
+
+READERS: Mapping[str, Callable[[Path, Session, Event], Bytes]] = {
+    "page": _picture,
+    "master": _picture,
+    "coverage": _coverage,
+    "strain": _strain,
+}

@@ -1,0 +1,122 @@
+"""Models for the 3D view, and lengths on the page and on the sheet."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from scipy.ndimage import distance_transform_edt, map_coordinates
+
+from restore import Floats, RangeScan, rasterise
+from station.console.faults import ConsoleFault
+from station.console.shown_pages.layers import end_of_scale, read_model, scan_of
+from station.export.mesh import unit_square
+from station.export.model import centred, encode_arrays
+from station.session import Event, Session
+
+KINDS = ("scan", "mesh", "steps")
+PX_PER_MM = 2.0  # of the map by which lengths are measured: finer than the mesh's faces
+EDGE_PX = 3.0  # beyond the page within which its edge is meant
+SAMPLES = 512  # along a line that is measured
+SHOWN = 200  # of them that are drawn
+MESH = ("vertices", "uv", "faces", "strain", "flat", "page_uv")
+STEPS = {"steps.positions": "positions", "steps.step": "step", "steps.faces": "faces", "steps.uv": "uv"}
+
+
+def scan_model(session: Session, event: Event, *, faces: bool = True) -> bytes:
+    """The measured points of a capture, up to 307,200, with the scanner's picture on them."""
+    scan = scan_of(session, event)
+    facts: dict[str, Any] = {"kind": "scan", **_texture(event.number, scan.texture)}
+    if not isinstance(scan, RangeScan):
+        arrays = {"vertices": centred(scan.vertices), "faces": scan.faces}
+        if scan.texcoords is not None and scan.texture is not None:
+            arrays["uv"] = unit_square(scan.texcoords, *scan.texture.shape[:2])
+        return encode_arrays(arrays, facts)
+    measured = scan.measured
+    found = {"vertices": centred(scan.points[measured])}
+    if scan.texture is not None:
+        found["uv"] = unit_square(scan.texture_xy[measured], *scan.texture.shape[:2])
+    return encode_arrays({**found, **({"faces": grid_faces(measured)} if faces else {})}, facts)
+
+
+def page_model(session: Session, event: Event, capture: int) -> bytes:
+    """The fine mesh of a restored page: its surface, its flat positions, its strain."""
+    arrays, _ = read_model(session, event)
+    strain = arrays["strain"].astype(np.float64)
+    facts = {"kind": "mesh", "strain_end": end_of_scale(strain), "page_mm": event.facts["result"].get("page_mm")}
+    wanted = {name: arrays[name] for name in MESH if name in arrays}
+    return encode_arrays(wanted, {**facts, **_texture(capture, wanted.get("uv"))})
+
+
+def steps_model(session: Session, event: Event, capture: int) -> bytes:
+    """The recorded steps of the flattening. Raises ConsoleFault where the method does not move through space."""
+    arrays, _ = read_model(session, event)
+    if "steps.positions" not in arrays:
+        raise ConsoleFault("not_recorded", "this method of flattening has no steps in space", "use the mesh")
+    wanted = {name: arrays[stored] for stored, name in STEPS.items() if stored in arrays}
+    return encode_arrays(wanted, {"kind": "steps", **_texture(capture, wanted.get("uv"))})
+
+
+def grid_faces(measured: Any) -> Any:
+    """(m, 3) indices of the triangles between neighbours of a grid (rows, cols) bool that were all measured.
+
+    The indices count the measured samples in reading order.
+    """
+    index = np.cumsum(measured.ravel()).reshape(measured.shape) - 1
+    a, b, c, d = index[:-1, :-1], index[:-1, 1:], index[1:, :-1], index[1:, 1:]
+    whole = [measured[:-1, :-1], measured[:-1, 1:], measured[1:, :-1], measured[1:, 1:]]
+    left, right = whole[0] & whole[1] & whole[2], whole[1] & whole[2] & whole[3]
+    return np.concatenate(
+        [np.stack([a[left], c[left], b[left]], axis=1), np.stack([b[right], c[right], d[right]], axis=1)]
+    )
+
+
+class Ruler:
+    """Lengths on one page. Built once for a page; `measure` takes microseconds."""
+
+    def __init__(self, vertices: Floats, flat: Floats, faces: Any) -> None:
+        """The mesh of a page: vertices (n, 3) mm, flat (n, 2) mm with y up, faces (m, 3)."""
+        corner = np.array([flat[:, 0].min(), flat[:, 1].max()])
+        place = (flat - corner) * [PX_PER_MM, -PX_PER_MM]
+        width, height = np.maximum(1, np.ceil(place.max(axis=0))).astype(int)
+        found = rasterise(place - 0.5, faces, vertices, int(height), int(width)).astype(np.float64)
+        away, nearest = distance_transform_edt(~np.isfinite(found[..., 0]), return_indices=True)
+        self._away, self._places = away, found[tuple(nearest)]
+        self.size_mm = place.max(axis=0) / PX_PER_MM
+
+    def measure(self, start: tuple[float, float], end: tuple[float, float]) -> dict[str, Any]:
+        """The length between two points of the page, mm from its upper left corner, y down.
+
+        Straight on the page, along the sheet on the same line, and straight through space. Raises ConsoleFault.
+        """
+        line = np.linspace(start, end, SAMPLES)
+        at = (line * PX_PER_MM - 0.5).T[::-1]
+        ends = at[:, [0, -1]]
+        limits = np.array(self._away.shape)[:, None] - 1
+        outside = np.abs(ends - np.clip(ends, 0, limits)).max(axis=0)
+        away = map_coordinates(self._away, ends, order=1, mode="nearest")
+        if (outside + away > EDGE_PX).any():
+            raise ConsoleFault("off_page", "a point lies beside the page", "choose one on it")
+        places = np.stack([map_coordinates(self._places[..., k], at, order=1, mode="nearest") for k in range(3)], 1)
+        steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+        return {
+            "page_mm": float(np.hypot(*(np.subtract(end, start)))),
+            "sheet_mm": float(steps.sum()),
+            "chord_mm": float(np.linalg.norm(places[-1] - places[0])),
+            "points": places[[0, -1]].round(3).tolist(),
+            "line": places[np.linspace(0, SAMPLES - 1, SHOWN).astype(int)].round(3).tolist(),
+        }
+
+
+def ruler_of(session: Session, event: Event) -> Ruler:
+    """The ruler of a restored page. Raises ConsoleFault."""
+    arrays, _ = read_model(session, event)
+    return Ruler(
+        arrays["vertices"].astype(np.float64), arrays["flat"].astype(np.float64), arrays["faces"].astype(np.int64)
+    )
+
+
+def _texture(capture: int, texture: Any) -> dict[str, Any]:
+    if texture is None:
+        return {"texture": None}
+    return {"texture": f"/api/pictures/{capture}/original/full"}

@@ -1,0 +1,157 @@
+"""The pages of a session as the strip and the page view show them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from typing import Any
+
+from restore import BadInput
+from station.console.faults import ConsoleFault
+from station.console.shown_pages.layers import layers_of, models_of, opened, stored_file
+from station.console.shown_pages.units import UNITS
+from station.session import VOLUME, Event, Page, Session
+from station.session.index import level_of, state_of
+from station.session.overview import label_of, preset_of
+from station.session.presets import Preset
+from station.session.stages import PAGE, RESTORE, VERDICT
+from station.verdict.judge import LEVELS
+
+Row = dict[str, Any]
+ALTO = "page-alto.xml"
+SHOWN_FACTS = ("value", "to", "reason")  # of an event, in the list of events
+
+
+def rows_of(session: Session, restoring: Collection[int] = ()) -> list[Row]:
+    """A row for each page, in the order of the volume. restoring: numbers of the pages that are being restored."""
+    preset = preset_of(session)
+    return [_row(page, at, preset, restoring) for at, page in enumerate(session.history.pages(), 1)]
+
+
+def detail_of(session: Session, row: Row) -> dict[str, Any]:
+    """A row with all that is known of its page, but for what stands in its files."""
+    page = session.history.page(row["page"])
+    restored, judged = page.runs.get(RESTORE), page.runs.get(VERDICT)
+    result = {} if restored is None else dict(restored.facts["result"])
+    measures = dict(result.pop("measures", {}))
+    measures.pop("fingerprint", None)
+    findings = [] if judged is None else list(judged.facts["result"]["findings"])
+    return {
+        **row,
+        "findings": [finding_of(one) for one in findings],
+        "report": {**result, "measures": measures} if restored else {},
+        "page_mm": result.get("page_mm"),
+        "dpi": result.get("dpi"),
+        "page_px": _pixels(session, restored),
+        "layers": layers_of(restored, page.capture),
+        "models": models_of(restored, page.capture),
+        "words": restored is not None and ALTO in restored.files,
+        "shots": list(_shots(session, page)),
+        "events": [_event(event) for event in session.history.events if event.page == page.number],
+        "files": [
+            {"event": event.number, "name": name, "bytes": _size(session, event, name)}
+            for event in (page.capture, *page.runs.values())
+            if event is not None
+            for name in event.files
+        ],
+    }
+
+
+def finding_of(stored: dict[str, Any]) -> dict[str, Any]:
+    """A finding of a verdict with its unit and the direction in which it is worse."""
+    amber, red = stored["limits"]
+    return {"page": None, **stored, "unit": UNITS.get(stored["name"], ""), "less_is_worse": amber > red}
+
+
+def rank_of(page: Page) -> float:
+    """How bad a page is: the number of its level, and how far its worst measure is past the limit, 0 to 1.
+
+    A page that could not be restored is worst of all; one that is not judged comes before green ones.
+    """
+    restored, judged = page.runs.get(RESTORE), page.runs.get(VERDICT)
+    if restored is not None and "error" in restored.facts["result"]:
+        return float(len(LEVELS))
+    if judged is None:
+        return 0.5
+    result = judged.facts["result"]
+    past = max((_past(one) for one in result["findings"] if one["level"] == result["level"]), default=0.0)
+    return LEVELS.index(result["level"]) + past
+
+
+def _past(finding: dict[str, Any]) -> float:
+    """Share of the way from the amber limit to the red one and beyond, below 1."""
+    amber, red = finding["limits"]
+    way = (finding["value"] - amber) / ((red - amber) or 1.0)
+    return min(max(way, 0.0) / (1.0 + max(way, 0.0)), 0.999)
+
+
+def _row(page: Page, position: int, preset: Preset, restoring: Collection[int]) -> Row:
+    assert page.capture is not None
+    restored = page.runs.get(RESTORE)
+    failed = None if restored is None else restored.facts["result"].get("error")
+    return {
+        "page": page.number,
+        "position": position,
+        "order": _order(page),
+        "label": label_of(page, position, preset),
+        "side": str(page.decided("side", preset.side(position))),
+        "state": state_of(page),
+        "restored": restored is not None and failed is None,
+        "failed": {"text": failed, "hint": restored.facts["result"].get("hint", "")} if restored and failed else None,
+        "accepted": page.decided("accept", False) is True,
+        "marked": bool(page.decided("mark", False)),
+        "note": str(page.decided("note", "")),
+        "level": level_of(page),
+        "rank": round(rank_of(page), 3),
+        "capture": page.capture.number,
+        "restore": None if restored is None or failed else restored.number,
+        "captured": page.capture.time,
+        "busy": page.number in restoring,
+    }
+
+
+def _order(page: Page) -> float:
+    position = page.decided("position", page.number)
+    return float(position) if isinstance(position, int | float) else float(page.number)
+
+
+def _shots(session: Session, page: Page) -> Iterator[dict[str, Any]]:
+    current = None if page.capture is None else page.capture.number
+    for event in session.history.events:
+        if event.page == page.number and event.kind == "capture":
+            size = sum(_size(session, event, name) for name in event.files)
+            yield {
+                "capture": event.number,
+                "time": event.time,
+                "current": event.number == current,
+                "size_bytes": size,
+            }
+
+
+def _event(event: Event) -> dict[str, Any]:
+    shown = {name: event.facts[name] for name in SHOWN_FACTS if name in event.facts and event.page != VOLUME}
+    return {
+        "number": event.number,
+        "kind": event.kind,
+        "name": event.name,
+        "time": event.time,
+        "software": event.software,
+        **shown,
+    }
+
+
+def _pixels(session: Session, restored: Event | None) -> list[int] | None:
+    """Width and height of the restored page."""
+    if restored is None or PAGE not in restored.files:
+        return None
+    try:
+        with opened(stored_file(session, restored, PAGE)) as picture:
+            return list(picture.size)
+    except (BadInput, ConsoleFault):  # damaged: its picture says so
+        return None
+
+
+def _size(session: Session, event: Event, name: str) -> int:
+    try:
+        return session.path(event, name).lstat().st_size
+    except OSError:  # missing: planish verify tells
+        return 0

@@ -1,0 +1,1 @@
+"""What the console works with between requests, and what changes it."""

@@ -1,0 +1,51 @@
+"""What the operator's actions do: each is a task for the loop, done between two keys."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+
+from station.capture_loop.loop import CaptureLoop
+from station.console.shown_pages.rows import rows_of
+from station.session import decide
+
+SHOTS = frozenset({"shoot", "again", "insert"})
+ON_A_PAGE = frozenset({"again", "insert", "accept", "mark", "note", "label", "side"})
+
+Do = Callable[[CaptureLoop, int, str], None]
+"""Does an action on a page (0 for none) with a text."""
+
+
+def insert(loop: CaptureLoop, before: int) -> None:
+    """Shoot a new page, and put it before another one: its order key lies between the neighbours'."""
+    rows = rows_of(loop.writer.session)
+    at = next((i for i, row in enumerate(rows) if row["page"] == before), None)
+    if at is None:
+        return
+    order = rows[at]["order"]
+    place = (rows[at - 1]["order"] + order) / 2 if at else order - 1.0
+    events = len(loop.writer.history.events)
+    loop.press("shoot")
+    if len(loop.writer.history.events) > events and loop.page is not None:
+        decide(loop.writer, "position", place, page=loop.page)
+        loop.changed()
+
+
+def set_value(loop: CaptureLoop, page: int, text: str, *, name: str) -> None:
+    """Record a label or a side of a page."""
+    decide(loop.writer, name, text.strip(), page=page)
+    loop.changed()
+
+
+DO: Mapping[str, Do] = {
+    "shoot": lambda loop, _page, _text: loop.press("shoot"),
+    "again": lambda loop, page, _text: loop.press("again", page=page),
+    "insert": lambda loop, page, _text: insert(loop, page),
+    "accept": lambda loop, page, _text: loop.press("accept", page=page),
+    "mark": lambda loop, page, _text: loop.press("mark", page=page),
+    "note": lambda loop, page, text: loop.note(text.strip(), page=page),
+    "undo": lambda loop, _page, _text: loop.press("undo"),
+    "redo": lambda loop, _page, _text: loop.press("redo"),
+    "label": partial(set_value, name="label"),
+    "side": partial(set_value, name="side"),
+}

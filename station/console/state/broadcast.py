@@ -1,0 +1,81 @@
+"""What is sent to the browsers: the state at most ten times a second, rows that differ, lines, jobs."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from typing import Any
+
+from station.console.shown_pages.rows import Row
+from station.console.state.event_stream import Hub
+from station.console.state.jobs import Job
+
+STATE_S = 0.1  # at least, between two states that are sent
+
+
+class Broadcast:
+    """Events of a desk. Its methods may be called from any thread. state: gives the state as JSON values."""
+
+    def __init__(self, hub: Hub, state: Callable[[], dict[str, Any]]) -> None:
+        self.hub, self._state = hub, state
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._planned = False
+        self._sent: dict[int, Row] = {}
+
+    def start(self) -> None:
+        """Send from now on, in the running loop."""
+        self._loop = asyncio.get_running_loop()
+        self.hub.start()
+
+    def stop(self) -> None:
+        """Send nothing more."""
+        self.hub.end()
+        self._loop = None
+
+    def changed(self) -> None:
+        """Send the state soon; several changes are one event."""
+        loop = self._loop
+        if loop is not None and not loop.is_closed():
+            loop.call_soon_threadsafe(self._plan)
+
+    def all_changed(self) -> None:
+        """Have the pages loaded anew."""
+        self._sent = {}
+        self.hub.publish("pages", {})
+        self.changed()
+
+    def rows(self, rows: Sequence[Row]) -> None:
+        """Send the rows that differ from those that were sent."""
+        now = {row["page"]: row for row in rows}
+        before, self._sent = self._sent, now
+        if [*before] == [*now][: len(before)]:
+            for number, row in now.items():
+                if before.get(number) != row:
+                    self.hub.publish("page", {"page": row})
+        else:
+            self.hub.publish("pages", {})
+        self.changed()
+
+    def line(self, text: str, *, key: str = "", page: int | None = None, data: dict[str, Any] | None = None) -> None:
+        """Send a line for the operator; one of a capture loop has a key and a page of its own."""
+        key = key or getattr(text, "key", "line")
+        self.hub.publish(
+            "message", {"text": str(text), "key": key, "page": page or getattr(text, "page", None), "data": data or {}}
+        )
+
+    def job(self, job: Job) -> None:
+        """Send a job, with the last of its items."""
+        self.hub.publish("job", job.as_json() | {"items": job.items[-1:]})
+        self.changed()
+
+    def _plan(self) -> None:
+        if not self._planned and self._loop is not None:
+            self._planned = True
+            self._loop.call_later(STATE_S, self._send_state)
+
+    def _send_state(self) -> None:
+        self._planned = False
+        if self.hub.count:
+            with suppress(OSError, ValueError):  # of the disk: the next state is sent again
+                self.hub.publish("state", self._state())

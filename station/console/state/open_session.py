@@ -1,0 +1,252 @@
+"""The one open session: its capture loop works in a thread, or another process has it and this one reads it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from concurrent.futures import Future
+from contextlib import AbstractContextManager, ExitStack
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from restore import RangeScan
+from station.capture_loop.loop import CaptureLoop, Task
+from station.console.faults import ConsoleFault
+from station.console.shown_pages.rows import Row, rows_of
+from station.session import Page, Session, decide, open_session, read_session
+from station.session.bag import LOG, TAG_MANIFEST
+from station.session.judging import lacks_verdict
+from station.session.stages import RESTORE, Submit, run_restore
+from station.workers.background import background
+
+DECISION_S = 150.0  # for a decision to be recorded: after the shot that is under way, at the latest
+MEASURED = 10  # pages whose size tells how many more the disk takes
+OUTPUTS = ("model",)  # files of a restoration that the console shows, beside those of the preset
+
+
+Restorations = Callable[[], AbstractContextManager[Submit]]
+IN_BACKGROUND: Restorations = partial(background, run_restore)
+
+
+@dataclass(frozen=True)
+class Listener:
+    """What a sitting calls, from its own thread.
+
+    line     with each line for the operator.
+    changed  when rows or the state have changed.
+    ended    with the error that ended the loop, None when it was closed.
+    """
+
+    line: Callable[[str], None]
+    changed: Callable[[], None]
+    ended: Callable[[BaseException | None], None]
+
+
+class _Leave(Exception):
+    """Raised in the loop's thread to end it: what is being restored is taken up at the next opening."""
+
+
+class Sitting:
+    """An open session.
+
+    name  of its folder. held_by: the process that has it, when it is only read.
+    """
+
+    def __init__(self, folder: Path, *, held_by: str = "") -> None:
+        self.folder, self.name, self.held_by = folder, folder.name, held_by
+        self._rows: tuple[tuple[int, tuple[int, ...]], list[Row]] | None = None
+        self._read: tuple[int, Session] | None = None
+
+    @property
+    def is_read_only(self) -> bool:
+        """Whether another process writes to the session."""
+        return True
+
+    @property
+    def session(self) -> Session:
+        """The session as it stands."""
+        size = (self.folder / LOG).stat().st_size
+        if self._read is None or self._read[0] != size:
+            self._read = (size, read_session(self.folder))
+        return self._read[1]
+
+    @property
+    def page(self) -> int | None:
+        """The page that keys act on."""
+        return None
+
+    @property
+    def restoring(self) -> list[int]:
+        """Pages that are being restored."""
+        return []
+
+    @property
+    def recovery(self) -> dict[str, Any] | None:
+        """What was taken up when the session was opened."""
+        return None
+
+    def rows(self) -> list[Row]:
+        """The rows of the strip; computed when the session or the restorations have changed."""
+        session, restoring = self.session, tuple(self.restoring)
+        key = (len(session.history.events), restoring)
+        if self._rows is None or self._rows[0] != key:
+            self._rows = (key, rows_of(session, restoring))
+        return self._rows[1]
+
+    def row(self, number: int) -> Row:
+        """The row of a page. Raises ConsoleFault."""
+        for row in self.rows():
+            if row["page"] == number:
+                return row
+        raise ConsoleFault("no_page", f"the session has no page {number}")
+
+    def page_sizes(self) -> list[int]:
+        """Bytes of each of the latest pages that are restored: its scan and what was made of it."""
+        session, sizes = self.session, []
+        for row in self.rows()[-MEASURED:]:
+            if row["restore"] is not None:
+                events = [session.history.event(row[name]) for name in ("capture", "restore")]
+                sizes.append(sum(_size(session.path(event, name)) for event in events for name in event.files))
+        return sizes
+
+    def close(self) -> None:
+        """Let the session go."""
+
+
+class Working(Sitting):
+    """A session that this process writes to. `start` returns when it is open."""
+
+    def __init__(
+        self,
+        folder: Path,
+        shoot: Callable[[], RangeScan] | None,
+        listener: Listener,
+        *,
+        restorations: Restorations = IN_BACKGROUND,
+        outputs: tuple[str, ...] = OUTPUTS,
+    ) -> None:
+        super().__init__(folder)
+        self._shoot, self._listener, self._restorations, self._outputs = shoot, listener, restorations, outputs
+        self._opened: Future[None] = Future()
+        self._thread = threading.Thread(target=self._work, name=f"capture loop {self.name}", daemon=True)
+        self._recovery: dict[str, Any] | None = None
+        self._resumed: list[int] = []
+        self.loop: CaptureLoop | None = None
+
+    def start(self) -> None:
+        """Open the session. Raises FolderInUse, BadInput, SessionDamaged, OSError."""
+        self._thread.start()
+        try:
+            self._opened.result()
+        except BaseException:
+            self._thread.join()
+            raise
+
+    @property
+    def is_read_only(self) -> bool:
+        return False
+
+    @property
+    def session(self) -> Session:
+        return self._working.writer.session
+
+    @property
+    def page(self) -> int | None:
+        return self._working.page
+
+    @property
+    def restoring(self) -> list[int]:
+        return self._working.restoring
+
+    @property
+    def recovery(self) -> dict[str, Any] | None:
+        if self._recovery is None:
+            return None
+        waiting = set(self.restoring)
+        return {**self._recovery, "resumed": self._resumed, "left": len(waiting & set(self._resumed))}
+
+    def do(self, task: Task) -> None:
+        """Have something done by the loop, between two keys."""
+        self._working.inbox.put(task)
+
+    def decide(self, name: str, value: object) -> None:
+        """Record a decision on the volume, and wait until it is. Raises OSError when the disk refuses."""
+        done: Future[None] = Future()
+
+        def task() -> None:
+            try:
+                decide(self._working.writer, name, value)
+                done.set_result(None)
+            except BaseException as error:
+                done.set_exception(error)
+                raise
+            self._listener.changed()
+
+        self.do(task)
+        done.result(DECISION_S)
+
+    def close(self) -> None:
+        """Let the loop end after what it is doing now, and wait. A shot that is under way is stored."""
+
+        def leave() -> None:
+            raise _Leave
+
+        self.do(leave)
+        self._thread.join()
+
+    def join(self, timeout: float) -> bool:
+        """Wait for the end of the loop. Returns whether it has ended."""
+        self._thread.join(timeout)
+        return not self._thread.is_alive()
+
+    @property
+    def _working(self) -> CaptureLoop:
+        assert self.loop is not None  # `start` has returned
+        return self.loop
+
+    def _work(self) -> None:
+        try:
+            with ExitStack() as stack:
+                try:
+                    self._open(stack)
+                except BaseException as error:
+                    self._opened.set_exception(error)
+                    return
+                self._opened.set_result(None)
+                self._working.run()
+        except _Leave:
+            self._listener.ended(None)
+        except BaseException as error:
+            self._listener.ended(error)
+
+    def _open(self, stack: ExitStack) -> None:
+        before = _tag_manifest(self.folder)
+        writer = stack.enter_context(open_session(self.folder))
+        completed = before != _tag_manifest(self.folder)
+        submit = stack.enter_context(self._restorations())
+        self._resumed = [page.number for page in writer.history.pages() if _is_unfinished(page)]
+        if completed or self._resumed:
+            self._recovery = {"completed": completed, "problem": None}
+        self.loop = CaptureLoop(
+            writer, self._shoot, submit, self._listener.line, changed=self._listener.changed, outputs=self._outputs
+        )
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.lstat().st_size
+    except OSError:
+        return 0
+
+
+def _is_unfinished(page: Page) -> bool:
+    return RESTORE not in page.runs or lacks_verdict(page)
+
+
+def _tag_manifest(folder: Path) -> bytes:
+    try:
+        return (folder / TAG_MANIFEST).read_bytes()
+    except OSError:
+        return b""

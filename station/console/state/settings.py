@@ -1,0 +1,184 @@
+"""Settings with their ranges and units, beside those of the preset: of the capture, the restoration, the verdict.
+
+What is changed is one decision on the volume, so that undo takes it back, and so that it is there at the next opening.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from typing import Any, get_args
+
+from pydantic import ValidationError
+
+from drivers import CaptureSettings, SettingsError
+from drivers.scanner import MAX_AVERAGE, MAX_DISTANCE_MM, MAX_GAIN, MAX_LASER_POWER, MIN_DISTANCE_MM
+from restore import Settings
+from station.console.faults import ConsoleFault
+from station.console.shown_pages.units import UNITS
+from station.session import VOLUME, Session
+from station.session.overview import SETTINGS, changed_preset
+from station.session.presets import Preset
+from station.verdict.thresholds import Thresholds, check_limits
+
+CAPTURE, RESTORE, VERDICT = "capture", "restore", "verdict"
+STORED = {CAPTURE: "capture", RESTORE: "settings", VERDICT: "thresholds"}  # names of the groups in the decision
+Changes = dict[str, dict[str, Any]]
+
+# name → kind, unit, least, most, choices, whether null is a value, what it is.
+CAPTURE_FIELDS: Mapping[str, tuple[str, str, float | None, float | None, list[str] | None, bool, str]] = {
+    "mode": ("choice", "", None, None, ["fine", "fast"], False, "640 × 480 samples in 2.5 s, or 320 × 240 in 0.3 s"),
+    "distance_mm": ("number", "mm", MIN_DISTANCE_MM, MAX_DISTANCE_MM, None, True, "lens to page; empty: autofocus"),
+    "laser_power": ("integer", "", 1, MAX_LASER_POWER, None, True, "empty: the scanner chooses"),
+    "gain": ("integer", "", 0, MAX_GAIN, None, True, "gain of the sensor; empty: the scanner chooses"),
+    "average": ("integer", "", 1, MAX_AVERAGE, None, False, "shots that are averaged"),
+    "multi_depth": ("flag", "", None, None, None, False, "further shots where the page exceeds the depth window"),
+}
+RESTORE_UNITS = {"dpi": "dpi", "fill_hidden_mm": "mm"}
+
+
+def changes_of(session: Session | None) -> Changes:
+    """What was changed in a session, by group; empty without a session."""
+    decided = None if session is None else session.history.page(VOLUME).decided(SETTINGS)
+    table = decided if isinstance(decided, dict) else {}
+    return {group: dict(table.get(stored, {})) for group, stored in STORED.items()}
+
+
+def capture_settings(configured: CaptureSettings, changes: Changes) -> CaptureSettings:
+    """The settings of a capture with the changes. Raises SettingsError, TypeError."""
+    return replace(configured, **changes[CAPTURE])
+
+
+def changed(changes: Changes, values: Mapping[str, Any], configured: CaptureSettings, base: Preset | None) -> Changes:
+    """The changes with further ones by key: `restore.dpi` → 300; None brings back the base's.
+
+    Raises ConsoleFault that names the key of a value that is not possible.
+    """
+    known = {one["key"] for group in groups(configured, base, changes) for one in group["settings"]}
+    merged = {group: dict(table) for group, table in changes.items()}
+    for key, value in values.items():
+        group, _, name = key.partition(".")
+        if key not in known:
+            raise _invalid(key, "there is no such setting")
+        merged[group].pop(name, None)
+        if value is not None:
+            merged[group][name] = value
+        _check(key, merged, configured, base)
+    return merged
+
+
+def as_decision(changes: Changes) -> dict[str, Any]:
+    """The changes as the value of the decision."""
+    return {stored: changes[group] for group, stored in STORED.items()}
+
+
+def groups(configured: CaptureSettings, base: Preset | None, changes: Changes) -> list[dict[str, Any]]:
+    """The settings as they stand beside those of the configuration and of the preset; None without a session."""
+    found = [{"key": CAPTURE, "settings": [*_capture(configured, changes[CAPTURE])]}]
+    if base is not None:
+        restoration = Settings.model_validate(base.settings)
+        found.append({"key": RESTORE, "settings": [*_restoration(restoration, changes[RESTORE])]})
+        found.append({"key": VERDICT, "settings": [*_verdict(base.thresholds, changes[VERDICT])]})
+    return found
+
+
+def _capture(configured: CaptureSettings, changes: Mapping[str, Any]) -> list[dict[str, Any]]:
+    values = asdict(configured)
+    return [
+        _setting(CAPTURE, name, kind, values[name], changes, unit, low, high, choices, optional, text)
+        for name, (kind, unit, low, high, choices, optional, text) in CAPTURE_FIELDS.items()
+    ]
+
+
+def _restoration(base: Settings, changes: Mapping[str, Any]) -> list[dict[str, Any]]:
+    schema, found = Settings.model_json_schema()["properties"], []
+    for name, field in Settings.model_fields.items():
+        choices = [*get_args(field.annotation)] or None
+        kind = "choice" if choices else "integer" if field.annotation is int else "number"
+        low, high = schema[name].get("minimum"), schema[name].get("maximum")
+        unit, text = RESTORE_UNITS.get(name, ""), field.description or ""
+        found.append(_setting(RESTORE, name, kind, getattr(base, name), changes, unit, low, high, choices, False, text))
+    return found
+
+
+def _verdict(base: Thresholds, changes: Mapping[str, Any]) -> list[dict[str, Any]]:
+    return [
+        _setting(
+            VERDICT,
+            name,
+            "limits",
+            None if value is None else list(value),
+            changes,
+            UNITS[name],
+            None,
+            None,
+            None,
+            True,
+            "green up to the first value, amber up to the second, red beyond it",
+        )
+        for name, value in base
+    ]
+
+
+def _setting(
+    group: str,
+    name: str,
+    kind: str,
+    preset: Any,
+    changes: Mapping[str, Any],
+    unit: str,
+    low: float | None,
+    high: float | None,
+    choices: list[str] | None,
+    optional: bool,
+    text: str,
+) -> dict[str, Any]:
+    value = changes.get(name, preset)
+    step = {"integer": 1, "number": 1}.get(kind)
+    return {
+        "key": f"{group}.{name}",
+        "kind": kind,
+        "value": value,
+        "preset": preset,
+        "changed": value != preset,
+        "unit": unit,
+        "min": low,
+        "max": high,
+        "step": step,
+        "choices": choices,
+        "optional": optional,
+        "description": text,
+    }
+
+
+def _check(key: str, changes: Changes, configured: CaptureSettings, base: Preset | None) -> None:
+    """Raise ConsoleFault unless the settings are possible."""
+    group, _, name = key.partition(".")
+    try:
+        if group == CAPTURE:
+            _check_kind(name, changes[CAPTURE].get(name))
+            capture_settings(configured, changes)
+        elif base is not None:
+            thresholds = changed_preset(base, as_decision(changes)).thresholds
+            if group == VERDICT and name in changes[VERDICT]:  # the preset itself stays as it is
+                check_limits(name, getattr(thresholds, name))
+    except SettingsError as error:
+        raise _invalid(key, f"{error}; {error.hint}") from error
+    except ValidationError as error:
+        raise _invalid(key, error.errors()[0]["msg"]) from error
+    except (TypeError, ValueError) as error:
+        raise _invalid(key, str(error)) from error
+
+
+def _check_kind(name: str, value: Any) -> None:
+    """Raise TypeError for a value of another type; the dataclass of the capture takes any."""
+    kinds: dict[str, tuple[type, ...]] = {"choice": (str,), "number": (int, float), "integer": (int,), "flag": (bool,)}
+    kind = CAPTURE_FIELDS[name][0]
+    if value is not None and (not isinstance(value, kinds[kind]) or (isinstance(value, bool) and kind != "flag")):
+        raise TypeError(f"{value!r} is no {kind}")
+
+
+def _invalid(key: str, text: str) -> ConsoleFault:
+    fault = ConsoleFault("invalid", f"{key}: {text}", "see the ranges of the settings")
+    fault.data |= {"key": key, "text": text}
+    return fault

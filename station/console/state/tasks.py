@@ -1,0 +1,56 @@
+"""The tasks of jobs: of which session, and into which new folder."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from datetime import datetime
+from itertools import chain, count
+from pathlib import Path
+from typing import Any
+
+from station.console.faults import ConsoleFault
+from station.console.state import sessions
+
+EXPORTS, BATCHES = "exports", "batches"  # folders beside the sessions
+Task = tuple[str, dict[str, Any], dict[str, Any]]
+"""The kind of a job, what is shown of it, and what its process reads."""
+
+
+def export_task(root: Path, folder: Path, kind: str, url: str | None) -> Task:
+    """To export the session of a folder. root: folder with the sessions."""
+    out = free_folder(root / EXPORTS / f"{folder.name}-{kind}")
+    task = {"session": str(folder), "out": str(out), "format": kind, "url": url}
+    return "export", {"session": folder.name, "format": kind}, task
+
+
+def batch_task(
+    root: Path, held: Path | None, names: list[str], workers: int | None, now: Callable[[], datetime]
+) -> Task:
+    """To restore all pages of sessions that are not restored. Raises ConsoleFault.
+
+    held: folder of the session that this process writes to.
+    """
+    folders = [_closed(root, held, name) for name in dict.fromkeys(names)]
+    out = free_folder(root / BATCHES / now().strftime("%Y-%m-%d-%H%M%S"))
+    task = {"sessions": [str(folder) for folder in folders], "out": str(out), "workers": workers}
+    return "batch", {"sessions": [folder.name for folder in folders]}, task
+
+
+def verify_task(root: Path, held: Path | None, name: str) -> Task:
+    """To compare every file of a session with what its events say. Raises ConsoleFault."""
+    return "verify", {"session": name}, {"session": str(_closed(root, held, name))}
+
+
+def free_folder(folder: Path) -> Path:
+    """A folder that is not there: the one given, or with the first number that is free."""
+    names = chain([folder], (folder.with_name(f"{folder.name}-{number}") for number in count(2)))
+    return next(name for name in names if not os.path.lexists(name))
+
+
+def _closed(root: Path, held: Path | None, name: str) -> Path:
+    """The folder of a session that is not worked on here: another process could not have it."""
+    folder = sessions.find(root, name)
+    if folder == held:
+        raise ConsoleFault("session_open", f"{name} is open", "close it first")
+    return folder

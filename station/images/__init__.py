@@ -1,0 +1,1 @@
+"""Files of pictures: PNG and TIFF, colour profiles, metadata, the coverage map."""

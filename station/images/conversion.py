@@ -1,0 +1,43 @@
+"""A page converted from its camera's colours to sRGB (ICC.1:2010)."""
+
+from __future__ import annotations
+
+import io
+from dataclasses import replace
+
+import numpy as np
+from PIL import Image, ImageCms
+
+from restore import BadInput, Bytes, RestoredPage
+from station.images.icc import srgb_profile
+
+
+def convert_to_srgb(page: RestoredPage, profile: bytes) -> RestoredPage:
+    """The page with its image converted from an ICC profile to sRGB; the master keeps its codes.
+
+    Raises BadInput for a profile that cannot be used.
+    """
+    converted, name = image_to_srgb(page.image, profile)
+    image = np.where(page.mask[..., None], converted, page.image)
+    report = {**page.report, "white": {"mode": "profile", "profile": name}}
+    return replace(page, image=image, report=report)
+
+
+def image_to_srgb(image: Bytes, profile: bytes) -> tuple[Bytes, str]:
+    """An image (h, w, 3) uint8 converted from an ICC profile to sRGB by relative colorimetry, and the profile's name.
+
+    The profile of a chart maps the chart's greys to neutral: the colour of the lamp that the chart was shot in, and the
+    level of its light, are taken out. Raises BadInput for a profile that cannot be used.
+    """
+    try:
+        camera, srgb = (ImageCms.ImageCmsProfile(io.BytesIO(data)) for data in (profile, srgb_profile()))
+        intent = ImageCms.Intent.RELATIVE_COLORIMETRIC
+        transform = ImageCms.buildTransform(camera, srgb, "RGB", "RGB", intent, ImageCms.Flags.NOOPTIMIZE)
+        name = ImageCms.getProfileDescription(camera).strip()
+    except (OSError, ImageCms.PyCMSError) as error:
+        raise BadInput(
+            f"the colour profile cannot be used: {error}", "give a file that `planish colour` wrote"
+        ) from error
+    converted = ImageCms.applyTransform(Image.fromarray(image), transform)
+    assert converted is not None  # which only a conversion in place returns
+    return np.asarray(converted), name

@@ -1,0 +1,56 @@
+"""TIFF: the page with resolution, colour profile and metadata, and the map of source pixels."""
+
+from __future__ import annotations
+
+import io
+import json
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restore import Bytes, RestoredPage
+from station.images.image_metadata import ImageMetadata, exif_time
+
+MODEL, XMP = 272, 700  # tags of TIFF 6.0, section 8, and of XMP specification part 3, 2.1
+
+
+def encode_tiff(image: Bytes, dpi: float, metadata: ImageMetadata | None = None) -> bytes:
+    """The page (h, w, 3) uint8 RGB as a TIFF file, losslessly compressed, one inch of paper being `dpi` pixels."""
+    return _encode(image, dpi, photometric="rgb", **({} if metadata is None else _tags(metadata)))
+
+
+def _tags(metadata: ImageMetadata) -> dict[str, Any]:
+    xmp = metadata.xmp()
+    extra: list[tuple[Any, ...]] = [(XMP, "B", len(xmp), xmp, True)]
+    if metadata.device is not None:
+        extra.append((MODEL, "s", 0, metadata.device.encode("ascii", "replace").decode(), True))
+    time = {} if metadata.time is None else {"datetime": exif_time(metadata.time)}
+    return {"iccprofile": metadata.profile, "software": metadata.software, "extratags": extra, **time}
+
+
+def encode_map(page: RestoredPage) -> bytes:
+    """The page's map as a TIFF of two channels (h, w) float32: x and y of the source pixel that each page pixel shows.
+
+    x to the right, y down, the centre of the top left source pixel is (0, 0), NaN outside the page. A page painted from
+    photographs has a third channel, the number of the source, and the description lists the sources by number; pixels
+    of a photograph are counted in the upright picture.
+    """
+    channels, layers = ["source x", "source y"], [page.page_map]
+    description_fields: dict[str, Any] = {"unit": "source pixel", "outside": "NaN"}
+    if page.page_source is not None:
+        channels.append("source")
+        number = np.where(np.isnan(page.page_map[..., 0]), np.nan, page.page_source).astype(np.float32)
+        layers.append(number[..., None])
+        description_fields["sources"] = ["the scan's colour image", *(photo["name"] for photo in page.report["photos"])]
+    description = json.dumps({"channels": channels, **description_fields})
+    return _encode(np.concatenate(layers, axis=2), page.dpi, photometric="minisblack", description=description)
+
+
+def _encode(array: NDArray[Any], dpi: float, **tags: Any) -> bytes:
+    import tifffile
+
+    out = io.BytesIO()
+    resolution = {"resolution": (dpi, dpi), "resolutionunit": "INCH"}
+    tifffile.imwrite(out, array, compression="zlib", planarconfig="contig", metadata=None, **resolution, **tags)
+    return out.getvalue()

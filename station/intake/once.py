@@ -1,0 +1,112 @@
+"""One scan restored once, or set aside once with the reason: the records of earlier runs decide what is still to do."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Literal, Protocol
+
+from restore import LibraryMissing, Settings
+from station.errors import StationError, explain
+from station.intake import records
+from station.intake.arrival import Arrival
+from station.run.one_page import Destination, Outcome
+from station.run.options import AUTO, Options
+from station.workers.process import MAX_ATTEMPTS
+
+RANGE_IMAGES = (".abs", ".abs.gz")
+UNREADABLE = "unreadable"  # in place of the digest of a file that may not be read
+
+Now = Callable[[], datetime]
+
+
+def is_range_image(source: Path) -> bool:
+    """Whether a scan is of a kind that is in millimetres always: a scan folder or an `.abs` file."""
+    return source.is_dir() or source.name.lower().endswith(RANGE_IMAGES)
+
+
+class Restore(Protocol):
+    """Restores a scan file; see `station.run.one_page.restore_file`."""
+
+    def __call__(
+        self, source: Path, destination: Destination, *, settings: Settings, unit: str, facts: Mapping[str, Any]
+    ) -> Outcome: ...
+
+
+@dataclass(frozen=True)
+class Settled:
+    """What became of a scan.
+
+    state   restored or set aside now; done: in an earlier run, either of the two.
+    place   the folder of its results, or the note of the failure.
+    reason  why it was set aside, one line.
+    """
+
+    state: Literal["done", "restored", "set aside"]
+    place: Path
+    reason: str = ""
+
+
+def restore_once(
+    arrival: Arrival,
+    out: Path,
+    options: Options,
+    staged: Path,
+    restore: Restore,
+    *,
+    now: Now = records.utc,
+    causes: Sequence[str] = (),
+) -> Settled:
+    """Copy a scan to the empty folder `staged` and restore the copy, or set the scan aside when it cannot be restored.
+
+    causes: how earlier processes that restored it ended, where that is known.
+    Raises Changed, UsageError for settings that are not usable, OSError and other faults that are not the scan's.
+    """
+    try:
+        digest = arrival.copy(staged)
+    except PermissionError as error:
+        reasons = [f"cannot read {error.filename}: {error.strerror}"]
+        return _set_aside(arrival, out, UNREADABLE, reasons, now())
+    if known := records.find_result(out, arrival, digest):
+        records.end_attempt(out, arrival)
+        return Settled("done", known)
+    if records.failed_digest(out, arrival) == digest:
+        return Settled("done", records.note_of(out, arrival))
+    if records.begin_attempt(out, arrival, digest) >= MAX_ATTEMPTS:
+        how = f": {'; '.join(dict.fromkeys(causes))}" if causes else ""
+        reason = f"the program has ended {MAX_ATTEMPTS} times while it restored this scan{how}"
+        return _set_aside(arrival, out, digest, [reason], now())
+    folder = records.free_folder(out, arrival)
+    original = arrival.folder / arrival.source
+    settings = options.build(str(original))
+    destination = Destination(
+        folder, options.outputs, language=options.language, colours=options.colours, to_srgb=options.to_srgb
+    )
+    facts = {"scan": str(original), "arrival": arrival.as_data(digest)}
+    unit = AUTO if is_range_image(original) else options.unit
+    try:
+        restore(staged / arrival.source.name, destination, settings=settings, unit=unit, facts=facts)
+    except (OSError, StationError, LibraryMissing):  # a fault of the disk, the results or this computer
+        records.end_attempt(out, arrival)
+        raise
+    except Exception as error:
+        fault = explain(error)
+        lines = [line.replace(str(staged), str(original.parent)) for line in (fault.message, *fault.hints)]
+        return _set_aside(arrival, out, digest, lines, now())
+    except BaseException:  # Ctrl-C: it is not the scan that ends the program
+        records.end_attempt(out, arrival)
+        raise
+    records.end_attempt(out, arrival)
+    records.forget_failure(out, arrival)
+    return Settled("restored", folder)
+
+
+def _set_aside(arrival: Arrival, out: Path, digest: str, reasons: Sequence[str], now: datetime) -> Settled:
+    note = records.note_of(out, arrival)
+    if records.failed_digest(out, arrival) == digest:
+        return Settled("done", note)
+    records.set_aside(out, arrival, digest, reasons, now)
+    records.end_attempt(out, arrival)
+    return Settled("set aside", note, reasons[0])

@@ -1,0 +1,91 @@
+"""Presets: `planish.toml` in the watched folder or a sub-folder sets the options of the scans there and below."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from pydantic import field_validator
+
+from restore import BadInput, Settings, check_unit, read_toml
+from station.choices import FLAGS
+from station.config import build_model
+from station.errors import UsageError
+from station.intake.listing import Listing, Stamp
+from station.run.options import AUTO, HINT, Options
+
+PRESET = "planish.toml"
+
+
+class _Preset(Settings):
+    """The keys of a preset: settings, and three that are none."""
+
+    outputs: list[str] | None = None
+    language: str | None = None
+    unit: str | None = None
+
+    @field_validator("outputs")
+    @classmethod
+    def _are_known(cls, outputs: list[str] | None) -> list[str] | None:
+        if unknown := sorted(set(outputs or ()) - set(FLAGS)):
+            raise ValueError(f"{unknown[0]!r} is not known")
+        return outputs
+
+    @field_validator("unit")
+    @classmethod
+    def _is_unit(cls, unit: str | None) -> str | None:
+        try:
+            check_unit(unit or AUTO)
+        except BadInput as error:
+            raise ValueError(str(error)) from error
+        return unit
+
+
+class Presets:
+    """The options for each sub-folder; files are read again when they change."""
+
+    def __init__(self, folder: Path, base: Options) -> None:
+        self._folder, self._base = folder, base
+        self._read: dict[Path, tuple[Stamp, Mapping[str, Any]]] = {}
+        self._listing: Listing = {}
+
+    def update(self, listing: Listing) -> None:
+        """Take a new listing."""
+        self._listing = listing
+
+    def options(self, sub: Path) -> Options:
+        """The options of a sub-folder: those of the presets from the watched folder down to it, over the base.
+
+        Raises UsageError that names the file and the key.
+        """
+        options = self._base
+        for place in reversed([sub, *sub.parents]):
+            if place / PRESET in self._listing:
+                options = self._with_preset(options, place / PRESET, self._listing[place / PRESET])
+        return options
+
+    def _with_preset(self, options: Options, preset: Path, stamp: Stamp) -> Options:
+        path = self._folder / preset
+        table = self._table(preset, stamp)
+        given = build_model(_Preset, table, name=lambda key: f"{path}: {key}", hint=HINT)
+        settings = {key: value for key, value in table.items() if key in Settings.model_fields}
+        options = replace(options, settings={**options.settings, **settings})
+        if given.outputs is not None:
+            options = replace(options, outputs=frozenset(given.outputs))
+        if given.language is not None:
+            options = replace(options, language=given.language)
+        if given.unit is not None:
+            options = replace(options, unit=given.unit)
+        return options
+
+    def _table(self, preset: Path, stamp: Stamp) -> Mapping[str, Any]:
+        known = self._read.get(preset)
+        if known is None or known[0] != stamp:
+            path = self._folder / preset
+            try:
+                known = self._read[preset] = stamp, read_toml(path)
+            except (OSError, ValueError) as error:
+                raise UsageError(f"cannot read the preset {path}: {error}", HINT) from error
+        return known[1]

@@ -1,0 +1,1 @@
+"""One restoration as a run: what comes in, the checks around it, the files that it leaves."""

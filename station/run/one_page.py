@@ -1,0 +1,364 @@
+"""One page: open the scanner → capture → store → restore → export."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+from time import perf_counter
+from typing import TYPE_CHECKING, Any
+
+import drivers
+from restore import (
+    BadInput,
+    Photograph,
+    RangeScan,
+    RestoredPage,
+    RestoreError,
+    Settings,
+    SurfaceMesh,
+    finer_scan,
+    is_phone_capture,
+    load_scan,
+    read_photograph,
+    referenced_files,
+    restore,
+    save_scan,
+    scan_stem,
+)
+from station.choices import Turn
+from station.config import StationConfig
+from station.errors import UsageError
+from station.export import outputs
+from station.export.report import finite
+from station.images.conversion import convert_to_srgb
+from station.pictures.frames import Recorder
+from station.progress import Progress, silent
+from station.run.destination import Clock, Destination, Outcome, SourceRecord
+from station.run.overwrite_check import check_outputs, superseded, superseded_pieces
+from station.run.peak_memory import peak_memory_mib
+from station.run.pieces import Selected, select_sheets
+from station.run.plausibility import check_plausible_page
+from station.storage.atomic import lock_output_folder, new_folder, refuse_captured, refuse_existing, write_all
+from station.storage.folder_lock import FolderLock, recover
+from station.words.orientation import turned
+from station.words.words import check_language, find_tesseract, recognise
+
+if TYPE_CHECKING:
+    from restore import PhoneCapture
+
+SCAN_SUFFIX = ".scan"
+
+# A restored page and its scan → further fields of the report.
+Examine = Callable[[RestoredPage, RangeScan | SurfaceMesh], Mapping[str, Any]]
+
+
+def nothing(_page: RestoredPage, _scan: RangeScan | SurfaceMesh) -> Mapping[str, Any]:
+    """No further fields."""
+    return {}
+
+
+def restore_file(
+    source: Path,
+    destination: Destination,
+    *,
+    settings: Settings,
+    texture: Path | None = None,
+    photos: Sequence[Path] = (),
+    shots: Sequence[Path] = (),
+    unit: str = "auto",
+    facts: Mapping[str, Any] | None = None,
+    stem: str | None = None,
+    examine: Examine = nothing,
+    progress: Progress = silent,
+    clock: Clock = perf_counter,
+) -> Outcome:
+    """Restore a stored scan, painted from photographs of the page where there are any that can be used.
+
+    Further shots of the same page make its colour image finer. unit: of a mesh's coordinates, as for `load_scan`.
+    facts: further fields of the report, which replace those of the same name.
+    stem: first part of the files' names; that of the scan's own name by default.
+    examine: looks at each page before it is written, and returns further fields of its report.
+    Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
+    """
+    _check_programs(destination)
+    recover(destination.folder)
+    stem, destination = stem or stem_of(source), destination.with_implied_outputs(settings)
+    input_files = [source, *([] if texture is None else [texture]), *photos, *shots]
+    if destination.force:  # without it nothing at all is overwritten
+        input_files += [file for scan in (source, *shots) for file in referenced_files(scan)]
+    check_outputs(destination.files(stem), input_files, force=destination.force)
+    start = clock()
+    try:
+        photographs = [read_photograph(path) for path in photos]
+        scan: RangeScan | SurfaceMesh
+        if is_phone_capture(source):
+            capture = _phone_capture(source, texture, shots)
+            scan, photographs = capture.mesh, [*capture.photographs, *photographs]
+        else:
+            scan = _combined_shots(
+                [load_scan(source, texture=texture, unit=unit), *(load_scan(shot) for shot in shots)]
+            )
+    except OSError as error:
+        raise BadInput(f"cannot read {error.filename or source}: {error.strerror}", "check the path") from error
+    report_fields: dict[str, Any] = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
+    report_fields |= {"shots": [str(shot) for shot in shots]} if shots else {}
+    report_fields |= facts or {}
+    source_record = SourceRecord(report_fields, {"load": clock() - start})
+    with lock_output_folder(destination.folder) as lock:
+        return restore_scan(
+            scan,
+            destination,
+            stem,
+            source_record,
+            lock=lock,
+            settings=settings,
+            photos=photographs,
+            input_files=input_files,
+            examine=examine,
+            progress=progress,
+            clock=clock,
+        )
+
+
+def scan_page(
+    config: StationConfig,
+    destination: Destination,
+    *,
+    shots: int = 1,
+    progress: Progress = silent,
+    clock: Clock = perf_counter,
+) -> Outcome:
+    """Capture a page, store the scan in `<stem>.scan`, then restore it. Stored scans survive every later error.
+
+    Of several shots, which make the colour image finer, the further ones are stored in `<stem>-2.scan` and so on.
+    A scan of an earlier run is never replaced: where there is one, the new one is stored in `<stem>.2.scan`.
+
+    Raises OverwriteError or UsageError before any work, ScannerError, NotEnoughSurface, OSError when the disk refuses.
+    """
+    _check_programs(destination)
+    stem, destination = config.output.stem, destination.with_implied_outputs(config.restore)
+    recover(destination.folder)
+    places = scan_folders(destination, [stem, *(f"{stem}-{i + 1}" for i in range(1, shots))])
+    refuse_existing(destination.files(stem), force=destination.force)
+    with lock_output_folder(destination.folder) as lock:
+        start = clock()
+        scans = _capture(config, shots, progress)
+        source_record = SourceRecord({}, {"load": 0.0, "capture": clock() - start})
+        return store_and_restore(
+            scans,
+            places,
+            destination,
+            stem,
+            source_record,
+            lock=lock,
+            settings=config.restore,
+            progress=progress,
+            clock=clock,
+        )
+
+
+def store_and_restore(
+    scans: Sequence[RangeScan],
+    stored: Sequence[Path],
+    destination: Destination,
+    stem: str,
+    source_record: SourceRecord,
+    *,
+    lock: FolderLock,
+    settings: Settings,
+    progress: Progress,
+    clock: Clock,
+) -> Outcome:
+    """Store a scan and further shots in the folders `stored`, then restore it. Stored scans survive every later error.
+
+    Raises OverwriteError, NotEnoughSurface, OSError when the disk refuses.
+    """
+    start = clock()
+    for shot, path in zip(scans, stored, strict=True):
+        with new_folder(lock, path.name) as folder:
+            save_scan(shot, folder)
+    report_fields, seconds = (
+        {"scan": str(stored[0]), **source_record.report_fields},
+        {**source_record.seconds, "store": clock() - start},
+    )
+    source_record = replace(source_record, report_fields=report_fields, seconds=seconds)
+    try:
+        scan = _combined_shots(scans)
+        outcome = restore_scan(
+            scan, destination, stem, source_record, lock=lock, settings=settings, progress=progress, clock=clock
+        )
+    except BaseException as error:
+        force = ["--force"] if destination.force else []
+        again = shlex.join(
+            ["planish", "restore", str(stored[0]), *_options(stored[1:]), "-o", str(destination.folder), *force]
+        )
+        error.add_note(f"the scan is safe in {stored[0]}; restore it with: {again}")
+        raise
+    return replace(outcome, files=(*stored, *outcome.files))
+
+
+def _phone_capture(source: Path, texture: Path | None, shots: Sequence[Path]) -> PhoneCapture:
+    if texture is not None or shots:
+        raise UsageError(f"{source} brings its own photographs", "leave --texture and --shot out; --photo adds another")
+    from restore import load_phone_capture  # brings photogrammetry, which no other scan needs
+
+    return load_phone_capture(source)
+
+
+def stem_of(source: Path) -> str:
+    """A scan file's name without the endings of its format (book.abs.gz → book), a scan folder's without `.scan`."""
+    if source.is_dir():
+        name = source.resolve().name
+        return name.removesuffix(SCAN_SUFFIX) or name
+    return scan_stem(source)
+
+
+def _check_programs(destination: Destination) -> None:
+    if "ocr" in destination.kinds:
+        check_language(find_tesseract(), destination.language)
+    if destination.turn == Turn.AUTO:
+        find_tesseract()
+
+
+def scan_folders(destination: Destination, names: Sequence[str]) -> list[Path]:
+    """The folders of the scans that a run captures: `<name>.scan`, or with `force` the first number that is free.
+
+    Raises OverwriteError when one is there and `force` is not set.
+    """
+    for number in count(1):
+        suffix = SCAN_SUFFIX if number == 1 else f".{number}{SCAN_SUFFIX}"
+        folders = [destination.folder / (name + suffix) for name in names]
+        if not destination.force:
+            refuse_captured(folders)
+        if not any(os.path.lexists(folder) for folder in folders):
+            return folders
+    raise AssertionError  # count never ends
+
+
+def _options(shots: Sequence[Path]) -> list[str]:
+    return [word for shot in shots for word in ("--shot", str(shot))]
+
+
+def _combined_shots(shots: Sequence[RangeScan | SurfaceMesh]) -> RangeScan | SurfaceMesh:
+    """One scan with the colour image reconstructed from all shots."""
+    if len(shots) == 1:
+        return shots[0]
+    scans = [shot for shot in shots if isinstance(shot, RangeScan)]
+    if len(scans) < len(shots):
+        raise BadInput("a mesh is no shot of the scanner", "give scans as the scanner made them with --shot")
+    return finer_scan(scans)
+
+
+def _capture(config: StationConfig, shots: int, progress: Progress) -> list[RangeScan]:
+    try:
+        scanner = drivers.open_scanner(config.scanner)
+    except drivers.SettingsError as error:
+        raise UsageError(f"configuration: {error}", error.hint) from error
+    with scanner:
+        return [scanner.capture(config.capture, progress) for _ in range(shots)]
+
+
+def restore_scan(
+    scan: RangeScan | SurfaceMesh,
+    destination: Destination,
+    stem: str,
+    source_record: SourceRecord,
+    *,
+    lock: FolderLock,
+    settings: Settings,
+    photos: Sequence[Photograph] = (),
+    input_files: Sequence[Path] = (),
+    examine: Examine = nothing,
+    progress: Progress,
+    clock: Clock,
+) -> Outcome:
+    """Restore the sheets of a scan and write them, with the photographs that they are painted from."""
+    start = clock()
+    sheets = select_sheets(scan, destination.pieces)
+    source_record = replace(source_record, seconds={**source_record.seconds, "separate": clock() - start})
+    if len(sheets) > 1:
+        planned = [path for sheet in sheets for path in destination.files(stem + sheet.suffix)]
+        check_outputs(planned, input_files, force=destination.force)
+    pages: list[Outcome] = []
+    failures: list[tuple[Selected, RestoreError]] = []
+
+    def contents() -> Iterator[tuple[Path, bytes]]:
+        for sheet in sheets:
+            try:
+                restoration = _restore_sheet(
+                    sheet,
+                    destination,
+                    stem,
+                    source_record,
+                    settings=settings,
+                    photos=photos,
+                    examine=examine,
+                    progress=progress,
+                    clock=clock,
+                )
+            except RestoreError as error:
+                failures.append((sheet, error))
+                continue
+            files = destination.files(restoration.stem, colour=restoration.page.flat.texture is not None)
+            pages.append(Outcome(restoration.report, tuple(files)))
+            yield from zip(files, outputs.encode_outputs(restoration, destination.kinds), strict=True)
+        if not pages:
+            raise failures[0][1]
+
+    gone: list[Path] = []
+    if destination.force:
+        possible = [destination.folder / name for name in outputs.names(stem, outputs.KINDS)]
+        gone = superseded(destination.folder / f"{stem}.json", possible, input_files)
+        gone += superseded_pieces(destination.folder, stem, str(source_record.report_fields.get("scan")), input_files)
+    written = tuple(write_all(contents(), force=destination.force, lock=lock, superseded=gone))
+    if len(sheets) == 1:
+        return replace(pages[0], files=written)
+    left_out = [{**sheet.report_fields["piece"], "reason": str(error)} for sheet, error in failures]
+    return Outcome({"pieces": [page.report for page in pages], "left_out": left_out}, written, tuple(pages))
+
+
+def _restore_sheet(
+    sheet: Selected,
+    destination: Destination,
+    stem: str,
+    source_record: SourceRecord,
+    *,
+    settings: Settings,
+    photos: Sequence[Photograph],
+    examine: Examine,
+    progress: Progress,
+    clock: Clock,
+) -> outputs.Restoration:
+    """One sheet restored, its words read when they are asked for, with its report."""
+    recorder = Recorder() if destination.kinds & {"frames", "model"} else None
+    start, stem = clock(), stem + sheet.suffix
+    page = restore(sheet.segmented or sheet.scan, settings, photos=photos, progress=progress, on_step=recorder)
+    if not destination.anyway:
+        check_plausible_page(page.report, len(page.fine.faces))
+    if destination.to_srgb and destination.colours is not None and page.flat.texture is not None:
+        page = convert_to_srgb(page, destination.colours)
+    page, turn_warnings = turned(page, destination.turn)
+    seconds = {**source_record.seconds, **page.report["seconds"]}
+    words = None
+    if "ocr" in destination.kinds:
+        before = clock()
+        words = recognise(page.image, page.dpi, name=f"{stem}.png", language=destination.language)
+        seconds["ocr"] = clock() - before
+    seconds["total"] = sum(source_record.seconds.values()) + clock() - start
+    names = [path.name for path in destination.files(stem, colour=page.flat.texture is not None)]
+    run_fields = {"seconds": seconds, "peak_memory_mb": peak_memory_mib(), "files": names, **sheet.report_fields}
+    run_fields["warnings"] = [
+        *page.report.get("warnings", ()),
+        *source_record.warnings,
+        *sheet.warnings,
+        *turn_warnings,
+    ]
+    fields = {**page.report, **source_record.report_fields, **run_fields, **examine(page, sheet.scan)}
+    report = finite(fields)
+    frames = recorder.frames() if recorder else ()
+    colours = None if destination.to_srgb else destination.colours
+    return outputs.Restoration(stem, page, sheet.scan, frames, report, words, colours, destination.colours)

@@ -1,6 +1,0 @@
-"""The shift: shoot, restore in the background, verdict, accept or shoot again.
-
-keys      the keyboard and the foot-switch, as names of actions
-workers   restorations in a process of their own
-loop      what happens on each key and at the end of each restoration
-"""

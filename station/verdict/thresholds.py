@@ -1,0 +1,58 @@
+"""Limits of the verdict's measures."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict
+
+Limits = tuple[float, float]
+WORSE: Mapping[str, Literal["less", "more"]] = {
+    "covered_share": "less",
+    "hole_mm": "more",
+    "cut_share": "more",
+    "depth_share": "more",
+    "strain_rms": "more",
+    "effective_ppi": "less",
+    "blur_px": "more",
+    "clipped_share": "more",
+    "similarity": "more",
+}
+"""The direction in which each measure is worse."""
+
+
+class Thresholds(BaseModel):
+    """Limits of each check, amber and red; None: not checked.
+
+    Any order is read, as of a session that has such limits: where the first is the greater one, less is worse.
+    `check_limits` refuses the order that no measure has.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    covered_share: Limits | None = None
+    hole_mm: Limits | None = None
+    cut_share: Limits | None = None
+    depth_share: Limits | None = None
+    strain_rms: Limits | None = None
+    effective_ppi: Limits | None = None
+    blur_px: Limits | None = None
+    clipped_share: Limits | None = None
+    similarity: Limits | None = None
+
+
+def check_limits(name: str, limits: Limits | None) -> None:
+    """Raise ValueError where the order of a measure's limits says the opposite of the direction in which it is worse.
+
+    >>> check_limits("blur_px", (2.0, 1.2))
+    Traceback (most recent call last):
+    ValueError: [2.0, 1.2] are in the wrong order: more is worse, so the first must not be the greater one
+    """
+    if limits is None:
+        return
+    falling = limits[0] > limits[1]
+    if falling != (WORSE[name] == "less"):
+        needed = "must not" if falling else "must"
+        raise ValueError(
+            f"{list(limits)} are in the wrong order: {WORSE[name]} is worse, so the first {needed} be the greater one"
+        )

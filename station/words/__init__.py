@@ -1,0 +1,1 @@
+"""Text recognised on a page: words by Tesseract, columns, the text layer."""

@@ -1,0 +1,1 @@
+"""Processes that compute: each ends with its parent, and a crash costs one page."""

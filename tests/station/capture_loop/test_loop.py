@@ -1,0 +1,229 @@
+"""A shift as it is worked: keys in, lines out, events in the session."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from drivers import ScannerError
+from restore import RangeScan
+from station.capture_loop.loop import CaptureLoop
+from station.session import Page, Volume, create_session, open_session, read_session
+from station.session.index import state_of
+from station.session.presets import load_preset
+from station.session.stages import Run
+from station.session.verify import verify
+from station.verdict.same_page import fingerprint
+
+GOOD = {
+    "covered_share": 0.99,
+    "hole_mm": 1.0,
+    "cut_share": 0.0,
+    "depth_share": 0.5,
+    "strain_rms": 0.001,
+    "effective_ppi": 60.0,
+    "blur_px": 0.8,
+    "clipped_share": 0.0,
+}
+
+
+class Restorer:
+    """Restores at once, or when `release` is called; every page looks otherwise, unless `same` is set."""
+
+    def __init__(self) -> None:
+        self.held: list[Callable[[], None]] = []
+        self.hold = self.same = False
+        self.crashes, self.measures, self.calls = 0, dict(GOOD), 0
+
+    def submit(self, source: Path, parameters: object, folder: Path) -> Future[Run]:
+        future: Future[Run] = Future()
+        self.calls += 1
+        random = np.random.default_rng(0 if self.same else self.calls)
+        picture = fingerprint(random.integers(0, 256, (200, 200, 3), np.uint8))
+
+        def finish() -> None:
+            if self.crashes:
+                self.crashes -= 1
+                future.set_exception(BrokenProcessPool())
+                return
+            assert source.exists()
+            folder.mkdir()
+            (folder / "page.png").write_bytes(bytes([self.calls]))
+            future.set_result(Run({"measures": {**self.measures, "fingerprint": picture}}, {"seconds": 1}))
+
+        self.held.append(finish)
+        if not self.hold:
+            self.release()
+        return future
+
+    def release(self) -> None:
+        held, self.held = self.held, []
+        for finish in held:
+            finish()
+
+
+@pytest.fixture
+def book(tmp_path: Path) -> Path:
+    settings = load_preset("leaflet").model_dump(mode="json", exclude_none=True)
+    create_session(tmp_path / "book", Volume(title="A book", settings=settings))
+    return tmp_path / "book"
+
+
+@contextmanager
+def loop_of(book: Path, scan: RangeScan, restorer: Restorer) -> Iterator[tuple[CaptureLoop, list[str]]]:
+    lines = list[str]()
+    with open_session(book) as writer:
+        yield CaptureLoop(writer, lambda: scan, restorer.submit, lines.append), lines
+
+
+def work(book: Path, scan: RangeScan, restorer: Restorer, keys: str) -> list[str]:
+    with loop_of(book, scan, restorer) as (loop, lines):
+        for key in keys:
+            loop.inbox.put(key)
+        loop.inbox.put("")
+        loop.run()
+    assert verify(book).problems == ()
+    return lines
+
+
+def pages(book: Path) -> list[Page]:
+    return list(read_session(book).history.pages())
+
+
+def test_pages_are_shot_restored_judged_and_accepted(book, tiny_scan):
+    lines = work(book, tiny_scan, Restorer(), " \n \nm")
+    assert [(state_of(page), sorted(page.runs)) for page in pages(book)] == [("accepted", ["restore", "verdict"])] * 2
+    assert "page 1 [1r]: GREEN  8 checks" in lines
+    assert "page 2 [1v]: GREEN  9 checks" in lines  # the second is compared with the first
+    assert "page 2 [1v]: marked" in lines
+    assert pages(book)[0].runs["verdict"].facts["result"]["level"] == "green"
+
+
+def test_a_bad_shot_is_told_beside_its_limits_and_shot_again(book, tiny_scan):
+    restorer = Restorer()
+    restorer.measures["blur_px"] = 2.0
+    restorer.measures["hole_mm"] = 40.0
+    lines = work(book, tiny_scan, restorer, " ")
+    assert "page 1 [1r]: RED  8 checks" in lines
+    assert any("red    widest hole 40.0 mm (amber > 5.0 mm, red > 15.0 mm)" in line for line in lines)
+    assert any("amber  focus 2.0 px" in line for line in lines)
+    restorer.measures = dict(GOOD)
+    assert "page 1 [1r]: GREEN  8 checks" in work(book, tiny_scan, restorer, "r")
+    (page,) = pages(book)
+    assert page.capture.parent is not None
+    work(book, tiny_scan, restorer, "u")
+    assert pages(book)[0].runs["verdict"].facts["result"]["level"] == "red"
+
+
+def test_the_same_page_twice_is_seen(book, tiny_scan):
+    restorer = Restorer()
+    restorer.same = True
+    lines = work(book, tiny_scan, restorer, "  ")
+    assert any("same page as page 1 1.00" in line for line in lines)
+
+
+def test_the_next_page_is_shot_while_the_last_is_restored(book, tiny_scan):
+    restorer = Restorer()
+    restorer.hold = True
+    with loop_of(book, tiny_scan, restorer) as (loop, lines):
+        loop.press("shoot")
+        loop.press("shoot")
+        assert [len(page.runs) for page in loop.writer.history.pages()] == [0, 0]
+        loop.press("again")
+        restorer.release()
+        loop.inbox.put("q")
+        loop.run()
+        assert [line for line in lines if "GREEN" in line] == ["page 1 [1r]: GREEN  8 checks"] + [
+            "page 2 [1v]: GREEN  9 checks"
+        ] * 2
+    assert [len(page.runs) for page in pages(book)] == [2, 2]
+
+
+def test_a_shift_is_taken_up_where_it_was(book, tiny_scan):
+    restorer = Restorer()
+    restorer.hold = True
+    with loop_of(book, tiny_scan, restorer) as (loop, _):
+        loop.press("shoot")  # and the power fails
+    lines = work(book, tiny_scan, Restorer(), "\n ")
+    assert lines[0].startswith("A book: 1 pages.")
+    assert [(state_of(page), sorted(page.runs)) for page in pages(book)] == [
+        ("accepted", ["restore", "verdict"]),
+        ("restored", ["restore", "verdict"]),
+    ]
+
+
+def test_a_note_is_typed_and_no_key_of_it_is_an_action(book, tiny_scan):
+    lines = work(book, tiny_scan, Restorer(), " ntorn rq\x7f at the top\n")
+    assert pages(book)[0].decided("note") == "torn r at the top"
+    assert "page 1 [1r]: note: torn r at the top" in lines
+
+
+def test_undo_and_redo(book, tiny_scan):
+    lines = work(book, tiny_scan, Restorer(), " \nuuUU?x")
+    assert state_of(pages(book)[0]) == "accepted"
+    assert lines.count("page 1 [1r]: accept undone") == 1
+    assert "there is nothing more" in work(book, tiny_scan, Restorer(), "U")
+
+
+@pytest.mark.parametrize(("crashes", "told"), [(1, "GREEN"), (2, "not restored: the program ended")])
+def test_a_crash_of_a_restoration_is_tried_again_once(book, tiny_scan, crashes, told):
+    restorer = Restorer()
+    restorer.crashes = crashes
+    assert any(told in line for line in work(book, tiny_scan, restorer, " "))
+
+
+def test_a_fault_of_the_program_costs_one_page(book, tiny_scan):
+    restorer = Restorer()
+
+    def faulty(source: Path, parameters: object, folder: Path) -> Future[Run]:
+        future: Future[Run] = Future()
+        folder.mkdir()
+        (folder / "half.png").write_bytes(b"half")
+        future.set_exception(ZeroDivisionError("no such page"))
+        return future
+
+    with loop_of(book, tiny_scan, restorer) as (loop, lines):
+        loop.submit = faulty
+        loop.press("shoot")
+        loop.finish(loop.inbox.get())
+        loop.submit = restorer.submit
+        loop.press("shoot")
+        loop.finish(loop.inbox.get())
+    assert any("RED  not restored: unexpected fault: ZeroDivisionError: no such page" in line for line in lines)
+    first, second = pages(book)
+    assert (dict(first.runs["restore"].files), "verdict" in first.runs) == ({}, False)
+    assert "verdict" in second.runs
+
+
+def test_a_full_disk_ends_the_shift(book, tiny_scan):
+    with loop_of(book, tiny_scan, Restorer()) as (loop, _):
+        future: Future[Run] = Future()
+        future.set_exception(OSError(28, "No space left on device"))
+        loop.submit = lambda *_: future
+        loop.press("shoot")
+        with pytest.raises(OSError, match="No space"):
+            loop.finish(loop.inbox.get())
+
+
+def test_a_scanner_that_fails_ends_no_shift(book, tiny_scan):
+    with loop_of(book, tiny_scan, Restorer()) as (loop, lines):
+
+        def fail() -> RangeScan:
+            raise ScannerError("the barrier is on", "take it off")
+
+        loop.shoot = fail
+        loop.press("shoot")
+        loop.shoot = None
+        loop.press("shoot")
+        loop.press("accept")
+    assert lines == [
+        "not shot: the barrier is on (take it off)",
+        "there is no scanner: name its configuration with --config",
+        "there is no page yet: space shoots the first",
+    ]

@@ -1,0 +1,84 @@
+"""Rows of the strip: worst first means what it says; a fault becomes an answer with its key."""
+
+from __future__ import annotations
+
+from types import MappingProxyType
+
+import pytest
+
+from drivers import ScannerError
+from restore import BadInput, NotEnoughSurface
+from station.console.faults import STATUS, ConsoleFault, fault_of
+from station.console.routes.requests import NewSession, Press
+from station.console.shown_pages.rows import finding_of, rank_of
+from station.console.shown_pages.units import UNITS
+from station.errors import FolderInUse, UsageError
+from station.session import Event, Page, SessionDamaged
+from station.verdict.thresholds import Thresholds
+
+
+def page(result=None, verdict=None) -> Page:
+    runs = {}
+    if result is not None:
+        runs["restore"] = Event(2, 1, "stage", "restore@1", None, "", "", {"result": result})
+    if verdict is not None:
+        runs["verdict"] = Event(3, 1, "stage", "verdict@2", None, "", "", {"result": verdict})
+    return Page(1, None, MappingProxyType(runs), MappingProxyType({}))
+
+
+def judged(level: str, value: float, limits=(1.0, 2.0)) -> Page:
+    findings = [{"name": "blur_px", "level": level, "value": value, "limits": list(limits)}]
+    return page({}, {"level": level, "findings": findings})
+
+
+def test_worse_pages_rank_higher():
+    worse = [
+        judged("green", 0.5),
+        judged("green", 0.9),
+        page(),
+        judged("amber", 1.1),
+        judged("amber", 1.9),
+        judged("red", 2.1),
+        judged("red", 50.0),
+        page({"error": "no page"}),
+    ]
+    ranks = [rank_of(one) for one in worse]
+    assert ranks == sorted(ranks)
+    assert len(set(ranks[2:])) == len(ranks[2:])
+    assert rank_of(judged("amber", 0.92, (0.97, 0.9))) > rank_of(judged("amber", 0.96, (0.97, 0.9)))
+
+
+def test_a_finding_says_its_unit_and_its_direction():
+    assert finding_of({"name": "covered_share", "limits": [0.97, 0.9]})["less_is_worse"]
+    assert set(UNITS) == set(Thresholds.model_fields)
+
+
+@pytest.mark.parametrize(
+    ("error", "key", "status"),
+    [
+        (ConsoleFault("busy", "x"), "busy", 409),
+        (FolderInUse("/a", "4711 of anna"), "in_use", 409),
+        (SessionDamaged("x"), "damaged", 422),
+        (UsageError("x"), "invalid", 422),
+        (BadInput("x", "y"), "damaged", 422),
+        (NotEnoughSurface("x", "y"), "damaged", 422),
+        (ScannerError("x"), "no_scanner", 409),
+        (OSError(28, "full"), "disk", 507),
+        (ZeroDivisionError("x"), "fault", 500),
+    ],
+)
+def test_every_error_has_a_key_and_a_status(error, key, status):
+    found = fault_of(error)
+    assert (found.key, found.status) == (key, status)
+    assert set(STATUS) >= {key}
+    assert found.body["error"]["key"] == key
+
+
+@pytest.mark.parametrize(
+    "values", [{"action": "shoot", "page": 0}, {"action": "x"}, {"action": "note", "text": "x" * 2001}]
+)
+def test_requests_have_limits(values):
+    with pytest.raises(ValueError):
+        Press.model_validate(values)
+    with pytest.raises(ValueError):
+        NewSession.model_validate({"name": "x", "title": ""})

@@ -1,0 +1,66 @@
+"""Which way up a page is, by its words."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import replace
+
+import font_source_sans_pro as typeface
+import numpy as np
+import pytest
+from PIL import Image, ImageDraw, ImageFont
+
+from station.choices import Turn
+from station.words.orientation import UNDECIDED, turned, upright_turn
+from station.words.words import ProgramMissing
+
+DPI = 150.0
+TEXT = "A scanner measures the surface of a warped page and the page is laid flat so that its words can be read again."
+
+needs_tesseract = pytest.mark.skipif(shutil.which("tesseract") is None, reason="Tesseract is not installed")
+
+
+@pytest.fixture(scope="module")
+def printed():
+    """A page of ten lines of 12 points."""
+    picture = Image.new("RGB", (900, 600), "white")
+    font = ImageFont.truetype(typeface.SourceSansPro, 25)
+    words = TEXT.split()
+    for line in range(12):
+        text = " ".join(words[(5 * line + k) % len(words)] for k in range(10))
+        ImageDraw.Draw(picture).text((60, 50 + 40 * line), text, font=font, fill="black")
+    return np.asarray(picture)
+
+
+@needs_tesseract
+@pytest.mark.parametrize("degrees", [0, 90, 180, 270])
+def test_the_words_tell_which_way_up_a_page_is(printed, degrees):
+    lying = np.ascontiguousarray(np.rot90(printed, degrees // 90))  # counter-clockwise
+    assert upright_turn(lying, DPI) == degrees
+
+
+@needs_tesseract
+def test_a_page_of_words_is_turned_upright(page, printed):
+    lying = replace(page, image=np.ascontiguousarray(np.rot90(printed)), dpi=DPI)
+    upright, warnings = turned(lying, Turn.AUTO)
+    np.testing.assert_array_equal(upright.image, printed)
+    assert warnings == ()
+
+
+@needs_tesseract
+def test_without_words_the_page_stays_with_a_warning(page):
+    blank = replace(page, image=np.full((300, 200, 3), 250, np.uint8))
+    same, warnings = turned(blank, Turn.AUTO)
+    assert same is blank
+    assert warnings == (UNDECIDED,)
+
+
+def test_a_given_turn_needs_no_words(page):
+    quarter, warnings = turned(page, Turn.QUARTER, which=lambda _: None)
+    np.testing.assert_array_equal(quarter.image, np.rot90(page.image, -1))
+    assert warnings == ()
+
+
+def test_auto_without_tesseract_is_refused(page):
+    with pytest.raises(ProgramMissing):
+        turned(page, Turn.AUTO, which=lambda _: None)
