@@ -21,7 +21,7 @@ lint: $(READY)
 # The API reference of the public doors, from their docstrings.
 docs: $(READY)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
-	$(BIN)/python -m pdoc -o out/docs restore drivers '!drivers.simulated' '!drivers.vivid900'
+	$(BIN)/python -m pdoc -o out/docs restore drivers '!drivers.simulated' '!drivers.vivid900' '!drivers.scsi' '!drivers.stage' '!drivers.safety' '!drivers.trace'
 
 bench: setup
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[bench]'
