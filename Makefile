@@ -25,7 +25,8 @@ lint: .venv/.extra-test
 
 # The API reference of the public doors, from their docstrings.
 docs: .venv/.extra-docs
-	$(BIN)/python -m pdoc -o out/docs restore drivers '!drivers.simulated' '!drivers.vivid900'
+	$(BIN)/python -m pdoc -o out/docs restore drivers '!drivers.simulated' '!drivers.vivid900' '!drivers.scsi' '!drivers.stage' \
+		'!drivers.safety' '!drivers.trace'
 
 bench: setup .venv/.extra-bench
 	$(BIN)/python -m bench

@@ -1,41 +1,25 @@
-"""The command `planish`: options in, exit code out. The work is in `one_page`."""
+"""The command `planish`: the list of its commands, and `main`."""
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Sequence
-from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from station.commands.batch import batch
-from station.commands.calibrate import board, calibrate
+from station.commands.calibrate import axis, board, calibrate
 from station.commands.capture import shoot
 from station.commands.card import card
 from station.commands.compile import warm_up
 from station.commands.devices import devices
 from station.commands.doctor import doctor
 from station.commands.export import export
-from station.commands.options import (
-    Config,
-    Debug,
-    Force,
-    Kinds,
-    Language,
-    Out,
-    Pictures,
-    Reading,
-    Restoration,
-    Run,
-    colours_of,
-    grouped,
-    output_path,
-)
+from station.commands.page import demo, merge, photos, restore, scan
 from station.commands.park import park
 from station.commands.patterns import patterns
 from station.commands.query import ask
+from station.commands.reading import colour, ocr
 from station.commands.serve import serve
 from station.commands.sessions import app as sessions
 from station.commands.sessions import reindex, repair, replay, verify
@@ -51,13 +35,9 @@ from station.commands.terminal import (
 from station.commands.trace import trace
 from station.commands.watch import watch
 from station.errors import USAGE, UsageError, explain
-from station.progress import progress_on
 from station.version import software_version
 
-if TYPE_CHECKING:
-    from station.run.destination import Destination, Outcome
-
-# `one_page` and what it needs take a second to import: inside the commands, so that `--help` answers at once.
+# Commands import what they need inside: it takes seconds, and `--help` answers at once.
 app = typer.Typer(
     add_completion=False, invoke_without_command=True, pretty_exceptions_enable=False, rich_markup_mode=None
 )
@@ -92,224 +72,11 @@ def _planish(
         raise typer.Exit(0 if version else USAGE)
 
 
-@app.command("scan")
-@grouped
-def _scan(
-    config: Config,
-    output: Out,
-    kinds: Kinds,
-    run: Run,
-    average: Annotated[int | None, typer.Option(min=1, max=64, help="Shots to average (1).")] = None,
-    turns: Annotated[int | None, typer.Option(min=2, max=72, help="Views to take on the rotary stage.")] = None,
-    shots: Annotated[
-        int | None,
-        typer.Option("--super", min=4, max=64, help="Shots, the page moved by half a pixel between, for finer colour."),
-    ] = None,
-) -> None:
-    """Capture a page, store the scan, restore the page."""
-    with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
-        from station.config import load_config
-        from station.run.one_page import scan_page
-        from station.run.turntable import scan_views
-
-        station = load_config(config)
-        if average is not None:
-            station = station.model_copy(update={"capture": replace(station.capture, average=average)})
-        destination = _destination(output, replace(kinds, review=True), run)
-        if turns is None:
-            outcome = scan_page(station, destination, shots=shots or 1, progress=progress)
-        else:
-            outcome = scan_views(station, destination, turns=turns, progress=progress)
-    _print_report(outcome, run)
-
-
-@app.command("demo")
-@grouped
-def _demo(output: Out, run: Run) -> None:
-    """Scan a simulated page and restore it: nothing else is needed."""
-    with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
-        from station.config import DEMONSTRATION, load_config
-        from station.run.one_page import scan_page
-
-        destination = _destination(output, Kinds(review=True), run)
-        outcome = scan_page(load_config(DEMONSTRATION), destination, progress=progress)
-    _print_report(outcome, run)
-
-
-@app.command("merge")
-@grouped
-def _merge(
-    views: Annotated[list[Path], typer.Argument(metavar="VIEW...", help="Views that `scan --turns` stored.")],
-    output: Out,
-    run: Run,
-) -> None:
-    """Merge the views of a rotary stage and restore the page."""
-    with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
-        from restore import Settings
-        from station.run.turntable import merge_files
-
-        destination = _destination(output, Kinds(review=True), run)
-        outcome = merge_files(views, destination, settings=Settings(), progress=progress)
-    _print_report(outcome, run)
-
-
-@app.command("axis")
-def _axis(
-    config: Config,
-    output: Out,
-    turns: Annotated[int, typer.Option(min=3, max=72, help="Views of the board.")] = 4,
-    force: Force = False,
-    debug: Debug = False,
-) -> None:
-    """Find the axis of the rotary stage with a flat board of markers on it."""
-    with report_faults(debug=debug), progress_on(sys.stderr) as progress:
-        from station.config import load_config
-        from station.run.destination import Destination
-        from station.run.turntable import axis_table, find_axis
-
-        fit, path = find_axis(load_config(config), Destination(output, force=force), turns=turns, progress=progress)
-        print_result(f"{path}\n{axis_table(fit).rstrip()}")
-
-
-@app.command("restore")
-@grouped
-def _restore(
-    scan: Annotated[
-        Path,
-        typer.Argument(
-            metavar="SCAN",
-            help="A scan: .abs[.gz], .obj, .ply, .stl, .glb, .wrl, .vvd, a scan folder or one of captured patterns; "
-            "a segment: .vcps or tifxyz.",
-        ),
-    ],
-    output: Out,
-    reading: Reading,
-    pictures: Pictures,
-    chosen: Restoration,
-    kinds: Kinds,
-    run: Run,
-) -> None:
-    """Restore the page from a stored scan."""
-    with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
-        from restore import Settings
-        from station.config import build_model
-        from station.run.one_page import restore_file
-
-        outcome = restore_file(
-            scan,
-            replace(_destination(output, kinds, run), pieces=reading.pieces, **colours_of(kinds, chosen)),
-            settings=build_model(Settings, chosen.given, name=chosen.option, hint="see planish restore --help"),
-            texture=pictures.texture,
-            photos=pictures.photo,
-            shots=pictures.shot,
-            unit=reading.unit,
-            progress=progress,
-        )
-    _print_report(outcome, run)
-
-
-@app.command("photos")
-@grouped
-def _photos(
-    pictures: Annotated[
-        list[Path], typer.Argument(metavar="IMG...", help="Photographs of one page from all round, by one lens.")
-    ],
-    output: Out,
-    chosen: Restoration,
-    kinds: Kinds,
-    run: Run,
-    scale: Annotated[
-        str,
-        typer.Option(
-            metavar="card|WxH|none",
-            help="Scale: the card of `planish card` beside the page; the page's width x height in mm; or none.",
-        ),
-    ] = "card",
-) -> None:
-    """Restore a page from photographs of it alone: no scanner (extra `photos`)."""
-    with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
-        from restore import Settings
-        from station.config import build_model
-        from station.run.photos import Scale, photographed_page
-
-        outcome = photographed_page(
-            pictures,
-            replace(_destination(output, kinds, run), **colours_of(kinds, chosen)),
-            settings=build_model(Settings, chosen.given, name=chosen.option, hint="see planish photos --help"),
-            scale=Scale.parse(scale),
-            progress=progress,
-        )
-    _print_report(outcome, run)
-
-
-@app.command("ocr")
-def _ocr(
-    page: Annotated[Path, typer.Argument(metavar="PAGE", help="A restored page, or the folder of results it is in.")],
-    output: Annotated[
-        Path | None,
-        typer.Option(
-            "--output", "-o", metavar="OUT", help="Folder for what is read (the page's own).", parser=output_path
-        ),
-    ] = None,
-    language: Language = "eng",
-    truth: Annotated[
-        Path | None, typer.Option(help="What is printed on the page, as text: tells how well it was read.")
-    ] = None,
-    force: Force = False,
-    debug: Debug = False,
-) -> None:
-    """Read the words of a restored page: text, ALTO and searchable PDF/A (needs Tesseract)."""
-    with report_faults(debug=debug), progress_on(sys.stderr) as progress:
-        from station.run.ocr import read_pages, summary_line
-
-        for read in read_pages(page, output, language=language, truth=truth, force=force, progress=progress):
-            print_result(summary_line(read))
-
-
-@app.command("colour")
-def _colour(
-    target: Annotated[
-        Path, typer.Argument(metavar="TARGET", help="A picture, a restored page or a scan of a ColorChecker Classic.")
-    ],
-    output: Annotated[
-        Path,
-        typer.Option("--output", "-o", metavar="PROFILE", help="The ICC profile to write.", parser=output_path),
-    ],
-    force: Force = False,
-    debug: Debug = False,
-) -> None:
-    """Measure a colour chart: an ICC profile of the camera, and the levels of FADGI and ISO 19264 that it meets."""
-    with report_faults(debug=debug):
-        from station.colour.run import profile_colours, summary_line
-
-        print_result(summary_line(profile_colours(target, output, force=force)))
-
-
 for command in (
+    *(scan, demo, merge, axis, restore, photos, ocr, colour),
     *(devices, doctor, ask, park, trace, board, calibrate, card, patterns, warm_up, watch),
     *(shoot, serve, verify, repair, replay, reindex),
     *(batch, export),
 ):
     app.command()(command)
 app.add_typer(sessions, name="session")
-
-
-def _destination(folder: Path, kinds: Kinds, run: Run) -> Destination:
-    """The destination of a run from its options. Raises BadInput for an unusable profile."""
-    from station.images.icc import read_profile
-    from station.run.destination import Destination
-
-    colours = None if kinds.profile is None else read_profile(kinds.profile)
-    return Destination(folder, kinds.wanted, run.force, kinds.language, colours, turn=run.turn, anyway=run.anyway)
-
-
-def _print_report(outcome: Outcome, run: Run) -> None:
-    """Print the report of a run, as JSON or as a summary."""
-    from station.export.report import encode_report, left_out, summary
-
-    with report_faults(debug=run.debug):
-        if run.as_json:
-            print_result(encode_report(outcome.report).rstrip())
-        else:
-            pages = [summary(page.report, page.files) for page in outcome.pages or (outcome,)]
-            print_result("\n\n".join([*pages, *left_out(outcome.report.get("left_out", ()))]))

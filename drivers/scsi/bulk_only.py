@@ -9,7 +9,7 @@ import struct
 from dataclasses import dataclass
 
 from drivers.scanner import SettingsError, TransportError
-from drivers.scsi.command import MAX_CDB_LENGTH
+from drivers.scsi.checks import MAX_CDB_LENGTH
 
 COMMAND_SIGNATURE, STATUS_SIGNATURE = b"USBC", b"USBS"
 COMMAND_LAYOUT, STATUS_LAYOUT = struct.Struct("<4sIIBBB16s"), struct.Struct("<4sIIB")

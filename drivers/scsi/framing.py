@@ -12,7 +12,7 @@ import struct
 from dataclasses import dataclass
 
 from drivers.scanner import TransportError
-from drivers.scsi.command import MAX_CDB_LENGTH
+from drivers.scsi.checks import MAX_CDB_LENGTH
 from drivers.scsi.transport import Reply
 
 PREFIX = struct.Struct(">I")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from drivers.scanner import TransportError
-from drivers.scsi.command import check_command, with_sense
+from drivers.scsi.checks import check_command, with_sense
 from drivers.scsi.transport import DEFAULT_TIMEOUT_S, Reply, Target
 
 MAX_TRANSFER = 1 << 20  # what an SG_IO host adapter commonly allows

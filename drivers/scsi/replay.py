@@ -14,7 +14,7 @@ from typing import IO, Annotated, Any, Literal, Self, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from drivers.scanner import TransportError
-from drivers.scsi.command import check_command
+from drivers.scsi.checks import check_command
 from drivers.scsi.transport import DEFAULT_TIMEOUT_S, Reply, Transport
 from restore.files import read_regular
 

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from drivers.scanner import TransportError
-from drivers.scsi.command import SAFE_TRANSFER, check_command, with_sense
+from drivers.scsi.checks import SAFE_TRANSFER, check_command, with_sense
 from drivers.scsi.ownership import in_use, lock_node
 from drivers.scsi.transport import CHECK_CONDITION, DEFAULT_TIMEOUT_S, GOOD, Reply
 

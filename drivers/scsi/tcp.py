@@ -9,7 +9,7 @@ import time
 from contextlib import suppress
 
 from drivers.scanner import TransportError
-from drivers.scsi.command import check_command, with_sense
+from drivers.scsi.checks import check_command, with_sense
 from drivers.scsi.framing import (
     MAX_DATA,
     PREFIX,

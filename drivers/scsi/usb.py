@@ -19,7 +19,7 @@ from drivers.scanner import SettingsError, TransportError
 from drivers.scsi.bridges import BRIDGES, MAX_TARGET, PLAIN_BRIDGE, Bridge
 from drivers.scsi.bulk_exchange import Deadline, NoSuchTarget, run_command
 from drivers.scsi.bulk_only import CommandWrapper
-from drivers.scsi.command import SAFE_TRANSFER, check_command, with_sense
+from drivers.scsi.checks import SAFE_TRANSFER, check_command, with_sense
 from drivers.scsi.pipes import Pipes
 from drivers.scsi.transport import BUSY, CHECK_CONDITION, DEFAULT_TIMEOUT_S, Reply
 

@@ -24,7 +24,7 @@ from drivers.simulated.imaging.shot import printed
 from restore import RangeScan
 from station.config import StationConfig
 from station.console.serving import Address, serve
-from station.console.state.app_state import Desk
+from station.console.state.app_state import AppState
 from station.run.small_page import small_page
 
 PAGE_MM = (106.0, 75.0)
@@ -87,8 +87,8 @@ def main(folder: Path, laser_s: float = LASER_S) -> int:
     from threading import Event
 
     config = StationConfig(scanner={"driver": "simulated", "lens": LENS})
-    desk = Desk(folder, config, open_scanner=lambda _config: LeafScanner(folder, Event().wait, laser_s))
-    serve(desk, Address(port=0), show=lambda link: print(link, flush=True))
+    app_state = AppState(folder, config, open_scanner=lambda _config: LeafScanner(folder, Event().wait, laser_s))
+    serve(app_state, Address(port=0), show=lambda link: print(link, flush=True))
     return 0
 
 

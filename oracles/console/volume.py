@@ -16,7 +16,7 @@ from drivers.scanner import Progress
 from restore import RangeScan
 from station.config import StationConfig
 from station.console.serving import Address, serve
-from station.console.state.app_state import Desk
+from station.console.state.app_state import AppState
 
 NEXT = "next-shot"
 LENS, DISTANCE_MM = "TELE", 900.0
@@ -61,8 +61,8 @@ def scene(number: int) -> dict[str, Any]:
 
 def main(folder: Path) -> int:
     """Serve until a signal ends it."""
-    desk = Desk(folder, StationConfig(scanner=dict(TABLE)), open_scanner=lambda _table: VolumeScanner(folder))
-    serve(desk, Address(port=0), show=lambda link: print(link, flush=True))
+    app_state = AppState(folder, StationConfig(scanner=dict(TABLE)), open_scanner=lambda _table: VolumeScanner(folder))
+    serve(app_state, Address(port=0), show=lambda link: print(link, flush=True))
     return 0
 
 

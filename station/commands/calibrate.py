@@ -1,9 +1,10 @@
-"""`planish board` and `planish calibrate`: the geometry of a body and its lens from scans of a marker board."""
+"""`planish board`, `calibrate` and `axis`: a body and its lens, and a rotary stage, from scans of a marker board."""
 
 from __future__ import annotations
 
 import json
 import re
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -11,9 +12,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from station.commands.options import Debug, Force, Json, output_path, require_suffix
+from station.commands.options import Config, Debug, Force, Json, Out, output_path, require_suffix
 from station.commands.terminal import print_result, report_faults
 from station.errors import UsageError
+from station.progress import progress_on
 
 if TYPE_CHECKING:
     from drivers.vivid900.calibrating.board import Board
@@ -88,6 +90,23 @@ def calibrate(
         summary = list(_summary(result, len(shots)))
         write_all([(output, encode_calibration(result.calibration, comments=summary).encode())], force=force)
         print_result(json.dumps(asdict(result)) if as_json else "\n".join([*summary, str(output)]))
+
+
+def axis(
+    config: Config,
+    output: Out,
+    turns: Annotated[int, typer.Option(min=3, max=72, help="Views of the board.")] = 4,
+    force: Force = False,
+    debug: Debug = False,
+) -> None:
+    """Find the axis of the rotary stage with a flat board of markers on it."""
+    with report_faults(debug=debug), progress_on(sys.stderr) as progress:
+        from station.config import load_config
+        from station.run.destination import Destination
+        from station.run.turntable import axis_table, find_axis
+
+        fit, path = find_axis(load_config(config), Destination(output, force=force), turns=turns, progress=progress)
+        print_result(f"{path}\n{axis_table(fit).rstrip()}")
 
 
 def _board(columns: int, rows: int, marker_mm: float, pitch_mm: float) -> Board:

@@ -49,7 +49,7 @@ def serve(
 
         try:
             from station.console.serving import LOCALHOST, Address, serve
-            from station.console.state.app_state import Desk
+            from station.console.state.app_state import AppState
             from station.console.vendored import remedy
         except ImportError as error:
             raise UsageError(
@@ -64,7 +64,9 @@ def serve(
             raise UsageError(f"{folder} is no folder", "make it, or name the one with the sessions")
         configuration = None if config is None else load_config(config)
         named = "" if config is None else str(config.resolve() if config.suffix == ".toml" else config)
-        desk = Desk(folder.resolve(), configuration, station=named, enter=lambda session: enter(index, session))
+        app_state = AppState(
+            folder.resolve(), configuration, station=named, enter=lambda session: enter(index, session)
+        )
 
         if told := remedy():
             print_note(told)
@@ -75,7 +77,7 @@ def serve(
             print_result(link)
             print_note("open this link in the browser; Ctrl-C ends")
 
-        serve(desk, Address(listen, port, cert, key), show=show)
+        serve(app_state, Address(listen, port, cert, key), show=show)
 
 
 def print_code(link: str) -> None:

@@ -11,20 +11,20 @@ from station.console.http.files import PageFile, list_page
 from station.console.http.guard import App, Door, Guard
 from station.console.routes import jobs, pages, pictures, settings, station, words
 from station.console.routes.answers import answer_faults
-from station.console.state.app_state import Desk
+from station.console.state.app_state import AppState
 from station.version import software_version
 
 
-def build_app(desk: Desk, door: Door, files: Mapping[str, PageFile] | None = None) -> App:
+def build_app(app_state: AppState, door: Door, files: Mapping[str, PageFile] | None = None) -> App:
     """The console as an ASGI application. files: those of the page; the shipped ones by default."""
 
     @asynccontextmanager
     async def life(_app: FastAPI) -> AsyncIterator[None]:
-        await desk.start()
+        await app_state.start()
         try:
             yield
         finally:
-            await desk.stop()
+            await app_state.stop()
 
     app = FastAPI(
         title="Planish console",
@@ -35,7 +35,7 @@ def build_app(desk: Desk, door: Door, files: Mapping[str, PageFile] | None = Non
         lifespan=life,
         redirect_slashes=False,
     )
-    app.state.desk, app.state.door = desk, door
+    app.state.app_state, app.state.door = app_state, door
     app.state.files = list_page() if files is None else files
     for routes in (station, pages, pictures, settings, jobs, words):
         app.include_router(routes.router)

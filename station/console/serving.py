@@ -21,7 +21,7 @@ from drivers.safety.parking import run_parked
 from station.console.app import build_app
 from station.console.http.guard import App, Door
 from station.console.http.protocol import ConsoleProtocol
-from station.console.state.app_state import Desk
+from station.console.state.app_state import AppState
 from station.errors import UsageError
 
 LOCALHOST = "127.0.0.1"
@@ -104,7 +104,7 @@ def link_of(address: Address, port: int, door: Door) -> str:
     return f"{address.scheme}://{host}:{port}/enter?token={door.token}"
 
 
-def serve(desk: Desk, address: Address, *, show: Callable[[str], None]) -> None:
+def serve(app_state: AppState, address: Address, *, show: Callable[[str], None]) -> None:
     """Serve the console until a signal ends the process. show: prints the link when the server answers.
 
     Raises UsageError for the address, ScannerError when the scanner could not be parked.
@@ -114,14 +114,16 @@ def serve(desk: Desk, address: Address, *, show: Callable[[str], None]) -> None:
     with listener:
         port = listener.getsockname()[1]
         door = door_of(address, port)
-        server = ConsoleServer(desk, build_app(desk, door), address, lambda: show(link_of(address, port, door)))
-        run_parked(lambda: asyncio.run(server.serve(sockets=[listener])), [desk.end])
+        server = ConsoleServer(
+            app_state, build_app(app_state, door), address, lambda: show(link_of(address, port, door))
+        )
+        run_parked(lambda: asyncio.run(server.serve(sockets=[listener])), [app_state.end])
 
 
 class ConsoleServer(uvicorn.Server):
-    """uvicorn's server with our protocol, whose end waits for the desk."""
+    """uvicorn's server with our protocol, whose end waits for the console's state."""
 
-    def __init__(self, desk: Desk, app: App, address: Address, ready: Callable[[], None]) -> None:
+    def __init__(self, app_state: AppState, app: App, address: Address, ready: Callable[[], None]) -> None:
         config = uvicorn.Config(
             app,
             http=ConsoleProtocol,
@@ -141,7 +143,7 @@ class ConsoleServer(uvicorn.Server):
             ssl_keyfile=address.key,
         )
         super().__init__(config)
-        self._desk, self._ready = desk, ready
+        self._desk, self._ready = app_state, ready
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:  # noqa: ARG002 — a signal handler's
         """End after what is being done; a second signal changes nothing, for the laser has to be off first."""
@@ -169,5 +171,5 @@ class ConsoleServer(uvicorn.Server):
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """End the streams first: they would be waited for."""
-        self._desk.hub.end()
+        self._desk.event_stream.end()
         await super().shutdown(sockets)

@@ -35,7 +35,8 @@ stem = "leaf"
 
 INTERRUPTED = """
 import os, signal, sys
-from station import cli, one_page
+from station import cli
+from station.run import one_page
 one_page.restore = lambda *_, **__: os.kill(os.getpid(), signal.SIGINT)
 sys.exit(cli.main(sys.argv[1:]))
 """

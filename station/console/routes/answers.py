@@ -1,4 +1,4 @@
-"""What the routes share: the desk of a request, the tab that sent it, faults as answers."""
+"""What the routes share: the console's state, the tab that sent it, faults as answers."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fastapi.responses import JSONResponse, Response
 from starlette.exceptions import HTTPException
 
 from station.console.faults import REPORTED, ConsoleFault, fault_of
-from station.console.state.app_state import Desk
+from station.console.state.app_state import AppState
 from station.console.state.control import PROGRAM, agent_of
 from station.session.events import MAX_NUMBER, MAX_PAGE
 
@@ -23,25 +23,25 @@ FAULTS: dict[int | str, dict[str, Any]] = {
 }
 
 
-def desk_of(request: Request) -> Desk:
-    """The desk that the application serves."""
-    desk: Desk = request.app.state.desk
-    return desk
+def app_state_of(request: Request) -> AppState:
+    """The state of the console that the application serves."""
+    app_state: AppState = request.app.state.app_state
+    return app_state
 
 
 def acting(
     request: Request,
     tab: Annotated[str, Header(alias="X-Planish-Tab", pattern=r"^[A-Za-z0-9_-]{1,64}$")] = PROGRAM,
-) -> Desk:
-    """The desk, for a request that changes something: its tab is in control. Raises ConsoleFault."""
-    desk = desk_of(request)
-    if desk.control.require(tab, agent_of(request.headers.get("user-agent", ""))):
-        desk.told.changed()
-    return desk
+) -> AppState:
+    """The state of the console, for a request that changes something: its tab is in control. Raises ConsoleFault."""
+    app_state = app_state_of(request)
+    if app_state.control.require(tab, agent_of(request.headers.get("user-agent", ""))):
+        app_state.broadcast.changed()
+    return app_state
 
 
-Looking = Annotated[Desk, Depends(desk_of)]
-Acting = Annotated[Desk, Depends(acting)]
+Looking = Annotated[AppState, Depends(app_state_of)]
+Acting = Annotated[AppState, Depends(acting)]
 PageNumber = Annotated[int, Path(ge=1, le=MAX_PAGE)]
 EventNumber = Annotated[int, Path(ge=1, le=MAX_NUMBER)]
 

@@ -18,34 +18,34 @@ JobNumber = Annotated[str, Path(pattern=r"^[1-9][0-9]{0,8}$")]
 
 
 @router.get("/jobs")
-def jobs(desk: Looking) -> dict[str, Any]:
+def jobs(app_state: Looking) -> dict[str, Any]:
     """The jobs of this start, the newest first."""
-    return {"jobs": [job.as_json() for job in desk.jobs.all()]}
+    return {"jobs": [job.as_json() for job in app_state.jobs.all()]}
 
 
 @router.get("/jobs/{number}")
-def job(desk: Looking, number: JobNumber) -> dict[str, Any]:
+def job(app_state: Looking, number: JobNumber) -> dict[str, Any]:
     """A job."""
-    return desk.jobs.find(number).as_json()
+    return app_state.jobs.find(number).as_json()
 
 
 @router.post("/jobs/{number}/cancel", status_code=202)
-def cancel(desk: Acting, number: JobNumber) -> dict[str, Any]:
+def cancel(app_state: Acting, number: JobNumber) -> dict[str, Any]:
     """End a job."""
-    return desk.jobs.cancel(number).as_json()
+    return app_state.jobs.cancel(number).as_json()
 
 
 @router.get("/jobs/{number}/files")
-def files(desk: Looking, number: JobNumber) -> dict[str, Any]:
+def files(app_state: Looking, number: JobNumber) -> dict[str, Any]:
     """The files that a job has written."""
-    found = files_of(desk.jobs.find(number))
+    found = files_of(app_state.jobs.find(number))
     return {"files": [{"n": n, "name": name, "bytes": path.stat().st_size} for n, (name, path) in enumerate(found)]}
 
 
 @router.get("/jobs/{number}/files/{place}", response_class=FileResponse)
-def file(desk: Looking, number: JobNumber, place: Annotated[int, Path(ge=0, le=10_000_000)]) -> FileResponse:
+def file(app_state: Looking, number: JobNumber, place: Annotated[int, Path(ge=0, le=10_000_000)]) -> FileResponse:
     """One of them, by its number in the list."""
-    found = files_of(desk.jobs.find(number))
+    found = files_of(app_state.jobs.find(number))
     if place >= len(found):
         raise ConsoleFault("not_found", f"job {number} has {len(found)} files")
     name, path = found[place]
@@ -53,18 +53,22 @@ def file(desk: Looking, number: JobNumber, place: Annotated[int, Path(ge=0, le=1
 
 
 @router.post("/export", status_code=202)
-def export(desk: Acting, wanted: Export) -> dict[str, Any]:
+def export(app_state: Acting, wanted: Export) -> dict[str, Any]:
     """Write a session to a new folder in a format of archives and libraries, and check it."""
-    return desk.begin(export_task(desk.root, desk.folder_of(wanted.session), wanted.format, wanted.url)).as_json()
+    return app_state.begin(
+        export_task(app_state.root, app_state.folder_of(wanted.session), wanted.format, wanted.url)
+    ).as_json()
 
 
 @router.post("/batch", status_code=202)
-def batch(desk: Acting, wanted: Batch) -> dict[str, Any]:
+def batch(app_state: Acting, wanted: Batch) -> dict[str, Any]:
     """Restore all pages of sessions that are not restored."""
-    return desk.begin(batch_task(desk.root, desk.held, wanted.sessions, wanted.workers, desk.now)).as_json()
+    return app_state.begin(
+        batch_task(app_state.root, app_state.held, wanted.sessions, wanted.workers, app_state.now)
+    ).as_json()
 
 
 @router.post("/sessions/{name}/verify", status_code=202)
-def verify(desk: Acting, name: SessionName) -> dict[str, Any]:
+def verify(app_state: Acting, name: SessionName) -> dict[str, Any]:
     """Compare every file of a session with what its events say."""
-    return desk.begin(verify_task(desk.root, desk.held, name)).as_json()
+    return app_state.begin(verify_task(app_state.root, app_state.held, name)).as_json()

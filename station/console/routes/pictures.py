@@ -21,7 +21,7 @@ from station.console.shown_pages.layers import (
     strain_scale,
 )
 from station.console.shown_pages.tiles import KINDS, Pyramid, describe
-from station.console.state.app_state import Desk
+from station.console.state.app_state import AppState
 
 router = APIRouter(prefix="/api", responses=FAULTS)
 Layer = Literal["page", "master", "strain", "coverage", "original"]
@@ -32,14 +32,16 @@ STORED = ("page", "master")  # whose stored file is the whole picture
 
 
 @router.get("/pictures/{event}/{layer}.dzi", response_class=Response)
-def picture(desk: Looking, event: EventNumber, layer: Layer) -> Response:
+def picture(app_state: Looking, event: EventNumber, layer: Layer) -> Response:
     """The Deep Zoom document of a layer."""
-    return Response(describe(_pyramid(desk, event, layer), KINDS[layer]), media_type="application/xml", headers=KEPT)
+    return Response(
+        describe(_pyramid(app_state, event, layer), KINDS[layer]), media_type="application/xml", headers=KEPT
+    )
 
 
 @router.get("/pictures/{event}/{layer}_files/{level}/{column}_{row}.{kind}", response_class=Response)
 def tile(
-    desk: Looking,
+    app_state: Looking,
     event: EventNumber,
     layer: Layer,
     level: Annotated[int, Path(ge=0, le=32)],
@@ -50,56 +52,58 @@ def tile(
     """A tile of a layer."""
     if kind != KINDS[layer]:
         raise ConsoleFault("not_found", f"tiles of {layer} are {KINDS[layer]}")
-    data = encode_picture(_pyramid(desk, event, layer).tile(level, column, row), kind)
+    data = encode_picture(_pyramid(app_state, event, layer).tile(level, column, row), kind)
     return Response(data, media_type=TYPES[kind], headers=KEPT)
 
 
 @router.get("/pictures/{event}/{layer}/thumbnail.jpg", response_class=Response)
-def thumbnail(desk: Looking, event: EventNumber, layer: Literal["page", "master", "original"]) -> Response:
+def thumbnail(app_state: Looking, event: EventNumber, layer: Literal["page", "master", "original"]) -> Response:
     """A layer within 240 pixels."""
-    data = encode_picture(_pyramid(desk, event, layer).thumbnail(), "jpg", quality=80)
+    data = encode_picture(_pyramid(app_state, event, layer).thumbnail(), "jpg", quality=80)
     return Response(data, media_type=TYPES["jpg"], headers=KEPT)
 
 
 @router.get("/pictures/{event}/{layer}/full", response_class=Response)
-def full(desk: Looking, event: EventNumber, layer: Layer) -> Response:
+def full(app_state: Looking, event: EventNumber, layer: Layer) -> Response:
     """The whole of a layer, as PNG."""
-    session = desk.opened().session
+    session = app_state.opened().session
     found = event_of(session, event)
     if layer in STORED:
         data = stored_file(session, found, FILES[layer]).read_bytes()
     else:
-        data = encode_picture(_pyramid(desk, event, layer).levels[-1], "png")
+        data = encode_picture(_pyramid(app_state, event, layer).levels[-1], "png")
     return Response(data, media_type=TYPES["png"], headers=KEPT)
 
 
 @router.get("/pictures/{event}/strain/scale")
-def scale(desk: Looking, event: EventNumber) -> dict[str, Any]:
+def scale(app_state: Looking, event: EventNumber) -> dict[str, Any]:
     """The colours of the strain and its numbers."""
-    session = desk.opened().session
+    session = app_state.opened().session
     arrays, _ = read_model(session, event_of(session, event))
     return strain_scale(arrays["strain"].astype(float))
 
 
 @router.get("/pictures/{event}/coverage/legend")
-def legend(desk: Looking, event: EventNumber) -> dict[str, Any]:
+def legend(app_state: Looking, event: EventNumber) -> dict[str, Any]:
     """The colours of the coverage and their shares of the page."""
-    session = desk.opened().session
+    session = app_state.opened().session
     return coverage_legend(session, event_of(session, event))
 
 
 @router.get("/models/{event}/measure")
 def measure(
-    desk: Looking, event: EventNumber, x0: Millimetres, y0: Millimetres, x1: Millimetres, y1: Millimetres
+    app_state: Looking, event: EventNumber, x0: Millimetres, y0: Millimetres, x1: Millimetres, y1: Millimetres
 ) -> dict[str, Any]:
     """The length between two points: on the page, on the sheet, through space."""
-    return desk.ruler(event).measure((x0, y0), (x1, y1))
+    return app_state.ruler(event).measure((x0, y0), (x1, y1))
 
 
 @router.get("/models/{event}/{kind}", response_class=Response)
-def model(desk: Looking, event: EventNumber, kind: Literal["scan", "mesh", "steps"], faces: bool = True) -> Response:
+def model(
+    app_state: Looking, event: EventNumber, kind: Literal["scan", "mesh", "steps"], faces: bool = True
+) -> Response:
     """A model for the 3D view."""
-    session = desk.opened().session
+    session = app_state.opened().session
     found = event_of(session, event)
     if kind == "scan":
         data = models.scan_model(session, found, faces=faces)
@@ -108,9 +112,9 @@ def model(desk: Looking, event: EventNumber, kind: Literal["scan", "mesh", "step
     return Response(data, media_type="application/octet-stream", headers=KEPT)
 
 
-def _pyramid(desk: Desk, number: int, layer: str) -> Pyramid:
-    session = desk.opened().session
+def _pyramid(app_state: AppState, number: int, layer: str) -> Pyramid:
+    session = app_state.opened().session
     event = event_of(session, number)
     if layer != "original" and FILES[layer] not in event.files:
         raise ConsoleFault("not_found", f"event {number} has no {layer}")
-    return desk.pyramids.get((session.identifier, number, layer), lambda: read_layer(session, event, layer))
+    return app_state.pyramids.get((session.identifier, number, layer), lambda: read_layer(session, event, layer))

@@ -42,7 +42,7 @@ class NewSession(_Request):
     words: bool = False
 
 
-class OpenSession(_Request):
+class OpenRequest(_Request):
     """read_only: look at a session that another process has."""
 
     read_only: bool = False

@@ -13,12 +13,12 @@ router = APIRouter(prefix="/api", responses=FAULTS)
 
 
 @router.get("/settings")
-def settings(desk: Looking) -> dict[str, Any]:
+def settings(app_state: Looking) -> dict[str, Any]:
     """The settings with their ranges and units, beside those of the preset."""
-    return desk.all_settings()
+    return app_state.all_settings()
 
 
 @router.put("/settings")
-def change(desk: Acting, wanted: ChangedSettings) -> dict[str, Any]:
+def change(app_state: Acting, wanted: ChangedSettings) -> dict[str, Any]:
     """Change settings, for scans and restorations from now on."""
-    return desk.change(wanted.values)
+    return app_state.change(wanted.values)

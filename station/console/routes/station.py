@@ -13,19 +13,19 @@ from starlette.types import Receive, Scope, Send
 from station.console.http.files import INDEX, PageFile
 from station.console.http.guard import ENTER_PAGE, Door
 from station.console.routes.answers import FAULTS, Acting, Looking
-from station.console.routes.requests import NewSession, OpenSession, SessionName, TakeControl
+from station.console.routes.requests import NewSession, OpenRequest, SessionName, TakeControl
 from station.console.state import sessions
 from station.console.state.control import agent_of
-from station.console.state.event_stream import Stream
+from station.console.state.event_stream import Subscription
 
 router = APIRouter(responses=FAULTS)
 
 
-class EventStream(StreamingResponse):
+class EventStreamResponse(StreamingResponse):
     """A stream of events, and what is done when it has ended, in whatever way."""
 
-    def __init__(self, stream: Stream, ended: Callable[[], None]) -> None:
-        super().__init__(stream, media_type="text/event-stream")
+    def __init__(self, subscription: Subscription, ended: Callable[[], None]) -> None:
+        super().__init__(subscription, media_type="text/event-stream")
         self._ended = ended
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -65,68 +65,68 @@ def page_file(request: Request, path: str) -> Response:
 
 
 @router.get("/api/state")
-def state(desk: Looking) -> dict[str, Any]:
+def state(app_state: Looking) -> dict[str, Any]:
     """The state of the station."""
-    return desk.state()
+    return app_state.state()
 
 
 @router.get("/api/events", response_class=StreamingResponse, responses={200: {"content": {"text/event-stream": {}}}})
 async def events(
     request: Request,
-    desk: Looking,
+    app_state: Looking,
     tab: Annotated[str, Query(pattern=r"^[A-Za-z0-9_-]{16,64}$")] = "",
     since: Annotated[str, Query(max_length=40)] = "",
     last_event_id: Annotated[str, Header(max_length=40)] = "",
 ) -> StreamingResponse:
     """Events from now on, or from the last one that was received."""
-    stream = desk.hub.stream(last_event_id or since)
-    if tab and desk.control.joined(tab, agent_of(request.headers.get("user-agent", ""))):
-        desk.told.changed()
+    subscription = app_state.event_stream.subscribe(last_event_id or since)
+    if tab and app_state.control.joined(tab, agent_of(request.headers.get("user-agent", ""))):
+        app_state.broadcast.changed()
 
     def left() -> None:
-        stream.close()
+        subscription.close()
         if tab:
-            desk.control.left(tab)
+            app_state.control.left(tab)
 
-    return EventStream(stream, left)
+    return EventStreamResponse(subscription, left)
 
 
 @router.post("/api/control")
-def control(request: Request, desk: Looking, wanted: TakeControl) -> dict[str, Any]:
+def control(request: Request, app_state: Looking, wanted: TakeControl) -> dict[str, Any]:
     """Take control for a tab, or give it away."""
     if wanted.take:
-        desk.control.take(wanted.tab, agent_of(request.headers.get("user-agent", "")))
+        app_state.control.take(wanted.tab, agent_of(request.headers.get("user-agent", "")))
     else:
-        desk.control.release(wanted.tab)
-    desk.told.changed()
-    return desk.state()
+        app_state.control.release(wanted.tab)
+    app_state.broadcast.changed()
+    return app_state.state()
 
 
 @router.get("/api/sessions")
-def list_sessions(desk: Looking) -> dict[str, Any]:
+def list_sessions(app_state: Looking) -> dict[str, Any]:
     """The sessions of the station's folder."""
-    opened = None if desk.sitting is None else desk.sitting.name
-    return {"root": str(desk.root), "sessions": sessions.listed(desk.root, opened)}
+    opened = None if app_state.open_session is None else app_state.open_session.name
+    return {"root": str(app_state.root), "sessions": sessions.listed(app_state.root, opened)}
 
 
 @router.post("/api/sessions", status_code=201)
-def new_session(desk: Acting, wanted: NewSession) -> dict[str, Any]:
+def new_session(app_state: Acting, wanted: NewSession) -> dict[str, Any]:
     """Make a session."""
-    return desk.create(**wanted.model_dump())
+    return app_state.create(**wanted.model_dump())
 
 
 @router.post("/api/sessions/{name}/open")
-def open_session(desk: Acting, name: SessionName, wanted: OpenSession | None = None) -> dict[str, Any]:
+def open_session(app_state: Acting, name: SessionName, wanted: OpenRequest | None = None) -> dict[str, Any]:
     """Open a session."""
-    desk.open(name, read_only=wanted is not None and wanted.read_only)
-    return desk.state()
+    app_state.open(name, read_only=wanted is not None and wanted.read_only)
+    return app_state.state()
 
 
 @router.post("/api/close")
-def close_session(desk: Acting) -> dict[str, Any]:
+def close_session(app_state: Acting) -> dict[str, Any]:
     """Close the open session."""
-    desk.close()
-    return desk.state()
+    app_state.close()
+    return app_state.state()
 
 
 @router.get("/api/presets")

@@ -14,18 +14,18 @@ router = APIRouter(prefix="/api", responses=FAULTS)
 
 
 @router.get("/pages/{number}/words")
-def words(desk: Looking, number: PageNumber) -> dict[str, Any]:
+def words(app_state: Looking, number: PageNumber) -> dict[str, Any]:
     """The words of a page and where they stand."""
-    sitting = desk.opened()
-    restored = sitting.row(number)["restore"]
+    opened = app_state.opened()
+    restored = opened.row(number)["restore"]
     if restored is None:
         raise ConsoleFault("no_words", "this page is not restored")
-    found, _ = desk.words.of(sitting.session, sitting.session.history.event(restored))
+    found, _ = app_state.words.of(opened.session, opened.session.history.event(restored))
     return as_json(found)
 
 
 @router.get("/search")
-def search(desk: Looking, q: Annotated[str, Query(min_length=1, max_length=200)]) -> dict[str, Any]:
+def search(app_state: Looking, q: Annotated[str, Query(min_length=1, max_length=200)]) -> dict[str, Any]:
     """The pages on which a phrase stands."""
-    sitting = desk.opened()
-    return desk.words.search(sitting.session, sitting.rows(), q)
+    opened = app_state.opened()
+    return app_state.words.search(opened.session, opened.rows(), q)

@@ -27,9 +27,9 @@ from station.console.state import sessions, settings, tasks
 from station.console.state.actions import DO, ON_A_PAGE, SHOTS
 from station.console.state.broadcast import Broadcast
 from station.console.state.control import Control
-from station.console.state.event_stream import Hub
+from station.console.state.event_stream import EventStream
 from station.console.state.jobs import COMMAND, Job, Jobs
-from station.console.state.open_session import Listener, Restorations, Sitting, Working
+from station.console.state.open_session import Listener, OpenSession, Restorations, WritableSession
 from station.console.state.preview import Preview, look_at
 from station.console.state.scanner import Open, ScannerOwner
 from station.console.state.shown import stamp, state_of
@@ -47,7 +47,7 @@ Enter = Callable[[Session], None]
 READY: Restorations = partial(background, run_restore, get_ready)
 
 
-class Desk:
+class AppState:
     """The console without HTTP.
 
     root    the folder with the sessions.
@@ -71,13 +71,13 @@ class Desk:
         job_command: tuple[str, ...] = COMMAND,
     ) -> None:
         self.root, self.station, self.now = root, station, now
-        self.hub = Hub()
-        self.told = Broadcast(self.hub, self.state)
+        self.event_stream = EventStream()
+        self.broadcast = Broadcast(self.event_stream, self.state)
         self.control = Control(clock, now)
-        self.scanner = ScannerOwner(config, self.told.changed, now, open_scanner)
-        self.jobs = Jobs(self.told.job, now, command=job_command)
+        self.scanner = ScannerOwner(config, self.broadcast.changed, now, open_scanner)
+        self.jobs = Jobs(self.broadcast.job, now, command=job_command)
         self.pyramids, self.words = Pyramids(), Words()
-        self.sitting: Sitting | None = None
+        self.open_session: OpenSession | None = None
         self.failed: dict[str, Any] | None = None
         self.preview: Preview | None = None
         self._enter, self._restorations = enter, restorations
@@ -88,7 +88,7 @@ class Desk:
 
     async def start(self) -> None:
         """Open the scanner, and send events from now on."""
-        self.told.start()
+        self.broadcast.start()
         self.jobs.start()
         self._watching = asyncio.create_task(self._watch())
         if self.scanner.config is not None:
@@ -97,24 +97,24 @@ class Desk:
     async def stop(self) -> None:
         """End the jobs; send nothing more."""
         await self.jobs.stop()
-        self.told.stop()
+        self.broadcast.stop()
         if self._watching is not None:
             self._watching.cancel()
 
     def end(self) -> None:
         """Let a shot that is under way be stored, close the session, switch the laser off. Raises ScannerError."""
-        sitting, self.sitting = self.sitting, None
-        if isinstance(sitting, Working):
-            ending = threading.Thread(target=sitting.close, daemon=True)
+        opened, self.open_session = self.open_session, None
+        if isinstance(opened, WritableSession):
+            ending = threading.Thread(target=opened.close, daemon=True)
             ending.start()
-            if not sitting.join(SHOT_S):
+            if not opened.join(SHOT_S):
                 self.scanner.cancel()
             ending.join()
         self.scanner.close()
 
     def state(self) -> dict[str, Any]:
         """The state of the station as JSON values. Raises OSError."""
-        return state_of(self.root, self.sitting, self.scanner, self.control, self.jobs, self.failed, self.now())
+        return state_of(self.root, self.open_session, self.scanner, self.control, self.jobs, self.failed, self.now())
 
     # The open session.
 
@@ -124,15 +124,15 @@ class Desk:
             folder = sessions.find(self.root, name)
             self._close()
             self.failed = None
-            self.sitting = self._watched(folder) if read_only else self._worked_on(folder)
+            self.open_session = self._watched(folder) if read_only else self._worked_on(folder)
             self._take_settings()
-        self.told.all_changed()
+        self.broadcast.all_changed()
 
     def close(self) -> None:
         """Close the open session, if there is one. Raises ConsoleFault while a shot is under way."""
         with self._lock:
             self._close()
-        self.told.all_changed()
+        self.broadcast.all_changed()
 
     def create(self, name: str, **fields: Any) -> dict[str, Any]:
         """Make a session, and return its entry in the list. Raises ConsoleFault, UsageError, OSError."""
@@ -142,20 +142,20 @@ class Desk:
         self._enter(session)
         return sessions.entry_of(session, None)
 
-    def opened(self) -> Sitting:
+    def opened(self) -> OpenSession:
         """The open session. Raises ConsoleFault."""
-        sitting = self.sitting
-        if sitting is None:
+        opened = self.open_session
+        if opened is None:
             raise ConsoleFault("no_session_open", "no session is open", "open one, or make one")
-        return sitting
+        return opened
 
-    def working(self) -> Working:
+    def writable(self) -> WritableSession:
         """The open session, to be written to. Raises ConsoleFault when another process has it."""
-        sitting = self.opened()
-        if not isinstance(sitting, Working):
-            held_by = sitting.held_by
+        opened = self.opened()
+        if not isinstance(opened, WritableSession):
+            held_by = opened.held_by
             raise ConsoleFault("in_use", f"process {held_by} has this session", "end it there", held_by=held_by)
-        return sitting
+        return opened
 
     def folder_of(self, name: str | None) -> Path:
         """The folder of a session, of the open one where none is named. Raises ConsoleFault."""
@@ -164,27 +164,27 @@ class Desk:
     @property
     def held(self) -> Path | None:
         """The folder of the session that this process writes to."""
-        return self.sitting.folder if isinstance(self.sitting, Working) else None
+        return self.open_session.folder if isinstance(self.open_session, WritableSession) else None
 
-    def _worked_on(self, folder: Path) -> Working:
+    def _worked_on(self, folder: Path) -> WritableSession:
         shoot = None if self.scanner.config is None else self.scanner.capture
         listener = Listener(self._line, self._session_changed, self._loop_ended)
-        sitting = Working(folder, shoot, listener, restorations=self._restorations)
-        sitting.start()
-        self._enter(sitting.session)
-        return sitting
+        opened = WritableSession(folder, shoot, listener, restorations=self._restorations)
+        opened.start()
+        self._enter(opened.session)
+        return opened
 
-    def _watched(self, folder: Path) -> Sitting:
-        sitting = Sitting(folder, held_by=sessions.holder_of(folder) or "")
-        sitting.rows()
-        return sitting
+    def _watched(self, folder: Path) -> OpenSession:
+        opened = OpenSession(folder, held_by=sessions.holder_of(folder) or "")
+        opened.rows()
+        return opened
 
     def _close(self) -> None:
-        if self.sitting is not None:
-            if not self.sitting.is_read_only and self.scanner.as_json()["busy"] == "shoot":
+        if self.open_session is not None:
+            if not self.open_session.is_read_only and self.scanner.as_json()["busy"] == "shoot":
                 raise ConsoleFault("session_open", "a page is being shot", "wait until it is stored")
-            sitting, self.sitting = self.sitting, None
-            sitting.close()
+            opened, self.open_session = self.open_session, None
+            opened.close()
 
     # What the operator does.
 
@@ -196,25 +196,25 @@ class Desk:
         if action == "preview":
             self.look()
             return None
-        sitting = self.working()
-        page = page or sitting.page
+        opened = self.writable()
+        page = page or opened.page
         if action in ON_A_PAGE:
             if page is None:
                 raise ConsoleFault("no_page", "there is no page yet", "shoot the first one")
-            sitting.row(page)
+            opened.row(page)
         if action in SHOTS:
             self.scanner.reserve("shoot")
 
         def task() -> None:
-            assert sitting.loop is not None
+            assert opened.loop is not None
             try:
-                DO[action](sitting.loop, page or 0, text or "")
+                DO[action](opened.loop, page or 0, text or "")
             finally:
                 if action in SHOTS:
                     self.scanner.release()
                     self._send_rows()  # its restoration has begun
 
-        sitting.do(task)
+        opened.do(task)
         return page
 
     def look(self) -> None:
@@ -228,7 +228,7 @@ class Desk:
 
     def all_settings(self) -> dict[str, Any]:
         """The settings as they stand beside those of the preset."""
-        session = None if self.sitting is None else self.sitting.session
+        session = None if self.open_session is None else self.open_session.session
         base = None if session is None else Preset.model_validate(session.volume.settings)
         return {"groups": settings.groups(self.scanner.configured, base, self._changes())}
 
@@ -236,15 +236,15 @@ class Desk:
         """Change settings by their keys, and return all. Raises ConsoleFault for a value that is not possible."""
         if self.scanner.as_json()["busy"] is not None:
             raise ConsoleFault("busy", "the scanner is shooting", "change settings when it has ended")
-        sitting = None if self.sitting is None else self.working()
-        base = None if sitting is None else Preset.model_validate(sitting.session.volume.settings)
+        opened = None if self.open_session is None else self.writable()
+        base = None if opened is None else Preset.model_validate(opened.session.volume.settings)
         changes = settings.changed(self._changes(), values, self.scanner.configured, base)
-        if sitting is None:
+        if opened is None:
             self._unrecorded = changes
         else:
-            sitting.decide(SETTINGS, settings.as_decision(changes))
+            opened.decide(SETTINGS, settings.as_decision(changes))
         self._take_settings()
-        self.told.changed()
+        self.broadcast.changed()
         return self.all_settings()
 
     def ruler(self, number: int) -> Ruler:
@@ -257,7 +257,7 @@ class Desk:
         return kept[1]
 
     def _changes(self) -> settings.Changes:
-        return self._unrecorded if self.sitting is None else settings.changes_of(self.sitting.session)
+        return self._unrecorded if self.open_session is None else settings.changes_of(self.open_session.session)
 
     def _take_settings(self) -> None:
         """Use the settings of a capture as they are now: a session was opened, a change made or taken back."""
@@ -270,45 +270,45 @@ class Desk:
             number = 1 if self.preview is None else int(self.preview.facts["n"]) + 1
             links = {"image": f"/api/preview/{number}.jpg", "overlay": f"/api/preview/{number}/overlay.png"}
             self.preview = replace(seen, facts={"n": number, "time": stamp(self.now()), **seen.facts, **links})
-            self.hub.publish("preview", self.preview.facts)
+            self.event_stream.publish("preview", self.preview.facts)
         except Exception as error:  # of any kind: a preview ends nothing
             told = problem_of(error)
-            self.told.line(f"no preview: {told['text']}", key="not_shot", data=told)
+            self.broadcast.line(f"no preview: {told['text']}", key="not_shot", data=told)
         finally:
             self.scanner.release()
 
     def _thresholds(self) -> Thresholds:
-        return Thresholds() if self.sitting is None else preset_of(self.sitting.session).thresholds
+        return Thresholds() if self.open_session is None else preset_of(self.open_session.session).thresholds
 
     # What the capture loop reports, from its own thread.
 
     def _line(self, text: str) -> None:
-        self.told.line(text)
+        self.broadcast.line(text)
         self._send_rows()
 
     def _session_changed(self) -> None:
-        if self.sitting is not None:
-            self._enter(self.sitting.session)
+        if self.open_session is not None:
+            self._enter(self.open_session.session)
             self._take_settings()
         self._send_rows()
 
     def _send_rows(self) -> None:
-        sitting = self.sitting
-        if sitting is not None:
-            self.told.rows(sitting.rows())
+        opened = self.open_session
+        if opened is not None:
+            self.broadcast.rows(opened.rows())
 
     def _loop_ended(self, error: BaseException | None) -> None:
         if error is not None:
             self.failed = problem_of(error)
-            self.sitting = None
+            self.open_session = None
             self.scanner.release()
-        self.told.all_changed()
+        self.broadcast.all_changed()
 
     async def _watch(self) -> None:
         """Look at a session that another process writes to, while one is open and somebody looks."""
         while True:
             await asyncio.sleep(WATCH_S)
-            sitting = self.sitting
-            if sitting is not None and sitting.is_read_only and self.hub.count:
+            opened = self.open_session
+            if opened is not None and opened.is_read_only and self.event_stream.count:
                 with suppress(Exception):
                     await asyncio.to_thread(self._send_rows)

@@ -8,17 +8,17 @@ from contextlib import suppress
 from typing import Any
 
 from station.console.shown_pages.rows import Row
-from station.console.state.event_stream import Hub
+from station.console.state.event_stream import EventStream
 from station.console.state.jobs import Job
 
 STATE_S = 0.1  # at least, between two states that are sent
 
 
 class Broadcast:
-    """Events of a desk. Its methods may be called from any thread. state: gives the state as JSON values."""
+    """Events of the console. Its methods may be called from any thread. state: gives the state as JSON values."""
 
-    def __init__(self, hub: Hub, state: Callable[[], dict[str, Any]]) -> None:
-        self.hub, self._state = hub, state
+    def __init__(self, event_stream: EventStream, state: Callable[[], dict[str, Any]]) -> None:
+        self.event_stream, self._state = event_stream, state
         self._loop: asyncio.AbstractEventLoop | None = None
         self._planned = False
         self._sent: dict[int, Row] = {}
@@ -26,11 +26,11 @@ class Broadcast:
     def start(self) -> None:
         """Send from now on, in the running loop."""
         self._loop = asyncio.get_running_loop()
-        self.hub.start()
+        self.event_stream.start()
 
     def stop(self) -> None:
         """Send nothing more."""
-        self.hub.end()
+        self.event_stream.end()
         self._loop = None
 
     def changed(self) -> None:
@@ -42,7 +42,7 @@ class Broadcast:
     def all_changed(self) -> None:
         """Have the pages loaded anew."""
         self._sent = {}
-        self.hub.publish("pages", {})
+        self.event_stream.publish("pages", {})
         self.changed()
 
     def rows(self, rows: Sequence[Row]) -> None:
@@ -52,21 +52,21 @@ class Broadcast:
         if [*before] == [*now][: len(before)]:
             for number, row in now.items():
                 if before.get(number) != row:
-                    self.hub.publish("page", {"page": row})
+                    self.event_stream.publish("page", {"page": row})
         else:
-            self.hub.publish("pages", {})
+            self.event_stream.publish("pages", {})
         self.changed()
 
     def line(self, text: str, *, key: str = "", page: int | None = None, data: dict[str, Any] | None = None) -> None:
         """Send a line for the operator; one of a capture loop has a key and a page of its own."""
         key = key or getattr(text, "key", "line")
-        self.hub.publish(
+        self.event_stream.publish(
             "message", {"text": str(text), "key": key, "page": page or getattr(text, "page", None), "data": data or {}}
         )
 
     def job(self, job: Job) -> None:
         """Send a job, with the last of its items."""
-        self.hub.publish("job", job.as_json() | {"items": job.items[-1:]})
+        self.event_stream.publish("job", job.as_json() | {"items": job.items[-1:]})
         self.changed()
 
     def _plan(self) -> None:
@@ -76,6 +76,6 @@ class Broadcast:
 
     def _send_state(self) -> None:
         self._planned = False
-        if self.hub.count:
+        if self.event_stream.count:
             with suppress(OSError, ValueError):  # of the disk: the next state is sent again
-                self.hub.publish("state", self._state())
+                self.event_stream.publish("state", self._state())

@@ -20,7 +20,7 @@ RETRY_MS = 1000
 REFUSED = {"Retry-After": "5", "Connection": "close"}
 
 
-class Hub:
+class EventStream:
     """The streams of events and the latest events. `publish` may be called from any thread."""
 
     def __init__(self, *, max_streams: int = MAX_STREAMS, beat_s: float = BEAT_S) -> None:
@@ -29,7 +29,7 @@ class Hub:
         self._loop: asyncio.AbstractEventLoop | None = None
         self._kept: deque[tuple[int, bytes]] = deque(maxlen=KEPT)
         self._last = 0
-        self._streams: set[Stream] = set()
+        self._streams: set[Subscription] = set()
         self._open = True
 
     def start(self) -> None:
@@ -47,8 +47,8 @@ class Hub:
     def end(self) -> None:
         """End every stream; new ones are refused."""
         self._open = False
-        for stream in list(self._streams):
-            stream.end()
+        for subscription in list(self._streams):
+            subscription.end()
 
     @property
     def count(self) -> int:
@@ -67,19 +67,19 @@ class Hub:
                 headers=REFUSED,
             )
 
-    def stream(self, since: str = "") -> Stream:
+    def subscribe(self, since: str = "") -> Subscription:
         """A stream that has its place from now on, until it is closed. since: id of the last event that was received.
 
         Raises ConsoleFault when there is no place.
         """
         self.check_free()
-        stream = Stream(self._beat_s, self._streams.discard)
-        self._streams.add(stream)
+        subscription = Subscription(self._beat_s, self._streams.discard)
+        self._streams.add(subscription)
         hello = _frame("hello", json.dumps({"boot": self.boot, "last": self._last}))
-        stream.put(b"retry: %d\n\n" % RETRY_MS + hello)
+        subscription.put(b"retry: %d\n\n" % RETRY_MS + hello)
         for frame in self._missed(since):
-            stream.put(frame)
-        return stream
+            subscription.put(frame)
+        return subscription
 
     def _missed(self, since: str) -> list[bytes]:
         """The events after one; `reset` when they are not all kept, none for a stream that begins."""
@@ -95,20 +95,20 @@ class Hub:
         self._last += 1
         frame = _frame(name, line, f"{self.boot}-{self._last}")
         self._kept.append((self._last, frame))
-        for stream in self._streams:
-            stream.put(frame)
+        for subscription in self._streams:
+            subscription.put(frame)
 
 
-class Stream:
+class Subscription:
     """The frames that one client has not taken yet, as an asynchronous iterator of bytes."""
 
-    def __init__(self, beat_s: float, closed: Callable[[Stream], None]) -> None:
+    def __init__(self, beat_s: float, closed: Callable[[Subscription], None]) -> None:
         self._beat_s, self._close = beat_s, closed
         self._frames: deque[bytes] = deque()
         self._there = asyncio.Event()
         self._ended = False
 
-    def __aiter__(self) -> Stream:
+    def __aiter__(self) -> Subscription:
         return self
 
     async def __anext__(self) -> bytes:

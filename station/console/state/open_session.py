@@ -32,7 +32,7 @@ IN_BACKGROUND: Restorations = partial(background, run_restore)
 
 @dataclass(frozen=True)
 class Listener:
-    """What a sitting calls, from its own thread.
+    """What an open session calls, from its own thread.
 
     line     with each line for the operator.
     changed  when rows or the state have changed.
@@ -48,7 +48,7 @@ class _Leave(Exception):
     """Raised in the loop's thread to end it: what is being restored is taken up at the next opening."""
 
 
-class Sitting:
+class OpenSession:
     """An open session.
 
     name  of its folder. held_by: the process that has it, when it is only read.
@@ -115,7 +115,7 @@ class Sitting:
         """Let the session go."""
 
 
-class Working(Sitting):
+class WritableSession(OpenSession):
     """A session that this process writes to. `start` returns when it is open."""
 
     def __init__(
@@ -150,15 +150,15 @@ class Working(Sitting):
 
     @property
     def session(self) -> Session:
-        return self._working.writer.session
+        return self._running.writer.session
 
     @property
     def page(self) -> int | None:
-        return self._working.page
+        return self._running.page
 
     @property
     def restoring(self) -> list[int]:
-        return self._working.restoring
+        return self._running.restoring
 
     @property
     def recovery(self) -> dict[str, Any] | None:
@@ -169,7 +169,7 @@ class Working(Sitting):
 
     def do(self, task: Task) -> None:
         """Have something done by the loop, between two keys."""
-        self._working.inbox.put(task)
+        self._running.inbox.put(task)
 
     def decide(self, name: str, value: object) -> None:
         """Record a decision on the volume, and wait until it is. Raises OSError when the disk refuses."""
@@ -177,7 +177,7 @@ class Working(Sitting):
 
         def task() -> None:
             try:
-                decide(self._working.writer, name, value)
+                decide(self._running.writer, name, value)
                 done.set_result(None)
             except BaseException as error:
                 done.set_exception(error)
@@ -202,7 +202,7 @@ class Working(Sitting):
         return not self._thread.is_alive()
 
     @property
-    def _working(self) -> CaptureLoop:
+    def _running(self) -> CaptureLoop:
         assert self.loop is not None  # `start` has returned
         return self.loop
 
@@ -215,7 +215,7 @@ class Working(Sitting):
                     self._opened.set_exception(error)
                     return
                 self._opened.set_result(None)
-                self._working.run()
+                self._running.run()
         except _Leave:
             self._listener.ended(None)
         except BaseException as error:

@@ -9,7 +9,7 @@ from typing import Any
 
 from station.console.state.control import Control
 from station.console.state.jobs import Jobs
-from station.console.state.open_session import Sitting
+from station.console.state.open_session import OpenSession
 from station.console.state.scanner import ScannerOwner
 from station.session.history import redo_target, undo_target
 from station.session.overview import missing_labels
@@ -20,7 +20,7 @@ SHOWN_JOBS = 20
 
 def state_of(
     root: Path,
-    sitting: Sitting | None,
+    opened: OpenSession | None,
     scanner: ScannerOwner,
     control: Control,
     jobs: Jobs,
@@ -36,12 +36,12 @@ def state_of(
         "version": software_version(),
         "time": stamp(now),
         "scanner": scanner.as_json(),
-        "session": None if sitting is None else session_state(sitting),
-        "recovery": None if sitting is None else sitting.recovery,
+        "session": None if opened is None else session_state(opened),
+        "recovery": None if opened is None else opened.recovery,
         "disk": {
             "free_bytes": usage.free,
             "total_bytes": usage.total,
-            "shots_left": None if sitting is None else shots_left(sitting, usage.free),
+            "shots_left": None if opened is None else shots_left(opened, usage.free),
         },
         "control": control.as_json(),
         "jobs": [job.as_json() | {"items": job.items[-1:]} for job in jobs.all()[:SHOWN_JOBS]],
@@ -49,26 +49,26 @@ def state_of(
     }
 
 
-def session_state(sitting: Sitting) -> dict[str, Any]:
+def session_state(opened: OpenSession) -> dict[str, Any]:
     """The open session: what it is of, how far it is, what undo and redo would do."""
-    session, rows = sitting.session, sitting.rows()
+    session, rows = opened.session, opened.rows()
     volume, history = session.volume, session.history
     steps = {"undo": undo_target(history), "redo": redo_target(history)}
     numbers = {row["page"] for row in rows}
     return {
-        "name": sitting.name,
+        "name": opened.name,
         "id": session.identifier,
         "title": volume.title,
         "project": volume.project,
         "organisation": volume.organisation,
         "preset": volume.preset,
-        "folder": str(sitting.folder),
-        "read_only": sitting.is_read_only,
-        "held_by": sitting.held_by or None,
+        "folder": str(opened.folder),
+        "read_only": opened.is_read_only,
+        "held_by": opened.held_by or None,
         "events": len(history.events),
         "pages": len(rows),
-        "current": sitting.page if sitting.page in numbers else None,
-        "restoring": sitting.restoring,
+        "current": opened.page if opened.page in numbers else None,
+        "restoring": opened.restoring,
         "missing": missing_labels(session),
         **{
             name: None if step is None else {"step": step.name, "page": step.page or None}
@@ -77,9 +77,9 @@ def session_state(sitting: Sitting) -> dict[str, Any]:
     }
 
 
-def shots_left(sitting: Sitting, free: int) -> int | None:
+def shots_left(opened: OpenSession, free: int) -> int | None:
     """How many further pages the disk takes, by the mean of the latest ones; None before the first."""
-    sizes = sitting.page_sizes()
+    sizes = opened.page_sizes()
     return int(free / (sum(sizes) / len(sizes))) if sizes and sum(sizes) else None
 
 

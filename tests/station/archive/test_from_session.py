@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from restore import RangeScan
+from station.archive.deliver import Format
 from station.archive.from_session import scan_of, volume_of
 from station.archive.volume import Role
 from station.cli import main
+from station.commands.export import FORMATS
 from station.images.png import encode_png
 from station.session import Volume, add_scan, create_session, decide, open_session, read_session, record_run, undo
 from station.session.adding import add_original
@@ -92,7 +94,11 @@ def test_a_mesh_is_delivered_in_the_unit_of_its_capture_or_its_restoration(tmp_p
     assert sizes == [90.0, 228.6]
 
 
-@pytest.mark.parametrize("kind", ["bagit", "mets", "iiif", "pdf", "tiff", "mesh"])
+def test_the_command_offers_every_format() -> None:
+    assert tuple(Format) == FORMATS
+
+
+@pytest.mark.parametrize("kind", FORMATS)
 def test_the_command_says_what_is_missing(folder, tmp_path, capsys, kind) -> None:
     before = {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
     assert main(["export", str(folder), "--to", kind, "-o", str(tmp_path / "out")]) == 0

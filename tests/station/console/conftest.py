@@ -24,7 +24,7 @@ from station.config import StationConfig
 from station.console.app import build_app
 from station.console.http.files import list_page
 from station.console.serving import Address, ConsoleServer, bind, door_of
-from station.console.state.app_state import Desk
+from station.console.state.app_state import AppState
 from station.session import Volume, create_session
 from station.session.presets import load_preset
 from station.session.stages import Run, Submit
@@ -143,7 +143,7 @@ class StandInRestorer:
 class Served:
     """A console that answers, and what it works with."""
 
-    desk: Desk
+    app_state: AppState
     port: int
     token: str
     cookie: str
@@ -186,26 +186,26 @@ def serving(
     page: Path | None = None,
     **options: Any,
 ) -> Iterator[Served]:
-    """A console for a folder of sessions, ended with the block. options: of the desk."""
-    desk = Desk(root, config, open_scanner=lambda _config: scanner, restorations=restorer, **options)
+    """A console for a folder of sessions, ended with the block. options: of its state."""
+    app_state = AppState(root, config, open_scanner=lambda _config: scanner, restorations=restorer, **options)
     address = Address(port=0)
     with bind(address) as listener:
         port = listener.getsockname()[1]
         door = door_of(address, port)
         ready = threading.Event()
-        guard = build_app(desk, door, {} if page is None else list_page(page))
-        server = ConsoleServer(desk, guard, address, ready.set)
+        guard = build_app(app_state, door, {} if page is None else list_page(page))
+        server = ConsoleServer(app_state, guard, address, ready.set)
         thread = threading.Thread(target=lambda: asyncio.run(server.serve(sockets=[listener])))
         thread.start()
         try:
             assert ready.wait(WAIT_S)
-            wait_for(lambda: desk.scanner.as_json()["busy"] is None, "the scanner")
-            yield Served(desk, port, door.token, door.cookie, scanner, restorer, root, guard)
+            wait_for(lambda: app_state.scanner.as_json()["busy"] is None, "the scanner")
+            yield Served(app_state, port, door.token, door.cookie, scanner, restorer, root, guard)
         finally:
             server.should_exit = True
             thread.join()
             scanner.gate.set()
-            desk.end()
+            app_state.end()
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from schemathesis import GenerationMode
 
 from station.console.app import build_app
 from station.console.http.guard import Door
-from station.console.state.app_state import Desk
+from station.console.state.app_state import AppState
 from tests.station.conftest import curl_scan
 from tests.station.console.conftest import GatedScanner, Served, StandInRestorer, serving
 
@@ -33,9 +33,9 @@ def asked(root) -> Iterator[Served]:
 
 
 def described(tmp_path) -> dict:
-    desk = Desk(tmp_path, None)
-    guard = build_app(desk, Door(frozenset(), "http", "t", "c"), {})
-    desk.end()
+    app_state = AppState(tmp_path, None)
+    guard = build_app(app_state, Door(frozenset(), "http", "t", "c"), {})
+    app_state.end()
     return guard.inner.openapi()
 
 

@@ -9,7 +9,7 @@ from station.console.http.guard import Door, Guard
 from station.console.routes import jobs, pages, pictures, settings, station, words
 from station.console.routes.requests import Action
 from station.console.state.actions import DO, ON_A_PAGE, SHOTS
-from station.console.state.app_state import Desk
+from station.console.state.app_state import AppState
 
 ROUTES = (jobs, pages, pictures, settings, station, words)
 
@@ -29,6 +29,6 @@ def test_every_route_of_the_interface_is_described(client):
 
 
 def test_the_guard_stands_before_the_application(tmp_path):
-    desk = Desk(tmp_path, None)
-    assert isinstance(build_app(desk, Door(frozenset(), "http", "t", "c"), {}), Guard)
-    desk.end()
+    app_state = AppState(tmp_path, None)
+    assert isinstance(build_app(app_state, Door(frozenset(), "http", "t", "c"), {}), Guard)
+    app_state.end()

@@ -194,7 +194,7 @@ def test_what_is_sent_gets_its_status(served):
     }
     with served.client() as browser:  # which is answered as before
         assert browser.get("/api/state").status_code == 200
-    assert served.desk.hub.count == 0
+    assert served.app_state.event_stream.count == 0
 
 
 def test_refusals_name_themselves_and_let_no_other_page_read(served, client):
@@ -268,7 +268,7 @@ def test_streams_beyond_their_number_take_no_place_of_other_requests(served):
     finally:
         for line in lines:
             line.close()
-    wait_for(lambda: served.desk.hub.count == 0, "the end of the streams")
+    wait_for(lambda: served.app_state.event_stream.count == 0, "the end of the streams")
 
 
 def _is_closed(line: socket.socket) -> bool:

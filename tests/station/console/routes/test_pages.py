@@ -123,12 +123,12 @@ def test_a_browser_that_goes_in_the_middle_of_a_shot_interrupts_nothing(served):
             served.scanner.gate.clear()
             press(browser, "shoot")
             assert served.scanner.in_shot.wait(10)
-    wait_for(lambda: served.desk.hub.count == 0)
+    wait_for(lambda: served.app_state.event_stream.count == 0)
     served.scanner.gate.set()
-    wait_for(lambda: not served.scanner.laser and served.desk.sitting.rows())
-    assert served.desk.scanner.as_json()["laser"] == "off"
-    wait_for(lambda: served.desk.scanner.as_json()["busy"] is None)
-    served.desk.close()
+    wait_for(lambda: not served.scanner.laser and served.app_state.open_session.rows())
+    assert served.app_state.scanner.as_json()["laser"] == "off"
+    wait_for(lambda: served.app_state.scanner.as_json()["busy"] is None)
+    served.app_state.close()
     assert verify(served.root / "missale").problems == ()
 
 
@@ -142,9 +142,9 @@ def test_a_server_that_ends_in_the_middle_of_a_shot_keeps_the_frame(root):
             press(browser, "shoot")
             assert scanner.in_shot.wait(10)
         threading.Timer(0.3, scanner.gate.set).start()
-        served.desk.end()
+        served.app_state.end()
         assert (scanner.laser, scanner.closed) == (False, 1)
-        served.desk.scanner = ScannerOwner(None, lambda: None, lambda: None)  # the block ends it once more
+        served.app_state.scanner = ScannerOwner(None, lambda: None, lambda: None)  # the block ends it once more
     (page,) = read_session(root / "missale").history.pages()
     assert page.capture is not None
     assert verify(root / "missale").problems == ()

@@ -184,7 +184,7 @@ def test_links_and_damaged_pictures_of_a_session_are_refused(restored, tmp_path)
     with serving(tmp_path, GatedScanner(scan), StandInRestorer()) as served, served.client() as browser:
         browser.post("/api/sessions/curl/open", json={"read_only": True})
         row = browser.get("/api/pages").json()["pages"][0]
-        session = served.desk.opened().session
+        session = served.app_state.opened().session
         page = session.path(session.history.event(row["restore"]), "page.png")
         secret = tmp_path / "secret.png"
         shutil.copy(page, secret)

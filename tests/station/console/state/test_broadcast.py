@@ -8,7 +8,7 @@ from types import SimpleNamespace
 
 from station.capture_loop.loop import Line
 from station.console.state.broadcast import Broadcast
-from station.console.state.event_stream import Hub
+from station.console.state.event_stream import EventStream
 from station.console.state.shown import shots_left, stamp
 from station.console.state.tasks import free_folder
 from tests.station.console.state.test_event_stream import events_of
@@ -18,24 +18,24 @@ def sent(work) -> list[tuple[str, object]]:
     """The events that a piece of work sends."""
 
     async def run():
-        hub = Hub()
-        told = Broadcast(hub, lambda: {"n": 1})
-        told.start()
-        stream = hub.stream()
-        await anext(stream)
-        work(told)
+        event_stream = EventStream()
+        broadcast = Broadcast(event_stream, lambda: {"n": 1})
+        broadcast.start()
+        subscription = event_stream.subscribe()
+        await anext(subscription)
+        work(broadcast)
         await asyncio.sleep(0.15)
-        hub.publish("end", {})
+        event_stream.publish("end", {})
         await asyncio.sleep(0)
-        return [(name, data) for _, name, data in events_of(await anext(stream)) if name != "end"]
+        return [(name, data) for _, name, data in events_of(await anext(subscription)) if name != "end"]
 
     return asyncio.run(run())
 
 
 def test_many_changes_are_one_state():
-    def work(told):
+    def work(broadcast):
         for _ in range(50):
-            told.changed()
+            broadcast.changed()
 
     assert sent(work) == [("state", {"n": 1})]
 
@@ -44,34 +44,34 @@ def test_rows_are_sent_when_they_differ_and_all_of_them_when_their_order_does():
     def row(page, **values):
         return {"page": page, **values}
 
-    def work(told):
-        told.rows([row(1), row(2)])
-        told.rows([row(1), row(2, level="green"), row(3)])
-        told.rows([row(1), row(3), row(2)])
+    def work(broadcast):
+        broadcast.rows([row(1), row(2)])
+        broadcast.rows([row(1), row(2, level="green"), row(3)])
+        broadcast.rows([row(1), row(3), row(2)])
 
     names = [(name, data.get("page", {}).get("page")) for name, data in sent(work) if name != "state"]
     assert names == [("page", 1), ("page", 2), ("page", 2), ("page", 3), ("pages", None)]
 
 
 def test_a_line_keeps_its_key_and_its_page():
-    (line, *_) = sent(lambda told: told.line(Line("page 3: stored", "stored", 3)))
+    (line, *_) = sent(lambda broadcast: broadcast.line(Line("page 3: stored", "stored", 3)))
     assert line == ("message", {"text": "page 3: stored", "key": "stored", "page": 3, "data": {}})
 
 
 def test_after_the_end_nothing_is_sent():
     async def run():
-        told = Broadcast(Hub(), dict)
-        told.start()
-        told.stop()
-        told.changed()
-        told.all_changed()
+        broadcast = Broadcast(EventStream(), dict)
+        broadcast.start()
+        broadcast.stop()
+        broadcast.changed()
+        broadcast.all_changed()
 
     asyncio.run(run())
 
 
 def test_what_is_left_of_the_disk_is_told_in_pages():
-    sitting = SimpleNamespace(page_sizes=lambda: [10, 30])
-    assert shots_left(sitting, 100) == 5
+    opened = SimpleNamespace(page_sizes=lambda: [10, 30])
+    assert shots_left(opened, 100) == 5
     assert shots_left(SimpleNamespace(page_sizes=list), 100) is None
     assert stamp(datetime(2026, 1, 2, 3, 4, 5, 678_901, UTC)) == "2026-01-02T03:04:05.678Z"
 

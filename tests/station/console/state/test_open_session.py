@@ -6,7 +6,7 @@ import pytest
 
 from restore import RangeScan
 from station.console.faults import ConsoleFault
-from station.console.state.open_session import Listener, Sitting, Working
+from station.console.state.open_session import Listener, OpenSession, WritableSession
 from station.errors import FolderInUse
 from station.session import add_scan, open_session
 from tests.station.conftest import curl_scan
@@ -21,33 +21,35 @@ def listener(lines=None, ended=None) -> Listener:
 
 def test_a_session_that_is_only_read_follows_the_one_who_writes(root):
     with open_session(root / "missale") as writer:
-        sitting = Sitting(root / "missale", held_by="4711")
-        assert (sitting.rows(), sitting.is_read_only, sitting.page) == ([], True, None)
+        opened = OpenSession(root / "missale", held_by="4711")
+        assert (opened.rows(), opened.is_read_only, opened.page) == ([], True, None)
         add_scan(writer, curl_scan(), facts={"by": "a test"})
-        assert [row["page"] for row in sitting.rows()] == [1]
-        assert sitting.rows() is sitting.rows()
+        assert [row["page"] for row in opened.rows()] == [1]
+        assert opened.rows() is opened.rows()
         with pytest.raises(ConsoleFault, match="no page 2"):
-            sitting.row(2)
+            opened.row(2)
 
 
 def test_opening_a_session_that_is_taken_leaves_no_thread(root):
     with open_session(root / "missale"):
-        working = Working(root / "missale", None, listener(), restorations=StandInRestorer())
+        writable = WritableSession(root / "missale", None, listener(), restorations=StandInRestorer())
         with pytest.raises(FolderInUse):
-            working.start()
+            writable.start()
 
 
 def test_tasks_are_done_between_keys_and_closing_waits_for_them(root):
     lines, ended = [], []
-    working = Working(root / "missale", lambda: curl_scan(), listener(lines, ended), restorations=StandInRestorer())
-    working.start()
-    working.do(lambda: working.loop.press("shoot"))
-    wait_for(lambda: [row["level"] for row in working.rows()] == ["green"])
-    assert (working.page, working.restoring, working.recovery) == (1, [], None)
-    assert working.page_sizes() > [0]
-    working.do(lambda: working.loop.press("mark"))
-    working.close()
-    assert working.rows()[0]["marked"]
+    writable = WritableSession(
+        root / "missale", lambda: curl_scan(), listener(lines, ended), restorations=StandInRestorer()
+    )
+    writable.start()
+    writable.do(lambda: writable.loop.press("shoot"))
+    wait_for(lambda: [row["level"] for row in writable.rows()] == ["green"])
+    assert (writable.page, writable.restoring, writable.recovery) == (1, [], None)
+    assert writable.page_sizes() > [0]
+    writable.do(lambda: writable.loop.press("mark"))
+    writable.close()
+    assert writable.rows()[0]["marked"]
     assert ended == [None]
     assert [line.key for line in lines] == ["title", "stored", "verdict", "marked"]
 
@@ -58,8 +60,8 @@ def test_a_fault_in_the_shift_ends_it_and_is_told(root):
     def no_disk() -> RangeScan:
         raise OSError(5, "input/output error", "x")
 
-    working = Working(root / "missale", no_disk, listener(ended=ended), restorations=StandInRestorer())
-    working.start()
-    working.do(lambda: working.loop.press("shoot"))
-    assert working.join(10)
+    writable = WritableSession(root / "missale", no_disk, listener(ended=ended), restorations=StandInRestorer())
+    writable.start()
+    writable.do(lambda: writable.loop.press("shoot"))
+    assert writable.join(10)
     assert isinstance(ended[0], OSError)

@@ -93,5 +93,5 @@ def test_what_is_not_possible_is_refused_by_its_key_and_changes_nothing(opened, 
 def test_without_a_session_the_capture_alone_is_set(served, client):
     assert {one.partition(".")[0] for one in settings_of(client)} == {"capture"}
     assert change(client, capture__distance_mm=800).status_code == 200
-    assert served.desk.scanner.settings.distance_mm == 800
+    assert served.app_state.scanner.settings.distance_mm == 800
     assert change(client, restore__dpi=300).status_code == 422

@@ -1,0 +1,175 @@
+"""The commands that capture a page or take a stored one, and restore it."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from station.commands.options import (
+    Config,
+    Kinds,
+    Out,
+    Pictures,
+    Reading,
+    Restoration,
+    Run,
+    colours_of,
+    grouped,
+)
+from station.commands.terminal import print_result, report_faults
+from station.progress import progress_on
+
+if TYPE_CHECKING:
+    from station.run.destination import Destination, Outcome
+
+
+@grouped
+def scan(
+    config: Config,
+    output: Out,
+    kinds: Kinds,
+    run: Run,
+    average: Annotated[int | None, typer.Option(min=1, max=64, help="Shots to average (1).")] = None,
+    turns: Annotated[int | None, typer.Option(min=2, max=72, help="Views to take on the rotary stage.")] = None,
+    shots: Annotated[
+        int | None,
+        typer.Option("--super", min=4, max=64, help="Shots, the page moved by half a pixel between, for finer colour."),
+    ] = None,
+) -> None:
+    """Capture a page, store the scan, restore the page."""
+    with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
+        from station.config import load_config
+        from station.run.one_page import scan_page
+        from station.run.turntable import scan_views
+
+        station = load_config(config)
+        if average is not None:
+            station = station.model_copy(update={"capture": replace(station.capture, average=average)})
+        destination = _destination(output, replace(kinds, review=True), run)
+        if turns is None:
+            outcome = scan_page(station, destination, shots=shots or 1, progress=progress)
+        else:
+            outcome = scan_views(station, destination, turns=turns, progress=progress)
+    _print_report(outcome, run)
+
+
+@grouped
+def demo(output: Out, run: Run) -> None:
+    """Scan a simulated page and restore it: nothing else is needed."""
+    with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
+        from station.config import DEMONSTRATION, load_config
+        from station.run.one_page import scan_page
+
+        destination = _destination(output, Kinds(review=True), run)
+        outcome = scan_page(load_config(DEMONSTRATION), destination, progress=progress)
+    _print_report(outcome, run)
+
+
+@grouped
+def merge(
+    views: Annotated[list[Path], typer.Argument(metavar="VIEW...", help="Views that `scan --turns` stored.")],
+    output: Out,
+    run: Run,
+) -> None:
+    """Merge the views of a rotary stage and restore the page."""
+    with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
+        from restore import Settings
+        from station.run.turntable import merge_files
+
+        destination = _destination(output, Kinds(review=True), run)
+        outcome = merge_files(views, destination, settings=Settings(), progress=progress)
+    _print_report(outcome, run)
+
+
+@grouped
+def restore(
+    scan: Annotated[
+        Path,
+        typer.Argument(
+            metavar="SCAN",
+            help="A scan: .abs[.gz], .obj, .ply, .stl, .glb, .wrl, .vvd, a scan folder or one of captured patterns; "
+            "a segment: .vcps or tifxyz.",
+        ),
+    ],
+    output: Out,
+    reading: Reading,
+    pictures: Pictures,
+    chosen: Restoration,
+    kinds: Kinds,
+    run: Run,
+) -> None:
+    """Restore the page from a stored scan."""
+    with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
+        from restore import Settings
+        from station.config import build_model
+        from station.run.one_page import restore_file
+
+        outcome = restore_file(
+            scan,
+            replace(_destination(output, kinds, run), pieces=reading.pieces, **colours_of(kinds, chosen)),
+            settings=build_model(Settings, chosen.given, name=chosen.option, hint="see planish restore --help"),
+            texture=pictures.texture,
+            photos=pictures.photo,
+            shots=pictures.shot,
+            unit=reading.unit,
+            progress=progress,
+        )
+    _print_report(outcome, run)
+
+
+@grouped
+def photos(
+    pictures: Annotated[
+        list[Path], typer.Argument(metavar="IMG...", help="Photographs of one page from all round, by one lens.")
+    ],
+    output: Out,
+    chosen: Restoration,
+    kinds: Kinds,
+    run: Run,
+    scale: Annotated[
+        str,
+        typer.Option(
+            metavar="card|WxH|none",
+            help="Scale: the card of `planish card` beside the page; the page's width x height in mm; or none.",
+        ),
+    ] = "card",
+) -> None:
+    """Restore a page from photographs of it alone: no scanner (extra `photos`)."""
+    with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
+        from restore import Settings
+        from station.config import build_model
+        from station.run.photos import Scale, photographed_page
+
+        outcome = photographed_page(
+            pictures,
+            replace(_destination(output, kinds, run), **colours_of(kinds, chosen)),
+            settings=build_model(Settings, chosen.given, name=chosen.option, hint="see planish photos --help"),
+            scale=Scale.parse(scale),
+            progress=progress,
+        )
+    _print_report(outcome, run)
+
+
+def _destination(folder: Path, kinds: Kinds, run: Run) -> Destination:
+    """The destination of a run from its options. Raises BadInput for an unusable profile."""
+    from station.images.icc import read_profile
+    from station.run.destination import Destination
+
+    colours = None if kinds.profile is None else read_profile(kinds.profile)
+    return Destination(folder, kinds.wanted, run.force, kinds.language, colours, turn=run.turn, anyway=run.anyway)
+
+
+def _print_report(outcome: Outcome, run: Run) -> None:
+    """Print the report of a run, as JSON or as a summary."""
+    from station.export.report import encode_report, left_out, summary
+
+    with report_faults(debug=run.debug):
+        if run.as_json:
+            print_result(encode_report(outcome.report).rstrip())
+        else:
+            pages = [summary(page.report, page.files) for page in outcome.pages or (outcome,)]
+            print_result("\n\n".join([*pages, *left_out(outcome.report.get("left_out", ()))]))

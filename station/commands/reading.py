@@ -1,0 +1,54 @@
+"""The commands that read a restored page: its words, its colours."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from station.commands.options import Debug, Force, Language, output_path
+from station.commands.terminal import print_result, report_faults
+from station.progress import progress_on
+
+
+def ocr(
+    page: Annotated[Path, typer.Argument(metavar="PAGE", help="A restored page, or the folder of results it is in.")],
+    output: Annotated[
+        Path | None,
+        typer.Option(
+            "--output", "-o", metavar="OUT", help="Folder for what is read (the page's own).", parser=output_path
+        ),
+    ] = None,
+    language: Language = "eng",
+    truth: Annotated[
+        Path | None, typer.Option(help="What is printed on the page, as text: tells how well it was read.")
+    ] = None,
+    force: Force = False,
+    debug: Debug = False,
+) -> None:
+    """Read the words of a restored page: text, ALTO and searchable PDF/A (needs Tesseract)."""
+    with report_faults(debug=debug), progress_on(sys.stderr) as progress:
+        from station.run.ocr import read_pages, summary_line
+
+        for read in read_pages(page, output, language=language, truth=truth, force=force, progress=progress):
+            print_result(summary_line(read))
+
+
+def colour(
+    target: Annotated[
+        Path, typer.Argument(metavar="TARGET", help="A picture, a restored page or a scan of a ColorChecker Classic.")
+    ],
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", metavar="PROFILE", help="The ICC profile to write.", parser=output_path),
+    ],
+    force: Force = False,
+    debug: Debug = False,
+) -> None:
+    """Measure a colour chart: an ICC profile of the camera, and the levels of FADGI and ISO 19264 that it meets."""
+    with report_faults(debug=debug):
+        from station.colour.run import profile_colours, summary_line
+
+        print_result(summary_line(profile_colours(target, output, force=force)))
