@@ -22,7 +22,7 @@ from oracles.studio import View, restored_mesh, scan_page, take_photograph
 from restore import FlatMesh, Photograph
 from restore.mesh.adjacency import border_of
 from restore.mesh.measures import signed_areas
-from restore.photo import Registered, paint_registered, reasons, register_photographs
+from restore.photo import Registered, paint_registered, photo_findings, register_photographs
 from restore.scan import Bytes, Mask
 
 SEED, SETS = 2026, 48
@@ -34,7 +34,7 @@ PAIRED = 3  # of so many sets one has a second photograph, with nothing over the
 
 @dataclass(frozen=True)
 class Result:
-    """What came of a set: `reasons` of refusals and warnings, or the areas in mm² of what was hidden and painted.
+    """What came of a set: the findings, or the areas in mm² of what was hidden and painted.
 
     deepest_mm: how far the worst painted place lies inside what hides the page. left_out: share of the page that is
     not painted from a photograph although nothing covers it there.
@@ -116,7 +116,7 @@ def _outcome(page: FlatMesh, scene: Scene, kind: str, rng: np.random.Generator, 
         photos.append(Photograph(take_photograph(scene, _view(rng).camera(SIZE), exposure=_light(rng)), "second"))
     outcome = register_photographs(page, photos)
     painting, reports = paint_registered(page, outcome, DPI)
-    said = "; ".join(reasons(outcome, reports))
+    said = "; ".join(one.text for one in photo_findings(outcome, reports))
     if not reports[0]["accepted"]:
         return Result(False, said)
     assert painting.page_source is not None

@@ -81,7 +81,7 @@ def measured(sheet: Sheet, rng: np.random.Generator, shot: Shot) -> tuple[float,
     page = restore(scan, Settings())
     error = np.linalg.norm(layout_error(page, scan, truth), axis=1)
     sizes = [abs(found / true - 1) for found, true in zip(page.report["page_mm"], truth.page_mm, strict=True)]
-    return float(np.sqrt((error**2).mean())), float(np.quantile(error, 0.99)), max(sizes), bool(page.report["warnings"])
+    return float(np.sqrt((error**2).mean())), float(np.quantile(error, 0.99)), max(sizes), bool(page.findings)
 
 
 def _line(kind: str, wanted: float, found: list[tuple[float, float, float, bool]]) -> str:

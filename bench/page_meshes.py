@@ -43,7 +43,7 @@ def main(count: int = COUNT, seed: int | None = None) -> None:
                     failed += 1
                     continue
                 errors[alone].append(side_error(page.report["page_mm"], truth.page_mm))
-                warned += bool(page.report["warnings"])
+                warned += bool(page.findings)
         figures = [f"{figure(np.array(found)):.3f}" for found in errors.values() for figure in (np.median, np.max)]
         print(ROW.format(kind, *figures, failed, warned), flush=True)
 

@@ -28,11 +28,11 @@ LENSES = {"MIDDLE": (900.0, 1150.0), "WIDE": (620.0, 800.0)}  # mm: distances at
 TILT_DEG, TURN_DEG = 20.0, 180.0
 LOST = (0.0, 0.0, 0.1, 0.3)  # of the samples
 FAR_MM, SIZE_MM = 1.0, 0.15
-CUT = "edge of the picture"  # words of the one warning that has a cause here: the page leaves the picture
+CUT = "cut_off"  # the one finding that has a cause here: the page leaves the picture
 ROW = "{:<1} {:>10} {:<12} {:<8} {:<6} {:>5} {:<5} {:<6} {:>5} {:>5} {:>5} {:>8} {:>8} {:>8}  {}"
 HEADINGS = (
     *("", "seed", "sheet", "print", "table", "mode", "lens", "mm", "tilt", "turn", "lost"),
-    *("rms mm", "most mm", "size mm", "warnings"),
+    *("rms mm", "most mm", "size mm", "findings"),
 )
 
 
@@ -76,11 +76,11 @@ def _line(seed: int, shot: Shot) -> bool:
         return True
     error = np.linalg.norm(layout_error(page, shot.scan, shot.truth), axis=1)
     size = side_error(page.report["page_mm"], shot.truth.page_mm)
-    warnings = [warning for warning in page.report["warnings"] if CUT not in warning]
-    whole = len(warnings) == len(page.report["warnings"])
-    flag = bool(error.max() > FAR_MM or (whole and size > SIZE_MM) or warnings)
+    findings = [one.text for one in page.findings if one.code != CUT]
+    whole = len(findings) == len(page.findings)
+    flag = bool(error.max() > FAR_MM or (whole and size > SIZE_MM) or findings)
     figures = (f"{np.sqrt((error**2).mean()):.3f}", f"{error.max():.2f}", f"{size:.2f}" if whole else "cut")
-    print(ROW.format("!" if flag else "", seed, *shot.drawn, *figures, "; ".join(warnings)), flush=True)
+    print(ROW.format("!" if flag else "", seed, *shot.drawn, *figures, "; ".join(findings)), flush=True)
     return flag
 
 

@@ -92,8 +92,8 @@ def judged(views: Views) -> Result:
         return Result("refused", str(error))
     names = [view.given.name for view in views]
     places, true, known = _compared(restored, views, [names.index(one.name) for one in page.photographs])
-    said = "; ".join(page.warnings)
-    doubted = any("is left out" not in sentence for sentence in page.warnings)
+    said = "; ".join(one.text for one in page.findings)
+    doubted = any(one.code != "view_apart" for one in page.findings)
     foreign = 1 - known / max(len(places), 1)
     shown = np.isfinite(true).all(axis=1)
     if shown.sum() < 3:

@@ -61,7 +61,9 @@ def flatten(
     if isinstance(mesh, GridMesh):
         if method == DEFAULT and lengths is None:
             return replace(flatten_grid(mesh, len(mesh.vertices))[0], vertices=mesh.vertices)
-        unordered = SurfaceMesh(mesh.vertices, mesh.faces, mesh.texcoords, mesh.texture, mesh.provenance)
+        unordered = SurfaceMesh(
+            mesh.vertices, mesh.faces, mesh.texcoords, mesh.texture, mesh.provenance, findings=mesh.findings
+        )
         return _in_order(flatten(unordered, method, lengths=lengths, on_step=on_step), mesh)
     if lengths is not None or method not in METHODS or len(mesh.vertices) < MIN_VERTICES:
         return flatten_points(mesh, method, lengths=lengths, on_step=on_step)

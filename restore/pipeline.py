@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from restore.arguments import checks_types
+from restore.findings import Finding, finding
 from restore.flatten_mesh import flatten
 from restore.flattening.methods import DEFAULT, OnStep
 from restore.flattening.ordered_grid import thinned
@@ -19,14 +20,14 @@ from restore.photo import (
     Photograph,
     Registered,
     paint_registered,
-    reasons,
+    photo_findings,
     register_photographs,
     remove_registered_shading,
 )
 from restore.prepare import prepare
 from restore.range_image.segment import SegmentedScan
 from restore.range_image.sheet import Sheet
-from restore.report import describe
+from restore.report import describe, findings_of_page
 from restore.scan import Bytes, InterpolatedMesh, RangeScan, RestoredPage, SurfaceMesh
 from restore.settings import Settings
 from restore.shading.relief import relief_of
@@ -37,14 +38,14 @@ from restore.texture.coverage import (
     Seen,
     blank_hidden,
     compute_coverage,
+    cut_findings,
     cut_share,
-    cut_warnings,
-    filled_warnings,
+    filled_findings,
     inpaint_hidden,
-    mirror_warnings,
+    mirror_findings,
     with_interpolated,
 )
-from restore.texture.holes import end_at_holes, hole_warnings, holes_on_page
+from restore.texture.holes import end_at_holes, hole_findings, holes_on_page
 from restore.texture.page import Painting
 from restore.unroll import Unrolled, square_to_picture, unroll, unroll_grid
 
@@ -100,14 +101,17 @@ def restore(
         image = blank_hidden(balance.image, coverage)
         image, coverage = inpaint_hidden(image, coverage, settings.dpi, settings.fill_hidden_mm)
     report = describe(surface, unrolled, painting, settings)
-    report["warnings"] += mirror_warnings(unrolled.fine)
-    report["warnings"] += [*_cut_off(scan, surface, painting, coverage), *hole_warnings(holes, settings.dpi)]
+    found = findings_of_page(surface, unrolled.fine, report)
+    found += mirror_findings(unrolled.fine)
+    found += [*_cut_off(scan, surface, painting, coverage), *hole_findings(holes, settings.dpi)]
     report |= {"light": shading.report, "white": balance.report, "coverage": coverage.shares()}
-    filled = [] if isinstance(scan, InterpolatedMesh) else filled_warnings(coverage.seen, settings.dpi)
-    report["warnings"] += [*_reasons_for_keeping(shading, balance), *coverage.warnings(), *filled]
+    filled = [] if isinstance(scan, InterpolatedMesh) else filled_findings(coverage.seen, settings.dpi)
+    found += [*_kept(shading, balance), *coverage.findings(), *filled]
     report |= {"source": dict(scan.provenance), "seconds": clock.seconds}
     if photos:
-        report |= {"photos": photo_report, "warnings": report["warnings"] + reasons(registered, photo_report)}
+        report["photos"] = photo_report
+        found += photo_findings(registered, photo_report)
+    report["findings"] = [one.as_json() for one in found]
     return RestoredPage(
         image,
         settings.dpi,
@@ -119,20 +123,21 @@ def restore(
         painting.image,
         coverage.seen,
         painting.page_source,
+        findings=tuple(found),
     )
 
 
 def _cut_off(
     scan: RangeScan | SurfaceMesh | SegmentedScan, surface: Sheet | SurfaceMesh, painting: Painting, coverage: Coverage
-) -> list[str]:
-    """Warnings of a page that leaves the scanner's picture; a mesh may have an atlas, whose edge tells nothing."""
+) -> list[Finding]:
+    """What is to be reported of a page that leaves the scanner's picture; the edge of a mesh's atlas says nothing."""
     if isinstance(scan, SegmentedScan):
         scan = scan.scan
     if not isinstance(scan, RangeScan) or painting.page_source is not None:
         return []
     if scan.texture is None:
-        return cut_warnings(surface.cut if isinstance(surface, Sheet) else 0.0)
-    return cut_warnings(cut_share(coverage.seen != Seen.OUTSIDE, painting.source, scan.texture.shape[:2]))
+        return cut_findings(surface.cut if isinstance(surface, Sheet) else 0.0)
+    return cut_findings(cut_share(coverage.seen != Seen.OUTSIDE, painting.source, scan.texture.shape[:2]))
 
 
 def _remove_shading(
@@ -157,10 +162,10 @@ def _balance_white(image: Bytes, painting: Painting, unrolled: Unrolled, setting
     return replace(balance, report={"mode": settings.white, **balance.report})
 
 
-def _reasons_for_keeping(shading: ShadingResult, balance: WhiteBalance) -> list[str]:
-    """Warnings of what the settings ask for and the page does not allow."""
-    asked = (("the light", shading.report), ("the colour of the light", balance.report))
-    return [f"{what} is kept: {report['reason']}" for what, report in asked if "reason" in report]
+def _kept(shading: ShadingResult, balance: WhiteBalance) -> list[Finding]:
+    """What the settings ask for and the page does not allow."""
+    asked = (("light_kept", shading.report), ("white_kept", balance.report))
+    return [finding(code, reason=report["reason"]) for code, report in asked if "reason" in report]
 
 
 def _unroll(surface: Sheet | SurfaceMesh, settings: Settings, clock: Stopwatch, on_step: OnStep | None) -> Unrolled:

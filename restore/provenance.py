@@ -51,7 +51,6 @@ class KnownProvenance(BaseModel):
     super: SuperRecord = SuperRecord()
     oversampling: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)
     turn: TurnRecord | None = None
-    warnings: list[str] = []
 
 
 def check_provenance(provenance: Any) -> None:

@@ -1,11 +1,13 @@
-"""The report of a restoration as plain values for a JSON file: options, sizes, strain, warnings."""
+"""The report of a restoration as plain values for a JSON file: options, sizes, strain, findings."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
+from restore.findings import Finding, finding
 from restore.mesh.adjacency import border_of, piece_of_faces
 from restore.mesh.measures import (
     edge_strain,
@@ -30,18 +32,10 @@ ESTIMATED = 0.01  # of its straight length: an edge whose rest length differs by
 UPSIDE_DOWN = 0.01  # of the faces: noise turns single ones
 MOSTLY = 0.5  # of the edges: the rest lengths of fewer are checked by those that need no estimate
 
-# Shares of a sheet's border: above which they are told, and how.
+# Fractions of a sheet's border above which they are reported.
 BORDERS = {
-    "lost_border": (
-        0.01,  # a centimetre of an A4 page; where no paper was lost it is 0
-        "along {:.0%} of its border or more the page ends where the scanner measured nothing and no shadow falls: dark "
-        "or glossy paper there is not on the page; scan with more laser power, or turn it to the laser",
-    ),
-    "turned_border": (
-        0.02,  # of pages that are seen to their edges, corners alone are
-        "along {:.0%} of its border the page is turned from the scanner by more than 70°: paper beyond it may not have "
-        "been seen; tilt the page, or scan it from another side",
-    ),
+    "lost_border": 0.01,  # a centimetre of an A4 page; where no paper was lost it is 0
+    "turned_border": 0.02,  # of pages that are seen to their edges, corners alone are
 }
 
 
@@ -77,14 +71,10 @@ def describe(
         "page_mm": [width, height],
         **painting.resolution.described(),
         "decimation": unrolled.distance,
-        "warnings": _warnings(fine, flipped, smooth, chords["estimated_share"]),
     }
     if isinstance(surface, Sheet):
         report["samples"] = int(surface.measured.sum())
         report["filled_share"] = float(1.0 - surface.measured[surface.inside].mean())
-        for name, (most, told) in BORDERS.items():
-            if (share := getattr(surface, name)) > most:
-                report["warnings"].append(told.format(share))
     return report
 
 
@@ -123,21 +113,22 @@ def connected_pieces(faces: Ints) -> int:
     return len(np.unique(piece_of_faces(faces)))
 
 
-def _warnings(fine: FlatMesh, flipped: int, smooth_strain: float, estimated_share: float) -> list[str]:
-    warnings = [str(text) for text in fine.provenance.get("warnings", ())]
+def findings_of_page(surface: Sheet | SurfaceMesh, fine: FlatMesh, report: Mapping[str, Any]) -> list[Finding]:
+    """What is to be reported of a flat page and the surface it came from; report: as `describe` gives it."""
+    found = list(fine.findings)
     if fine.texture is None or fine.texcoords is None:
-        warnings.append("the scan has no colour image: the page shows the relief of its surface")
+        found.append(finding("no_colour"))
     count = connected_pieces(fine.faces)
     if count > 1:
-        warnings.append(f"the surface is in {count} pieces, laid out beside each other in one picture")
-    upside_down = flipped / len(fine.faces)
+        found.append(finding("pieces", count=count))
+    upside_down = report["flipped_faces"] / len(fine.faces)
     if upside_down > UPSIDE_DOWN:
-        warnings.append(f"{upside_down:.0%} of the faces lie upside down, the page is folded there: use another method")
-    if smooth_strain > NOT_DEVELOPABLE:
-        warnings.append(f"the surface cannot be laid flat without stretching: {smooth_strain:.1%} rms strain remains")
-    if estimated_share > MOSTLY:
-        warnings.append(
-            f"{estimated_share:.0%} of the edges bend by so much that their lengths are estimates: "
-            "the mesh is coarse for its surface, and the page's size rests on them"
-        )
-    return warnings
+        found.append(finding("upside_down", upside_down))
+    if report["strain"]["smooth_rms"] > NOT_DEVELOPABLE:
+        found.append(finding("not_developable", strain=report["strain"]["smooth_rms"]))
+    estimated = report["strain"]["against_chords"]["estimated_share"]
+    if estimated > MOSTLY:
+        found.append(finding("lengths_estimated", estimated))
+    if isinstance(surface, Sheet):
+        found += [finding(name, share) for name, most in BORDERS.items() if (share := getattr(surface, name)) > most]
+    return found

@@ -7,21 +7,18 @@ Texture pixels: (x right, y down), the centre of the top left pixel is (0, 0).
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any, Self
+from dataclasses import dataclass, field, replace
+from typing import Any, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+from restore.findings import Finding
 
 Floats = NDArray[np.float64]
 Ints = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
-
-
-def with_warnings(provenance: Mapping[str, Any], *warnings: str) -> dict[str, Any]:
-    """The provenance of a scan with more warnings, which go into the report of its page."""
-    return {**provenance, "warnings": [*provenance.get("warnings", ()), *warnings]}
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,6 +29,7 @@ class RangeScan:
     texture     (h, w, 3) uint8 RGB, or None for a scan without colour.
     texture_xy  (rows, cols, 2) float64, position of each sample in the texture, in pixels.
     provenance  facts about the shot: device, lens, distance_mm, mode, settings, time, … (JSON values only).
+    findings    of its capture or its file, which go into the report of its page.
 
     >>> points = np.array([[[0.0, 0.0, -900.0], [np.nan, np.nan, np.nan]]])
     >>> RangeScan(points, None, np.zeros((1, 2, 2))).measured
@@ -42,6 +40,7 @@ class RangeScan:
     texture: Bytes | None
     texture_xy: Floats
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    findings: tuple[Finding, ...] = field(default=(), kw_only=True)
 
     @property
     def measured(self) -> Mask:
@@ -58,6 +57,7 @@ class SurfaceMesh:
     faces      (m, 3) int64, counter-clockwise when viewed from the printed side.
     texcoords  (n, 2) float64 texture pixels, or None.
     texture    (h, w, 3) uint8 RGB, or None.
+    findings   of its file, which go into the report of its page.
     """
 
     vertices: Floats
@@ -65,6 +65,15 @@ class SurfaceMesh:
     texcoords: Floats | None = None
     texture: Bytes | None = None
     provenance: Mapping[str, Any] = field(default_factory=dict)
+    findings: tuple[Finding, ...] = field(default=(), kw_only=True)
+
+
+Scan = TypeVar("Scan", RangeScan, SurfaceMesh)
+
+
+def with_findings(scan: Scan, *findings: Finding) -> Scan:
+    """The scan with further findings."""
+    return replace(scan, findings=scan.findings + findings) if findings else scan
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,12 +129,13 @@ class RestoredPage:
     mask      (h, w) bool, True where the camera saw the page, its shape measured or filled in.
     flat      the flattened mesh of the requested number of points.
     fine      the finer mesh that maps the picture to the page, the same when the scan has no grid.
-    report    options, sizes, strain, warnings and times (JSON values only).
+    report    options, sizes, strain, findings and times (JSON values only).
     page_map  (h, w, 2) float32, the texture pixel that each page pixel came from, NaN outside the page.
     master    (h, w, 3) uint8 RGB, the page with its shading; equal to the image where shading is kept.
     coverage  (h, w) uint8, the kind of each pixel: values of `restore.texture.coverage.Seen`.
     page_source  (h, w) uint8, with photographs: the picture that page_map's pixel is in. 0 is the texture, k the k-th
                  photograph, 255 outside the page. None without photographs.
+    findings  what is to be reported of the page; `report["findings"]` has the same as JSON values.
     """
 
     image: Bytes
@@ -138,3 +148,4 @@ class RestoredPage:
     master: Bytes
     coverage: Bytes
     page_source: NDArray[np.uint8] | None = None
+    findings: tuple[Finding, ...] = ()

@@ -87,7 +87,11 @@ def decimate_sheet(sheet: Sheet, points: int) -> tuple[SurfaceMesh, Floats]:
     nodes, faces = lattice(sheet.inside, max(strides, default=1))
     vertices, faces = decimate(sheet.points(nodes), faces, points)
     nodes = np.stack(sheet.rays.grid(vertices), axis=1)
-    return SurfaceMesh(vertices, faces, sheet.texcoords(nodes), sheet.scan.texture, sheet.scan.provenance), nodes
+    source = sheet.scan
+    mesh = SurfaceMesh(
+        vertices, faces, sheet.texcoords(nodes), source.texture, source.provenance, findings=source.findings
+    )
+    return mesh, nodes
 
 
 def _on_sheet(sheet: Sheet, solved: FlatMesh, page: PageOnGrid) -> FlatMesh:

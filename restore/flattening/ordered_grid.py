@@ -134,9 +134,7 @@ def thinned(mesh: GridMesh, most: int) -> GridMesh:
     lines = np.ix_(kept.any(axis=1), kept.any(axis=0))
     faces = grid_faces(valid.reshape(mesh.shape)[lines])
     texcoords = None if mesh.texcoords is None else mesh.texcoords[chosen]
-    return GridMesh(
-        mesh.vertices[chosen], faces, texcoords, mesh.texture, mesh.provenance, mesh.shape, mesh.places[chosen]
-    )
+    return replace(mesh, vertices=mesh.vertices[chosen], faces=faces, texcoords=texcoords, places=mesh.places[chosen])
 
 
 def typical_links(points: Floats) -> list[tuple[float, float]]:

@@ -79,7 +79,7 @@ def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str 
     unit     of a mesh's coordinates: mm, cm, m, in, the edge of a voxel as 7.91um, or auto for the unit of the format,
              mm where it has none.
     A segment of a CT volume comes back as a GridMesh. Doubled faces are merged, and the charts of a texture atlas put
-    together. `provenance` names the unit, and warnings for the report.
+    together. `provenance` names the unit; `findings` go into the report.
     Raises BadInput for a missing, damaged or unknown file.
 
     >>> from tempfile import TemporaryDirectory
@@ -145,4 +145,5 @@ def _on_range_grid(mesh: SurfaceMesh) -> RangeScan | SurfaceMesh:
     if isinstance(mesh, PaintedMesh) and colours is not None:
         return with_picture(mesh, colours)
     texture = None if mesh.texcoords is None else mesh.texture
-    return without_seams(SurfaceMesh(mesh.vertices, mesh.faces, mesh.texcoords, texture, mesh.provenance))
+    plain = SurfaceMesh(mesh.vertices, mesh.faces, mesh.texcoords, texture, mesh.provenance, findings=mesh.findings)
+    return without_seams(plain)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from restore.findings import Finding, finding
 from restore.scan import Mask
 
 MAX_BARE = 0.5  # of the faces: where more are bare, the surface is kept instead of the picture
 
 
-def kept_faces(bare: Mask, *, pictured: bool = True) -> tuple[Mask, tuple[str, ...]]:
-    """(m,) True for the faces to keep, given the bare ones (m,), with a warning where there are any.
+def kept_faces(bare: Mask, *, pictured: bool = True) -> tuple[Mask, tuple[Finding, ...]]:
+    """(m,) True for the faces to keep, given the bare ones (m,), with a finding where there are any.
 
     The bare ones are left out, as nothing was measured there and no picture shows them. Where they are most of the
     surface, all are kept, and the picture has to be left out. All are kept, too, where there is no picture, or none is
@@ -17,7 +18,7 @@ def kept_faces(bare: Mask, *, pictured: bool = True) -> tuple[Mask, tuple[str, .
     count = int(bare.sum())
     if not pictured or count in (0, len(bare)):
         return bare | True, ()
-    found = f"{count} of {len(bare)} faces have no texture coordinates"
-    if count > MAX_BARE * len(bare):
-        return bare | True, (f"{found}: the picture is left out",)
-    return ~bare, (f"{found} and are left out: holes that were filled in a mesh editor have none",)
+    share = count / len(bare)
+    if share > MAX_BARE:
+        return bare | True, (finding("picture_left_out", share, count=count, total=len(bare)),)
+    return ~bare, (finding("bare_faces", share, count=count, total=len(bare)),)

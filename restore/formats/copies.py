@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from restore.findings import finding
 from restore.formats.mesh import PaintedMesh
-from restore.scan import Ints, SurfaceMesh, with_warnings
+from restore.scan import Ints, SurfaceMesh, with_findings
 
 Hashes = NDArray[np.uint64]
 
@@ -21,7 +22,7 @@ STEP = np.uint64(0x9E3779B97F4A7C15)  # between columns, so that (x, y) and (y, 
 def merge_copies(mesh: SurfaceMesh) -> SurfaceMesh:
     """The mesh with the first of all faces between the same three places, whichever way round they run.
 
-    A warning in its provenance counts the others. Vertices that no face uses any more are left out.
+    A finding counts the others. Vertices that no face uses any more are left out.
     """
     first = _first_of_equal(_hash_faces(mesh.faces, first_at_place(mesh)))
     kept = first == np.arange(len(first))
@@ -30,16 +31,15 @@ def merge_copies(mesh: SurfaceMesh) -> SurfaceMesh:
     used = np.unique(mesh.faces[kept])
     number = np.zeros(len(mesh.vertices), np.int64)
     number[used] = np.arange(len(used))
-    warning = f"faces that lay on others, as in a double-sided export, were merged: {np.count_nonzero(~kept)}"
     colours = {"colours": mesh.colours[used]} if isinstance(mesh, PaintedMesh) and mesh.colours is not None else {}
-    return replace(
+    merged = replace(
         mesh,
         vertices=mesh.vertices[used],
         faces=number[mesh.faces[kept]],
         texcoords=None if mesh.texcoords is None else mesh.texcoords[used],
-        provenance=with_warnings(mesh.provenance, warning),
         **colours,
     )
+    return with_findings(merged, finding("copies_merged", count=np.count_nonzero(~kept)))
 
 
 def first_at_place(mesh: SurfaceMesh) -> Ints:

@@ -23,6 +23,7 @@ from pydantic import BaseModel, Field, ValidationError, field_validator
 from restore.arguments import checks_types
 from restore.bands import in_threads
 from restore.errors import BadInput
+from restore.findings import Finding, from_json
 from restore.formats.grid import check_grid
 from restore.formats.picture import check_size, decode_picture, encode_png
 from restore.formats.source import DAMAGED, MAX_COORDINATE_MM, MAX_SAMPLES, is_file, read_bytes
@@ -44,12 +45,27 @@ class Index(BaseModel):
     version: int = Field(default=VERSION, ge=1, le=VERSION)
     files: dict[str, str]
     provenance: dict[str, Any] = {}
+    findings: list[dict[str, Any]] = []
 
     @field_validator("provenance")
     @classmethod
     def _is_usable(cls, provenance: dict[str, Any]) -> dict[str, Any]:
         KnownProvenance.model_validate(provenance)
         return provenance
+
+    @field_validator("findings")
+    @classmethod
+    def _are_findings(cls, findings: list[dict[str, Any]]) -> list[dict[str, Any]]:
+        for one in findings:
+            from_json(one)
+        return findings
+
+    def split(self) -> tuple[dict[str, Any], tuple[Finding, ...]]:
+        """The provenance, and the findings; older scans kept those as sentences in their provenance."""
+        provenance = dict(self.provenance)
+        sentences = provenance.pop("warnings", ())
+        recorded = [one for one in sentences if isinstance(one, str)] if isinstance(sentences, list) else []
+        return provenance, tuple(from_json(one) for one in [*recorded, *self.findings])
 
 
 @checks_types
@@ -74,7 +90,8 @@ def save_scan(scan: RangeScan, folder: Path | str, *, overwrite: bool = False) -
         check_size(scan.texture.shape[1], scan.texture.shape[0], len(files[TEXTURE]), "the scan's colour image")
     digests = {name: _sha256(data) for name, data in files.items()}
     try:
-        index = Index(files=digests, provenance=dict(scan.provenance))
+        found = [one.as_json() for one in scan.findings]
+        index = Index(files=digests, provenance=dict(scan.provenance), findings=found)
         files[INDEX] = (json.dumps(index.model_dump(), indent=1, allow_nan=False) + "\n").encode()
     except (TypeError, ValueError, RecursionError) as error:
         raise BadInput(f"the scan's provenance is not plain JSON: {error}", "keep numbers, texts and lists") from error
@@ -122,7 +139,7 @@ def read_folder(folder: Path) -> RangeScan:
         raise BadInput(f"{folder / INDEX} lists the files {sorted(index.files)}", DAMAGED)
     files = {name: _read_verified(folder / name, sha256) for name, sha256 in index.files.items()}
     texture = decode_picture(files[TEXTURE], str(folder / TEXTURE)) if TEXTURE in files else None
-    return _scan(folder / POINTS, files[POINTS], texture, index.provenance)
+    return _scan(folder / POINTS, files[POINTS], texture, index)
 
 
 def _index(folder: Path) -> Index:
@@ -143,11 +160,12 @@ def _read_verified(path: Path, sha256: str) -> bytes:
     return data
 
 
-def _scan(path: Path, data: bytes, texture: Bytes | None, provenance: dict[str, Any]) -> RangeScan:
+def _scan(path: Path, data: bytes, texture: Bytes | None, index: Index) -> RangeScan:
     points, texture_xy = _array(path, data, "points", 3), _array(path, data, "texture_xy", 2)
     check_grid(path, *points.shape[:2])
     _check_positions(path, points, texture_xy, DAMAGED)
-    return RangeScan(points, texture, texture_xy, provenance)
+    provenance, findings = index.split()
+    return RangeScan(points, texture, texture_xy, provenance, findings=findings)
 
 
 def _check_positions(path: Path, points: Floats, texture_xy: Floats, hint: str) -> None:

@@ -52,10 +52,10 @@ def read_glb(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     arrays = parse_mesh(path, data if changed is None else _file(*changed), "glb")
     if texture is None and arrays.uv is not None:
         texture = _picture(path, layout, binary)
-    kept, warnings = kept_faces(arrays.bare, pictured=texture is not None)
+    kept, findings = kept_faces(arrays.bare, pictured=texture is not None)
     uv = None if arrays.bare[kept].any() else arrays.uv
     return checked_mesh(
-        path, arrays.vertices, arrays.faces[kept], uv=uv, texture=texture, colours=arrays.colours, warnings=warnings
+        path, arrays.vertices, arrays.faces[kept], uv=uv, texture=texture, colours=arrays.colours, findings=findings
     )
 
 

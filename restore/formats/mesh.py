@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.errors import BadInput
+from restore.findings import Finding
 from restore.formats.picture import adjacent_picture
 from restore.formats.source import DAMAGED, MAX_COORDINATE_MM, MAX_SAMPLES, ONE_SHOT
 from restore.formats.tiles import in_first_tile
@@ -45,12 +46,12 @@ def checked_mesh(
     uv: NDArray[np.floating] | None = None,
     texture: Bytes | None = None,
     colours: Bytes | None = None,
-    warnings: Sequence[str] = (),
+    findings: Sequence[Finding] = (),
 ) -> SurfaceMesh:
     """Check the arrays of a mesh file and make a SurfaceMesh of them, without unused vertices and collapsed faces.
 
     vertices (n, 3) mm, faces (m, 3), uv (n, 2) with the origin at the lower left of the texture, which may repeat,
-    colours (n, 3) RGB; the warnings go into the provenance.
+    colours (n, 3) RGB.
     Without texture and colours, or with one colour alone, the picture beside the file is taken. A texture without uv is
     kept: its place may follow from the scanner's geometry. uv without a texture mean nothing and are dropped. Raises
     BadInput.
@@ -73,8 +74,8 @@ def checked_mesh(
     if texture is None and colours is None:
         texture = adjacent_picture(path)
     texcoords = None if uv is None or texture is None else _texcoords(path, uv, texture, points, corners)
-    facts = provenance(path) | ({"warnings": list(warnings)} if warnings else {})
-    return PaintedMesh(points, corners, texcoords, texture, facts, colours=colours)
+    facts = provenance(path)
+    return PaintedMesh(points, corners, texcoords, texture, facts, colours=colours, findings=tuple(findings))
 
 
 def provenance(path: Path) -> dict[str, Any]:

@@ -10,6 +10,7 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from restore.errors import BadInput
+from restore.findings import Finding, finding
 from restore.formats.bare_faces import kept_faces
 from restore.formats.mesh import check_vertices, checked_mesh, fan_triangles, split_seams, texture_uv
 from restore.formats.obj_text import ObjText, parse_obj
@@ -52,10 +53,10 @@ def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     if not bare.all():
         texture = _picture(path, text) if texture is None else texture
         texture = adjacent_picture(path) if texture is None and colours is None else texture
-    kept, warnings = kept_faces(bare, pictured=texture is not None)
-    warnings = (*unused, *warnings)
+    kept, findings = kept_faces(bare, pictured=texture is not None)
+    findings = (*unused, *findings)
     if bare[kept].any():
-        return checked_mesh(path, text.vertices, faces, texture=texture, colours=colours, warnings=warnings)
+        return checked_mesh(path, text.vertices, faces, texture=texture, colours=colours, findings=findings)
     take, take_uv, faces = split_seams(faces[kept], uv_faces[kept], len(text.uv))
     return checked_mesh(
         path,
@@ -64,7 +65,7 @@ def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
         uv=text.uv[take_uv],
         texture=texture,
         colours=None if colours is None or texture is not None else colours[take],
-        warnings=warnings,
+        findings=findings,
     )
 
 
@@ -83,8 +84,8 @@ def write_obj(mesh: SurfaceMesh, path: Path) -> None:
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _check_complete(path: Path, data: bytes, text: ObjText, faces: Ints) -> tuple[str, ...]:
-    """A warning where the last vertices are in no face: the file may be cut short between two lines.
+def _check_complete(path: Path, data: bytes, text: ObjText, faces: Ints) -> tuple[Finding, ...]:
+    """A finding where the last vertices are in no face: the file may be cut short between two lines.
 
     Scanners write as many vertices as their faces use, before the faces; editors leave the vertices of faces that were
     deleted. Raises BadInput when the last face is not complete, or vertices are unused and the last line has no end, or
@@ -100,7 +101,7 @@ def _check_complete(path: Path, data: bytes, text: ObjText, faces: Ints) -> tupl
     if share < (LEAST_USED if large and ended else 0.0 if ended else 1.0):
         raise BadInput(f"{path} seems cut short: its faces use the first {share:.0%} of its vertices", CUT_SHORT)
     if large and share < 1.0 - UNUSED_TAIL:
-        return (f"the faces use the first {share:.1%} of the vertices: were faces deleted, or is the file cut short?",)
+        return (finding("unused_vertices", share),)
     return ()
 
 

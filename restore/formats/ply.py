@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.errors import BadInput
+from restore.findings import Finding
 from restore.formats.bare_faces import kept_faces
 from restore.formats.grid import check_grid, grid_polygons
 from restore.formats.mesh import check_polygons, checked_mesh, colours_from, fan_triangles, split_seams, texture_uv
@@ -41,16 +42,16 @@ def read_ply(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     colours = _colours(content)
     if texture is None and uv is not None:
         texture = _picture(path, content.header.comments)
-    warnings: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
     if uv_faces is not None and uv is not None:
         bare: Mask = np.any(uv_faces < 0, axis=1)
-        kept, warnings = kept_faces(bare, pictured=texture is not None)
+        kept, findings = kept_faces(bare, pictured=texture is not None)
         if bare[kept].any():
             uv = None
         else:
             take, take_uv, faces = split_seams(faces[kept], uv_faces[kept], len(uv))
             vertices, uv, colours = vertices[take], uv[take_uv], None if colours is None else colours[take]
-    return checked_mesh(path, vertices, faces, uv=uv, texture=texture, colours=colours, warnings=warnings)
+    return checked_mesh(path, vertices, faces, uv=uv, texture=texture, colours=colours, findings=findings)
 
 
 def write_ply(mesh: SurfaceMesh, path: Path) -> None:

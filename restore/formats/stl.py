@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from restore.errors import BadInput
+from restore.findings import Finding, finding
 from restore.formats.mesh import check_counts, check_vertices, checked_mesh
 from restore.formats.source import CUT_SHORT, DAMAGED, parse_numbers, read_bytes, with_newlines, without_mark
 from restore.mesh.adjacency import components
@@ -34,17 +35,17 @@ SHORTER = 0.05  # of the edges are shorter
 def read_stl(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     """Read the triangles and join corners at the same place to one vertex; `texture` (h, w, 3). Raises BadInput.
 
-    Where hardly any lie at the same place, those that nearly do are joined, with a warning. So there is for a number of
+    Where hardly any lie at the same place, those that nearly do are joined, with a finding. So there is for a number of
     triangles in the header that is not that of the file, and for what stands behind them.
     """
     data = read_bytes(path)
-    corners, warnings = _text_corners(path, data) if _is_text(data) else _binary_corners(path, data)
+    corners, found = _text_corners(path, data) if _is_text(data) else _binary_corners(path, data)
     check_vertices(path, corners)
     vertices, number = _join(corners)
     if len(vertices) > APART * len(corners) / 3:
         vertices, number, joined = _join_near(vertices, number)
-        warnings += joined
-    return checked_mesh(path, vertices, number.reshape(-1, 3), texture=texture, warnings=warnings)
+        found += joined
+    return checked_mesh(path, vertices, number.reshape(-1, 3), texture=texture, findings=found)
 
 
 def _is_text(data: bytes) -> bool:
@@ -54,35 +55,35 @@ def _is_text(data: bytes) -> bool:
     return found is not None and (found[1] is not None or len(start) < HEADER_BYTES)
 
 
-def _binary_corners(path: Path, data: bytes) -> tuple[Floats, list[str]]:
-    """The corners (3m, 3) of a binary file, and warnings."""
-    count, warnings = _count(path, data)
+def _binary_corners(path: Path, data: bytes) -> tuple[Floats, list[Finding]]:
+    """The corners (3m, 3) of a binary file, and findings."""
+    count, found = _count(path, data)
     check_counts(path, 0, count)
     with np.errstate(invalid="ignore"):  # of a NaN that signals, which is refused below
         corners = np.frombuffer(data, TRIANGLE, count, HEADER_BYTES)["corners"].reshape(-1, 3).astype(np.float64)
-    return corners, warnings
+    return corners, found
 
 
-def _count(path: Path, data: bytes) -> tuple[int, list[str]]:
-    """The number of triangles of a binary file, and warnings."""
+def _count(path: Path, data: bytes) -> tuple[int, list[Finding]]:
+    """The number of triangles of a binary file, and findings."""
     count = int.from_bytes(data[HEADER_BYTES - 4 : HEADER_BYTES], "little")
     expected = HEADER_BYTES + count * TRIANGLE.itemsize
     held, behind = divmod(len(data) - HEADER_BYTES, TRIANGLE.itemsize)
     if len(data) >= HEADER_BYTES and len(data) == expected:
         return count, []
     if held > 0 and behind == 0 and (count in UNCOUNTED or count < held):
-        return held, [f"the header of the file counts {count} triangles, it holds {held}: all of them are read"]
+        return held, [finding("counts_differ", count=count, held=held)]
     if len(data) < expected:
         raise BadInput(
             f"{path} seems cut short: it has {len(data)} bytes, {count} triangles need {expected}", CUT_SHORT
         )
     if count == 0:
         raise BadInput(f"{path} has {len(data)} bytes, its {count} triangles need {expected}", DAMAGED)
-    return count, [f"{len(data) - expected} bytes behind the {count} triangles of the file are left out"]
+    return count, [finding("bytes_left_out", count=len(data) - expected, triangles=count)]
 
 
-def _text_corners(path: Path, data: bytes) -> tuple[Floats, list[str]]:
-    """The corners (3m, 3) of a text file, the numbers behind each word `vertex`, and warnings."""
+def _text_corners(path: Path, data: bytes) -> tuple[Floats, list[Finding]]:
+    """The corners (3m, 3) of a text file, the numbers behind each word `vertex`, and findings."""
     lower = _NAMED.sub(rb"\1", with_newlines(without_mark(data)).lower())
     ends = [end.start() for end in _END.finditer(lower)]
     if not ends or ends[-1] < lower.rfind(VERTEX):
@@ -90,13 +91,13 @@ def _text_corners(path: Path, data: bytes) -> tuple[Floats, list[str]]:
     check_counts(path, 0, lower.count(VERTEX) // 3)
     numbers = np.empty(len(lower) + 1, np.uint8)
     used = _vertex_numbers(np.frombuffer(lower, np.uint8), numbers)
-    words, warnings = numbers[:used].tobytes(), list[str]()
+    words, found = numbers[:used].tobytes(), list[Finding]()
     if b"," in words and b"." not in words:
-        words, warnings = words.replace(b",", b"."), ["the numbers of the file have decimal commas"]
+        words, found = words.replace(b",", b"."), [finding("decimal_commas")]
     values = parse_numbers(words, path, "a vertex")
     if values.size % 9:
         raise BadInput(f"{path} has {values.size} coordinates, triangles have nine each", DAMAGED)
-    return values.reshape(-1, 3), warnings
+    return values.reshape(-1, 3), found
 
 
 @numba.njit(cache=True)
@@ -131,8 +132,8 @@ def _join(corners: Floats) -> tuple[Floats, NDArray[np.int64]]:
     return ordered[new], number
 
 
-def _join_near(vertices: Floats, number: Ints) -> tuple[Floats, Ints, list[str]]:
-    """Vertices (n, 3) mm with those joined that nearly lie at one place, the number of each corner (c,), a warning."""
+def _join_near(vertices: Floats, number: Ints) -> tuple[Floats, Ints, list[Finding]]:
+    """Vertices (n, 3) mm with those joined that nearly lie at one place, the number of each corner (c,), a finding."""
     corners = vertices[number.reshape(-1, 3)]
     edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
     reach = SAME_CORNER * float(np.quantile(edges, SHORTER))
@@ -141,5 +142,4 @@ def _join_near(vertices: Floats, number: Ints) -> tuple[Floats, Ints, list[str]]
         return vertices, number, []
     place = components(pairs, len(vertices))
     _, first, joined = np.unique(place, return_index=True, return_inverse=True)
-    warning = f"corners of triangles that lay up to {reach:.2g} apart, in the unit of the file, were joined"
-    return vertices[first], joined.reshape(-1)[number], [warning]
+    return vertices[first], joined.reshape(-1)[number], [finding("corners_joined", reach=reach)]

@@ -10,9 +10,10 @@ import numpy as np
 
 from restore.arguments import checks_types
 from restore.errors import BadInput
+from restore.findings import Finding, finding
 from restore.formats.source import MAX_COORDINATE_MM
 from restore.mesh.ordered_grid import GridMesh
-from restore.scan import SurfaceMesh, with_warnings
+from restore.scan import SurfaceMesh, with_findings
 
 UNIT_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
 EDGE_MM = {**UNIT_MM, "um": 1e-3, "µm": 1e-3}
@@ -53,41 +54,36 @@ def in_millimetres(path: Path, mesh: SurfaceMesh, unit: str = AUTO) -> SurfaceMe
     """The mesh of a file in mm; its provenance names the unit where it was given or is that of the format.
 
     AUTO takes the unit of the format, for a segment the voxel that its file names, or else ASSUMED_VOXEL with a
-    warning. Many programs write millimetres into formats of metres: where a coordinate would lie beyond
-    MAX_COORDINATE_MM, they are read as such, with a warning. Raises BadInput for a given unit under which a coordinate
+    finding. Many programs write millimetres into formats of metres: where a coordinate would lie beyond
+    MAX_COORDINATE_MM, they are read as such, with a finding. Raises BadInput for a given unit under which a coordinate
     lies beyond that.
     """
     check_unit(unit)
     largest = float(np.abs(mesh.vertices).max(initial=0.0))
-    source, warnings = GIVEN, list[str]()
+    source, found = GIVEN, list[Finding]()
     if unit == AUTO:
-        unit, source, warnings = _own_unit(path, mesh, largest)
+        unit, source, found = _own_unit(path, mesh, largest)
     factor = unit_mm(unit) or 1.0
     if largest * factor > MAX_COORDINATE_MM:
         raise BadInput(
             f"{path}: a vertex lies {largest:g} {unit} from the origin",
             "give the file's unit with --unit, where the command has it",
         )
-    if source == ASSUMED and not warnings:
+    if source == ASSUMED and not found:
         return mesh
     provenance = {**mesh.provenance, "unit": unit, "unit_source": source}
-    if warnings:
-        provenance = with_warnings(provenance, *warnings)
-    return replace(mesh, vertices=mesh.vertices * factor, provenance=provenance)
+    return with_findings(replace(mesh, vertices=mesh.vertices * factor, provenance=provenance), *found)
 
 
-def _own_unit(path: Path, mesh: SurfaceMesh, largest: float) -> tuple[str, str, list[str]]:
-    """The unit of a file whose largest coordinate is given, where it comes from, and warnings."""
+def _own_unit(path: Path, mesh: SurfaceMesh, largest: float) -> tuple[str, str, list[Finding]]:
+    """The unit of a file whose largest coordinate is given, where it comes from, and findings."""
     if isinstance(mesh, GridMesh):
         if voxel_um := mesh.provenance.get("voxel_um"):
             return f"{voxel_um:.9f}um", BY_FORMAT, []
-        return ASSUMED_VOXEL, ASSUMED, [
-            f"the file does not tell the size of a voxel: it is taken for {ASSUMED_VOXEL}; --unit gives it, as 7.91um"
-        ]  # fmt: skip
+        return ASSUMED_VOXEL, ASSUMED, [finding("voxel_assumed", voxel=ASSUMED_VOXEL)]
     standard = STANDARD.get(path.suffix.lower())
     if standard is None:
         return UNSTATED, ASSUMED, []
     if largest * UNIT_MM[standard] > MAX_COORDINATE_MM:
-        warning = f"the coordinates are too large for {standard}, the unit of the format: read as {UNSTATED}"
-        return UNSTATED, ASSUMED, [warning]
+        return UNSTATED, ASSUMED, [finding("unit_too_large", standard=standard, unit=UNSTATED)]
     return standard, BY_FORMAT, []

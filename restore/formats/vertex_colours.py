@@ -12,6 +12,7 @@ from math import sqrt
 import numpy as np
 
 from restore.errors import RestoreError
+from restore.findings import finding
 from restore.flattening.methods import flatten_points
 from restore.formats.copies import first_at_place
 from restore.formats.mesh import PaintedMesh
@@ -20,7 +21,7 @@ from restore.mesh.pose import pose_on_table
 from restore.mesh.triangulate import compact
 from restore.mesh.validate import ValidMesh, validated
 from restore.range_image.resample import resample
-from restore.scan import Bytes, Floats, Ints, SurfaceMesh, with_warnings
+from restore.scan import Bytes, Floats, Ints, SurfaceMesh, with_findings
 from restore.texture.page import MM_PER_INCH, median_over_area, nearest_colours, page_map
 
 OVERSAMPLING = 1.5  # of the vertices where they are dense
@@ -31,9 +32,9 @@ MAX_PIXELS = 16_000_000  # ten times the vertices of the largest range camera
 def with_picture(mesh: PaintedMesh, colours: Bytes) -> SurfaceMesh:
     """The mesh with one vertex for each place, and a picture of the colours (n, 3) of its vertices.
 
-    The mesh without them, with a warning in its provenance, where its surface cannot be laid out.
+    The mesh without them, with a finding, where its surface cannot be laid out.
     """
-    bare = SurfaceMesh(mesh.vertices, mesh.faces, provenance=mesh.provenance)
+    bare = SurfaceMesh(mesh.vertices, mesh.faces, provenance=mesh.provenance, findings=mesh.findings)
     place = first_at_place(bare)
     used, faces = compact(np.arange(len(mesh.vertices)), place[mesh.faces])
     number = np.zeros(len(mesh.vertices), np.int64)
@@ -42,8 +43,7 @@ def with_picture(mesh: PaintedMesh, colours: Bytes) -> SurfaceMesh:
         joined = validated(replace(bare, vertices=mesh.vertices[used], faces=faces))
         return _painted(joined, bare, _means(colours, number[place], len(used)))
     except RestoreError as error:
-        warning = f"the colours of its vertices are left out, as its surface cannot be laid out for a picture: {error}"
-        return replace(bare, provenance=with_warnings(mesh.provenance, warning))
+        return with_findings(bare, finding("colours_left_out", reason=error))
 
 
 def _means(colours: Bytes, number: Ints, count: int) -> Floats:
@@ -53,7 +53,7 @@ def _means(colours: Bytes, number: Ints, count: int) -> Floats:
 
 
 def _painted(mesh: ValidMesh, source: SurfaceMesh, colours: Floats) -> SurfaceMesh:
-    """A mesh with a picture of the colours (n, 3) of its vertices, and the provenance of its source."""
+    """A mesh with a picture of the colours (n, 3) of its vertices, and the provenance and findings of its source."""
     flat = _laid_out(mesh)
     areas = np.abs(signed_areas(flat, mesh.faces))
     ppi = _picture_ppi(flat, areas)
@@ -65,7 +65,7 @@ def _painted(mesh: ValidMesh, source: SurfaceMesh, colours: Floats) -> SurfaceMe
     surface = np.linalg.norm(face_normals(mesh.vertices, mesh.faces), axis=1)
     finer = median_over_area(_apart(areas), surface) * ppi / MM_PER_INCH
     provenance = {**source.provenance, "picture": "colours of vertices", "oversampling": finer}
-    return SurfaceMesh(mesh.vertices, mesh.faces, texcoords, picture, provenance)
+    return SurfaceMesh(mesh.vertices, mesh.faces, texcoords, picture, provenance, findings=source.findings)
 
 
 def _laid_out(mesh: ValidMesh) -> Floats:

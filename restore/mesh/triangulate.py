@@ -101,4 +101,6 @@ def triangulate(scan: RangeScan) -> SurfaceMesh:
     rows, cols = np.indices(measured.shape)
     nodes, faces = _triangles(np.dstack([rows, cols]).astype(float), measured, 1)
     r, c = nodes.astype(int).T
-    return SurfaceMesh(scan.points[r, c], faces, scan.texture_xy[r, c], scan.texture, scan.provenance)
+    return SurfaceMesh(
+        scan.points[r, c], faces, scan.texture_xy[r, c], scan.texture, scan.provenance, findings=scan.findings
+    )

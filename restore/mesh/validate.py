@@ -52,7 +52,7 @@ def validated(mesh: SurfaceMesh) -> ValidMesh:
     """
     if isinstance(mesh, ValidMesh):
         return mesh
-    return ValidMesh(mesh.vertices, mesh.faces, mesh.texcoords, mesh.texture, mesh.provenance)
+    return ValidMesh(mesh.vertices, mesh.faces, mesh.texcoords, mesh.texture, mesh.provenance, findings=mesh.findings)
 
 
 def _checked(mesh: SurfaceMesh) -> SurfaceMesh:

@@ -7,10 +7,11 @@ distances, and of those on the page the outermost, of those beyond the innermost
 from __future__ import annotations
 
 from math import sqrt
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.special import logsumexp
 
@@ -119,7 +120,7 @@ def separate(crossings: Crossings, normal: Floats, seen: PictureEdge | None = No
     return Separation(found, most, float(right.mean()))
 
 
-def _normal_density(x: Floats) -> Floats:
+def _normal_density(x: NDArray[np.floating[Any]]) -> Floats:
     """Density of the standard normal distribution; importing scipy.stats for it takes longer than its use."""
     return np.asarray(np.exp(-(x**2) / 2.0) / np.sqrt(2.0 * np.pi))
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from restore.arguments import checks_types
 from restore.errors import BadInput, NotEnoughSurface
+from restore.findings import Finding, finding
 from restore.mesh.clean import large_pieces, select, weld
 from restore.mesh.measures import surface_area, vertex_normals
 from restore.mesh.validate import validated
@@ -32,10 +33,6 @@ MOST_VIEWS = (
     0.75  # show paper at a place of the page; of those of the mesh that hangs from its edge to the table, half do
 )
 LEAST_AREA_MM2 = 2500.0  # half of a business card
-COARSE = (
-    "the shape is that of a phone's mesh, which is good to some millimetres at best: creases and waves of the page "
-    "are smoothed; photographs alone (planish photos) measure a page far finer"
-)
 HINT = "scan the page alone, on a table that is darker than paper, and export the capture with all its images"
 
 
@@ -46,8 +43,8 @@ class Reader(Protocol):
         """The mesh in the frame of the cameras, mm, z up."""
         ...
 
-    def read_frames(self, folder: Path) -> tuple[list[Frame], tuple[str, ...]]:
-        """The photographs with their cameras, and warnings."""
+    def read_frames(self, folder: Path) -> tuple[list[Frame], tuple[Finding, ...]]:
+        """The photographs with their cameras, and findings."""
         ...
 
 
@@ -75,14 +72,15 @@ def load_phone_capture(path: Path | str) -> PhoneCapture:
         raise BadInput(f"{folder} is no capture of a phone with photographs and cameras", "give a mesh file by itself")
     program, reader = found
     mesh = reader.read_mesh(folder)
-    frames, warnings = reader.read_frames(folder)
+    frames, findings = reader.read_frames(folder)
     if not frames:
         raise BadInput(f"{folder} holds no photograph with its camera", HINT)
     photographs = [_photograph(frame) for frame in _chosen(frames)]
     page, photographs = _upright(*_page_of(mesh, photographs))
     facts = {"device": program, "unit": "m", "unit_source": "given", "frames": len(frames)}
-    facts |= {"photographs": [photograph.name for photograph in photographs], "warnings": [*warnings, COARSE]}
-    return PhoneCapture(replace(page, provenance=facts), tuple(photographs))
+    facts |= {"photographs": [photograph.name for photograph in photographs]}
+    findings = (*findings, finding("coarse_mesh"))
+    return PhoneCapture(replace(page, provenance=facts, findings=findings), tuple(photographs))
 
 
 def _reader(folder: Path) -> tuple[str, Reader] | None:

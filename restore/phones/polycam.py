@@ -16,6 +16,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from restore.errors import BadInput
+from restore.findings import Finding, finding
 from restore.formats.glb import read_glb
 from restore.formats.source import DAMAGED, is_file, is_folder
 from restore.phones.arkit import MM_PER_METRE, Frame, camera_of, world_to_mm
@@ -26,10 +27,6 @@ MESH, INFO = "raw.glb", "mesh_info.json"
 CORRECTED = ("keyframes/corrected_images", "keyframes/corrected_cameras")
 RAW = ("keyframes/images", "keyframes/cameras")
 NO_TEXTURE: Bytes = np.zeros((1, 1, 3), np.uint8)  # the page is painted from the photographs
-DISTORTED = (
-    "the capture has no corrected images: the distortion of the lens is not known, and print may be off by some "
-    "pixels; process the capture again in developer mode"
-)
 
 
 class CameraFile(BaseModel):
@@ -85,8 +82,8 @@ def read_mesh(folder: Path) -> SurfaceMesh:
     return SurfaceMesh(world_to_mm(world), mesh.faces)
 
 
-def read_frames(folder: Path) -> tuple[list[Frame], tuple[str, ...]]:
-    """The photographs with their cameras, the optimised ones where there are any, and warnings. Raises BadInput."""
+def read_frames(folder: Path) -> tuple[list[Frame], tuple[Finding, ...]]:
+    """The photographs with their cameras, the optimised ones where there are any, and findings. Raises BadInput."""
     optimised = all(is_folder(folder / part) for part in CORRECTED)
     images, cameras = (folder / part for part in (CORRECTED if optimised else RAW))
     frames = []
@@ -97,4 +94,4 @@ def read_frames(folder: Path) -> tuple[list[Frame], tuple[str, ...]]:
             intrinsics = (found.fx, found.fy, found.cx, found.cy)
             camera = camera_of(path, found.pose, intrinsics, (found.width, found.height))
             frames.append(Frame(picture, camera, found.blur_score))
-    return frames, () if optimised else (DISTORTED,)
+    return frames, () if optimised else (finding("lens_unknown"),)

@@ -15,6 +15,7 @@ from PIL import Image
 from pydantic import BaseModel, ConfigDict, Field
 
 from restore.errors import BadInput
+from restore.findings import Finding
 from restore.formats.obj import read_obj
 from restore.formats.source import DAMAGED, is_file
 from restore.phones.arkit import Frame, camera_of, world_to_mm
@@ -40,8 +41,8 @@ def read_mesh(folder: Path) -> SurfaceMesh:
     return SurfaceMesh(world_to_mm(mesh.vertices), mesh.faces)
 
 
-def read_frames(folder: Path) -> tuple[list[Frame], tuple[str, ...]]:
-    """The photographs with their cameras, and warnings. Raises BadInput."""
+def read_frames(folder: Path) -> tuple[list[Frame], tuple[Finding, ...]]:
+    """The photographs with their cameras, and findings. Raises BadInput."""
     frames = []
     for path in sorted(folder.glob(SCANNER_APP_FRAMES)):
         picture = path.with_suffix(".jpg")

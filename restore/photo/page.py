@@ -10,6 +10,7 @@ import numpy as np
 
 from restore.bands import in_threads
 from restore.errors import BadInput
+from restore.findings import Finding, finding
 from restore.mesh.measures import signed_areas
 from restore.mesh.raster import rasterise
 from restore.photo.coarse import COARSE_MM
@@ -24,7 +25,6 @@ from restore.texture.page import Painting, extend_edge_colours, paint_page
 from restore.texture.resolution import Resolution, print_or_outline_mtf50
 
 MOSTLY = 0.5  # of a pixel
-UNCOVER = "look at the coverage map, and photograph the page again with nothing over it if that matters"
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,23 +141,22 @@ def _shown(pixels: Floats, faces: Ints, shape: tuple[int, ...]) -> Mask:
     return np.isfinite(rasterise(pixels, seen, np.zeros((len(pixels), 1)), shape[0], shape[1])[..., 0])
 
 
-def reasons(registered: Sequence[Registered], reports: Sequence[dict[str, Any]]) -> list[str]:
-    """Why photographs are not used, or not in full, and what to do about it, in sentences.
+def photo_findings(registered: Sequence[Registered], reports: Sequence[dict[str, Any]]) -> list[Finding]:
+    """Why photographs are not used, or not in full, and what to do about it.
 
     reports: those that `paint_registered` gave.
     """
-    sentences = [
-        f"{one.photograph.name} is not used: {'; '.join(filter(None, (one.reason, one.hint)))}"
+    refused = [
+        finding("photo_refused", name=one.photograph.name, reason="; ".join(filter(None, (one.reason, one.hint))))
         for one in registered
         if one.registration is None
     ]
     covered = [
-        f"{report['name']}: something covers the page or is mirrored in it over {report['covered_mm2'] / 100:.1f} cm², "
-        f"{report['covered_share']:.1%} of the page; it is painted from elsewhere: {UNCOVER}"
-        for report in reports
-        if report.get("covered_mm2", 0.0) > 0
+        finding("photo_covered", one["covered_share"], name=one["name"], area_cm2=one["covered_mm2"] / 100)
+        for one in reports
+        if one.get("covered_mm2", 0.0) > 0
     ]
-    return sentences + covered
+    return refused + covered
 
 
 def _refusal(one: Registered) -> dict[str, Any]:

@@ -12,6 +12,7 @@ from typing import Any
 import cv2
 import numpy as np
 
+from restore.findings import Finding, finding
 from restore.photo.camera import PhotoCamera
 from restore.photo.photograph import Photograph
 from restore.photogrammetry.align import LEAST_COMMON, views_that_agree
@@ -30,8 +31,6 @@ SAME_CENTRE = 0.01  # of the width: stabilisation shifts a principal point by a 
 EXPLAINED = 0.7  # of a view's residuals that are left once its focal length or principal point is free, if that was it
 MOST_CARD_MM = 0.3  # rms of the markers about the flat card: ten times what they are off in five views
 WRONG_CARD_MM = 1.0  # a strip of paper that is not flat bends by so much; beyond, the cameras are wrong
-OTHER_PAGE = "it shows another page, or this one where it did not lie before, or not sharply"
-OTHER_SHAPE = "it shows another print, or the page bent otherwise"
 
 
 def check_found(found: Mask, in_frame: Mask, views: Sequence[int]) -> None:
@@ -41,7 +40,7 @@ def check_found(found: Mask, in_frame: Mask, views: Sequence[int]) -> None:
     """
     known = found.any(axis=0)
     shares = (found & known).sum(axis=1) / np.maximum((in_frame & known).sum(axis=1), 1)
-    _raise_for(views, shares < LEAST_SHARE * np.median(shares), OTHER_PAGE)
+    _raise_for(views, shares < LEAST_SHARE * np.median(shares), finding("other_page"))
 
 
 def check_residuals(residuals: Floats, sigma: Floats, view: Ints, views: Sequence[int]) -> None:
@@ -50,7 +49,7 @@ def check_residuals(residuals: Floats, sigma: Floats, view: Ints, views: Sequenc
     sigma: (m,) their standard deviations; view: (m,) the row of `views` that each belongs to.
     """
     medians = _medians(residuals, sigma, view, len(views))
-    _raise_for(views, medians > MOST_RATIO * np.median(medians), OTHER_SHAPE)
+    _raise_for(views, medians > MOST_RATIO * np.median(medians), finding("other_shape"))
 
 
 def check_optics(adjusted: Adjusted, tracks: Tracks, views: Sequence[int]) -> None:
@@ -67,9 +66,9 @@ def check_optics(adjusted: Adjusted, tracks: Tracks, views: Sequence[int]) -> No
     apart = {}
     for row in np.flatnonzero(after < EXPLAINED * before).tolist():
         if abs(by[row]) > SAME_FOCAL:
-            apart[views[row]] = f"it is zoomed: its focal length is {by[row]:+.0%}"
+            apart[views[row]] = finding("zoomed", change=by[row])
         elif off[row] > SAME_CENTRE:
-            apart[views[row]] = f"it is cropped: the middle of its lens is {off[row]:.0%} of its width off the others'"
+            apart[views[row]] = finding("cropped", shift=off[row])
     if apart:
         raise ViewsApart(apart)
 
@@ -89,19 +88,19 @@ def within(cameras: Sequence[PhotoCamera], points: Floats) -> Mask:
     return np.stack(inside)
 
 
-def without(failed: Mapping[int, str], apart: ViewsApart, left: int, names: Sequence[str]) -> dict[int, str]:
+def without(failed: Mapping[int, Finding], apart: ViewsApart, left: int, names: Sequence[str]) -> dict[int, Finding]:
     """The views that failed, and those apart. Raises TooFewViews when fewer than three would be left."""
     both = {**failed, **apart.reasons}
     if left - len(apart.reasons) < LEAST_VIEWS:
         raise TooFewViews(
             f"{left - len(apart.reasons)} photographs show one page that lies still, and {LEAST_VIEWS} are needed: "
-            + "; ".join(f"{names[view]}: {why}" for view, why in both.items()),
+            + "; ".join(f"{names[view]}: {why.text}" for view, why in both.items()),
             "photograph one page, and move neither it nor the card from the first photograph to the last",
         ) from apart
     return both
 
 
-def _raise_for(views: Sequence[int], apart: Mask, why: str) -> None:
+def _raise_for(views: Sequence[int], apart: Mask, why: Finding) -> None:
     if apart.any():
         raise ViewsApart({views[row]: why for row in np.flatnonzero(apart).tolist()})
 
@@ -145,18 +144,15 @@ def _flipped(image: Bytes) -> Bytes:
     return np.ascontiguousarray(image[:, ::-1])
 
 
-def card_doubts(
+def card_findings(
     photographs: Sequence[Photograph], seen: Mapping[int, Mapping[int, Floats]], scale: Mapping[str, Any]
-) -> tuple[str, ...]:
-    """What is to be said of the card, as sentences: photographs with their cameras, the centres (2,) of the markers
+) -> tuple[Finding, ...]:
+    """What is to be reported of the card: photographs with their cameras, the centres (2,) of the markers
     seen in each by its index, and the scale found. Raises CardApart when the markers are where no card has them."""
     cameras = {number: photograph.camera for number, photograph in enumerate(photographs) if photograph.camera}
     showing = [number for number in cameras if len(seen.get(number, {})) >= LEAST_COMMON]
     if len(showing) < LEAST_VIEWS:
-        return (
-            "fewer than three photographs show the scale card: lay the one of `planish card` beside the page, whole in "
-            "each of them",
-        )
+        return (finding("card_in_few"),)
     agreeing = views_that_agree(cameras, seen)
     if len(agreeing) < LEAST_VIEWS:
         raise CardApart(
@@ -170,16 +166,10 @@ def card_doubts(
             f"the markers of the card are {off:.1f} mm off their places: the photographs do not agree about it",
             "give photographs that are neither cropped nor zoomed, and lay the card flat",
         )
-    sentences = []
+    found = []
     apart = [photographs[number].name for number in showing if number not in agreeing]
     if apart:
-        sentences.append(
-            f"page or card was moved: in {', '.join(apart)} the card lies elsewhere beside the page; the scale is "
-            "taken from the others"
-        )
+        found.append(finding("card_moved", names=", ".join(apart)))
     if off > MOST_CARD_MM:
-        sentences.append(
-            f"the markers of the card are {off:.2f} mm off their places: it was not flat or not "
-            "printed evenly, and the page's size is not to be trusted"
-        )
-    return tuple(sentences)
+        found.append(finding("card_uneven", distance_mm=off))
+    return tuple(found)

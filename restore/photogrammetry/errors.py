@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from restore.errors import BadInput, LibraryMissing, NotEnoughSurface
+from restore.findings import Finding
 
 
 class MixedLenses(BadInput):
@@ -22,8 +23,8 @@ class Mirrored(BadInput):
 class ViewsApart(NotEnoughSurface):
     """Raised when some views do not show the page that the others show; `reasons`: index of the photograph → why."""
 
-    def __init__(self, reasons: Mapping[int, str]) -> None:
-        super().__init__("; ".join(f"photograph {view + 1}: {why}" for view, why in reasons.items()))
+    def __init__(self, reasons: Mapping[int, Finding]) -> None:
+        super().__init__("; ".join(f"photograph {view + 1}: {why.text}" for view, why in reasons.items()))
         self.reasons = reasons
 
 

@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 
 from restore.arguments import checks_types
+from restore.findings import Finding, finding
 from restore.photo.camera import PhotoCamera
 from restore.photo.orientation import turned_like
 from restore.photo.photograph import Photograph
-from restore.photogrammetry.agreement import card_doubts, find_markers, with_blur, without
+from restore.photogrammetry.agreement import card_findings, find_markers, with_blur, without
 from restore.photogrammetry.align import Similarity
 from restore.photogrammetry.card import SCALE_CARD, ScaleCard, outline_in
 from restore.photogrammetry.errors import NoPage, TooFewViews, ViewsApart
@@ -56,13 +57,13 @@ class PhotographedPage:
                  interpolated a knot of its spline and more from all points: there its stiffness alone tells its shape.
     photographs  those that joined, with their cameras in the frame of the mesh.
     report       what was found, in plain values.
-    warnings     sentences.
+    findings     what is to be reported of it.
     """
 
     mesh: InterpolatedMesh
     photographs: tuple[Photograph, ...]
     report: Mapping[str, Any]
-    warnings: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
 
 
 def rescaled(page: PhotographedPage, factor: float, source: Mapping[str, Any]) -> PhotographedPage:
@@ -141,7 +142,7 @@ def _page_of(
     if card is None:
         return page
     seen = {row: markers[view] for row, view in enumerate(views)}
-    return replace(page, warnings=page.warnings + card_doubts(page.photographs, seen, page.report["scale"]))
+    return replace(page, findings=page.findings + card_findings(page.photographs, seen, page.report["scale"]))
 
 
 def _card_in(seen: Mapping[int, Floats], camera: PhotoCamera, corners: Floats | None) -> CardInView:
@@ -152,7 +153,7 @@ def _card_in(seen: Mapping[int, Floats], camera: PhotoCamera, corners: Floats | 
 
 def _dense(
     photographs: Sequence[Photograph],
-    failed: Mapping[int, str],
+    failed: Mapping[int, Finding],
     model: Model,
     masks: PaperMasks,
     cards: Sequence[CardInView],
@@ -173,7 +174,7 @@ def _dense(
     left_out = {photographs[k].name: why for k, why in failed.items()}
     report = {
         "views": [photographs[view].name for view in model.views],
-        "left_out": left_out,
+        "left_out": {name: why.text for name, why in left_out.items()},
         "scale": dict(model.scale),
         "points": len(fitted.points),
         "edge_measured": float(edge.measured.mean()),
@@ -184,7 +185,7 @@ def _dense(
         **_described(surface, fitted.stiffness),
         "rounds": fitted.rounds,
     }
-    return PhotographedPage(mesh, kept, report, _warnings(report))
+    return PhotographedPage(mesh, kept, report, _findings(report, left_out))
 
 
 def _described(surface: PageSurface, stiffness: float) -> dict[str, Any]:
@@ -196,42 +197,24 @@ def _described(surface: PageSurface, stiffness: float) -> dict[str, Any]:
     return {"shape": "smooth", "stiffness_mm4": stiffness, "pieces": 1}
 
 
-def _warnings(report: Mapping[str, Any]) -> tuple[str, ...]:
-    """What of a report, as `PhotographedPage` has it, is to be doubted."""
-    sentences = [f"{name} is left out: {why}" for name, why in report["left_out"].items()]
+def _findings(report: Mapping[str, Any], left_out: Mapping[str, Finding]) -> tuple[Finding, ...]:
+    """What is to be reported of a page; report as `PhotographedPage` has it, left_out: photograph's name → why."""
+    found = [finding("view_apart", name=name, reason=why.text) for name, why in left_out.items()]
     if len(report["views"]) < ENOUGH_VIEWS:
-        sentences.append(
-            f"the page is made of {len(report['views'])} photographs only: it may be half a millimetre wrong, and "
-            f"nothing in them tells; take {ENOUGH_VIEWS} or more"
-        )
-    if any("zoomed" in why for why in report["left_out"].values()):
-        sentences.append(
-            "photographs were zoomed or cropped, and the others may be so by less than can be told: the page's size is "
-            "not to be trusted; give photographs as the camera wrote them"
-        )
+        found.append(finding("few_views", count=len(report["views"]), enough=ENOUGH_VIEWS))
+    if any(why.code in ("zoomed", "cropped") for why in left_out.values()):
+        found.append(finding("views_zoomed"))
     if report["scale"]["from"] == "none":
-        sentences.append("the scale is not known: all sizes, and the dpi of the page with them, are guesses")
+        found.append(finding("no_scale"))
     if report["edge_measured"] < LEAST_EDGE:
-        sentences.append(
-            f"only {report['edge_measured']:.0%} of the page's edge is found in the photographs: the rest is prolonged "
-            "from the print, and the page's size is not to be trusted; photograph steep sides from beside them, too"
-        )
+        found.append(finding("edge_unseen", report["edge_measured"]))
     if report["surface_off_mm"] > MOST_OFF_MM:
-        sentences.append(
-            f"the surface passes one in ten of the measured points {report['surface_off_mm']:.1f} mm and more away: "
-            "the page is creased, or its shape was not found, and the result is not to be trusted"
-        )
+        found.append(finding("surface_off", distance_mm=report["surface_off_mm"]))
     if report["stretch"] is not None and abs(report["stretch"]) > MOST_STRETCH:
-        sentences.append(
-            f"the surface has {report['stretch']:+.1%} of area that paper cannot have: it is torn or doubled beside a "
-            "crease, and the page's size is not to be trusted; photograph the creases from both sides"
-        )
+        found.append(finding("area_gained", change=report["stretch"]))
     if report["uncovered_paper"] > MOST_UNCOVERED:
-        sentences.append(
-            f"{report['uncovered_paper']:.0%} of the paper in the photographs is not on the restored page: its sides "
-            "are too steep for these views, or another sheet lies beside it"
-        )
-    return tuple(sentences)
+        found.append(finding("paper_uncovered", report["uncovered_paper"]))
+    return tuple(found)
 
 
 def _mesh(

@@ -20,6 +20,7 @@ import cv2
 import numpy as np
 
 from restore.bands import thread_count
+from restore.findings import Finding, finding
 from restore.photo.camera import PhotoCamera
 from restore.photo.photograph import Photograph
 from restore.photogrammetry.errors import ExtraMissing, MixedLenses, TooFewViews
@@ -56,7 +57,7 @@ class SparseModel:
     cameras: dict[int, PhotoCamera]
     points: Floats
     errors: Floats
-    failed: dict[int, str]
+    failed: dict[int, Finding]
 
 
 def check_one_lens(photographs: Sequence[Photograph]) -> None:
@@ -99,7 +100,7 @@ def reconstruct(photographs: Sequence[Photograph], progress: Progress) -> Sparse
     if best is None or len(cameras) < LEAST_VIEWS:
         raise TooFewViews(
             f"{len(cameras)} of {len(photographs)} photographs join to one model, and {LEAST_VIEWS} are needed: "
-            + "; ".join(f"{photographs[k].name}: {why}" for k, why in failed.items()),
+            + "; ".join(f"{photographs[k].name}: {why.text}" for k, why in failed.items()),
             "photograph the page sharply from all round, each time in full and 20 to 40 degrees from the last",
         )
     points, errors = _points(best, ratio)
@@ -216,11 +217,11 @@ def _points(model: Any, ratio: float) -> tuple[Floats, Floats]:
     return table[:, :3], table[:, 3] / ratio
 
 
-def _reasons(greys: Sequence[Bytes], matched: dict[int, int], joined: set[int]) -> dict[int, str]:
+def _reasons(greys: Sequence[Bytes], matched: dict[int, int], joined: set[int]) -> dict[int, Finding]:
     """Why photographs did not join."""
     detail = [float(cv2.Laplacian(grey, cv2.CV_32F).var()) for grey in greys]
     usual = float(np.median(detail))
-    reasons = {}
+    reasons: dict[int, str] = {}
     for number, grey in enumerate(greys):
         if number in joined:
             continue
@@ -237,7 +238,7 @@ def _reasons(greys: Sequence[Bytes], matched: dict[int, int], joined: set[int]) 
             reasons[number] = "it is taken from the same place as the others, or its print does not agree with theirs"
         else:
             reasons[number] = "its print does not agree with that of the others"
-    return reasons
+    return {number: finding("not_joined", reason=reason) for number, reason in reasons.items()}
 
 
 def _check_parallax(cameras: dict[int, PhotoCamera], points: Floats) -> None:

@@ -13,7 +13,8 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from restore.bands import in_threads
-from restore.scan import Bytes, Floats, Ints, Mask, RangeScan, SurfaceMesh, with_warnings
+from restore.findings import finding
+from restore.scan import Bytes, Floats, Ints, Mask, RangeScan, SurfaceMesh, with_findings
 from restore.vivid import FOCAL_PX, TEXTURE_COLS, TEXTURE_ROWS
 
 # Image pixels per sample: FINE takes every pixel, FAST every second; exports thin them further.
@@ -38,10 +39,6 @@ MIN_SHORT_EDGES = 0.9  # share of edges between neighbouring cells
 # Colour and range come from one camera: texture coordinates are an affine function of the grid to within the
 # registration of the two exposures.
 MAX_TEXTURE_SCATTER_PX = 2.0
-MIRRORED = (
-    "the picture and the surface are mirror images of each other: the page reads as the picture does; where that is "
-    "wrong, mirror the picture, or turn v of the texture coordinates over, and export again"
-)
 SPECTRUM_BINS = 2**15  # 16 bins to a line at MAX_LINES
 MIN_LINE_STRENGTH = 0.5  # of a perfect lattice; a scatter of 0.1 of the pitch leaves 0.82
 
@@ -82,7 +79,7 @@ class Lattice:
 def organise(mesh: SurfaceMesh, *, colours: Bytes | None = None) -> RangeScan | None:
     """The range grid that a mesh was made from, or None when its vertices are not the samples of one shot.
 
-    A surface that is the mirror image of its picture is mirrored, with a warning.
+    A surface that is the mirror image of its picture is mirrored, with a finding.
     Texture positions come from the mesh's texture coordinates; without them from the camera: the picture is taken
     through the same lens, whose focal length follows from the pitch. A picture that no lens fits is left out. `colours`
     (n, 3) uint8 RGB, one a vertex, give a picture of the size of the grid when the mesh has none.
@@ -102,7 +99,8 @@ def organise(mesh: SurfaceMesh, *, colours: Bytes | None = None) -> RangeScan | 
     if texture_xy is None:
         return None
     points = np.where(lattice.occupied[..., None], mesh.vertices[lattice.vertex_at], np.nan)
-    return RangeScan(points, texture, texture_xy, {**mesh.provenance, **({"lens": lens[0]} if lens else {})})
+    facts = {**mesh.provenance, **({"lens": lens[0]} if lens else {})}
+    return RangeScan(points, texture, texture_xy, facts, findings=mesh.findings)
 
 
 def _find_lattice(vertices: Floats) -> Lattice | None:
@@ -199,8 +197,8 @@ def _lens(lattice: Lattice) -> tuple[str, int] | None:
 
 def _mirrored(mesh: SurfaceMesh) -> SurfaceMesh:
     """The mirror image of a surface, left for right, with a warning."""
-    provenance = with_warnings(mesh.provenance, MIRRORED)
-    return replace(mesh, vertices=mesh.vertices * [-1.0, 1.0, 1.0], faces=mesh.faces[:, ::-1], provenance=provenance)
+    turned = replace(mesh, vertices=mesh.vertices * [-1.0, 1.0, 1.0], faces=mesh.faces[:, ::-1])
+    return with_findings(turned, finding("mirrored"))
 
 
 def _affine(texcoords: Floats, lattice: Lattice) -> Floats:

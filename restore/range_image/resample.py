@@ -60,7 +60,8 @@ def view_of(mesh: ValidMesh) -> tuple[RangeScan, Rays] | None:
     depth = 1.0 / grid[..., 0]
     x = (low[0] + pitch * col_index) * depth
     y = (low[1] + pitch * (rows - 1 - row_index)) * depth
-    scan = RangeScan(np.dstack([x, y, -depth]), mesh.texture, grid[..., 1:] * depth[..., None], mesh.provenance)
+    points, texture_xy = np.dstack([x, y, -depth]), grid[..., 1:] * depth[..., None]
+    scan = RangeScan(points, mesh.texture, texture_xy, mesh.provenance, findings=mesh.findings)
     y0 = low[1] + pitch * (rows - 1)
     return scan, Rays(low[0], pitch, y0, -pitch, posed.axes, posed.origin + camera_centre @ posed.axes)
 

@@ -12,10 +12,11 @@ import numpy as np
 from scipy.ndimage import binary_erosion, binary_fill_holes
 
 from restore.errors import NotEnoughSurface
+from restore.findings import finding
 from restore.range_image.camera import MAX_GAP, SHADOW_SLOPE, Rays
 from restore.range_image.table import find_table
 from restore.range_image.table_outline import frame_of
-from restore.scan import Floats, Ints, Mask, RangeScan, with_warnings
+from restore.scan import Floats, Ints, Mask, RangeScan, with_findings
 
 MAX_SLOPE = 6.0  # 80.5°: steeper than any wall that both camera and laser see, less steep than the step to the table
 MIN_SHARE = 0.02  # of the grid: a smaller piece is no page
@@ -24,10 +25,6 @@ ONE_PIECE = 0.5  # of the samples off the table: with more in one piece the lase
 SMALL_HINT = "move the scanner nearer or take a lens of longer focal length, so that the page fills more of the picture"
 SPARSE_HINT = "bring the page into the depth window, raise the laser power for dark paper, and scan again"
 MAX_TOUCHING = 0.04  # of a page's outline on a table of its own colour: the corners of one that is flat elsewhere
-UNSEEN_EDGE = (
-    "colour does not tell the paper from the table, and {share:.0%} of the page's outline touches it, where its edge "
-    "is not seen: scan in colour, on a cloth of another colour than the paper"
-)
 CLOSING_DIAMETER = 5  # samples: notches that ink leaves in the outline
 SPECK = 2  # samples: what is no broader is noise; in the row that an edge runs along some are called the sheet's
 MAX_LOST = CLOSING_DIAMETER - 1  # samples in a row that a sheet goes on over: the outline is closed over as many
@@ -87,7 +84,7 @@ def find_sheet(scan: RangeScan, rays: Rays) -> SegmentedScan:
 def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan:
     """The scan with the largest connected surface of some of its samples (rows, cols) as its sheet.
 
-    Its provenance warns of others that could be pages. Raises NotEnoughSurface when none is large enough to be a page.
+    Its findings name others that could be pages. Raises NotEnoughSurface when none is large enough to be a page.
     """
     labels, sizes = _label_connected_surfaces(scan, rays, samples)
     sheet = _labelled(scan, rays, samples, labels == max(int(np.argmax(sizes)), 1))
@@ -97,15 +94,12 @@ def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan
         hint = SMALL_HINT if small else SPARSE_HINT
         raise NotEnoughSurface(f"the largest connected surface covers {sheet.share:.1%} of the picture", hint)
     others = int((sizes >= max(ANOTHER * sizes.max(), MIN_SHARE * labels.size)).sum()) - 1
-    return sheet if others == 0 else replace(sheet, scan=_warned(scan, others))
+    return sheet if others == 0 else replace(sheet, scan=_with_others(scan, others))
 
 
-def _warned(scan: RangeScan, others: int) -> RangeScan:
+def _with_others(scan: RangeScan, others: int) -> RangeScan:
     surfaces = "another surface" if others == 1 else f"{others} other surfaces"
-    warning = (
-        f"the scan shows {surfaces} as large as a page: `separate_sheets` gives each, the largest alone is restored"
-    )
-    return replace(scan, provenance=with_warnings(scan.provenance, warning))
+    return with_findings(scan, finding("other_surfaces", surfaces=surfaces))
 
 
 def find_pieces(scan: RangeScan, rays: Rays) -> list[SegmentedScan]:
@@ -127,7 +121,7 @@ def _find_table(scan: RangeScan) -> tuple[RangeScan, Mask]:
     """A scanner's picture with what its table warns of, and (rows, cols) the samples on that."""
     table, touching = find_table(scan, inverse_depths(scan), scan.measured)
     if touching > MAX_TOUCHING:
-        scan = replace(scan, provenance=with_warnings(scan.provenance, UNSEEN_EDGE.format(share=touching)))
+        scan = with_findings(scan, finding("unseen_edge", touching))
     return scan, table
 
 

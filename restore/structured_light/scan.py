@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.errors import BadInput, NotEnoughSurface
+from restore.findings import finding
 from restore.robust import robust_sigma
 from restore.scan import Bytes, Floats, Mask, RangeScan
 from restore.structured_light.decode import REACH, Axis, decode_axis, projected_light
@@ -58,8 +59,10 @@ def scan_captures(pictures: Sequence[Bytes], colour: Bytes, rig: Rig) -> RangeSc
         np.dstack([grid.tangents, np.ones(depth.shape)]) * [1.0, -1.0, -1.0] * np.where(kept, depth, np.nan)[..., None]
     )
     frame = _frame(kept)
-    facts = _provenance(rig, len(pictures), light.lit, kept, residual, white)
-    return RangeScan(np.ascontiguousarray(points[frame]), colour, grid.pixels[frame].copy(), facts)
+    facts = _provenance(rig, len(pictures), light.lit, kept, residual)
+    clipped = float((white[light.lit] >= CLIPPED).mean())
+    findings = (finding("overexposed", clipped),) if clipped > MOST_CLIPPED else ()
+    return RangeScan(np.ascontiguousarray(points[frame]), colour, grid.pixels[frame].copy(), facts, findings=findings)
 
 
 def _check(pictures: Sequence[Bytes], rig: Rig) -> None:
@@ -141,13 +144,7 @@ def _frame(kept: Mask) -> tuple[slice, slice]:
     return frame[0], frame[1]
 
 
-def _provenance(rig: Rig, count: int, lit: Mask, kept: Mask, residual: Floats, white: Bytes) -> dict[str, Any]:
-    clipped = float((white[lit] >= CLIPPED).mean())
-    warnings = []
-    if clipped > MOST_CLIPPED:
-        warnings.append(
-            f"{clipped:.0%} of the white picture is overexposed: edges of the patterns shift there; expose less"
-        )
+def _provenance(rig: Rig, count: int, lit: Mask, kept: Mask, residual: Floats) -> dict[str, Any]:
     return {
         "device": "structured light",
         "projector": [rig.projector.width, rig.projector.height],
@@ -156,5 +153,4 @@ def _provenance(rig: Rig, count: int, lit: Mask, kept: Mask, residual: Floats, w
         "lit_share": float(lit.mean()),
         "measured_share": float(kept.mean()),
         "epipolar_px": float(np.sqrt(np.mean(residual[kept] ** 2))),
-        "warnings": warnings,
     }

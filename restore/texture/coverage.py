@@ -17,12 +17,12 @@ from numpy.typing import NDArray
 from scipy.ndimage import label
 from scipy.spatial import cKDTree
 
+from restore.findings import Finding, finding
 from restore.mesh.measures import face_normals
 from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.raster import rasterise
 from restore.numerics import TINY
 from restore.range_image.camera import Rays
-from restore.range_image.organise import MIRRORED
 from restore.range_image.segment import MAX_SLOPE
 from restore.range_image.sheet import Sheet
 from restore.scan import Bytes, FlatMesh, Floats, InterpolatedMesh, Mask, SurfaceMesh
@@ -74,14 +74,10 @@ class Coverage:
         page = max(sum(count.values()), 1)
         return {kind.name.lower(): number / page for kind, number in count.items()}
 
-    def warnings(self) -> list[str]:
-        """What an operator must know of a page that is white in large part."""
+    def findings(self) -> list[Finding]:
+        """What is to be reported of a page that is white in large part."""
         hidden = self.shares()["hidden"]
-        if hidden <= MAX_HIDDEN:
-            return []
-        return [
-            f"{hidden:.0%} of the page is hidden from the camera, and white: scan or photograph it from another side"
-        ]
+        return [finding("hidden", hidden)] if hidden > MAX_HIDDEN else []
 
 
 def compute_coverage(surface: Sheet | SurfaceMesh, fine: FlatMesh, painting: Painting, dpi: float) -> Coverage:
@@ -143,26 +139,16 @@ def cut_share(page: Mask, page_map: NDArray[np.float32], size: tuple[int, int]) 
     return float((known & ~inside).sum() / max(known.sum(), 1))
 
 
-def cut_warnings(share: float) -> list[str]:
-    """What an operator must know of a page of whose outline a share is at the edge of the picture."""
-    if share <= MAX_CUT:
-        return []
-    return [
-        f"{share:.0%} of the page's outline is at the edge of the picture, where the page may go on unseen: "
-        "move it into the picture, or the scanner back; if the table is shown as a part of it, lay it on a dark cloth"
-    ]
+def cut_findings(share: float) -> list[Finding]:
+    """What is to be reported of a page that has a fraction of its outline at the edge of the picture."""
+    return [finding("cut_off", share)] if share > MAX_CUT else []
 
 
-def filled_warnings(seen: Bytes, dpi: float) -> list[str]:
-    """What an operator must know of a page (h, w), values of `Seen`, that gave no range over a broad area."""
+def filled_findings(seen: Bytes, dpi: float) -> list[Finding]:
+    """What is to be reported of a page (h, w), values of `Seen`, that gave no range over a broad area."""
     filled = np.pad(seen == Seen.FILLED, 1).astype(np.uint8)
     across = 2.0 * float(cv2.distanceTransform(filled, cv2.DIST_L2, cv2.DIST_MASK_5).max()) * MM_PER_INCH / dpi
-    if across <= MAX_FILLED_MM:
-        return []
-    return [
-        f"an area of the page {across:.0f} mm across gave no range, and its shape is filled in from beside it: unless "
-        "it is a hole, raise the laser power for dark ink, or turn glossy paper out of the light, and scan again"
-    ]
+    return [finding("filled", across_mm=across)] if across > MAX_FILLED_MM else []
 
 
 def blank_hidden(image: Bytes, coverage: Coverage) -> Bytes:
@@ -357,7 +343,7 @@ def _is_mirrored(cosines: Floats) -> bool:
     return bool((cosines < 0.0).mean() > 0.5)
 
 
-def mirror_warnings(page: FlatMesh) -> list[str]:
-    """What an operator must know of a page whose picture and surface are mirror images of each other."""
+def mirror_findings(page: FlatMesh) -> list[Finding]:
+    """What is to be reported of a page whose picture and surface are mirror images of each other."""
     centre = viewpoint(page)
-    return [MIRRORED] if centre is not None and _is_mirrored(_cosines(page, centre)) else []
+    return [finding("mirrored")] if centre is not None and _is_mirrored(_cosines(page, centre)) else []

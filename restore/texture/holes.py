@@ -7,6 +7,7 @@ from dataclasses import replace
 import cv2
 import numpy as np
 
+from restore.findings import Finding, finding
 from restore.range_image.sheet import Sheet
 from restore.scan import FlatMesh, Mask, SurfaceMesh
 from restore.texture.coverage import PAPER, Coverage, Seen, rasterise_on_page
@@ -38,9 +39,7 @@ def end_at_holes(painting: Painting, coverage: Coverage, holes: Mask) -> tuple[P
     return ended, Coverage(np.where(holes, np.uint8(Seen.OUTSIDE), coverage.seen))
 
 
-def hole_warnings(holes: Mask, dpi: float) -> list[str]:
-    """What an operator must know of a page with holes (h, w)."""
-    if not holes.any():
-        return []
+def hole_findings(holes: Mask, dpi: float) -> list[Finding]:
+    """What is to be reported of a page with holes (h, w)."""
     area = float(holes.sum()) * (MM_PER_INCH / dpi) ** 2
-    return [f"through holes in the page, {area:.0f} mm² in all, the table was measured: the page is blank there"]
+    return [finding("holes", area_mm2=area)] if area else []

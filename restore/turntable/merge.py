@@ -14,6 +14,7 @@ import numpy as np
 
 from restore.arguments import checks_types
 from restore.errors import BadInput
+from restore.findings import Finding, finding
 from restore.scan import Floats, RangeScan
 from restore.turntable.axis import RotationAxis
 from restore.turntable.register import register
@@ -60,9 +61,10 @@ class MergedViews:
     views: tuple[ViewReport, ...]
 
     @property
-    def warnings(self) -> list[str]:
-        """One line for each view that was left out."""
-        return [f"the view at {view.turn_deg:g}° was left out: {view.refused}" for view in self.views if view.refused]
+    def findings(self) -> tuple[Finding, ...]:
+        """One for each view that was left out."""
+        left_out = (view for view in self.views if view.refused)
+        return tuple(finding("view_left_out", turn_deg=view.turn_deg, reason=view.refused) for view in left_out)
 
 
 @checks_types
@@ -73,7 +75,7 @@ def merge_views(
 
     turns_deg  angle of the stage at each shot; the merged page is upright as in the view nearest to 0°.
     reference  index of the view to complete; None chooses that nearest to 0°, or one with clearly more of the page.
-    A view that cannot be registered is left out, with a warning.
+    A view that cannot be registered is left out, with a finding.
     Raises BadInput when there is no view, or a view is not one shot of a scanner, NotEnoughSurface for an empty one.
     """
     if not scans or len(scans) != len(turns_deg):

@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from restore import read_regular
+from restore import findings_of, read_regular
 from station.batch.plan import Plan
 from station.intake import records
 from station.intake.arrival import Arrival
@@ -40,7 +40,7 @@ FIGURES = (
         "{:.0f}",
         less_is_worse=True,
     ),
-    Figure("warnings", lambda report: len(report.get("warnings", ())), "{:.0f}"),
+    Figure("warnings", lambda report: sum(one.severity != "note" for one in findings_of(report)), "{:.0f}"),
 )
 """The figures that order the pages; a page without one (None) is not compared by it."""
 
@@ -53,7 +53,7 @@ class PageOutcome:
     state    restored, set aside, or missing when the batch did not come to it.
     picture  its page's file, None without.
     figures  name → value, of FIGURES.
-    notes    what the verdict finds, warnings of the report, or why it was set aside.
+    notes    what the verdict finds, the findings of the report, or why it was set aside.
     size_mm  width and height of the page; None without.
     seconds  of its restoration.
     level    green, amber or red: the verdict; empty without one.
@@ -112,11 +112,18 @@ def concerns(findings: Iterable[Mapping[str, Any]]) -> tuple[str, ...]:
     return tuple(f"{one['level']}: {one['text']}" for one in findings if one["level"] != LEVELS[0])
 
 
+def texts_of(report: Mapping[str, Any]) -> tuple[str, ...]:
+    """The sentences of the findings of a report; none where it was changed into something else."""
+    with suppress(ValueError):
+        return tuple(one.text for one in findings_of(report))
+    return ()
+
+
 def figures_of(report: Mapping[str, Any]) -> dict[str, float]:
     """The figures of a report, by their names; those that it lacks are left out."""
     values: dict[str, float] = {}
     for figure in FIGURES:
-        with suppress(KeyError, TypeError):
+        with suppress(KeyError, TypeError, ValueError):
             if (value := figure.read(report)) is not None:
                 values[figure.name] = value
     return values
@@ -148,7 +155,7 @@ def _restored(name: str, path: Path, report: Mapping[str, Any], limits: Threshol
         "restored",
         picture if picture.is_file() else None,
         figures_of(report),
-        (*concerns(map(asdict, findings)), *map(str, report.get("warnings", ()))),
+        (*concerns(map(asdict, findings)), *texts_of(report)),
         (width, height),
         float(report.get("seconds", {}).get("total", 0.0)),
         level if findings else "",

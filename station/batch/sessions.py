@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from restore import LibraryMissing
-from station.batch.outcomes import PageOutcome, concerns, figures_of
+from station.batch.outcomes import PageOutcome, concerns, figures_of, texts_of
 from station.batch.progress import Event, Pace, Show
 from station.batch.run_tasks import run
 from station.errors import StationError, explain
@@ -165,7 +165,7 @@ def _outcome(session: Session, page: Page, position: int) -> PageOutcome:
         "restored",
         session.path(event, PAGE),
         figures_of(report),
-        (*concerns(verdict.get("findings", ())), *map(str, report.get("warnings", ()))),
+        (*concerns(verdict.get("findings", ())), *texts_of(report)),
         (size[0], size[1]),
         float(seconds.get("total", 0.0)) if isinstance(seconds, dict) else 0.0,
         str(verdict.get("level", "")),

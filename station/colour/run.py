@@ -8,7 +8,18 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from restore import PICTURE_SUFFIXES, BadInput, Bytes, Settings, load_scan, read_picture, read_regular, restore
+from restore import (
+    PICTURE_SUFFIXES,
+    BadInput,
+    Bytes,
+    Finding,
+    Settings,
+    finding,
+    load_scan,
+    read_picture,
+    read_regular,
+    restore,
+)
 from station.colour.chart import find_chart
 from station.colour.figures import UNMEASURED, mean_differences, quality_figures
 from station.colour.fit import ColourFit, fit_colours
@@ -45,7 +56,7 @@ def profile_colours(target: Path, output: Path, *, force: bool = False) -> Colou
         "mean_difference": mean_differences(fit),
         "light_fall_off": round(fit.fall_off, 3),
         "figures": quality_figures(fit, ppi=ppi),
-        "warnings": _warnings(fit),
+        "findings": [one.as_json() for one in _findings(fit)],
         "not_measured": [*UNMEASURED, *([] if ppi else ["sampling"])],
     }
     contents = (encode_profile(fit.profile(profile.stem)), encode_report(report).encode())
@@ -60,18 +71,13 @@ def summary_line(run: ColourRun) -> str:
     for figure in run.report["figures"]:
         levels = [f"{name}: {figure[name] or 'none'}" for name in ("FADGI", "ISO 19264-1") if name in figure]
         lines.append(f"{figure['figure']:<28} {figure['value']:>7.2f} {figure['unit']:<9} {', '.join(levels)}")
-    lines += [f"{'warning':<28} {text}" for text in run.report["warnings"]]
+    lines += [f"{one['severity']:<28} {one['text']}" for one in run.report["findings"]]
     lines.append(f"{'not measured':<28} {', '.join(run.report['not_measured'])}: no level as a whole is claimed")
     return "\n".join([*lines, *(f"{'file':<28} {path}" for path in run.files)])
 
 
-def _warnings(fit: ColourFit) -> list[str]:
-    if not fit.fall_off:
-        return []
-    return [
-        f"the light falls off by {fit.fall_off:.0%} over the chart: it is divided out of the profile, and no level is "
-        "claimed; light the chart evenly and shoot it again"
-    ]
+def _findings(fit: ColourFit) -> list[Finding]:
+    return [finding("uneven_light", fit.fall_off)] if fit.fall_off else []
 
 
 def _read_target(target: Path) -> tuple[Bytes, float | None]:

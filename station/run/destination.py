@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from restore import Settings
+from restore import Finding, Settings
 from station.choices import Pieces, Turn
 from station.export import outputs
 
@@ -64,8 +64,8 @@ class Outcome:
 
 @dataclass(frozen=True)
 class SourceRecord:
-    """Steps before the restoration: their fields of the report, seconds of each stage, warnings."""
+    """Steps before the restoration: their fields of the report, seconds of each stage, findings."""
 
     report_fields: Mapping[str, Any]
     seconds: Mapping[str, float]
-    warnings: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()

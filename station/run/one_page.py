@@ -341,7 +341,7 @@ def _restore_sheet(
         check_plausible_page(page.report, len(page.fine.faces))
     if destination.to_srgb and destination.colours is not None and page.flat.texture is not None:
         page = convert_to_srgb(page, destination.colours)
-    page, turn_warnings = turned(page, destination.turn)
+    page, turn_findings = turned(page, destination.turn)
     seconds = {**source_record.seconds, **page.report["seconds"]}
     words = None
     if "ocr" in destination.kinds:
@@ -351,12 +351,8 @@ def _restore_sheet(
     seconds["total"] = sum(source_record.seconds.values()) + clock() - start
     names = [path.name for path in destination.files(stem, colour=page.flat.texture is not None)]
     run_fields = {"seconds": seconds, "peak_memory_mb": peak_memory_mib(), "files": names, **sheet.report_fields}
-    run_fields["warnings"] = [
-        *page.report.get("warnings", ()),
-        *source_record.warnings,
-        *sheet.warnings,
-        *turn_warnings,
-    ]
+    found = [*page.findings, *source_record.findings, *sheet.findings, *turn_findings]
+    run_fields["findings"] = [one.as_json() for one in found]
     fields = {**page.report, **source_record.report_fields, **run_fields, **examine(page, sheet.scan)}
     report = finite(fields)
     frames = recorder.frames() if recorder else ()

@@ -79,13 +79,13 @@ def photographed_page(
     loaded = clock()
     progress = with_whole(progress, expected_of_photographs(len(photographs)))
     page = reconstruct_page(photographs, card=SCALE_CARD if scale.card else None, progress=progress)
-    warnings = list(page.warnings)
+    findings = page.findings
     if scale.page_mm is not None:
-        page, warnings = _to_size(page, scale.page_mm), []
+        page, findings = _to_size(page, scale.page_mm), ()
     record = SourceRecord(
         {"photographs": [str(path) for path in pictures], "photogrammetry": dict(page.report)},
         {"load": loaded - start, "reconstruct": clock() - loaded},
-        tuple(warnings),
+        findings,
     )
     with lock_output_folder(destination.folder) as lock:
         return restore_scan(

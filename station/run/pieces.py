@@ -8,11 +8,13 @@ from typing import Any
 
 from restore import (
     BadInput,
+    Finding,
     GridMesh,
     RangeScan,
     ScannedSheet,
     SegmentedScan,
     SurfaceMesh,
+    finding,
     is_rectangular,
     separate_sheets,
 )
@@ -32,7 +34,7 @@ class Selected:
     segmented: SegmentedScan | None = None
     suffix: str = ""
     report_fields: Mapping[str, Any] = field(default_factory=dict)
-    warnings: tuple[str, ...] = ()
+    findings: tuple[Finding, ...] = ()
 
 
 def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Pieces) -> list[Selected]:
@@ -65,11 +67,8 @@ def _is_rectangular(sheet: ScannedSheet) -> bool:
 
 def _largest(sheets: list[ScannedSheet]) -> Selected:
     *others, largest = sorted(sheets, key=lambda sheet: sheet.size)
-    warning = (
-        f"the scan holds {len(sheets)} pieces of surface: the largest is the page, the next is "
-        f"{others[-1].size / largest.size:.0%} as large; --pieces each makes a page of each"
-    )
-    return Selected(largest.scan, largest.segmented, warnings=(warning,))
+    found = finding("largest_of_pieces", others[-1].size / largest.size, count=len(sheets))
+    return Selected(largest.scan, largest.segmented, findings=(found,))
 
 
 def _each(sheets: list[ScannedSheet]) -> list[Selected]:

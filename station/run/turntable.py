@@ -204,7 +204,7 @@ def _merge_and_restore(
         raise
     progress("merge", 1.0)
     report_fields = {"views": [str(folder) for folder in views.folders]}
-    source_record = SourceRecord(report_fields, {**seconds, "merge": clock() - start}, tuple(merged.warnings))
+    source_record = SourceRecord(report_fields, {**seconds, "merge": clock() - start}, merged.findings)
     return store_and_restore(
         [merged.scan],
         scan_folders(destination, [stem]),

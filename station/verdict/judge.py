@@ -35,7 +35,7 @@ CHECKS = {
 
 
 @dataclass(frozen=True)
-class Finding:
+class Check:
     """One measure beside its limits. text: for the operator."""
 
     name: str
@@ -48,21 +48,21 @@ class Finding:
 
 def judge(
     measures: Mapping[str, Any], thresholds: Thresholds, others: Mapping[int, str]
-) -> tuple[Level, tuple[Finding, ...]]:
-    """The level of a page and the findings, the worst first. others: page → fingerprint of the other pages."""
+) -> tuple[Level, tuple[Check, ...]]:
+    """The level of a page and the checks, the worst first. others: page → fingerprint of the other pages."""
     likeness = {page: similarity(measures["fingerprint"], other) for page, other in others.items()}
     values = {**measures, "similarity": max(likeness.values(), default=None)}
-    findings = []
+    checks = []
     for name, limits in thresholds:
         value = values.get(name)
         if limits is not None and value is not None:
             level = level_of(float(value), limits)
             with_page = f" as page {max(likeness, key=lambda n: likeness[n])}" if name == "similarity" else ""
-            findings.append(
-                Finding(name, level, float(value), limits, _text(name, value, limits, with_page), CHECKS[name][2])
+            checks.append(
+                Check(name, level, float(value), limits, _text(name, value, limits, with_page), CHECKS[name][2])
             )
-    findings.sort(key=lambda finding: -LEVELS.index(finding.level))
-    return worst([finding.level for finding in findings]), tuple(findings)
+    checks.sort(key=lambda check: -LEVELS.index(check.level))
+    return worst([check.level for check in checks]), tuple(checks)
 
 
 def level_of(value: float, limits: Limits) -> Level:
@@ -80,9 +80,9 @@ def worst(levels: Sequence[Level]) -> Level:
     return max(levels, key=LEVELS.index, default="green")
 
 
-def as_result(level: Level, findings: Sequence[Finding]) -> dict[str, Any]:
-    """The verdict as JSON values, as it is recorded."""
-    return {"level": level, "findings": [{**asdict(one), "limits": list(one.limits)} for one in findings]}
+def as_result(level: Level, checks: Sequence[Check]) -> dict[str, Any]:
+    """The verdict as JSON values, as it is recorded; its checks are under `findings` there."""
+    return {"level": level, "findings": [{**asdict(one), "limits": list(one.limits)} for one in checks]}
 
 
 def _text(name: str, value: float, limits: Limits, with_page: str) -> str:

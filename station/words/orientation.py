@@ -7,7 +7,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from restore import Bytes, RestoredPage, turn_page
+from restore import Bytes, Finding, RestoredPage, finding, turn_page
 from station.choices import Turn
 from station.errors import StationError
 from station.images.png import encode_png
@@ -15,16 +15,15 @@ from station.words.words import Which, find_tesseract, run_tesseract, sized_for_
 
 # Least difference of the log likelihoods of the two best orientations: Tesseract's own `min_orientation_margin`.
 MIN_MARGIN = 7.0
-UNDECIDED = "the words do not tell which way up the page is: it stays as the scanner saw it, --turn 90|180|270 turns it"
 
 
-def turned(page: RestoredPage, turn: Turn, which: Which = shutil.which) -> tuple[RestoredPage, tuple[str, ...]]:
-    """The page turned as asked for, AUTO by its words; and warnings.
+def turned(page: RestoredPage, turn: Turn, which: Which = shutil.which) -> tuple[RestoredPage, tuple[Finding, ...]]:
+    """The page turned as asked for, AUTO by its words; and findings.
 
     Raises ProgramMissing for AUTO without Tesseract.
     """
     degrees = upright_turn(page.image, page.dpi, which=which) if turn == Turn.AUTO else int(turn)
-    return (page, (UNDECIDED,)) if degrees is None else (turn_page(page, degrees), ())
+    return (page, (finding("turn_undecided"),)) if degrees is None else (turn_page(page, degrees), ())
 
 
 def upright_turn(image: Bytes, dpi: float, *, which: Which = shutil.which) -> int | None:

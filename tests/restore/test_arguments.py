@@ -113,7 +113,7 @@ GRIDS = {
     "points": (None, "a", POINTS.tolist(), POINTS.astype(object), POINTS.astype(int), POINTS[0]),
     "texture": ("a", PICTURE.tolist(), PICTURE[..., 0], PICTURE.astype(float)),
     "texture_xy": (None, "a", POINTS[..., :2].astype(int), POINTS[..., :2].astype(complex), POINTS),
-    "provenance": (None, "a", [1], {"warnings": 5}, {"super": 3}, {"oversampling": "x"}),
+    "provenance": (None, "a", [1], {"super": 3}, {"oversampling": "x"}),
 }
 MESHES = {
     "vertices": (None, "a", POINTS, MESH.vertices.astype(complex)),

@@ -76,8 +76,8 @@ def test_marker_page(name):
 @pytest.mark.parametrize("mode", ["fast", "fine"])
 def test_a_page_that_leaves_the_picture_is_said_to(mode):
     scan, _ = shoot(Flat(), mode=mode, page_mm=(200.0, 150.0), pose=Pose(shift_mm=(100.0, 0.0, 0.0)))
-    (warning,) = restore(scan, Settings(points=300, dpi=100)).report["warnings"]
-    assert "at the edge of the picture" in warning
+    (found,) = restore(scan, Settings(points=300, dpi=100)).report["findings"]
+    assert "at the edge of the picture" in found["text"]
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -131,7 +131,7 @@ def test_a_page_on_a_table_of_its_own_colour_has_its_size(name):
     scan, truth = shoot(CASES[name].sheet, seed=5, pose=Pose(tilt_deg=2.0, turn_deg=3.0), table="white")
     report = restore(scan).report
     np.testing.assert_allclose(report["page_mm"], truth.page_mm, atol=OWN_COLOUR_MM)
-    assert report["warnings"] == []
+    assert report["findings"] == []
 
 
 def test_a_dark_picture_on_a_page_bends_nothing():
@@ -140,7 +140,7 @@ def test_a_dark_picture_on_a_page_bends_nothing():
     page = restore(scan)
     error = np.linalg.norm(layout_error(page, scan, truth), axis=1)
     assert error.max() < DARK_MM
-    assert page.report["warnings"] == []
+    assert page.report["findings"] == []
 
 
 def test_a_flat_sheet_stays_flat_and_at_its_place():

@@ -9,7 +9,6 @@ from restore.provenance import check_provenance
 UNREADABLE = [
     (None, "no dictionary"),
     ([1], "no dictionary"),
-    ({"warnings": 5}, r"provenance\.warnings of the scan cannot be used"),
     ({"super": {"factor": 0}}, r"provenance\.super\.factor"),
     ({"oversampling": 0.0}, r"provenance\.oversampling"),
     ({"turn": {"deg": 3, "axis": {"point_mm": [0, 0, 0], "direction": [0, 0, 0]}}}, "direction has no length"),
@@ -24,7 +23,7 @@ def test_what_cannot_be_read_is_named(provenance, fault):
 
 
 def test_what_is_free_is_left_alone():
-    check_provenance({"device": "any", "warnings": ["one"], "super": {"factor": 2, "shots": 8}, "oversampling": 1.5})
+    check_provenance({"device": "any", "super": {"factor": 2, "shots": 8}, "oversampling": 1.5})
 
 
 @pytest.mark.parametrize("provenance", [*(value for value, _ in UNREADABLE), {1: 2}, {"a": {1, 2}}])

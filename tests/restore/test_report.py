@@ -8,7 +8,7 @@ import pytest
 
 from restore.mesh.network import edges_of
 from restore.mesh.triangulate import lattice
-from restore.report import NOT_DEVELOPABLE, describe
+from restore.report import NOT_DEVELOPABLE, describe, findings_of_page
 from restore.scan import FlatMesh
 from restore.settings import Settings
 from restore.texture.page import Painting
@@ -36,15 +36,15 @@ def described(fine, *, surface=None, settings=None, distance=None):
     coarse = replace(fine, vertices=fine.vertices[:50], flat=fine.flat[:50])
     image = np.zeros((4, 5, 3), np.uint8)
     painting = Painting(image, image[..., 0] == 0, np.zeros((4, 5, 2), np.float32), Resolution(141.5, 0.25))
-    return describe(
-        surface or fine, Unrolled(coarse, fine, np.empty((0, 2)), distance or {}), painting, settings or Settings()
-    )
+    surface, unrolled = surface or fine, Unrolled(coarse, fine, np.empty((0, 2)), distance or {})
+    report = describe(surface, unrolled, painting, settings or Settings())
+    return report | {"findings": [one.as_json() for one in findings_of_page(surface, fine, report)]}
 
 
 def test_a_page_that_is_folded_over_itself_is_told(page):
     across = page.flat[:, 0]
     folded = replace(page, flat=np.column_stack([np.where(across > 90.0, 180.0 - across, across), page.flat[:, 1]]))
-    assert any("of the faces lie upside down" in text for text in described(folded)["warnings"])
+    assert any("of the faces lie upside down" in one["text"] for one in described(folded)["findings"])
 
 
 def test_the_report_holds_the_options_and_the_measures(page):
@@ -61,7 +61,7 @@ def test_the_report_holds_the_options_and_the_measures(page):
     assert report["flipped_faces"] == 0
     assert report["area_ratio"] == pytest.approx(1.005, rel=SINGLE)
     np.testing.assert_allclose(report["page_mm"], [120.6, 80.0], rtol=SINGLE)
-    assert report["warnings"] == []
+    assert report["findings"] == []
 
 
 def test_strain_is_relative_to_the_lengths_on_the_surface(page):
@@ -78,7 +78,7 @@ def test_single_wrong_lengths_are_no_stretch(page, rng):
     wrong = np.where(rng.random(len(page.lengths)) < 0.002, 1.3, 1.0)
     report = described(replace(page, lengths=wrong * page.lengths, flat=page.flat / [1.005, 1.0]))
     assert report["strain"]["rms"] > NOT_DEVELOPABLE > report["strain"]["smooth_rms"]
-    assert report["warnings"] == []
+    assert report["findings"] == []
 
 
 def test_a_flipped_face_is_counted(page):
@@ -89,14 +89,14 @@ def test_a_flipped_face_is_counted(page):
 
 
 def test_a_stretched_sheet_is_reported_as_a_warning(page):
-    (warning,) = described(replace(page, flat=page.flat * (1 + 2 * NOT_DEVELOPABLE)))["warnings"]
-    assert "cannot be laid flat without stretching" in warning
+    (found,) = described(replace(page, flat=page.flat * (1 + 2 * NOT_DEVELOPABLE)))["findings"]
+    assert "cannot be laid flat without stretching" in found["text"]
 
 
 @pytest.mark.parametrize("without", ["texture", "texcoords"])
 def test_a_page_without_colour_is_reported_to_show_its_relief(page, without):
-    (warning,) = described(replace(page, **{without: None}))["warnings"]
-    assert "relief" in warning
+    (found,) = described(replace(page, **{without: None}))["findings"]
+    assert "relief" in found["text"]
 
 
 def test_the_filled_share_of_a_sheet_on_its_grid_is_reported(camera, page):
@@ -113,15 +113,15 @@ def test_the_filled_share_of_a_sheet_on_its_grid_is_reported(camera, page):
 
 def test_paper_lost_at_the_border_is_warned_about(page, camera):
     sheet = camera.sheet(camera.facets(camera.plane()))
-    (warning,) = described(page, surface=replace(sheet, lost_border=0.05))["warnings"]
-    assert warning.startswith("along 5% of its border or more the page ends where the scanner measured nothing")
-    assert described(page, surface=sheet)["warnings"] == []
+    (found,) = described(page, surface=replace(sheet, lost_border=0.05))["findings"]
+    assert found["text"].startswith("along 5% of its border or more the page ends where the scanner measured nothing")
+    assert described(page, surface=sheet)["findings"] == []
 
 
 def test_a_border_that_is_turned_away_is_warned_about(page, camera):
     sheet = camera.sheet(camera.facets(camera.plane()))
-    (warning,) = described(page, surface=replace(sheet, turned_border=0.05))["warnings"]
-    assert warning.startswith("along 5% of its border the page is turned from the scanner")
+    (found,) = described(page, surface=replace(sheet, turned_border=0.05))["findings"]
+    assert found["text"].startswith("along 5% of its border the page is turned from the scanner")
 
 
 def test_strain_is_also_given_against_straight_lengths_with_how_far_the_estimates_differ(page):
@@ -140,8 +140,8 @@ def test_a_page_whose_lengths_are_mostly_estimates_is_warned_about_and_told_wher
     chords = report["strain"]["against_chords"]
     assert chords["estimated_share"] == pytest.approx(2 / 3, abs=2 / len(edges))
     np.testing.assert_allclose(chords["farthest_at_mm"], page.flat[edges[7]].mean(axis=0), rtol=SINGLE)
-    assert any("67% of the edges" in text for text in report["warnings"])
-    assert not any("of the edges" in text for text in described(page)["warnings"])
+    assert any("67% of the edges" in one["text"] for one in report["findings"])
+    assert not any("of the edges" in one["text"] for one in described(page)["findings"])
 
 
 def test_convergence_and_faces_folded_in_space_are_reported(page):

@@ -108,18 +108,18 @@ def test_what_a_table_warns_of_is_told_with_its_sheet(camera):
     noise = np.random.default_rng(0).normal(0.0, camera.noise, camera.shape)
     white = np.full((*camera.shape, 3), 230, np.uint8)
     (one,) = separate_sheets(camera.shot(1.0 / (1.0 / camera.plane() - height) + noise, white))
-    (warning,) = one.segmented.scan.provenance["warnings"]
-    assert "outline touches it" in warning
+    (found,) = one.segmented.scan.findings
+    assert "outline touches it" in found.text
     assert one.scan is one.segmented.scan
     assert not (one.segmented.table & one.segmented.samples).any()
 
 
 def test_restore_lays_all_pieces_in_one_picture_with_a_warning():
     page = restore(together(sheet(), sheet(at=200.0)), Settings(dpi=50))
-    assert any("2 pieces" in text for text in page.report["warnings"])
+    assert any("2 pieces" in one["text"] for one in page.report["findings"])
     assert page.report["page_mm"][0] > 300.0
     alone = restore(sheet(), Settings(dpi=50))
-    assert not any("pieces" in text for text in alone.report["warnings"])
+    assert not any("pieces" in one["text"] for one in alone.report["findings"])
 
 
 def test_a_broken_mesh_is_refused():

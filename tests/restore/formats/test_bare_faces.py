@@ -8,6 +8,6 @@ from restore.formats.bare_faces import kept_faces
 
 @pytest.mark.parametrize("bare, kept", [([0, 0, 0], [1, 1, 1]), ([0, 1, 0], [1, 0, 1]), ([1, 1, 0], [1, 1, 1])])
 def test_the_fewer_are_left_out(bare, kept):
-    found, warnings = kept_faces(np.array(bare, bool))
+    found, findings = kept_faces(np.array(bare, bool))
     assert found.tolist() == [bool(k) for k in kept]
-    assert len(warnings) == any(bare)
+    assert len(findings) == any(bare)

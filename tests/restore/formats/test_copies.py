@@ -48,7 +48,7 @@ def test_every_face_comes_back_once(own_vertices, turned):
     back = merge_copies(doubled(mesh, own_vertices=own_vertices, turned=turned))
     for name in ("vertices", "faces", "texcoords", "colours"):
         np.testing.assert_array_equal(getattr(back, name), getattr(mesh, name))
-    assert back.provenance["warnings"] == [
+    assert [one.text for one in back.findings] == [
         f"faces that lay on others, as in a double-sided export, were merged: {len(mesh.faces)}"
     ]
 
@@ -83,7 +83,7 @@ def test_a_double_sided_file_is_restored_with_a_warning(tmp_path):
     mesh = doubled(sheet(), own_vertices=True, turned=True)
     write_obj(SurfaceMesh(mesh.vertices, mesh.faces), tmp_path / "page.obj")
     page = restore(load_scan(tmp_path / "page.obj"), Settings(dpi=50))
-    assert any("double-sided" in text for text in page.report["warnings"])
+    assert any("double-sided" in one["text"] for one in page.report["findings"])
     np.testing.assert_allclose(page.report["page_mm"], [160, 120], atol=0.5)
 
 

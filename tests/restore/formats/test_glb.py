@@ -122,7 +122,7 @@ def test_a_part_without_texture_coordinates_is_left_out_and_the_picture_stays(ex
     there, back = load_scan(exported()), load_scan(exported(add_bare_part))
     np.testing.assert_array_equal(back.texture_xy, there.texture_xy)
     np.testing.assert_array_equal(back.points, there.points)
-    assert "faces have no texture coordinates and are left out" in back.provenance["warnings"][0]
+    assert "faces have no texture coordinates and are left out" in back.findings[0].text
 
 
 def test_a_circle_of_nodes_has_an_end(exported):

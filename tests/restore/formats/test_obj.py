@@ -183,18 +183,18 @@ def test_faces_without_texture_coordinates_are_left_out_and_the_picture_stays(wr
     path = written("mtllib a.mtl\nusemtl page\n" + SQUARE + FACE + "f 1/1 2/2 4/4\nf 1/1 3/3 4\n")
     mesh = load_scan(path)
     assert mesh.texture.shape == (10, 20, 3) and mesh.faces.shape == (2, 3)
-    assert mesh.provenance["warnings"][0].startswith("1 of 3 faces have no texture coordinates and are left out")
+    assert mesh.findings[0].text.startswith("1 of 3 faces have no texture coordinates and are left out")
 
 
 def test_where_most_faces_have_no_texture_coordinates_the_surface_stays(written):
     mesh = load_scan(written("mtllib a.mtl\nusemtl page\n" + SQUARE + FACE + "f 1 3 4\nf 1 2 4\n"))
     assert mesh.texcoords is None and len(mesh.faces) == 3
-    assert "2 of 3 faces have no texture coordinates: the picture is left out" in mesh.provenance["warnings"]
+    assert "2 of 3 faces have no texture coordinates: the picture is left out" in [one.text for one in mesh.findings]
 
 
 def test_without_a_picture_no_face_is_left_out(written):
     mesh = load_scan(written(SQUARE + FACE + "f 1/1 2/2 4/4\nf 1 3 4\n"))
-    assert len(mesh.faces) == 3 and not mesh.provenance.get("warnings")
+    assert len(mesh.faces) == 3 and not mesh.findings
 
 
 @pytest.mark.parametrize(
@@ -346,4 +346,4 @@ def test_a_file_that_was_cut_between_two_lines_is_refused_or_warned_of(mesh, tmp
             read_obj(tmp_path / "a.obj")
     for share in (0.6, 0.95):
         (tmp_path / "a.obj").write_bytes(b"".join(lines[: len(lines) - last + int(share * last)]))
-        assert "is the file cut short?" in load_scan(tmp_path / "a.obj").provenance["warnings"][0]
+        assert "is the file cut short?" in load_scan(tmp_path / "a.obj").findings[0].text

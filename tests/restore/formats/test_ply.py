@@ -75,7 +75,7 @@ def test_a_face_without_texture_coordinates_leaves_the_picture_to_the_others(tmp
     if picture:
         assert mesh.vertices[mesh.faces[0]].tolist() == [[0, 0, -700], [9, 9, -700], [0, 9, -700]]
         np.testing.assert_allclose(mesh.texcoords[mesh.faces[0]], [[9.5, 4.5], [19.5, -0.5], [-0.5, -0.5]])
-        assert mesh.provenance["warnings"][0].startswith("1 of 2 faces have no texture coordinates and are left out")
+        assert mesh.findings[0].text.startswith("1 of 2 faces have no texture coordinates and are left out")
     else:
         assert len(mesh.faces) == 2 and mesh.texcoords is None
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from restore.errors import BadInput
+from restore.findings import finding
 from restore.formats import load_scan, save_scan
 from restore.formats.folder import _sha256
 from restore.scan import RangeScan
@@ -217,7 +218,6 @@ def test_an_array_of_negative_sides_is_refused(shot, tmp_path):
         {"super": {"factor": "many"}},
         {"super": {"factor": 10**9}},
         {"turn": [1]},
-        {"warnings": 3},
         {"turn": {"deg": 30, "axis": {"point_mm": [0, 0], "direction": [0, 1, 0]}}},
         {"turn": {"deg": 30, "axis": {"point_mm": [0, 0, 0], "direction": [0, 0, 0]}}},
     ],
@@ -227,4 +227,30 @@ def test_provenance_that_is_read_is_checked(shot, tmp_path, provenance):
     index = json.loads((tmp_path / "a" / "scan.json").read_text())
     (tmp_path / "a" / "scan.json").write_text(json.dumps(index | {"provenance": provenance}))
     with pytest.raises(BadInput, match="provenance"):
+        load_scan(tmp_path / "a")
+
+
+def test_findings_are_stored_with_the_scan(shot, tmp_path):
+    found = (finding("cut_off", 0.25), finding("other_surfaces", surfaces="another surface"))
+    save_scan(replace(shot(), findings=found), tmp_path / "a")
+    assert load_scan(tmp_path / "a").findings == found
+
+
+def test_sentences_that_older_scans_kept_in_their_provenance_become_findings(shot, tmp_path):
+    save_scan(shot(), tmp_path / "a")
+    index = json.loads((tmp_path / "a" / "scan.json").read_text())
+    del index["findings"]
+    index["provenance"]["warnings"] = ["the lens was dirty"]
+    (tmp_path / "a" / "scan.json").write_text(json.dumps(index))
+    scan = load_scan(tmp_path / "a")
+    assert [(one.code, one.text) for one in scan.findings] == [("recorded", "the lens was dirty")]
+    assert "warnings" not in scan.provenance
+
+
+@pytest.mark.parametrize("findings", [[{"code": 3}], [{"code": "hidden", "severity": "grave", "text": "a"}], "none"])
+def test_findings_that_are_none_are_refused(shot, tmp_path, findings):
+    save_scan(shot(), tmp_path / "a")
+    index = json.loads((tmp_path / "a" / "scan.json").read_text())
+    (tmp_path / "a" / "scan.json").write_text(json.dumps(index | {"findings": findings}))
+    with pytest.raises(BadInput, match="findings"):
         load_scan(tmp_path / "a")

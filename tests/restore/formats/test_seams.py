@@ -78,7 +78,7 @@ def test_a_page_from_charts_is_the_page_from_one_picture(tmp_path):
     write_obj(SurfaceMesh(vertices, faces, places, picture()), tmp_path / "whole.obj")
     charts, whole = (restore(load_scan(tmp_path / f"{name}.obj"), Settings(dpi=80)) for name in ("atlas", "whole"))
     np.testing.assert_allclose(charts.report["page_mm"], whole.report["page_mm"], atol=1e-3)
-    assert not any("pieces" in warning for warning in charts.report["warnings"])
+    assert not any("pieces" in one["text"] for one in charts.report["findings"])
     inner = np.s_[3:-3, 3:-3]
     assert np.abs(charts.image[inner].astype(float) - whole.image[inner]).max() < CODES
 

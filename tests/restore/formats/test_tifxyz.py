@@ -80,7 +80,7 @@ def test_the_areas_tell_the_size_of_a_voxel(tmp_path):
 
 @pytest.mark.parametrize("areas", [{}, {"area_vx2": 1e6, "area_cm2": None}, {"area_vx2": 0.0, "area_cm2": 1.0}])
 def test_without_areas_a_size_is_assumed_with_a_warning(tmp_path, areas):
-    assert "size of a voxel" in load_scan(written(tmp_path / "a", **areas)).provenance["warnings"][0]
+    assert "size of a voxel" in load_scan(written(tmp_path / "a", **areas)).findings[0].text
 
 
 def test_a_picture_lies_over_the_whole_grid(folder, tmp_path):

@@ -58,14 +58,14 @@ def test_glb_is_in_metres_as_its_standard_says(glb):
     mesh = load_scan(glb(PAGE_MM / 1000))
     np.testing.assert_allclose(np.ptp(mesh.vertices, axis=0), PAGE_MM, rtol=FLOAT32)
     assert (mesh.provenance["unit"], mesh.provenance["unit_source"]) == ("m", "format")
-    assert "warnings" not in mesh.provenance
+    assert mesh.findings == ()
 
 
 def test_glb_that_cannot_be_in_metres_is_in_millimetres_with_a_warning(glb):
     mesh = load_scan(glb(PAGE_MM))
     np.testing.assert_allclose(np.ptp(mesh.vertices, axis=0), PAGE_MM, rtol=FLOAT32)
-    assert "too large for m" in mesh.provenance["warnings"][0]
-    assert mesh.provenance["warnings"][0] in restore(mesh, Settings(dpi=50)).report["warnings"]
+    assert "too large for m" in mesh.findings[0].text
+    assert mesh.findings[0] in restore(mesh, Settings(dpi=50)).findings
 
 
 @pytest.mark.parametrize(

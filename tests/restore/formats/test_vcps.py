@@ -57,8 +57,8 @@ def test_points_without_a_position_leave_a_hole(tmp_path, absent):
 def test_without_the_size_of_a_voxel_one_is_assumed_with_a_warning(tmp_path):
     mesh = load_scan(written(tmp_path / "a.vcps"))
     np.testing.assert_allclose(mesh.vertices, POINTS.reshape(-1, 3) * 10 * UM)
-    assert "size of a voxel" in mesh.provenance["warnings"][0]
-    assert "--unit" in mesh.provenance["warnings"][0]
+    assert "size of a voxel" in mesh.findings[0].text
+    assert "--unit" in mesh.findings[0].text
 
 
 @pytest.mark.parametrize(

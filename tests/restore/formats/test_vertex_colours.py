@@ -128,7 +128,7 @@ def test_the_page_resolves_what_the_vertices_do(tmp_path, shape):
     vertices_per_inch = INCH * np.sqrt((shape[0] - 1) * (shape[1] - 1) / (WIDTH * HEIGHT))
     assert report["sampling_ppi"] == pytest.approx(vertices_per_inch, rel=FINENESS)
     assert report["effective_ppi"] is None or report["effective_ppi"] <= report["sampling_ppi"]
-    assert report["warnings"] == []
+    assert report["findings"] == []
     assert report["source"]["picture"] == "colours of vertices"
 
 
@@ -152,4 +152,4 @@ def test_colours_of_a_surface_that_cannot_be_laid_out_are_told_to_be_left_out(tm
     vertices = np.concatenate([ring, ring + [0, 0, 20]])
     mesh = load_scan(write(tmp_path / "band.ply", vertices, band, np.arange(3 * 48).reshape(-1, 3)))
     assert mesh.texture is None and len(mesh.vertices) == 48
-    assert mesh.provenance["warnings"][0].startswith("the colours of its vertices are left out, as its surface cannot")
+    assert mesh.findings[0].text.startswith("the colours of its vertices are left out, as its surface cannot")

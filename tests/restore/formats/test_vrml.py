@@ -104,7 +104,7 @@ def test_many_face_sets_use_their_vertices_without_repeating_them(tmp_path):
     (tmp_path / "a.wrl").write_text(SQUARE % (piece * 900))
     mesh = load_scan(tmp_path / "a.wrl")
     assert (len(mesh.vertices), len(mesh.faces)) == (3, 1)  # copies of a face are merged
-    assert any("899" in warning for warning in mesh.provenance["warnings"])
+    assert any("899" in one.text for one in mesh.findings)
     (tmp_path / "a.wrl").write_text(SQUARE % (piece * 1001))
     with pytest.raises(BadInput, match=r"a\.wrl has more than 1000 face sets"):
         load_scan(tmp_path / "a.wrl")

@@ -62,7 +62,7 @@ def test_the_mesh_lies_in_the_frame_of_the_cameras(tmp_path, program, taken, mes
 def test_the_page_is_cut_out_and_painted_true_to_scale(folder, program, taken):
     capture = load_phone_capture(folder)
     assert capture.mesh.provenance["device"] == program
-    assert any("some millimetres" in warning for warning in capture.mesh.provenance["warnings"])
+    assert any("some millimetres" in one.text for one in capture.mesh.findings)
     area = surface_area(capture.mesh.vertices, capture.mesh.faces)
     assert abs(area / np.prod(PAGE_MM) - 1) < AREA
     page = restore(capture.mesh, Settings(points=500, dpi=100), photos=capture.photographs)
@@ -128,7 +128,7 @@ def test_a_mesh_larger_than_any_page_is_refused(folder, monkeypatch):
 
 def test_without_corrected_images_the_distortion_is_warned_of(tmp_path, taken, mesh):
     write_polycam(tmp_path, taken, mesh, corrected=False)
-    assert "distortion" in load_phone_capture(tmp_path).mesh.provenance["warnings"][0]
+    assert "distortion" in load_phone_capture(tmp_path).mesh.findings[0].text
 
 
 def test_a_picture_of_another_size_is_refused(tmp_path, taken, mesh):

@@ -156,8 +156,8 @@ def test_what_covers_the_page_is_painted_from_the_scan_and_said(text, thumbed):
     assert painted_from(page.page_map, page.page_source, 1, hidden) == 0
     assert report["covered_mm2"] > MM2
     assert page.report["coverage"]["covered"] == pytest.approx(report["covered_share"], rel=0.1)
-    (warning,) = page.report["warnings"]
-    assert warning.startswith("thumb.jpg: something covers the page")
+    (found,) = page.report["findings"]
+    assert found["text"].startswith("thumb.jpg: something covers the page")
     assert (page.coverage == Seen.COVERED).sum() > 0
     assert (page.page_source[page.coverage == Seen.COVERED] == 0).mean() > 0.9
 
@@ -176,8 +176,8 @@ def test_restore_counts_photographs_as_they_were_given_and_tells_why_one_is_refu
     assert set(np.unique(page.page_source)) <= {0, 2, NOWHERE}
     refused, found = page.report["photos"]
     assert refused == {"name": "photograph 1", "accepted": False, "reason": "the photograph is blank"}
-    (warning,) = page.report["warnings"]
-    assert warning.startswith("photograph 1 is not used: the photograph is blank; look at it")
+    (found,) = page.report["findings"]
+    assert found["text"].startswith("photograph 1 is not used: the photograph is blank; look at it")
     assert (found["name"], found["accepted"]) == ("window.jpg", True)
     assert found["residual_px"] < LIMIT_PX
     assert page.report["effective_ppi"] == pytest.approx(found["effective_ppi"], rel=0.02)

@@ -10,12 +10,11 @@ import pytest
 
 from oracles.table_cameras import FOCAL_PX, cameras
 from restore import Photograph
+from restore.findings import finding
 from restore.photo.camera import PhotoCamera
 from restore.photogrammetry import SCALE_CARD
 from restore.photogrammetry.agreement import (
-    OTHER_PAGE,
-    OTHER_SHAPE,
-    card_doubts,
+    card_findings,
     check_found,
     check_optics,
     check_residuals,
@@ -45,7 +44,7 @@ def test_a_view_of_another_page_is_named():
     everywhere = np.ones((len(VIEWS), PATCHES), bool)
     with pytest.raises(ViewsApart) as apart:
         check_found(found(0.1), everywhere, VIEWS)
-    assert apart.value.reasons == {5: OTHER_PAGE}
+    assert apart.value.reasons == {5: finding("other_page")}
     check_found(found(0.6), everywhere, VIEWS)  # a hand over a part of the page
 
 
@@ -65,7 +64,7 @@ def test_a_view_of_the_page_bent_otherwise_is_named():
     residuals[view == 3] *= 8
     with pytest.raises(ViewsApart) as apart:
         check_residuals(residuals, sigma, view, VIEWS)
-    assert apart.value.reasons == {7: OTHER_SHAPE}
+    assert apart.value.reasons == {7: finding("other_shape")}
 
 
 def test_a_zoomed_view_is_named():
@@ -76,7 +75,7 @@ def test_a_zoomed_view_is_named():
     with pytest.raises(ViewsApart) as apart:
         check_optics(adjust(one_lens, WAVE, tracks), tracks, VIEWS)
     assert list(apart.value.reasons) == [5]
-    assert "+15%" in apart.value.reasons[5]
+    assert "+15%" in apart.value.reasons[5].text
 
 
 @pytest.mark.parametrize("rows", [(2,), (0, 1, 3, 4)])
@@ -87,7 +86,7 @@ def test_cropped_views_are_named(rows):
     tracks = tracks_of(views)
     with pytest.raises(ViewsApart) as apart:
         check_optics(adjust(cameras(5), WAVE, tracks), tracks, VIEWS)
-    assert all("is cropped" in why for why in apart.value.reasons.values())
+    assert all(why.code == "cropped" for why in apart.value.reasons.values())
     assert len(VIEWS) - len(apart.value.reasons) < 3 if len(rows) > 1 else list(apart.value.reasons) == [5]
 
 
@@ -125,10 +124,11 @@ def test_points_beside_a_picture_are_not_within_it():
 
 def test_three_views_must_be_left():
     names = [f"{number}.jpg" for number in range(9)]
-    apart = ViewsApart({5: OTHER_PAGE})
-    assert without({1: "blurred"}, apart, 4, names) == {1: "blurred", 5: OTHER_PAGE}
+    apart = ViewsApart({5: finding("other_page")})
+    failed = {1: finding("not_joined", reason="blurred")}
+    assert without(failed, apart, 4, names) == {**failed, 5: finding("other_page")}
     with pytest.raises(TooFewViews, match=r"2 photographs show one page .* 1\.jpg: blurred; 5\.jpg: it shows") as fault:
-        without({1: "blurred"}, apart, 3, names)
+        without(failed, apart, 3, names)
     assert fault.value.exit_code == 5
 
 
@@ -146,40 +146,40 @@ def seen_by(photographs, moved=()):
 
 def test_a_card_that_lies_still_gives_no_doubt():
     photographs = placed(5)
-    assert card_doubts(photographs, seen_by(photographs), SCALE) == ()
+    assert card_findings(photographs, seen_by(photographs), SCALE) == ()
 
 
 def test_photographs_after_the_card_was_moved_are_named():
     photographs = placed(5)
-    (sentence,) = card_doubts(photographs, seen_by(photographs, (1, 4)), SCALE)
-    assert "in 1.jpg, 4.jpg the card lies elsewhere" in sentence
+    (found,) = card_findings(photographs, seen_by(photographs, (1, 4)), SCALE)
+    assert "in 1.jpg, 4.jpg the card lies elsewhere" in found.text
 
 
 def test_a_card_that_never_lies_where_it_lay_is_refused():
     photographs = placed(4)
     seen = seen_by(photographs, range(4))
     with pytest.raises(CardApart, match="no three photographs agree") as fault:
-        card_doubts(photographs, seen, {"from": "none"})
+        card_findings(photographs, seen, {"from": "none"})
     assert "as the camera wrote them" in fault.value.hint
 
 
 def test_a_card_in_two_photographs_is_said():
     photographs = placed(5)
     seen = {number: markers for number, markers in seen_by(photographs).items() if number < 2}
-    (sentence,) = card_doubts(photographs, seen, {"from": "none"})
-    assert sentence.startswith("fewer than three photographs show the scale card")
+    (found,) = card_findings(photographs, seen, {"from": "none"})
+    assert found.text.startswith("fewer than three photographs show the scale card")
 
 
 def test_a_card_that_is_not_flat_is_said():
     photographs = placed(5)
-    (sentence,) = card_doubts(photographs, seen_by(photographs), {**SCALE, "residual_mm": 0.8})
-    assert "0.80 mm off" in sentence
+    (found,) = card_findings(photographs, seen_by(photographs), {**SCALE, "residual_mm": 0.8})
+    assert "0.80 mm off" in found.text
 
 
 def test_a_card_that_cannot_be_is_refused():
     photographs = placed(5)
     with pytest.raises(CardApart, match=r"1\.7 mm off") as fault:
-        card_doubts(photographs, seen_by(photographs), {**SCALE, "residual_mm": 1.7})
+        card_findings(photographs, seen_by(photographs), {**SCALE, "residual_mm": 1.7})
     assert fault.value.exit_code == 5
 
 

@@ -93,7 +93,7 @@ def test_a_page_of_a_mesh_on_a_table_has_its_true_size():
     mesh, truth = mesh_of(Wave(), 2, page_mm=(280.0, 200.0))
     page = restore(mesh, Settings(dpi=60))
     np.testing.assert_allclose(page.report["page_mm"], truth.page_mm, atol=SIZE_MM)
-    assert page.report["warnings"] == []
+    assert page.report["findings"] == []
 
 
 def test_two_pages_on_a_table_are_two_sheets():

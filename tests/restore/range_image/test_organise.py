@@ -60,8 +60,8 @@ def test_a_shot_and_its_mirrored_picture_are_brought_together_with_a_warning(fli
     mirrored = organise(replace(mesh, vertices=mesh.vertices * [-1, 1, 1], texcoords=texcoords))
     np.testing.assert_array_equal(back.points, mirrored.points)
     np.testing.assert_array_equal(back.texture_xy, mirrored.texture_xy)
-    assert "mirror images of each other" in back.provenance["warnings"][0]
-    assert "warnings" not in mirrored.provenance
+    assert "mirror images of each other" in back.findings[0].text
+    assert mirrored.findings == ()
 
 
 def test_samples_are_restored_to_their_cells():

@@ -198,13 +198,13 @@ def test_two_sheets_on_a_table_are_two(camera):
     left, right = (np.roll(sheet_area(camera, width=60.0), by, 1) for by in (-35, 35))
     scan = scene(camera, left | right, curled(camera), "dark")
     assert len(find_pieces(scan, find_rays(scan))) == 2
-    (warning,) = find_sheet(scan, find_rays(scan)).scan.provenance["warnings"]
-    assert "another surface as large as a page" in warning
+    (found,) = find_sheet(scan, find_rays(scan)).scan.findings
+    assert "another surface as large as a page" in found.text
 
 
 def test_one_sheet_is_not_warned_of(camera):
     scan = scene(camera, sheet_area(camera), curled(camera), "dark")
-    assert "warnings" not in find_sheet(scan, find_rays(scan)).scan.provenance
+    assert find_sheet(scan, find_rays(scan)).scan.findings == ()
 
 
 def test_a_second_sheet_behind_a_depth_step_is_left_out(camera):

@@ -133,5 +133,5 @@ def test_pictures_out_of_order_are_refused(simulated, pictures):
 def test_overexposed_pictures_are_warned_of(simulated, pictures):
     bright = [np.clip(picture.astype(int) * 2, 0, 255).astype(np.uint8) for picture in pictures]
     scan = scanned(bright, rig_of(simulated))
-    assert "overexposed" in scan.provenance["warnings"][0]
-    assert scanned(pictures, rig_of(simulated)).provenance["warnings"] == []
+    assert "overexposed" in scan.findings[0].text
+    assert scanned(pictures, rig_of(simulated)).findings == ()

@@ -13,11 +13,11 @@ from restore.texture.coverage import (
     Seen,
     blank_hidden,
     compute_coverage,
+    cut_findings,
     cut_share,
-    cut_warnings,
-    filled_warnings,
+    filled_findings,
     inpaint_hidden,
-    mirror_warnings,
+    mirror_findings,
     pinhole_centre,
     with_interpolated,
 )
@@ -78,7 +78,7 @@ def test_surfaces_under_a_pleat_are_hidden_as_by_ray_casting():
     found, _ = covered(page)
     rays = seen_by_rays(page)
     assert 0.25 < 1 - rays.mean() < 0.35
-    assert "hidden from the camera" in found.warnings()[0]
+    assert "hidden from the camera" in found.findings()[0].text
     sure = binary_erosion(rays, iterations=EDGE_PX), binary_erosion(~rays, iterations=EDGE_PX)
     assert found.mask[sure[0]].all()
     assert (found.seen[sure[1]] == Seen.HIDDEN).all()
@@ -90,7 +90,7 @@ def test_a_curved_page_without_occlusion_is_wholly_visible():
     steps = np.interp(page.flat[:, 0], [0, 60, 120], [0, 30.0, 0])
     vertices = np.column_stack([page.flat[:, 0] * 0.87, page.flat[:, 1], steps])
     found, _ = covered(replace(page, vertices=vertices, texcoords=pinhole(vertices)))
-    assert found.warnings() == []
+    assert found.findings() == []
     assert found.shares() == {"measured": 1.0, "filled": 0.0, "hidden": 0.0, "invented": 0.0, "covered": 0.0}
 
 
@@ -178,9 +178,9 @@ def test_the_share_of_the_outline_at_the_edge_of_the_picture():
     assert cut_share(page, inside, (480, 640)) == 0.0
     cut = np.dstack([cols, rows + 100]).astype(np.float32)  # its left side, 20 of 116 pixels, and the next columns
     assert cut_share(page, cut, (480, 640)) == pytest.approx((20 + 2 * 3) / 116)
-    assert cut_warnings(0.0) == []
-    (warning,) = cut_warnings(cut_share(page, cut, (480, 640)))
-    assert warning.startswith("22% of the page's outline is at the edge of the picture")
+    assert cut_findings(0.0) == []
+    (found,) = cut_findings(cut_share(page, cut, (480, 640)))
+    assert found.text.startswith("22% of the page's outline is at the edge of the picture")
 
 
 def test_what_lies_far_from_all_measured_points_is_filled_in():
@@ -211,9 +211,9 @@ def test_what_lies_far_from_all_measured_points_is_filled_in():
 def test_a_picture_that_mirrors_its_surface_is_told_and_hides_as_much():
     page = folded()
     mirrored = replace(page, vertices=page.vertices * [-1.0, 1.0, 1.0])
-    (told,) = mirror_warnings(mirrored)
-    assert "mirror images of each other" in told
-    assert mirror_warnings(page) == []
+    (told,) = mirror_findings(mirrored)
+    assert "mirror images of each other" in told.text
+    assert mirror_findings(page) == []
     np.testing.assert_array_equal(covered(mirrored)[0].seen, covered(page)[0].seen)
 
 
@@ -225,8 +225,8 @@ def test_a_broad_area_without_range_is_told(across_mm, told):
     radius = 0.5 * across_mm * DPI / MM_PER_INCH
     rows, cols = np.indices(seen.shape)
     seen[np.hypot(rows - 200, cols - 250) < radius] = Seen.FILLED
-    warnings = filled_warnings(seen, DPI)
-    assert len(warnings) == told
+    findings = filled_findings(seen, DPI)
+    assert len(findings) == told
     if told:
-        across = float(warnings[0].split(" mm across")[0].split()[-1])
+        across = float(findings[0].text.split(" mm across")[0].split()[-1])
         assert across == pytest.approx(across_mm, abs=1.0)

@@ -60,8 +60,8 @@ def test_the_page_ends_at_a_hole(holed, form):
     assert np.isnan(page.page_map[hole]).all()
     assert page.mask[paper].all()
     area = np.pi * RADIUS_MM**2
-    (told,) = [text for text in page.report["warnings"] if "holes" in text]
-    assert abs(float(told.split(" mm²")[0].split()[-1]) - area) < 2 * np.pi * RADIUS_MM * RIM_MM
+    (found,) = [one for one in page.findings if one.code == "holes"]
+    assert abs(float(found.text.split(" mm²")[0].split()[-1]) - area) < 2 * np.pi * RADIUS_MM * RIM_MM
 
 
 def test_drop_outs_are_no_holes():
@@ -70,7 +70,7 @@ def test_drop_outs_are_no_holes():
     points = np.where(lost[..., None], np.nan, scan.points)
     page = restore(replace(scan, points=points), Settings(dpi=DPI))
     assert page.mask[from_hole(page.mask.shape) < RADIUS_MM].all()
-    assert not any("holes" in text for text in page.report["warnings"])
+    assert not any("holes" in one["text"] for one in page.report["findings"])
 
 
 def island(truth):

@@ -53,7 +53,7 @@ def test_the_laser_shadow_is_filled_accurately(book, merged) -> None:
 
 def test_every_view_is_reported(book, merged) -> None:
     reference, other = merged.views
-    assert (reference.turn_deg, reference.filled, merged.warnings) == (0.0, 0, [])
+    assert (reference.turn_deg, reference.filled, merged.findings) == (0.0, 0, ())
     assert other.filled >= (missed(book) & merged.scan.measured).sum()
     assert other.residual_mm < 0.1
     assert other.moved_mm == pytest.approx(2 * np.linalg.norm(AXIS_ERROR_MM[:2]), abs=REGISTERED_MM + 0.3)
@@ -87,21 +87,21 @@ def test_registration_is_accurate_to_less_than_a_sample(book) -> None:
 def test_views_without_colour_are_registered_by_their_surface(book) -> None:
     grey = [replace(scan, texture=None) for scan in book.scans]
     merged = merge_views(grey, book.turns, book.axis, reference=0)
-    assert merged.warnings == []
+    assert merged.findings == ()
     assert (missed(book) & merged.scan.measured).sum() > MIN_FILLED * missed(book).sum()
 
 
 def test_a_page_that_moved_is_left_out(book) -> None:
     bent = bend(book.scans[1])
     merged = merge_views([book.scans[0], bent], book.turns, book.axis)
-    assert "moved" in merged.warnings[0]
+    assert "moved" in merged.findings[0].text
     np.testing.assert_array_equal(merged.scan.points, book.scans[0].points)
 
 
 def test_a_wrong_axis_is_reported_and_the_view_nearest_to_0_deg_is_the_reference(book) -> None:
     far = RotationAxis(book.axis.point + [0.0, 30.0, 0.0], book.axis.direction)
     merged = merge_views(book.scans[::-1], [180.0, 360.0], far)
-    assert len(merged.warnings) == 1
+    assert len(merged.findings) == 1
     assert merged.reference == 1
     np.testing.assert_array_equal(merged.scan.points, book.scans[0].points)
 

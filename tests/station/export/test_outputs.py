@@ -12,7 +12,7 @@ import pytest
 import tifffile
 from PIL import Image
 
-from restore import SurfaceMesh
+from restore import SurfaceMesh, finding
 from station.export import outputs
 from station.export.mesh import encode_flat, encode_warped
 from station.export.report import ASSURANCES, encode_report, finite, summary
@@ -131,10 +131,10 @@ def test_report_holds_any_file_name():
 
 def test_summary_without_colour_and_with_a_warning(page, tmp_path):
     report = dict(page.report) | {"effective_ppi": 0.0, "sampling_ppi": 0.0, "peak_memory_mb": 512.3}
-    report["warnings"] = ["a corner is hidden"]
+    report["findings"] = [finding("hidden", 0.2).as_json()]
     text = summary(report, [tmp_path / "page.png"])
     assert "no colour image" in text
-    assert "a corner is hidden" in text
+    assert "20% of the page is hidden" in text
     assert "flatten 0.50" in text
     assert "512 MB" in text
 
@@ -154,7 +154,11 @@ def test_summary_tells_how_sure_the_samples_are(page, assurance, told):
 def test_summary_tells_what_a_photograph_gave(page):
     used = {"accepted": True, "painted_share": 0.98, "effective_ppi": 486.2, "residual_px": 0.62}
     photos = [{"name": "window.jpg", **used}, {"name": "other.jpg", "accepted": False, "reason": "it is blank"}]
-    said = {"photos": photos, "warnings": ["other.jpg is not used: it is blank"], "peak_memory_mb": 512.0}
+    said = {
+        "photos": photos,
+        "findings": [finding("photo_refused", name="other.jpg", reason="it is blank").as_json()],
+        "peak_memory_mb": 512.0,
+    }
     text = summary({**page.report, **said}, [])
     assert "window.jpg gives 98% of the page and resolves 486 pixels per inch, registered to 0.6 pixels rms" in text
     assert text.count("other.jpg") == 1

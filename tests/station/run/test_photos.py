@@ -155,8 +155,8 @@ def test_a_card_in_two_photographs_gives_no_scale_and_says_so(photographs, tmp_p
     assert main(["photos", *map(str, given), "-o", str(tmp_path / "out"), "--json", *QUICK]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["photogrammetry"]["scale"] == {"from": "none"}
-    assert any("fewer than three photographs show the scale card" in warning for warning in report["warnings"])
-    assert any("guesses" in warning for warning in report["warnings"])
+    assert any("fewer than three photographs show the scale card" in one["text"] for one in report["findings"])
+    assert any("guesses" in one["text"] for one in report["findings"])
 
 
 def test_the_scale_comes_from_the_size_of_the_page(photographs, tmp_path, capsys):
@@ -167,7 +167,7 @@ def test_the_scale_comes_from_the_size_of_the_page(photographs, tmp_path, capsys
     report = json.loads(capsys.readouterr().out)
     assert report["photogrammetry"]["scale"]["from"] == "page"
     assert sorted(report["page_mm"]) == pytest.approx(sorted(PAGE_MM), abs=SIZE_MM)
-    assert not any("scale" in warning for warning in report["warnings"])
+    assert not any("scale" in one["text"] for one in report["findings"])
 
 
 def test_a_page_of_another_shape_is_refused(photographs, tmp_path, capsys):

@@ -57,13 +57,13 @@ def test_every_sheet_is_a_page_left_to_right(two_sheets, tmp_path, options):
 def test_the_largest_is_the_page_with_a_warning(two_sheets, tmp_path):
     reports = restored(two_sheets, tmp_path / "out", "--pieces", "largest")
     np.testing.assert_allclose(reports["page"]["page_mm"], LEFT_MM, atol=CHORDS_MM)
-    assert any("80% as large; --pieces each" in text for text in reports["page"]["warnings"])
+    assert any("80% as large; --pieces each" in one["text"] for one in reports["page"]["findings"])
 
 
 def test_together_they_are_one_picture_with_a_warning(two_sheets, tmp_path):
     reports = restored(two_sheets, tmp_path / "out", "--pieces", "together")
     assert reports["page"]["page_mm"][0] > LEFT_MM[0] + RIGHT_MM[0]
-    assert any("2 pieces" in text for text in reports["page"]["warnings"])
+    assert any("2 pieces" in one["text"] for one in reports["page"]["findings"])
 
 
 def test_results_of_an_earlier_choice_go_with_the_new_ones(two_sheets, tmp_path):
@@ -104,7 +104,7 @@ def shot_of_two():
 def test_of_a_shot_the_largest_is_the_page_with_a_warning():
     (page,) = select_sheets(shot_of_two(), Pieces.AUTO)
     assert page.scan.measured.sum() == 60 * 30
-    assert "67% as large" in page.warnings[0]
+    assert "67% as large" in page.findings[0].text
     assert [sheet.suffix for sheet in select_sheets(shot_of_two(), Pieces.EACH)] == ["-1", "-2"]
 
 

@@ -92,7 +92,7 @@ def test_views_are_taken_kept_merged_and_restored(tmp_path, library, stage, merg
     views = [f"page-view-{number}.scan" for number in (1, 2, 3, 4)]
     assert {path.name for path in tmp_path.iterdir()} == {*views, "page.scan", "page.png", "page.json"}
     assert load_scan(tmp_path / views[2]).provenance["turn"]["deg"] == 180.0
-    assert outcome.report["warnings"] == ["the view at 90° was left out: it moved"]
+    assert [one["text"] for one in outcome.report["findings"]] == ["the view at 90° was left out: it moved"]
     assert [Path(path).name for path in outcome.report["views"]] == views
 
 
@@ -187,7 +187,7 @@ def test_a_book_that_shadows_itself_is_restored_whole(tmp_path, repository) -> N
     assert main(["scan", "--config", config, "--turns", "2", "-o", str(tmp_path)]) == 0
     report = json.loads((tmp_path / "page.json").read_text())
     assert report["page_mm"] == pytest.approx((200.0, 240.0), abs=0.7)
-    assert report["warnings"] == []
+    assert report["findings"] == []
     views = [str(tmp_path / f"page-view-{number}.scan") for number in (1, 2)]
     assert main(["merge", *views, "-o", str(tmp_path / "again")]) == 0
     assert (tmp_path / "again" / "page.scan").is_dir()

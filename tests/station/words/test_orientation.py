@@ -11,7 +11,7 @@ import pytest
 from PIL import Image, ImageDraw, ImageFont
 
 from station.choices import Turn
-from station.words.orientation import UNDECIDED, turned, upright_turn
+from station.words.orientation import turned, upright_turn
 from station.words.words import ProgramMissing
 
 DPI = 150.0
@@ -42,23 +42,23 @@ def test_the_words_tell_which_way_up_a_page_is(printed, degrees):
 @needs_tesseract
 def test_a_page_of_words_is_turned_upright(page, printed):
     lying = replace(page, image=np.ascontiguousarray(np.rot90(printed)), dpi=DPI)
-    upright, warnings = turned(lying, Turn.AUTO)
+    upright, findings = turned(lying, Turn.AUTO)
     np.testing.assert_array_equal(upright.image, printed)
-    assert warnings == ()
+    assert findings == ()
 
 
 @needs_tesseract
-def test_without_words_the_page_stays_with_a_warning(page):
+def test_without_words_the_page_stays_with_a_finding(page):
     blank = replace(page, image=np.full((300, 200, 3), 250, np.uint8))
-    same, warnings = turned(blank, Turn.AUTO)
+    same, findings = turned(blank, Turn.AUTO)
     assert same is blank
-    assert warnings == (UNDECIDED,)
+    assert [one.code for one in findings] == ["turn_undecided"]
 
 
 def test_a_given_turn_needs_no_words(page):
-    quarter, warnings = turned(page, Turn.QUARTER, which=lambda _: None)
+    quarter, findings = turned(page, Turn.QUARTER, which=lambda _: None)
     np.testing.assert_array_equal(quarter.image, np.rot90(page.image, -1))
-    assert warnings == ()
+    assert findings == ()
 
 
 def test_auto_without_tesseract_is_refused(page):

@@ -1,14 +1,14 @@
-"""What a reconstruction warns of."""
+"""What a reconstruction reports of its page."""
 
 from __future__ import annotations
 
 import pytest
 
-from restore.photogrammetry.reconstruct import _warnings
+from restore.findings import finding
+from restore.photogrammetry.reconstruct import _findings
 
 GOOD = {
     "views": ["1.jpg", "2.jpg", "3.jpg", "4.jpg", "5.jpg"],
-    "left_out": {},
     "scale": {"from": "card"},
     "edge_measured": 0.97,
     "surface_off_mm": 0.05,
@@ -21,9 +21,12 @@ GOOD = {
     ("found", "words"),
     [
         ({}, []),
-        ({"left_out": {"IMG_7.jpg": "no features"}}, ["IMG_7.jpg is left out: no features"]),
         (
-            {"left_out": {"7.jpg": "it is zoomed: its focal length is +3%"}},
+            {"left_out": {"IMG_7.jpg": finding("not_joined", reason="no features")}},
+            ["IMG_7.jpg is left out: no features"],
+        ),
+        (
+            {"left_out": {"7.jpg": finding("zoomed", change=0.03)}},
             ["7.jpg is left out", "photographs were zoomed"],
         ),
         ({"views": ["1.jpg", "2.jpg", "3.jpg", "4.jpg"]}, ["the page is made of 4 photographs only"]),
@@ -37,6 +40,6 @@ GOOD = {
     ],
 )
 def test_each_doubt_has_its_sentence(found, words):
-    sentences = _warnings(GOOD | found)
-    assert len(sentences) == len(words)
-    assert all(sentence.startswith(word) for sentence, word in zip(sentences, words, strict=True))
+    findings = _findings(GOOD | found, found.get("left_out", {}))
+    assert len(findings) == len(words)
+    assert all(one.text.startswith(word) for one, word in zip(findings, words, strict=True))

@@ -1,0 +1,89 @@
+"""Findings: one table of codes, and no sentence of a finding anywhere else."""
+
+from __future__ import annotations
+
+import ast
+import json
+import string
+
+import pytest
+
+from restore.findings import CODES, RECORDED, finding, findings_of, from_json
+
+
+def placeholders(text):
+    return {name for _, name, _, _ in string.Formatter().parse(text) if name}
+
+
+@pytest.mark.parametrize("code", CODES)
+def test_a_code_that_prints_a_share_says_of_what(code):
+    entry = CODES[code]
+    assert bool(entry.share_of) >= ("share" in placeholders(entry.text))
+
+
+def test_a_finding_comes_back_from_its_json_values():
+    one = finding("hidden", 0.25)
+    assert from_json(json.loads(json.dumps(one.as_json()))) == one
+    assert one.text.startswith("25% of the page is hidden")
+
+
+def test_an_unknown_code_or_a_missing_value_is_an_error_of_the_program():
+    with pytest.raises(KeyError):
+        finding("no such code")
+    with pytest.raises(KeyError):
+        finding("holes")
+
+
+def test_findings_of_a_report_and_of_an_older_one():
+    one = finding("no_colour")
+    assert findings_of({"findings": [one.as_json()]}) == (one,)
+    (old,) = findings_of({"warnings": ["the page is cut off"]})
+    assert (old.code, old.severity, old.text) == (RECORDED, "warning", "the page is cut off")
+    assert findings_of({}) == ()
+
+
+@pytest.mark.parametrize("value", [3, None, {"code": "hidden"}, {"code": "hidden", "severity": "grave", "text": "a"}])
+def test_what_is_not_a_finding_is_refused(value):
+    with pytest.raises(ValueError, match="not a finding"):
+        from_json(value)
+
+
+def made(tree):
+    """The codes of all calls of finding() in a module; None for one that is not a literal."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "finding":
+            first = node.args[0]
+            yield first.value if isinstance(first, ast.Constant) else None
+
+
+def test_every_code_is_made_somewhere_and_every_one_made_is_in_the_table(repository):
+    codes = set()
+    for package in ("restore", "station", "drivers"):
+        for path in (repository / package).rglob("*.py"):
+            codes |= set(made(ast.parse(path.read_text("utf-8"))))
+    # Three places make a finding of a name that they look up in a table of their own.
+    assert codes - {None} <= set(CODES)
+    assert set(CODES) - codes <= {"lost_border", "turned_border", "light_kept", "white_kept", RECORDED}
+
+
+def test_sentences_stand_in_the_table_alone(repository):
+    """No list of findings or warnings takes a string: what is reported has a code."""
+    takers = ("findings", "warnings")
+    for package in ("restore", "station", "drivers"):
+        for path in (repository / package).rglob("*.py"):
+            for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+                if isinstance(node, ast.keyword) and node.arg in takers:
+                    assert not holds_text(node.value), f"{path}:{node.value.lineno}"
+                if isinstance(node, ast.Dict):
+                    for key, value in zip(node.keys, node.values, strict=True):
+                        if isinstance(key, ast.Constant) and key.value in takers:
+                            assert not holds_text(value), f"{path}:{value.lineno}"
+
+
+def holds_text(node):
+    """Whether an expression is, or lists, a string or an f-string."""
+    parts = node.elts if isinstance(node, ast.List | ast.Tuple) else [node]
+    return any(
+        isinstance(part, ast.JoinedStr) or (isinstance(part, ast.Constant) and isinstance(part.value, str))
+        for part in parts
+    )
