@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from drivers.simulated.scene.sheets import Sheet
@@ -42,10 +44,22 @@ def sampled(sheet: Sheet, spacing: float = 3.0, noise: float = NOISE_MM, seed: i
 
 def rounded(sheet: Sheet, points: Floats) -> tuple[Surface, Floats]:
     """The smooth surface through points (n, 3) of a sheet, and their feet (n, 2)."""
+    start = _start(sheet)
+    return fit_surface(points, start.nearest(points), start, stiffness=10.0)
+
+
+@cache
+def _start(sheet: Sheet) -> Surface:
+    """A surface through a lattice of exact points, larger than the page."""
     low, high = -HALF - 15, HALF + 15
     lattice = grid_places(low, high, 4.0)
-    start = through_places(lattice, sheet.warp(lattice, PAGE_MM), low, high)
-    return fit_surface(points, start.nearest(points), start, stiffness=10.0)
+    return through_places(lattice, sheet.warp(lattice, PAGE_MM), low, high)
+
+
+@cache
+def _exact(sheet: Sheet) -> Surface:
+    """The smooth surface through exact points."""
+    return rounded(sheet, sampled(sheet, noise=0.0)[0])[0]
 
 
 def printed_mesh(surface: PageSurface) -> Floats:
@@ -66,8 +80,7 @@ def lost(surface: PageSurface, sheet: Sheet) -> float:
 
 def true_places(sheet: Sheet, points: Floats) -> Floats:
     """(n, 2) places of a flat page whose points in space are next to points (n, 3)."""
-    smooth, _ = rounded(sheet, sampled(sheet, noise=0.0)[0])
-    places, step = smooth.nearest(points), 1e-3
+    places, step = _exact(sheet).nearest(points), 1e-3
     for _ in range(5):
         here = sheet.warp(places, PAGE_MM)
         by = [(sheet.warp(places + step * axis, PAGE_MM) - here) / step for axis in np.eye(2)]

@@ -1,7 +1,17 @@
-"""`python -m station` is `planish`."""
+"""Start of the command `planish`, also as `python -m station`."""
 
 import sys
 
-from station.cli import main
+from station.interrupt import end_on_ctrl_c
 
-sys.exit(main())
+
+def main() -> int:
+    """Load the command and run it with the arguments of the process. Returns the exit code."""
+    end_on_ctrl_c()
+    from station.cli import main as run
+
+    return run()
+
+
+if __name__ == "__main__":
+    sys.exit(main())

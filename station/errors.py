@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Protocol, runtime_checkable
 
 from drivers.scanner import LASER_MAY_BE_ON
+from station import interrupt
 
 UNEXPECTED, USAGE, DISK = 1, 2, 6
 STANDARD_OUTPUT = "standard output"  # in place of a file's name
@@ -129,9 +130,9 @@ def _describe(error: BaseException) -> tuple[int, str, str]:
         case OSError():
             return DISK, _disk_message(error), _disk_hint(error)
         case KeyboardInterrupt():
-            return SIGNAL_BASE + signal.SIGINT, "stopped by Ctrl-C", "run the same command again to start over"
+            return interrupt.EXIT_CODE, interrupt.MESSAGE, interrupt.HINT
         case Stopped():
-            return error.exit_code, f"stopped by {error}", "run the same command again to start over"
+            return error.exit_code, f"stopped by {error}", interrupt.HINT
         case MemoryError():
             return (
                 UNEXPECTED,

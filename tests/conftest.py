@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 import signal
 import site
 import sys
@@ -10,7 +11,7 @@ import sysconfig
 import threading
 import time
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -75,6 +76,7 @@ GRACE_SECONDS = 15.0  # a thread that was told to end may need a moment, on a bu
 # Opened once for the life of the process, on first use: devices, the kernel's own tables, parts of installed libraries
 # (fonts, kernel caches). They are no leak of the test that happens to come first.
 LIBRARIES = tuple({sys.prefix, sys.base_prefix, sysconfig.get_paths()["stdlib"], *site.getsitepackages()})
+CHILDREN_LISTED = Path(f"/proc/self/task/{os.getpid()}/children").exists()
 LASTING = ("/dev/", "/proc/", "/sys/", "/usr/lib", "/usr/share", "/lib", *LIBRARIES)
 
 
@@ -88,11 +90,25 @@ class Resources(NamedTuple):
     @classmethod
     def now(cls) -> Resources:
         threads = frozenset(f"thread {thread.name} ({thread.ident})" for thread in threading.enumerate())
-        children = frozenset(f"process {child.pid}" for child in psutil.Process().children(recursive=True))
+        children = frozenset(f"process {child}" for child in _child_processes())
         return cls(threads, children, frozenset(_open_files()))
 
     def gained_since(self, before: Resources) -> list[str]:
         return sorted(gained for mine, theirs in zip(self, before, strict=True) for gained in mine - theirs)
+
+
+def _child_processes() -> Iterator[int]:
+    """Numbers of the processes below this one. Linux lists them; psutil would look at all processes of the system."""
+    if not CHILDREN_LISTED:
+        yield from (child.pid for child in psutil.Process().children(recursive=True))
+        return
+    waiting = [os.getpid()]
+    while waiting:
+        with suppress(OSError):  # it has ended
+            for task in Path(f"/proc/{waiting.pop()}/task").iterdir():
+                children = [int(number) for number in (task / "children").read_text().split()]
+                yield from children
+                waiting += children
 
 
 def _open_files() -> Iterator[str]:

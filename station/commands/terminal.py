@@ -14,6 +14,7 @@ from typing import Protocol, TextIO, runtime_checkable
 import typer
 
 from station.errors import SIGNAL_BASE, STANDARD_OUTPUT, USAGE, Fault, Stopped, explain
+from station.interrupt import raise_on_ctrl_c
 
 # Sent by a service manager, and by a terminal that closes: both leave time to let the scanner go.
 ENDING_SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
@@ -114,6 +115,7 @@ def _ending_signals_raise() -> Iterator[None]:
         raise Stopped(number)
 
     before = {number: signal.signal(number, stop) for number in ENDING_SIGNALS}
+    raise_on_ctrl_c()
     try:
         yield
     finally:

@@ -13,7 +13,7 @@ import sys
 import threading
 import time
 from contextlib import suppress
-from multiprocessing.connection import Connection
+from multiprocessing.connection import Connection, wait
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -36,14 +36,27 @@ def main(connection: int, lifeline: int, memory_mib: int, scratch: Path) -> int:
     signal.signal(signal.SIGTERM, _stop)
     threading.Thread(target=_end_with_caller, args=(lifeline,), daemon=True).start()
     try:
-        with Connection(connection) as caller, suppress(EOFError, ConnectionError):
-            while caller.poll(IDLE_S):
-                caller.send(answer(caller.recv()))
+        code = _answer_calls(connection, lifeline)
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)  # it ends already
     except Stopped:
-        return INTERRUPTED
+        code = INTERRUPTED
     finally:
         with suppress(OSError):  # where a library left a file there
             scratch.rmdir()
+    return code
+
+
+def _answer_calls(connection: int, lifeline: int) -> int:
+    """Answer calls until there are none for a while or the caller has gone. Returns the exit code.
+
+    The lifeline is waited for here as well: a signal that arrives just before the system begins to wait does not end
+    the wait.
+    """
+    with Connection(connection) as caller, suppress(EOFError, ConnectionError):
+        while ready := wait([caller, lifeline], IDLE_S):
+            if lifeline in ready:
+                return INTERRUPTED
+            caller.send(answer(caller.recv()))
     return IDLE
 
 
@@ -58,6 +71,7 @@ def answer(call: tuple[Any, tuple[Any, ...]]) -> tuple[str, Any]:
 
 
 def _stop(number: int, _frame: FrameType | None) -> None:
+    signal.signal(number, signal.SIG_IGN)  # a second one would interrupt the removal of files
     raise Stopped(number)
 
 

@@ -2,7 +2,8 @@
 
 import json
 import tomllib
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -58,6 +59,30 @@ def small(**settings: Any) -> dict[str, Any]:
     return {"driver": "simulated", "scene": {"sheet": "flat", "artwork": "white", "table": "none"}, **settings}
 
 
+@dataclass
+class Shots:
+    """Two shots of one scanner, and the progress of the first."""
+
+    scans: list[RangeScan]
+    progress: list[tuple[str, float]]
+
+
+def take_two(progress: Callable[[str, float], None]) -> list[RangeScan]:
+    scanner = connect(small(), now=noon)
+    return [scanner.capture(FAST, progress), scanner.capture(FAST)]
+
+
+@pytest.fixture(scope="module")
+def plain() -> Shots:
+    steps: list[tuple[str, float]] = []
+    return Shots(take_two(lambda step, done: steps.append((step, done))), steps)
+
+
+@pytest.fixture(scope="module")
+def truth() -> Truth:
+    return rig(small()).sensor.truth(MODES["fast"])
+
+
 def test_a_station_configuration_opens_it() -> None:
     with open_scanner(tomllib.loads(STATION)) as scanner:
         scan = scanner.capture(FAST)
@@ -72,35 +97,28 @@ def test_every_sheet_and_artwork_can_be_asked_for_by_name(sheet: str, artwork: s
     connect(small(scene={"sheet": sheet, "artwork": {"name": artwork}})).close()
 
 
-def test_provenance_tells_all_and_is_json() -> None:
-    noted = connect(small(seed=5), now=noon).capture(FAST).provenance
+def test_provenance_tells_all_and_is_json(plain: Shots) -> None:
+    noted = plain.scans[0].provenance
     assert json.loads(json.dumps(dict(noted))) == noted
     assert noted["time"] == NOON.isoformat()
     assert {"device", "lens", "distance_mm", "mode", "profile", "calibration", "laser_power", "gain"} <= noted.keys()
     assert "SIM" in noted["device"]
 
 
-def test_shots_differ_and_the_series_repeats() -> None:
-    series = []
-    for _ in range(2):
-        scanner = connect(small(seed=1), now=noon)
-        series.append([scanner.capture(FAST).points for _ in range(2)])
+def test_shots_differ_and_the_series_repeats(plain: Shots) -> None:
+    series = [[scan.points for scan in scans] for scans in (plain.scans, take_two(lambda *_: None))]
     np.testing.assert_array_equal(series[0], series[1])
     assert not np.array_equal(series[0][0], series[0][1], equal_nan=True)
 
 
-def test_the_truth_about_its_shots_is_known() -> None:
-    scan, standing = connect(small()).capture(FAST), rig(small())
-    truth = standing.sensor.truth(MODES["fast"])
+def test_the_truth_about_its_shots_is_known(plain: Shots, truth: Truth) -> None:
     assert truth.page_mm == (280.0, 200.0)
-    assert np.nanmax(np.abs(scan.points - truth.points)) < 20
+    assert np.nanmax(np.abs(plain.scans[0].points - truth.points)) < 20
 
 
-def test_progress_is_told() -> None:
-    steps: list[tuple[str, float]] = []
-    connect(small()).capture(FAST, lambda step, done: steps.append((step, done)))
-    assert [step for step, done in steps if done == 1.0] == ["focus", "scan"]
-    assert all(0 <= done <= 1 for _, done in steps)
+def test_progress_is_told(plain: Shots) -> None:
+    assert [step for step, done in plain.progress if done == 1.0] == ["focus", "scan"]
+    assert all(0 <= done <= 1 for _, done in plain.progress)
 
 
 def test_a_closed_scanner_shoots_no_more() -> None:
@@ -165,11 +183,9 @@ def test_an_impossible_setting_is_refused_by_name_with_the_choices(
     assert choice in f"{refused.value} {refused.value.hint}"
 
 
-def test_four_shots_halve_the_noise_against_the_truth() -> None:
-    truth = rig(small()).sensor.truth(MODES["fast"])
-    with connect(small()) as scanner:
-        noise = [z_noise(scanner.capture(CaptureSettings(mode="fast", average=n)), truth) for n in (1, 4)]
-    assert noise[1] / noise[0] == pytest.approx(0.5, rel=HALF)
+def test_four_shots_halve_the_noise_against_the_truth(plain: Shots, truth: Truth) -> None:
+    four = connect(small(seed=1)).capture(replace(FAST, average=4))
+    assert z_noise(four, truth) / z_noise(plain.scans[0], truth) == pytest.approx(0.5, rel=HALF)
 
 
 def z_noise(scan: RangeScan, truth: Truth) -> float:
@@ -193,12 +209,12 @@ def test_a_calibration_of_another_lens_is_refused(tmp_path: Path) -> None:
         scanner.capture(FAST)
 
 
-def test_a_calibration_is_used(tmp_path: Path) -> None:
+def test_a_calibration_is_used(plain: Shots, tmp_path: Path) -> None:
     path = tmp_path / "middle.toml"
     longer = replace(nominal(LENSES["MIDDLE"]), baseline_mm=255.0)
     path.write_text(encode_calibration(longer), "utf-8")
-    with connect(small()) as plain, connect(small(calibration=str(path))) as other:
-        one, two = (scanner.capture(FAST) for scanner in (plain, other))
+    with connect(small(calibration=str(path))) as scanner:
+        one, two = plain.scans[0], scanner.capture(FAST)
     assert two.provenance["calibration"]["baseline_mm"] == 255.0
     assert np.nanmean(two.points[..., 2] / one.points[..., 2]) == pytest.approx(255 / 250, rel=1e-3)
 
@@ -228,9 +244,15 @@ def moved(one: RangeScan, other: RangeScan) -> np.ndarray:
     return registration(one.texture, other.texture, name="other")[:, 2]
 
 
-def test_a_hand_moves_the_page_between_captures() -> None:
+@pytest.fixture(scope="module")
+def touched() -> list[RangeScan]:
+    """Shots of a page that a hand moves by up to a pixel between them."""
     with connect(printed(nudge_px=1.0)) as scanner:
-        first, second, third = (scanner.capture(FAST) for _ in range(3))
+        return [scanner.capture(FAST) for _ in range(MIN_SHOTS)]
+
+
+def test_a_hand_moves_the_page_between_captures(touched: list[RangeScan]) -> None:
+    first, second, third, *_ = touched
     shifts = np.array([moved(first, second), moved(first, third)])
     assert np.abs(shifts).max() <= 1.0 + 2 * PLACE_PX  # of the corner, where the turn that was found adds its own
     assert np.linalg.norm(shifts, axis=1).min() > 2 * PLACE_PX
@@ -243,10 +265,8 @@ def test_it_keeps_off_during_a_capture() -> None:
         np.testing.assert_array_equal(nudged.capture(average).texture, still.capture(average).texture)
 
 
-def test_captures_of_a_page_that_was_touched_are_joined_to_a_finer_one() -> None:
-    with connect(printed(nudge_px=0.5)) as scanner:
-        shots = [scanner.capture(FAST) for _ in range(MIN_SHOTS)]
-    joined = finer_scan(shots)
+def test_captures_of_a_page_that_was_touched_are_joined_to_a_finer_one(touched: list[RangeScan]) -> None:
+    joined = finer_scan(touched)
     assert joined.texture.shape == (960, 1280, 3)
     assert joined.provenance["super"]["shots"] == MIN_SHOTS
 

@@ -23,7 +23,7 @@ def raised(sheet) -> tuple[Relief, Cloud]:
     return relief, Cloud.of(points, relief.feet(points, feet))
 
 
-@pytest.fixture(scope="module", params=SHEETS)
+@pytest.fixture(scope="module", params=["multifold", pytest.param("miura", marks=pytest.mark.slow)])
 def known(request) -> tuple[object, Relief, Cloud, Relief]:
     """A sheet, its first relief, its points, and the relief refined."""
     relief, cloud = raised(SHEETS[request.param])

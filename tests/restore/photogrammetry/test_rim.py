@@ -45,15 +45,20 @@ def fitted_to_edge(surface: PageSurface, points: Floats, feet: Floats, stiffness
     return rim.fit_to_edge(fitted, None, masks, [])
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_the_gutter_between_two_printed_pages_is_as_wide_as_it_was(seed, monkeypatch):
+@pytest.fixture(scope="module")
+def gutter() -> tuple[FoldedSurface, Floats, Floats]:
+    """A surface folded in a gutter without print, from points on both sides of it, the points and their feet."""
     points, flat = sampled(SPREAD)
-    printed = np.abs(flat[:, 0]) > BLANK_MM
-    points = points[printed]
+    points = points[np.abs(flat[:, 0]) > BLANK_MM]
     smooth, feet = rounded(SPREAD, points)
     surface = fold(points, feet, smooth)
     assert isinstance(surface, FoldedSurface)
-    surface = refold(points, surface.feet(points, feet), surface)
+    return refold(points, surface.feet(points, feet), surface), points, feet
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_gutter_between_two_printed_pages_is_as_wide_as_it_was(seed, gutter, monkeypatch):
+    surface, points, feet = gutter
     edge = edge_of_page(SPREAD, seed)
     edge = Edge(edge.points, surface.feet(edge.points, edge.places), edge.measured)
     near = list[FoldedSurface]()

@@ -21,7 +21,6 @@ from tests.station.conftest import curl_scan
 
 DPI = 300.0  # of the artwork
 NOW = datetime(2026, 3, 4, 5, 6, 7, tzinfo=UTC)
-SCHEMAS = Path(__file__).parents[4] / "shared/data/schemas"
 PROVENANCE = {"device": "VIVID 900", "lens": "MIDDLE", "time": "2026-03-04T05:00:00+00:00"}
 STRANGE = "Blätter & <Übriges> №1"
 
@@ -76,11 +75,3 @@ def volume(tmp_path_factory: pytest.TempPathFactory) -> Volume:
             files += made
         pages.append(Page(number, label, tuple(files), "right" if number % 2 else "left", PROVENANCE))
     return Volume("urn:uuid:1", STRANGE, tuple(pages), tuple(events), NOW, "Fragments", "A library")
-
-
-@pytest.fixture
-def schemas() -> Path:
-    if not SCHEMAS.is_dir():
-        pytest.skip("needs the official schemas in ../shared/data/schemas")
-    pytest.importorskip("lxml", reason="needs lxml, which reads XML Schema")
-    return SCHEMAS

@@ -31,8 +31,8 @@ def document(volume) -> bytes:
     return encode_mets(volume, images, now=NOW)
 
 
-def test_the_document_is_valid_with_all_that_it_wraps(document, schemas) -> None:
-    compiled = schema(schemas, "mets-1-12-1.xsd", "premis-v2-3.xsd", "mix20.xsd")
+def test_the_document_is_valid_with_all_that_it_wraps(document) -> None:
+    compiled = schema("mets-1-12-1.xsd", "premis-v2-3.xsd", "mix20.xsd")
     assert violations(compiled, document) == []
     nested = document.replace(b">SHA-512</mix:", b">SHA-five</mix:").replace(b"premis:eventDateTime", b"premis:when")
     kinds = {wrong.partition("{")[2].partition("}")[0] for wrong in violations(compiled, nested)}
@@ -40,24 +40,24 @@ def test_the_document_is_valid_with_all_that_it_wraps(document, schemas) -> None
 
 
 @pytest.mark.parametrize("kind", ["object", "event", "agent"])
-def test_every_premis_element_is_valid(document, schemas, kind) -> None:
-    compiled = schema(schemas, "premis-v2-3.xsd")
+def test_every_premis_element_is_valid(document, kind) -> None:
+    compiled = schema("premis-v2-3.xsd")
     found = parts(document, f"{PREMIS}{kind}")
     assert found
     assert [wrong for one in found for wrong in violations(compiled, one)] == []
 
 
-def test_every_mix_element_is_valid(document, schemas) -> None:
-    compiled = schema(schemas, "mix20.xsd")
+def test_every_mix_element_is_valid(document) -> None:
+    compiled = schema("mix20.xsd")
     found = parts(document, f"{MIX}mix")
     assert len(found) == 5  # two pages, three colour images of scans
     assert [wrong for one in found for wrong in violations(compiled, one)] == []
 
 
 @pytest.mark.skipif(not shutil.which("tesseract"), reason="needs the system package tesseract-ocr")
-def test_the_words_are_valid(volume, schemas) -> None:
+def test_the_words_are_valid(volume) -> None:
     (words,) = (file for file in volume.files if file.role == Role.WORDS)
-    assert violations(schema(schemas, "alto-4-4.xsd"), words.path.read_bytes()) == []
+    assert violations(schema("alto-4-4.xsd"), words.path.read_bytes()) == []
 
 
 @pytest.mark.parametrize(
@@ -69,8 +69,8 @@ def test_the_words_are_valid(volume, schemas) -> None:
         ("mix20.xsd", b">SHA-512<", b">SHA-five<"),
     ],
 )
-def test_a_broken_rule_is_noticed(document, schemas, name, old, new) -> None:
-    compiled = schema(schemas, name)
+def test_a_broken_rule_is_noticed(document, name, old, new) -> None:
+    compiled = schema(name)
     tag = {"premis-v2-3.xsd": f"{PREMIS}event", "mix20.xsd": f"{MIX}mix"}.get(name)
     assert old in document
     broken = document.replace(old, new)

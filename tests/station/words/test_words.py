@@ -14,7 +14,6 @@ import numpy as np
 import pikepdf
 import pytest
 import tifffile
-from lxml import etree
 from PIL import Image
 
 from drivers.simulated.scene.artwork import Text
@@ -40,10 +39,10 @@ from station.words.words import (
     sized_for_reading,
     x_height_px,
 )
+from tests.station.archive.schema import schema, violations
 
 needs_tesseract = pytest.mark.skipif(not shutil.which("tesseract"), reason="needs the system package tesseract-ocr")
 
-SCHEMAS = Path(__file__).parents[3] / "shared" / "data" / "schemas"
 PAGE_MM, DPI = (110.0, 70.0), 150
 MM_PER_INCH, POINTS_PER_MM = 25.4, 72 / 25.4
 PLACE_MM = 1.0  # Tesseract's boxes keep off the ink by a pixel or two, and ascenders are not always in them
@@ -116,17 +115,9 @@ def test_alto_tells_where_every_word_stands_on_the_page(words, printed, image):
 
 @needs_tesseract
 def test_alto_keeps_to_its_schema(words):
-    class Local(etree.Resolver):
-        def resolve(self, url, public, context):
-            return self.resolve_filename(str(SCHEMAS / "xlink.xsd"), context) if "xlink" in url else None
-
-    if not SCHEMAS.is_dir():
-        pytest.skip("the schemas are not here")
-    parser = etree.XMLParser()
-    parser.resolvers.add(Local())
-    schema = etree.XMLSchema(etree.fromstring((SCHEMAS / "alto-4-4.xsd").read_bytes(), parser))
-    schema.assertValid(etree.fromstring(words.alto))
-    assert not schema.validate(etree.fromstring(words.alto.replace(b"HPOS", b"XPOS")))
+    alto = schema("alto-4-4.xsd")
+    assert violations(alto, words.alto) == []
+    assert violations(alto, words.alto.replace(b"HPOS", b"XPOS"))
 
 
 @needs_tesseract
