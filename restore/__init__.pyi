@@ -9,7 +9,6 @@ from .files import (
     read_regular as read_regular,
     read_toml as read_toml,
 )
-from .flatten_mesh import flatten as flatten
 from .formats import (
     PICTURE_SUFFIXES as PICTURE_SUFFIXES,
     SCAN_SUFFIXES as SCAN_SUFFIXES,
@@ -22,7 +21,6 @@ from .formats import (
     save_scan as save_scan,
     scan_stem as scan_stem,
 )
-from .kernel_cache import notify_when_compiling as notify_when_compiling
 from .mesh.measures import vertex_normals as vertex_normals
 from .mesh.network import edges_of as edges_of
 from .mesh.ordered_grid import GridMesh as GridMesh
@@ -30,11 +28,6 @@ from .mesh.raster import rasterise as rasterise
 from .mesh.strain import (
     average_at_vertices as average_at_vertices,
     face_strain as face_strain,
-)
-from .native import (
-    SYSTEM_LIBRARIES as SYSTEM_LIBRARIES,
-    SystemLibrary as SystemLibrary,
-    missing_libraries as missing_libraries,
 )
 from .phones.capture import PhoneCapture as PhoneCapture, load_phone_capture as load_phone_capture
 from .phones.detect import is_phone_capture as is_phone_capture
@@ -52,7 +45,19 @@ from .photogrammetry import (
     rescaled as rescaled,
 )
 from .pipeline import restore as restore
-from .range_image.segment import SegmentedScan as SegmentedScan
+from .prepared.flatten import flatten as flatten
+from .prepared.separate import (
+    ScannedSheet as ScannedSheet,
+    is_rectangular as is_rectangular,
+    separate_sheets as separate_sheets,
+)
+from .range_image.segmentation.segment import SegmentedScan as SegmentedScan
+from .runtime.kernel_cache import notify_when_compiling as notify_when_compiling
+from .runtime.native import (
+    SYSTEM_LIBRARIES as SYSTEM_LIBRARIES,
+    SystemLibrary as SystemLibrary,
+    missing_libraries as missing_libraries,
+)
 from .scan import (
     Bytes as Bytes,
     FlatMesh as FlatMesh,
@@ -64,11 +69,6 @@ from .scan import (
     SurfaceMesh as SurfaceMesh,
 )
 from .settings import Settings as Settings
-from .sheets import (
-    ScannedSheet as ScannedSheet,
-    is_rectangular as is_rectangular,
-    separate_sheets as separate_sheets,
-)
 from .structured_light import (
     Projector as Projector,
     draw_patterns as draw_patterns,

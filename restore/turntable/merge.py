@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from restore.arguments import checks_types
 from restore.errors import BadInput
+from restore.runtime.arguments import checks_types
 from restore.scan import Floats, RangeScan
 from restore.turntable.axis import RotationAxis
 from restore.turntable.register import register

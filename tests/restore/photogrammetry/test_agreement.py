@@ -10,7 +10,7 @@ import pytest
 
 from oracles.table_cameras import FOCAL_PX, cameras
 from restore import Photograph
-from restore.photo.camera import PhotoCamera
+from restore.camera.photo_camera import PhotoCamera
 from restore.photogrammetry import SCALE_CARD
 from restore.photogrammetry.agreement import (
     OTHER_PAGE,
