@@ -137,7 +137,7 @@ def _outcome(page: FlatMesh, scene: Scene, kind: str, rng: np.random.Generator, 
 
 
 def _hidden_on_page(page: FlatMesh, one: Registered, covered: Covered) -> Mask:
-    from restore.photo.camera import project_map
+    from restore.camera.photo_camera import project_map
     from restore.texture.page import page_map
 
     assert one.registration is not None

@@ -11,8 +11,8 @@ from collections.abc import Callable
 import igl
 import numpy as np
 
-from restore.flattening import least_distortion
 from restore.flattening.conformal import far_apart
+from restore.flattening.isometric import least_distortion
 from restore.mesh.measures import surface_area
 from restore.scan import Floats, SurfaceMesh
 

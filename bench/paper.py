@@ -22,12 +22,12 @@ from drivers.simulated.scene.sheets import Binding, Cone, Crumpled, Curl, Miura,
 from oracles.exact import ExactSheet, exact_sheet
 from oracles.markers import rigid_residual
 from restore.errors import BadInput
-from restore.flattening import springs, sticks
-from restore.flattening.applicable import flatten_applicable
-from restore.flattening.isometric import flatten_isometric
+from restore.flattening.isometric.page import flatten_isometric
+from restore.flattening.published import springs, sticks
+from restore.flattening.published.applicable import flatten_applicable
+from restore.flattening.published.springs import flatten_springs
+from restore.flattening.published.sticks import flatten_sticks
 from restore.flattening.solution import Solution
-from restore.flattening.springs import flatten_springs
-from restore.flattening.sticks import flatten_sticks
 from restore.mesh.measures import edge_strain, flipped_faces
 from restore.mesh.network import Network
 from restore.mesh.pose import PosedSheet

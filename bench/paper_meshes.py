@@ -11,10 +11,10 @@ from oracles.markers import marker_error
 from oracles.sheets import CASES
 from restore import RangeScan, Settings, restore
 from restore.mesh.triangulate import lattice
-from restore.prepare import prepare
-from restore.range_image.sheet import Sheet, depth_distance
+from restore.prepared.facet_sheet import decimate_sheet
+from restore.prepared.prepare import prepare
+from restore.range_image.facets.sheet import Sheet, depth_distance
 from restore.scan import Floats, Ints
-from restore.unroll import decimate_sheet
 
 SEED = 5
 FIG_2_POINTS = 1200  # the paper's

@@ -30,12 +30,12 @@ from oracles.studio import VIEWS, take_photograph
 from restore import FlatMesh, Photograph, RangeScan, Settings
 from restore.photo import paint_registered, register_photographs
 from restore.pipeline import Stopwatch
-from restore.prepare import prepare
+from restore.prepared.facet_sheet import unroll
+from restore.prepared.prepare import prepare
 from restore.scan import Bytes, Floats
 from restore.texture.page import paint_page
 from restore.texture.resolution import effective_share
 from restore.texture.super_resolution import finer_scan
-from restore.unroll import unroll
 
 PAGE_MM = (240.0, 170.0)
 SQUARE_MM, TURN_DEG, CLEAR_MM = 26.0, 5.0, 44.0

@@ -13,9 +13,9 @@ import numpy as np
 from bench.paper import SEED, TABLE_2
 from bench.timing import in_turns
 from oracles.exact import exact_sheet
-from restore.flattening import springs
-from restore.flattening.springs import flatten_springs
-from restore.flattening.sticks import flatten_sticks
+from restore.flattening.published import springs
+from restore.flattening.published.springs import flatten_springs
+from restore.flattening.published.sticks import flatten_sticks
 from restore.mesh.measures import edge_strain
 from restore.scan import Floats
 

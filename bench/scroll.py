@@ -17,7 +17,7 @@ import numpy as np
 from bench.memory import peak_growth_mb
 from oracles.markers import rigid_residual
 from restore import flatten
-from restore.flattening import least_distortion
+from restore.flattening.isometric import least_distortion
 from restore.mesh.measures import edge_strain
 from restore.mesh.network import edges_of
 from restore.mesh.ordered_grid import GridMesh, grid_faces

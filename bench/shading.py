@@ -37,14 +37,14 @@ from drivers.simulated.scene.scene import place_sheet
 from drivers.simulated.scene.sheets import Binding, Sheet
 from drivers.vivid900.geometry.calibration import nominal
 from drivers.vivid900.geometry.lenses import LENSES, MODES
-from restore.prepare import prepare
-from restore.range_image.sheet import Sheet as Surface
+from restore.prepared.facet_sheet import Unrolled, unroll
+from restore.prepared.prepare import prepare
+from restore.range_image.facets.sheet import Sheet as Surface
 from restore.scan import Bytes, Floats, Mask, SurfaceMesh
 from restore.settings import Settings
 from restore.shading.relief import relief_of
 from restore.shading.remove import LIGHT_DPI, remove_shading
 from restore.texture.page import MM_PER_INCH, paint_page
-from restore.unroll import Unrolled, unroll
 
 SEED = 5
 PAGE_MM = (280.0, 200.0)

@@ -24,8 +24,8 @@ from drivers.simulated.scene.scene import Table, place_sheet
 from drivers.vivid900.geometry.calibration import nominal
 from drivers.vivid900.geometry.lenses import LENSES, MODES
 from restore import RangeScan, RestoreError
-from restore.range_image.camera import find_rays
-from restore.range_image.segment import find_sheet
+from restore.camera.rays import find_rays
+from restore.range_image.segmentation.segment import find_sheet
 from restore.scan import Mask
 
 COUNT = 60

@@ -13,12 +13,13 @@ ROOT = Path(__file__).parents[1]
 ENGINE = tuple(
     f"restore/{name}.py"
     for name in (
-        *("mesh/jets", "mesh/outside", "mesh/surface_lengths", "mesh/network", "mesh/pose", "mesh/measures"),
-        *("flattening/closing_signs", "flattening/fans", "flattening/angle_synchronisation", "flattening/conformal"),
-        *("flattening/gauss_newton", "flattening/preconditioner"),
-        *("flattening/isometric", "flattening/two_lengths"),
-        *("flattening/repair", "flattening/least_distortion", "flattening/joints", "flattening/layout"),
-        "flattening/methods",
+        *("mesh/jets", "mesh/decimation_bias", "mesh/surface_lengths", "mesh/network", "mesh/pose", "mesh/measures"),
+        *("flattening/isometric/fan_orientation", "flattening/isometric/fans"),
+        *("flattening/isometric/angle_synchronisation", "flattening/conformal"),
+        *("flattening/isometric/gauss_newton", "flattening/isometric/preconditioner"),
+        *("flattening/isometric/page", "flattening/isometric/two_lengths"),
+        *("flattening/isometric/repair", "flattening/isometric/least_distortion"),
+        *("flattening/joints", "flattening/layout", "flattening/methods"),
     )
 )
 

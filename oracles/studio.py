@@ -19,9 +19,9 @@ from restore import FlatMesh, RangeScan, Settings
 from restore.photo.reference import make_reference
 from restore.photo.register import Registration
 from restore.pipeline import Stopwatch
-from restore.prepare import prepare
+from restore.prepared.facet_sheet import unroll
+from restore.prepared.prepare import prepare
 from restore.scan import Bytes, Floats
-from restore.unroll import unroll
 
 A4 = (297.0, 210.0)
 DISTANCE_MM, LENS = 900.0, LENSES["MIDDLE"]

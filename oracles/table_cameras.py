@@ -7,7 +7,7 @@ from collections.abc import Callable
 import cv2
 import numpy as np
 
-from restore.photo.camera import PhotoCamera
+from restore.camera.photo_camera import PhotoCamera
 
 SIZE = (480, 360)
 FOCAL_PX = 420.0

@@ -5,6 +5,6 @@ The names, and the modules that hold them, are in `__init__.pyi`; each module is
 
 import lazy_loader
 
-from restore import kernel_cache  # noqa: F401 - before any kernel is imported: it says where compiled code is kept
+from restore.runtime import kernel_cache  # noqa: F401 - before any kernel is imported: it says where they are kept
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

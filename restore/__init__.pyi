@@ -10,7 +10,6 @@ from .files import (
     read_toml as read_toml,
 )
 from .findings import Finding as Finding, finding as finding, findings_of as findings_of
-from .flatten_mesh import flatten as flatten
 from .formats import (
     PICTURE_SUFFIXES as PICTURE_SUFFIXES,
     SCAN_SUFFIXES as SCAN_SUFFIXES,
@@ -23,7 +22,6 @@ from .formats import (
     save_scan as save_scan,
     scan_stem as scan_stem,
 )
-from .kernel_cache import notify_when_compiling as notify_when_compiling
 from .mesh.measures import vertex_normals as vertex_normals
 from .mesh.network import edges_of as edges_of
 from .mesh.ordered_grid import GridMesh as GridMesh
@@ -31,11 +29,6 @@ from .mesh.raster import rasterise as rasterise
 from .mesh.strain import (
     average_at_vertices as average_at_vertices,
     face_strain as face_strain,
-)
-from .native import (
-    SYSTEM_LIBRARIES as SYSTEM_LIBRARIES,
-    SystemLibrary as SystemLibrary,
-    missing_libraries as missing_libraries,
 )
 from .phones.capture import PhoneCapture as PhoneCapture, load_phone_capture as load_phone_capture
 from .phones.detect import is_phone_capture as is_phone_capture
@@ -53,7 +46,19 @@ from .photogrammetry import (
     rescaled as rescaled,
 )
 from .pipeline import restore as restore
-from .range_image.segment import SegmentedScan as SegmentedScan
+from .prepared.flatten import flatten as flatten
+from .prepared.separate import (
+    ScannedSheet as ScannedSheet,
+    is_rectangular as is_rectangular,
+    separate_sheets as separate_sheets,
+)
+from .range_image.segmentation.segment import SegmentedScan as SegmentedScan
+from .runtime.kernel_cache import notify_when_compiling as notify_when_compiling
+from .runtime.native import (
+    SYSTEM_LIBRARIES as SYSTEM_LIBRARIES,
+    SystemLibrary as SystemLibrary,
+    missing_libraries as missing_libraries,
+)
 from .scan import (
     Bytes as Bytes,
     FlatMesh as FlatMesh,
@@ -65,11 +70,6 @@ from .scan import (
     SurfaceMesh as SurfaceMesh,
 )
 from .settings import Settings as Settings
-from .sheets import (
-    ScannedSheet as ScannedSheet,
-    is_rectangular as is_rectangular,
-    separate_sheets as separate_sheets,
-)
 from .structured_light import (
     Projector as Projector,
     draw_patterns as draw_patterns,

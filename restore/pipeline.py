@@ -9,9 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from restore.arguments import checks_types
 from restore.findings import Finding, finding
-from restore.flatten_mesh import flatten
 from restore.flattening.methods import DEFAULT, OnStep
 from restore.flattening.ordered_grid import thinned
 from restore.mesh.clean import clean
@@ -24,10 +22,13 @@ from restore.photo import (
     register_photographs,
     remove_registered_shading,
 )
-from restore.prepare import prepare
-from restore.range_image.segment import SegmentedScan
-from restore.range_image.sheet import Sheet
+from restore.prepared.facet_sheet import Unrolled, square_to_picture, unroll, unroll_grid
+from restore.prepared.flatten import flatten
+from restore.prepared.prepare import prepare
+from restore.range_image.facets.sheet import Sheet
+from restore.range_image.segmentation.segment import SegmentedScan
 from restore.report import describe, findings_of_page
+from restore.runtime.arguments import checks_types
 from restore.scan import Bytes, InterpolatedMesh, RangeScan, RestoredPage, SurfaceMesh
 from restore.settings import Settings
 from restore.shading.relief import relief_of
@@ -47,7 +48,6 @@ from restore.texture.coverage import (
 )
 from restore.texture.holes import end_at_holes, hole_findings, holes_on_page
 from restore.texture.page import Painting
-from restore.unroll import Unrolled, square_to_picture, unroll, unroll_grid
 
 STAGES = ("prepare", "decimate", "flatten", "refine", "texture", "shade")
 

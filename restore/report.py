@@ -9,23 +9,16 @@ import numpy as np
 
 from restore.findings import Finding, finding
 from restore.mesh.adjacency import border_of, piece_of_faces
-from restore.mesh.measures import (
-    edge_strain,
-    face_signs,
-    flipped_faces,
-    signed_areas,
-    straight_lengths,
-    surface_area,
-)
+from restore.mesh.measures import edge_strain, face_signs, flipped_faces, signed_areas, straight_lengths, surface_area
 from restore.mesh.network import edges_of
 from restore.mesh.strain import face_strain, smooth_rms_strain
-from restore.numerics import SINGLE_PRECISION
+from restore.numerics.limits import SINGLE_PRECISION
 from restore.outline.rectangle import page_size
-from restore.range_image.sheet import Sheet
+from restore.prepared.facet_sheet import Unrolled
+from restore.range_image.facets.sheet import Sheet
 from restore.scan import FlatMesh, Ints, SurfaceMesh
 from restore.settings import Settings
 from restore.texture.page import Painting
-from restore.unroll import Unrolled
 
 NOT_DEVELOPABLE = 0.005  # rms of the smooth strain: paper stretches by less before it tears
 ESTIMATED = 0.01  # of its straight length: an edge whose rest length differs by more bends much

@@ -13,7 +13,7 @@ from scipy.ndimage import map_coordinates
 
 from restore.mesh.adjacency import sides_of
 from restore.mesh.measures import straight_lengths
-from restore.range_image.sheet import PageOnGrid, Sheet
+from restore.range_image.facets.sheet import PageOnGrid, Sheet
 from restore.scan import Floats, Ints, Mask
 
 NONLINEAR_MM = 0.02  # a quarter of a pixel at 300 dpi: less is not seen

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from restore.arguments import checks_types
+from restore.runtime.arguments import checks_types
 from restore.scan import FlatMesh, Floats, RestoredPage
 
 RIGHT_ANGLES = (0, 90, 180, 270)

@@ -21,7 +21,7 @@ import pytest
 from hypothesis import settings
 
 from restore.errors import LibraryMissing
-from restore.native import missing_libraries
+from restore.runtime.native import missing_libraries
 from station import errors
 from station.commands import terminal
 

@@ -17,14 +17,7 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 from pathlib import Path
 
-from bench.kill.events import (
-    FAULTS,
-    Fault,
-    count_events,
-    in_child,
-    start_with_library,
-    with_fault,
-)
+from bench.kill.events import FAULTS, Fault, count_events, in_child, start_with_library, with_fault
 from bench.kill.runs import OUT, Material, Run, Tree, command, computed, place, prepare, runs, tree
 from bench.scratch import scratch_folder
 from station.errors import StationError

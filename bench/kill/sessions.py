@@ -21,18 +21,7 @@ from pathlib import Path
 import typer
 
 from bench.kill.events import FAULTS, Fault, count_events, start_with_library, with_fault
-from bench.kill.session_runs import (
-    ANOTHER,
-    EXPORTED,
-    INDEX,
-    RESULTS,
-    SCAN,
-    STEPS,
-    VOLUME,
-    Acknowledge,
-    Step,
-    prepare,
-)
+from bench.kill.session_runs import ANOTHER, EXPORTED, INDEX, RESULTS, SCAN, STEPS, VOLUME, Acknowledge, Step, prepare
 from bench.scratch import scratch_folder
 from station.commands.terminal import report_faults
 from station.errors import StationError

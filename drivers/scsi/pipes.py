@@ -13,12 +13,7 @@ import usb.core
 import usb.util
 
 from drivers.scanner import TransportError
-from drivers.scsi.bridges import (
-    MULTI_TARGET_ON,
-    MULTI_TARGET_REQUEST,
-    MULTI_TARGET_REQUEST_TYPE,
-    Bridge,
-)
+from drivers.scsi.bridges import MULTI_TARGET_ON, MULTI_TARGET_REQUEST, MULTI_TARGET_REQUEST_TYPE, Bridge
 from drivers.scsi.bulk_only import RESET_REQUEST, RESET_REQUEST_TYPE
 from drivers.scsi.ownership import in_use, open_locked
 

@@ -10,14 +10,7 @@ from contextlib import suppress
 
 from drivers.scanner import TransportError
 from drivers.scsi.checks import check_command, with_sense
-from drivers.scsi.framing import (
-    MAX_DATA,
-    PREFIX,
-    Request,
-    build_request,
-    frame_length,
-    parse_reply,
-)
+from drivers.scsi.framing import MAX_DATA, PREFIX, Request, build_request, frame_length, parse_reply
 from drivers.scsi.transport import DEFAULT_TIMEOUT_S, Reply
 
 HINT = "start the simulated device: python -m drivers.simulated CONFIG"

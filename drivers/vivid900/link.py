@@ -14,15 +14,7 @@ from drivers.scsi import commands as scsi
 from drivers.scsi.commands import Identity
 from drivers.scsi.errors import SCAN_AGAIN, BadReply
 from drivers.scsi.sense import Key, parse_sense
-from drivers.scsi.transport import (
-    BUSY,
-    CHECK_CONDITION,
-    GOOD,
-    RESERVATION_CONFLICT,
-    TASK_SET_FULL,
-    Reply,
-    Transport,
-)
+from drivers.scsi.transport import BUSY, CHECK_CONDITION, GOOD, RESERVATION_CONFLICT, TASK_SET_FULL, Reply, Transport
 from drivers.vivid900.errors import BarrierClosed, DeadlineExceeded, Interrupted, NotReady, StillBusy
 from drivers.vivid900.faults import error_of
 from drivers.vivid900.profile.commands import Command

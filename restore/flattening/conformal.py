@@ -18,7 +18,7 @@ from restore.flattening.solution import Follow, Solution
 from restore.mesh.measures import face_shapes, signed_areas
 from restore.mesh.network import Network
 from restore.mesh.pose import PosedSheet
-from restore.numerics import SMALL
+from restore.numerics.limits import SMALL
 from restore.scan import Floats, Ints
 
 Complex = NDArray[np.complex128]

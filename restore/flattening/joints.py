@@ -12,7 +12,7 @@ from dataclasses import replace
 import numba
 import numpy as np
 
-from restore.flattening.gauss_newton import minimise_strain
+from restore.flattening.isometric.gauss_newton import minimise_strain
 from restore.flattening.solution import Solution
 from restore.mesh.adjacency import Sides, components
 from restore.mesh.measures import flipped_faces

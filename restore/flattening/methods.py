@@ -7,15 +7,20 @@ from collections.abc import Callable
 import numpy as np
 
 from restore.errors import BadInput, NotEnoughSurface
-from restore.flattening.applicable import flatten_applicable
 from restore.flattening.conformal import flatten_conformal
-from restore.flattening.isometric import flatten_by_least_squares, flatten_isometric, flatten_least_distorted, stretched
+from restore.flattening.isometric.page import (
+    flatten_by_least_squares,
+    flatten_isometric,
+    flatten_least_distorted,
+    stretched,
+)
+from restore.flattening.isometric.two_lengths import with_surface_lengths
 from restore.flattening.joints import flatten_parts
 from restore.flattening.layout import arrange_pieces
+from restore.flattening.published.applicable import flatten_applicable
+from restore.flattening.published.springs import flatten_springs
+from restore.flattening.published.sticks import flatten_sticks
 from restore.flattening.solution import Follow, Solution
-from restore.flattening.springs import flatten_springs
-from restore.flattening.sticks import flatten_sticks
-from restore.flattening.two_lengths import with_surface_lengths
 from restore.mesh.network import Network, Piece, make_network, pieces
 from restore.mesh.pose import PosedSheet, pose_on_table
 from restore.mesh.surface_lengths import straight_and_along, surface_lengths

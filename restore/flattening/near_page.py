@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from restore.flattening.gauss_newton import least_absolute_strain, minimise_strain
-from restore.flattening.repair import opened, repaired
+from restore.flattening.isometric.gauss_newton import least_absolute_strain, minimise_strain
+from restore.flattening.isometric.repair import opened, repaired
 from restore.flattening.solution import Solution
 from restore.mesh.network import Network, pieces
 from restore.scan import Floats

@@ -16,8 +16,8 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt
 
 from restore.errors import NotEnoughSurface
-from restore.flattening.isometric import flatten_isometric
-from restore.flattening.least_distortion import embedded
+from restore.flattening.isometric.least_distortion import embedded
+from restore.flattening.isometric.page import flatten_isometric
 from restore.flattening.methods import flatten_with
 from restore.mesh.adjacency import components
 from restore.mesh.grid_patches import fit_patches
@@ -26,8 +26,8 @@ from restore.mesh.network import edges_of
 from restore.mesh.ordered_grid import GridMesh, grid_faces
 from restore.mesh.surface_lengths import bent_lengths
 from restore.mesh.validate import validated
-from restore.numerics import SINGLE_PRECISION, SMALL, TINY
-from restore.robust import robust_sigma
+from restore.numerics.limits import SINGLE_PRECISION, SMALL, TINY
+from restore.numerics.robust import robust_sigma
 from restore.scan import FlatMesh, Floats, Ints, Mask, SurfaceMesh
 
 MOST_NODES = 20_000  # solved in seconds; a page of two million points is smooth between so many

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from restore.arguments import checks_types
 from restore.errors import BadInput
 from restore.formats.abs import read_abs, write_abs
 from restore.formats.captures import is_captures, read_captures
@@ -29,6 +28,7 @@ from restore.formats.vrml import read_vrml, write_vrml
 from restore.formats.vvd import read_vvd, write_vvd
 from restore.mesh.ordered_grid import GridMesh
 from restore.range_image.organise import organise
+from restore.runtime.arguments import checks_types
 from restore.scan import Bytes, RangeScan, SurfaceMesh
 
 __all__ = [

@@ -20,14 +20,14 @@ from typing import Any, Literal
 import numpy as np
 from pydantic import BaseModel, Field, ValidationError, field_validator
 
-from restore.arguments import checks_types
-from restore.bands import in_threads
 from restore.errors import BadInput
 from restore.findings import Finding, from_json
 from restore.formats.grid import check_grid
 from restore.formats.picture import check_size, decode_picture, encode_png
 from restore.formats.source import DAMAGED, MAX_COORDINATE_MM, MAX_SAMPLES, is_file, read_bytes
 from restore.provenance import KnownProvenance, check_provenance
+from restore.runtime.arguments import checks_types
+from restore.runtime.threads import in_threads
 from restore.scan import Bytes, Floats, RangeScan
 
 VERSION = 1

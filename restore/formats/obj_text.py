@@ -10,10 +10,10 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from restore.bands import in_threads
 from restore.errors import BadInput
 from restore.formats.mesh import MAX_CORNERS, Numbers, check_counts
 from restore.formats.source import CUT_SHORT, DAMAGED, ONE_SHOT, parse_numbers
+from restore.runtime.threads import in_threads
 from restore.scan import Bytes, Floats, Ints
 
 PARTS = 4  # two for each thread, as lines of one kind take longer than those of another

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from PIL import Image, UnidentifiedImageError
 
-from restore.arguments import checks_types
 from restore.errors import BadInput
 from restore.formats.source import CUT_SHORT, is_file, read_bytes, scan_stem
+from restore.runtime.arguments import checks_types
 from restore.scan import Bytes
 
 # The scanner's own image has 0.3 million pixels; this leaves room for a photograph, and is 240 MB of RGB.

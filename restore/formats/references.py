@@ -6,10 +6,10 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from restore.arguments import checks_types
 from restore.errors import BadInput
 from restore.formats.obj import picture_name
 from restore.formats.source import is_file, read_bytes, resolve_reference, with_newlines, without_mark
+from restore.runtime.arguments import checks_types
 
 # By the end of a file's name: where the name of another file stands in it.
 _REFERENCES = {

@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from restore.arguments import checks_types
 from restore.errors import BadInput
 from restore.files import read_regular
+from restore.runtime.arguments import checks_types
 from restore.scan import Floats
 
 # Remedies.

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from restore.arguments import checks_types
 from restore.errors import BadInput
 from restore.findings import Finding, finding
 from restore.formats.source import MAX_COORDINATE_MM
 from restore.mesh.ordered_grid import GridMesh
+from restore.runtime.arguments import checks_types
 from restore.scan import SurfaceMesh, with_findings
 
 UNIT_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}

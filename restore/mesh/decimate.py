@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from restore.errors import NotEnoughSurface
-from restore.native import load_pymeshlab
+from restore.runtime.native import load_pymeshlab
 from restore.scan import Floats, Ints
 
 TOLERANCE = 0.03  # of the points requested

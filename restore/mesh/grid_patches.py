@@ -7,7 +7,7 @@ from math import sqrt
 import numba
 import numpy as np
 
-from restore.numerics import TINY
+from restore.numerics.limits import TINY
 from restore.scan import Floats, Ints
 
 LEAST_SHARE = 0.2  # of a window must be points of one piece: at a corner of the grid a quarter is

@@ -14,7 +14,7 @@ import numpy as np
 
 from restore.mesh.adjacency import Adjacency, faces_around, neighbours_of
 from restore.mesh.measures import face_normals, face_signs
-from restore.numerics import SQUARE_TINY
+from restore.numerics.limits import SQUARE_TINY
 from restore.scan import Floats, Ints
 
 MOST_NEIGHBOURS = 32  # two rings have 18 on average; of more the nearest count, whatever numbers they have

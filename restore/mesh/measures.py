@@ -8,7 +8,7 @@ import numba
 import numpy as np
 
 from restore.mesh.adjacency import Sides
-from restore.numerics import TINY
+from restore.numerics.limits import TINY
 from restore.scan import Floats, Ints
 
 MIN_HEIGHT_RATIO = 1e-4  # of the base: least height of a face; the weights of a thinner one would have no bound

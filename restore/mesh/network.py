@@ -10,7 +10,7 @@ import numpy as np
 from restore.errors import BadInput
 from restore.mesh.adjacency import Sides, components, sides_of
 from restore.mesh.measures import lengths_between, straight_lengths
-from restore.numerics import SINGLE_PRECISION, TINY
+from restore.numerics.limits import SINGLE_PRECISION, TINY
 from restore.scan import Floats, Ints, Mask
 
 

@@ -8,7 +8,7 @@ from math import sqrt
 import numpy as np
 
 from restore.mesh.measures import face_normals
-from restore.numerics import TINY
+from restore.numerics.limits import TINY
 from restore.scan import Floats, Ints
 
 LEVEL = 0.2  # a sheet closed to a tube has no mean normal; below this share of its area we ask its principal axes

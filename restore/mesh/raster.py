@@ -6,7 +6,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from restore.bands import in_bands
+from restore.runtime.threads import in_bands
 from restore.scan import Floats, Ints, Mask
 
 EDGE_TOLERANCE = 1e-6  # of a triangle: no pixel centre may fall between two neighbours; also the least area in pixels

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from restore.mesh.measures import edge_strain, face_shapes, lengths_between
-from restore.numerics import TINY
+from restore.numerics.limits import TINY
 from restore.scan import Floats, Ints
 
 MOST_CELLS = 20  # of the longer side of a page

@@ -12,11 +12,11 @@ import numba
 import numpy as np
 
 from restore.mesh.adjacency import Sides, inner_vertices
+from restore.mesh.decimation_bias import put_back, stood_outside
 from restore.mesh.jets import ROUNDS, SIGMAS, Jets, Rings, fit_jets, rings_of
 from restore.mesh.measures import corner_angles, straight_lengths
-from restore.mesh.outside import put_back, stood_outside
-from restore.numerics import SINGLE_PRECISION, SQUARE_TINY
-from restore.robust import MAD_TO_SIGMA, robust_sigma
+from restore.numerics.limits import SINGLE_PRECISION, SQUARE_TINY
+from restore.numerics.robust import MAD_TO_SIGMA, robust_sigma
 from restore.scan import Floats, Ints
 
 PROBES = 100  # vertices that tell the noise

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from restore.bands import in_threads
 from restore.mesh.adjacency import components, piece_of_faces, sides_of, used_vertices
+from restore.runtime.threads import in_threads
 from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 
 MAX_SNAP_DISTANCE = 0.5  # of the stride: nodes nearer to the outline move onto it, which avoids thin triangles

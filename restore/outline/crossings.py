@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.special import logsumexp
 
-from restore.range_image.sheet import PageOnGrid, Sheet
+from restore.range_image.facets.sheet import PageOnGrid, Sheet
 from restore.scan import Floats, Ints, Mask
 
 REACHES = (1.0, 0.1)  # samples to either side of the mean of the crossings, and then of the place that is found

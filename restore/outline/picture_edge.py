@@ -14,10 +14,10 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from restore.numerics import TINY
+from restore.numerics.limits import TINY
+from restore.numerics.robust import robust_sigma
 from restore.outline.crossings import Crossings, PictureEdge, where
-from restore.range_image.sheet import Sheet
-from restore.robust import robust_sigma
+from restore.range_image.facets.sheet import Sheet
 from restore.scan import Bytes, Floats, Mask
 
 # pixels, all along a side: tone curves and edge enhancement. Where a lens that blurs by 0.7 mixes light, of which codes

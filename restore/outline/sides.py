@@ -12,7 +12,6 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from restore.bands import in_threads
 from restore.mesh.adjacency import border_of
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import edges_of
@@ -20,7 +19,8 @@ from restore.mesh.triangulate import compact
 from restore.outline.crossings import WRONG, Crossings, crossings_of, separate, where
 from restore.outline.picture_edge import PictureSteps, edge_in_picture, steps_in_picture
 from restore.outline.rectangle import CORNER_SHARE, has_straight_sides
-from restore.range_image.sheet import PageOnGrid, Sheet
+from restore.range_image.facets.sheet import PageOnGrid, Sheet
+from restore.runtime.threads import in_threads
 from restore.scan import Floats, Ints, Mask
 
 OUTLINE_ERROR = 0.5  # samples: a surface that ends between two of them is assumed to end midway

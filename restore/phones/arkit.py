@@ -13,9 +13,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
+from restore.camera.photo_camera import PARAMETERS, PhotoCamera
 from restore.errors import BadInput
 from restore.formats.source import DAMAGED
-from restore.photo.camera import PARAMETERS, PhotoCamera
 from restore.scan import Floats
 
 MM_PER_METRE = 1000.0

@@ -10,7 +10,7 @@ from typing import Protocol
 import cv2
 import numpy as np
 
-from restore.arguments import checks_types
+from restore.camera.photo_camera import PhotoCamera
 from restore.errors import BadInput, NotEnoughSurface
 from restore.findings import Finding, finding
 from restore.mesh.clean import large_pieces, select, weld
@@ -20,9 +20,9 @@ from restore.phones import polycam, scanner_app
 from restore.phones.arkit import Frame
 from restore.phones.detect import is_polycam, is_scanner_app
 from restore.photo import Photograph, read_photograph
-from restore.photo.camera import PhotoCamera
 from restore.photogrammetry.align import Similarity
 from restore.photogrammetry.page import CardInView, PaperMasks, find_paper
+from restore.runtime.arguments import checks_types
 from restore.scan import Mask, SurfaceMesh
 
 MOST_FRAMES = 12  # that are read: as many as of a video

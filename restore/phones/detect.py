@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from restore.arguments import checks_types
 from restore.formats.source import is_file, is_folder
+from restore.runtime.arguments import checks_types
 
 POLYCAM_CAMERAS = ("keyframes/cameras", "keyframes/corrected_cameras")
 SCANNER_APP_MESHES = ("textured_output.obj", "export.obj", "export_refined.obj")

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from restore.numerics import SINGLE_TINY
-from restore.photo.camera import PhotoCamera
+from restore.camera.photo_camera import PhotoCamera
+from restore.numerics.limits import SINGLE_TINY
 from restore.photo.coarse import LINEAR
 from restore.photo.dense import CONTRAST_PX, predict
 from restore.photo.reference import Reference

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from restore.photo.camera import PhotoCamera
+from restore.camera.photo_camera import PhotoCamera
 from restore.photo.reference import Reference
 from restore.scan import Bytes, Floats, Ints, Mask
 

@@ -12,11 +12,11 @@ from pathlib import Path
 import numpy as np
 from PIL import ExifTags, Image, ImageCms, ImageOps, UnidentifiedImageError
 
-from restore.arguments import checks_types
+from restore.camera.photo_camera import PhotoCamera
 from restore.errors import BadInput, LibraryMissing
 from restore.files import read_regular
-from restore.photo.camera import PhotoCamera
 from restore.photo.heif import FILE_BOX, HeifPicture, is_heif
+from restore.runtime.arguments import checks_types
 from restore.scan import Bytes
 
 # 240 megapixels are 0.7 GB; medium-format backs have 150.

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import cv2
 import numpy as np
 
-from restore.photo.camera import PARAMETERS, PhotoCamera, project_with_jacobian
+from restore.camera.photo_camera import PARAMETERS, PhotoCamera, project_with_jacobian
 from restore.scan import Floats, Mask
 
 LADDER = tuple(0.6 * 1.3**k for k in range(9))  # of the longer side: 80° to 12° of view; phones 0.75, telephotos 4

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
+from restore.camera.photo_camera import PARAMETERS, PhotoCamera, project_with_jacobian
 from restore.photo.blur import relative_blur
-from restore.photo.camera import PARAMETERS, PhotoCamera, project_with_jacobian
 from restore.photo.dense import GRID, WINDOW, Shifts, measure
 from restore.photo.features import Features, detect, match, reference_features
 from restore.photo.photograph import Photograph

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from restore.numerics import SINGLE_TINY
+from restore.numerics.limits import SINGLE_TINY
 from restore.photo.coarse import LINEAR
 from restore.photo.page import Registered, sources_of
 from restore.photo.paint import LEAST_SHARE, enlarged, lit, paint

@@ -8,9 +8,9 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from restore.arguments import checks_types
 from restore.errors import BadInput
 from restore.photo.photograph import MAX_PIXELS, MIN_SIDE, Photograph
+from restore.runtime.arguments import checks_types
 from restore.scan import Bytes, Floats, Ints
 
 ENDINGS = (".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm", ".3gp")

@@ -7,9 +7,9 @@ from math import ceil
 import cv2
 import numpy as np
 
+from restore.camera.photo_camera import PhotoCamera
 from restore.mesh.raster import rasterise
-from restore.numerics import SINGLE_TINY
-from restore.photo.camera import PhotoCamera
+from restore.numerics.limits import SINGLE_TINY
 from restore.photo.coarse import blurred_widely
 from restore.scan import Bytes, Floats, Ints, Mask
 

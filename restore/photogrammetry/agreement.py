@@ -12,8 +12,8 @@ from typing import Any
 import cv2
 import numpy as np
 
+from restore.camera.photo_camera import PhotoCamera
 from restore.findings import Finding, finding
-from restore.photo.camera import PhotoCamera
 from restore.photo.photograph import Photograph
 from restore.photogrammetry.align import LEAST_COMMON, views_that_agree
 from restore.photogrammetry.bundle import ROUGHLY, Adjusted, Tracks, adjust

@@ -9,8 +9,8 @@ from itertools import combinations
 import cv2
 import numpy as np
 
-from restore.numerics import TINY
-from restore.photo.camera import PhotoCamera, project_with_jacobian
+from restore.camera.photo_camera import PhotoCamera, project_with_jacobian
+from restore.numerics.limits import TINY
 from restore.scan import Floats
 
 ITERATIONS = 5  # of a triangulation: each divides what is left by ten or more

@@ -15,8 +15,8 @@ import cv2
 import numba
 import numpy as np
 
-from restore.photo.camera import PhotoCamera
-from restore.robust import robust_sigma
+from restore.camera.photo_camera import PhotoCamera
+from restore.numerics.robust import robust_sigma
 from restore.scan import Floats, Ints
 
 OWN = 9  # unknowns of a view: rotation 3, translation 3, focal length as a logarithm, principal point 2

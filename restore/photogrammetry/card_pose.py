@@ -7,10 +7,10 @@ from collections.abc import Mapping
 import cv2
 import numpy as np
 
-from restore.photo.camera import PhotoCamera, project_with_jacobian
+from restore.camera.photo_camera import PhotoCamera, project_with_jacobian
+from restore.numerics.robust import robust_sigma
 from restore.photogrammetry.align import Similarity, agreeing_markers, fit_similarity, triangulate_markers
 from restore.photogrammetry.card import ScaleCard
-from restore.robust import robust_sigma
 from restore.scan import Floats
 
 LEAST_MARKERS = 4  # in three views or more: a plane and a scale, and one to spare

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from restore.photo.camera import PhotoCamera
+from restore.camera.photo_camera import PhotoCamera
 from restore.photogrammetry.align import Similarity, agreeing_markers, triangulate_markers, upright
 from restore.photogrammetry.bundle import Tracks
 from restore.photogrammetry.card import ScaleCard

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from restore.camera.photo_camera import PhotoCamera
 from restore.mesh.raster import rasterise
-from restore.numerics import TINY
-from restore.photo.camera import PhotoCamera
+from restore.numerics.limits import TINY
 from restore.photogrammetry.page_surface import PageSurface
 from restore.scan import Bytes, Floats, Ints, Mask
 

@@ -13,9 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from restore.arguments import checks_types
+from restore.camera.photo_camera import PhotoCamera
 from restore.findings import Finding, finding
-from restore.photo.camera import PhotoCamera
 from restore.photo.orientation import turned_like
 from restore.photo.photograph import Photograph
 from restore.photogrammetry.agreement import card_findings, find_markers, with_blur, without
@@ -26,12 +25,13 @@ from restore.photogrammetry.folded import FoldedSurface
 from restore.photogrammetry.mesh import mesh_within, stretch
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import CardInView, PaperMasks, find_paper, on_page
+from restore.photogrammetry.page_boundary_fit import fit_to_edge
 from restore.photogrammetry.page_surface import PageSurface
 from restore.photogrammetry.refined import missed, refined
 from restore.photogrammetry.relief import Relief
-from restore.photogrammetry.rim import fit_to_edge
 from restore.photogrammetry.sparse import LEAST_VIEWS, Progress, SparseModel, check_one_lens, reconstruct
 from restore.photogrammetry.surface import STEP_MM
+from restore.runtime.arguments import checks_types
 from restore.scan import Floats, InterpolatedMesh
 from restore.texture.coverage import distance_to
 

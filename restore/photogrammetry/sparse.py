@@ -19,12 +19,12 @@ from typing import Any
 import cv2
 import numpy as np
 
-from restore.bands import thread_count
+from restore.camera.photo_camera import PhotoCamera
 from restore.findings import Finding, finding
-from restore.photo.camera import PhotoCamera
 from restore.photo.photograph import Photograph
 from restore.photogrammetry.errors import ExtraMissing, MixedLenses, TooFewViews
 from restore.photogrammetry.sharpness import sharpness
+from restore.runtime.threads import thread_count
 from restore.scan import Bytes, Floats
 
 Progress = Callable[[str, float], None]

@@ -15,11 +15,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import cKDTree
 
-from restore.numerics import TINY
+from restore.numerics.limits import TINY
+from restore.numerics.robust import robust_sigma
 from restore.photogrammetry.align import Similarity
 from restore.photogrammetry.errors import SheetLost
 from restore.photogrammetry.spline import BORDER, add_bending, add_points, add_strain, evaluate, numbering, solve
-from restore.robust import robust_sigma
 from restore.scan import Floats, Ints, Mask
 
 STEP_MM = 8.0  # of the knots: a wave of 90 mm and 38° lies within 5 µm of such a spline

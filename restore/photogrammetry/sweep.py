@@ -11,9 +11,9 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from restore.bands import in_bands
-from restore.photo.camera import PhotoCamera
+from restore.camera.photo_camera import PhotoCamera
 from restore.photogrammetry.track import FACING, Patches, Picture, _seen_at
+from restore.runtime.threads import in_bands
 from restore.scan import Floats
 
 HALF = 4  # samples from the middle of a patch to its edge

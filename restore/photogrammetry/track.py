@@ -14,8 +14,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from restore.bands import in_bands
-from restore.photo.camera import PhotoCamera
+from restore.camera.photo_camera import PhotoCamera
+from restore.runtime.threads import in_bands
 from restore.scan import Floats, Mask
 
 HALF = 8  # samples from the middle of a patch to its edge

@@ -1,1 +1,1 @@
-"""Range images: the camera model, the segmentation of the sheet, its denoised surface."""
+"""Range images: the segmentation of the sheet, its denoised surface, its border and its holes."""

@@ -13,13 +13,13 @@ import cv2
 import numpy as np
 from scipy.ndimage import distance_transform_edt, label
 
+from restore.camera.rays import SHADOW_SLOPE
 from restore.mesh.adjacency import used_vertices
 from restore.mesh.raster import rasterise
-from restore.range_image.camera import SHADOW_SLOPE
-from restore.range_image.off_table import MIN_OF_TABLE
-from restore.range_image.segment import SegmentedScan
-from restore.range_image.sheet import Sheet
-from restore.robust import robust_sigma
+from restore.numerics.robust import robust_sigma
+from restore.range_image.facets.sheet import Sheet
+from restore.range_image.remove_table import MIN_OF_TABLE
+from restore.range_image.segmentation.segment import SegmentedScan
 from restore.scan import Floats, Mask, SurfaceMesh
 
 LEAST_SAMPLES = 6  # on the table, of one hole: two millimetres wide for a page that fills the picture

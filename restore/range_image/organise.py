@@ -12,8 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from restore.bands import in_threads
 from restore.findings import finding
+from restore.runtime.threads import in_threads
 from restore.scan import Bytes, Floats, Ints, Mask, RangeScan, SurfaceMesh, with_findings
 from restore.vivid import FOCAL_PX, TEXTURE_COLS, TEXTURE_ROWS
 

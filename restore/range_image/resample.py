@@ -7,12 +7,12 @@ from math import atan2, ceil, cos, pi, radians, remainder, sin, sqrt
 
 import numpy as np
 
+from restore.camera.rays import Rays
 from restore.mesh.measures import signed_areas, surface_area
 from restore.mesh.pose import PosedSheet, pose_on_table
 from restore.mesh.raster import rasterise
 from restore.mesh.validate import ValidMesh, validated
-from restore.numerics import TINY
-from restore.range_image.camera import Rays
+from restore.numerics.limits import TINY
 from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 
 MIN_VERTICES = 30_000  # a window of seven samples is then 5 % of the page, and smooths the bends of a coarser mesh

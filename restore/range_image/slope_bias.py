@@ -9,7 +9,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from restore.range_image.facet_model import APART, WIDE_RADIUS
+from restore.range_image.facets.facet_model import APART, WIDE_RADIUS
 from restore.scan import Floats, Mask
 
 SECOND_MOMENT = WIDE_RADIUS * (WIDE_RADIUS + 1) / 3

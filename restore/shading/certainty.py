@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from restore.numerics import SINGLE_TINY
+from restore.numerics.limits import SINGLE_TINY
 from restore.scan import Floats, Ints
 from restore.shading.light import ROOM, Light, Terms
 from restore.shading.surroundings import Places

@@ -10,8 +10,8 @@ import cv2
 import numba
 import numpy as np
 
-from restore.bands import in_bands
-from restore.numerics import SINGLE_TINY
+from restore.numerics.limits import SINGLE_TINY
+from restore.runtime.threads import in_bands
 from restore.scan import Mask
 from restore.shading.relief import Field
 

@@ -8,7 +8,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from restore.bands import in_bands
+from restore.runtime.threads import in_bands
 from restore.scan import Bytes, Mask
 from restore.shading.relief import Field
 from restore.shading.srgb import LINEAR, srgb_codes

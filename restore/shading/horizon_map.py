@@ -17,8 +17,8 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-from restore.bands import in_bands
 from restore.mesh.raster import rasterise
+from restore.runtime.threads import in_bands
 from restore.scan import Floats, Mask
 from restore.shading.relief import Field, Relief
 

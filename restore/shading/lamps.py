@@ -11,8 +11,8 @@ from functools import cached_property
 import numba
 import numpy as np
 
-from restore.numerics import SMALL
-from restore.robust import robust_sigma
+from restore.numerics.limits import SMALL
+from restore.numerics.robust import robust_sigma
 from restore.scan import Floats, Ints, Mask
 from restore.shading.light import ROOM, Light, Terms
 from restore.shading.relief import Field

@@ -15,7 +15,7 @@ import numba
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from restore.bands import in_bands
+from restore.runtime.threads import in_bands
 from restore.scan import Floats, Mask
 from restore.shading.horizon_map import in_sight
 from restore.shading.relief import Field

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from restore.numerics import SINGLE_TINY
+from restore.numerics.limits import SINGLE_TINY
 from restore.scan import Floats, Ints, Mask
 from restore.shading.paper import HUE
 from restore.shading.relief import Field

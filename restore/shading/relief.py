@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from restore.mesh.measures import vertex_normals
 from restore.mesh.pose import pose_on_table
-from restore.numerics import SINGLE_TINY
-from restore.range_image.sheet import Sheet
+from restore.numerics.limits import SINGLE_TINY
+from restore.range_image.facets.sheet import Sheet
 from restore.scan import FlatMesh, Floats, Ints, Mask, SurfaceMesh
 from restore.texture.page import page_map
 

@@ -15,8 +15,8 @@ from typing import Any
 import cv2
 import numpy as np
 
-from restore.numerics import SINGLE_TINY
-from restore.robust import MAD_TO_SIGMA
+from restore.numerics.limits import SINGLE_TINY
+from restore.numerics.robust import MAD_TO_SIGMA
 from restore.scan import Bytes, Floats, Mask
 from restore.shading.channels import as_list, highest, lowest, scaled, total_of
 from restore.shading.crease_residual import FARTHEST, LEAST, crease_light, hollows

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from restore.numerics import SINGLE_TINY
+from restore.numerics.limits import SINGLE_TINY
 from restore.scan import Floats, Ints, Mask
 from restore.shading.channels import as_list, highest, lowest, scaled, total_of
 from restore.shading.regions import LEAST_SHARE, NOISE_RANGE, WINDOW, patches_of, relative_noise

@@ -15,9 +15,9 @@ import numba
 import numpy as np
 from scipy.special import ndtr, ndtri
 
-from restore.bands import in_bands
-from restore.numerics import SINGLE_TINY
-from restore.robust import robust_sigma
+from restore.numerics.limits import SINGLE_TINY
+from restore.numerics.robust import robust_sigma
+from restore.runtime.threads import in_bands
 from restore.scan import Floats, Ints, Mask
 from restore.shading.channels import total_of
 from restore.shading.relief import Field

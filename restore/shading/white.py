@@ -13,7 +13,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from restore.numerics import SINGLE_TINY
+from restore.numerics.limits import SINGLE_TINY
 from restore.scan import Bytes, Mask
 from restore.shading.paper import paper_candidates
 from restore.shading.relief import Field

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from restore.robust import robust_sigma
+from restore.numerics.robust import robust_sigma
 from restore.scan import Bytes, Mask
 
 Codes = NDArray[np.int32]

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from restore.arguments import checks_types
 from restore.errors import BadInput
+from restore.runtime.arguments import checks_types
 from restore.scan import Bytes
 
 MIN_SIDE, MAX_SIDE = 16, 8192  # pixels: below it no page is resolved, above it no projector is built

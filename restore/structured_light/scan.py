@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from restore.errors import BadInput, NotEnoughSurface
 from restore.findings import finding
-from restore.robust import robust_sigma
+from restore.numerics.robust import robust_sigma
 from restore.scan import Bytes, Floats, Mask, RangeScan
 from restore.structured_light.decode import REACH, Axis, decode_axis, projected_light
 from restore.structured_light.grid import ViewGrid, view_grid

@@ -17,14 +17,14 @@ from numpy.typing import NDArray
 from scipy.ndimage import label
 from scipy.spatial import cKDTree
 
+from restore.camera.rays import Rays
 from restore.findings import Finding, finding
 from restore.mesh.measures import face_normals
 from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.raster import rasterise
-from restore.numerics import TINY
-from restore.range_image.camera import Rays
-from restore.range_image.segment import MAX_SLOPE
-from restore.range_image.sheet import Sheet
+from restore.numerics.limits import TINY
+from restore.range_image.facets.sheet import Sheet
+from restore.range_image.segmentation.segment import MAX_SLOPE
 from restore.scan import Bytes, FlatMesh, Floats, InterpolatedMesh, Mask, SurfaceMesh
 from restore.texture.page import MM_PER_INCH, Painting, page_map
 

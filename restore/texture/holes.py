@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from restore.findings import Finding, finding
-from restore.range_image.sheet import Sheet
+from restore.range_image.facets.sheet import Sheet
 from restore.scan import FlatMesh, Mask, SurfaceMesh
 from restore.texture.coverage import PAPER, Coverage, Seen, rasterise_on_page
 from restore.texture.page import MM_PER_INCH, Painting

@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt
 
-from restore.bands import in_bands, in_threads
 from restore.errors import BadInput
 from restore.mesh.measures import signed_areas, vertex_normals
 from restore.mesh.raster import rasterise
-from restore.numerics import TINY
+from restore.numerics.limits import TINY
+from restore.runtime.threads import in_bands, in_threads
 from restore.scan import Bytes, FlatMesh, Floats, Ints, Mask
 from restore.texture.resolution import Resolution, print_or_outline_mtf50
 from restore.texture.sampling import sample_scaled

@@ -17,8 +17,8 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from restore.arguments import checks_types
 from restore.errors import BadInput
+from restore.runtime.arguments import checks_types
 from restore.scan import Bytes, Floats, RangeScan
 
 FACTOR = 2  # finer pixels to a pixel's side; the mean over a pixel's area removes finer detail

@@ -13,8 +13,8 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from restore.arguments import checks_types
 from restore.errors import BadInput
+from restore.runtime.arguments import checks_types
 from restore.scan import Floats
 
 MIN_CORNERS = 8  # two markers: the four corners of one are too close together to determine a tilt

@@ -7,10 +7,10 @@ from collections.abc import Mapping
 import cv2
 import numpy as np
 
-from restore.arguments import checks_types
+from restore.camera.rays import Rays, find_rays
 from restore.errors import BadInput
-from restore.range_image.camera import Rays, find_rays
-from restore.robust import robust_sigma
+from restore.numerics.robust import robust_sigma
+from restore.runtime.arguments import checks_types
 from restore.scan import Bytes, Floats, RangeScan
 
 OUTLIER_SIGMAS, ITERATIONS = 3.0, 5  # samples this far off the board's plane do not belong to it

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from restore.arguments import checks_types
 from restore.errors import BadInput
 from restore.findings import Finding, finding
+from restore.runtime.arguments import checks_types
 from restore.scan import Floats, RangeScan
 from restore.turntable.axis import RotationAxis
 from restore.turntable.register import register

@@ -7,7 +7,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from restore.native import load_open3d
+from restore.runtime.native import load_open3d
 from restore.scan import Floats, RangeScan
 
 MAX_PAIR_DISTANCES = (4.0, 1.7, 1.0)  # samples between corresponding points; the first allows for an inexact axis

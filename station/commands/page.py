@@ -9,17 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from station.commands.options import (
-    Config,
-    Kinds,
-    Out,
-    Pictures,
-    Reading,
-    Restoration,
-    Run,
-    colours_of,
-    grouped,
-)
+from station.commands.options import Config, Kinds, Out, Pictures, Reading, Restoration, Run, colours_of, grouped
 from station.commands.terminal import print_result, report_faults
 from station.progress import progress_on
 

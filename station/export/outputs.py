@@ -20,7 +20,7 @@ from station.pictures.review import review
 from station.pictures.strain import strain_picture
 
 if TYPE_CHECKING:
-    from station.words.words import Words  # which itself writes PNG
+    from station.words.words import Words
 
 ALWAYS = frozenset({"page", "report"})
 

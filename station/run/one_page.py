@@ -204,7 +204,7 @@ def store_and_restore(
 def _phone_capture(source: Path, texture: Path | None, shots: Sequence[Path]) -> PhoneCapture:
     if texture is not None or shots:
         raise UsageError(f"{source} brings its own photographs", "leave --texture and --shot out; --photo adds another")
-    from restore import load_phone_capture  # brings photogrammetry, which no other scan needs
+    from restore import load_phone_capture
 
     return load_phone_capture(source)
 

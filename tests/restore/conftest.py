@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from oracles.warped import Warped, make_warped
-from restore.range_image.camera import Rays
-from restore.range_image.sheet import Sheet
+from restore.camera.rays import Rays
+from restore.range_image.facets.sheet import Sheet
 from restore.scan import Bytes, Floats, Mask, RangeScan
 
 FOCAL_PX = 1942.8  # MIDDLE lens of the VIVID 910, from the fields of view in its hardware manual p. 26

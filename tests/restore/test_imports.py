@@ -22,7 +22,7 @@ def test_importing_the_package_imports_none_of_its_work():
     assert modules_after("import restore").isdisjoint({"cv2", "restore.pipeline"})
 
 
-@pytest.mark.parametrize("statement", ["from restore import load_scan, restore", "import station.one_page"])
+@pytest.mark.parametrize("statement", ["from restore import load_scan, restore", "import station.run.one_page"])
 def test_restoring_a_stored_scan_imports_nothing_of_other_work(statement):
     assert modules_after(statement).isdisjoint(OTHER_WORK)
 

@@ -8,12 +8,12 @@ import pytest
 
 from restore.mesh.network import edges_of
 from restore.mesh.triangulate import lattice
+from restore.prepared.facet_sheet import Unrolled
 from restore.report import NOT_DEVELOPABLE, describe, findings_of_page
 from restore.scan import FlatMesh
 from restore.settings import Settings
 from restore.texture.page import Painting
 from restore.texture.resolution import Resolution
-from restore.unroll import Unrolled
 
 SINGLE = 1e-6  # relative
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restore.native import load_open3d
+from restore.runtime.native import load_open3d
 from restore.scan import Floats, Ints
 
 Vectors = NDArray[np.floating[Any]]

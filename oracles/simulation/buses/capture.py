@@ -13,12 +13,7 @@ import usb.core
 from pcapng import FileWriter
 from pcapng.blocks import EnhancedPacket, InterfaceDescription, SectionHeader
 
-from drivers.trace.packets import (
-    BULK,
-    LINKTYPE_USB_LINUX,
-    LINKTYPE_USB_LINUX_MMAPPED,
-    LINKTYPE_USBPCAP,
-)
+from drivers.trace.packets import BULK, LINKTYPE_USB_LINUX, LINKTYPE_USB_LINUX_MMAPPED, LINKTYPE_USBPCAP
 from oracles.simulation.buses.usb_bridge import SimulatedBridge
 from oracles.simulation.buses.usb_descriptors import BULK_IN
 

@@ -13,14 +13,7 @@ from pathlib import Path
 import pytest
 
 from drivers.scanner import TransportError
-from drivers.scsi.ownership import (
-    SHOWN_COMMAND,
-    holders,
-    in_use,
-    lock_node,
-    open_locked,
-    process_name,
-)
+from drivers.scsi.ownership import SHOWN_COMMAND, holders, in_use, lock_node, open_locked, process_name
 from drivers.scsi.sg import SgDevice
 
 HOLD = "import sys; from pathlib import Path; from drivers.scsi.{module} import {open}; "

@@ -9,14 +9,7 @@ import pytest
 from PIL import ExifTags, Image
 
 from drivers.simulated import Markers, Wave
-from oracles.simulation.photographs import (
-    FILM_DIAGONAL_MM,
-    FILM_MM,
-    Shots,
-    encode_jpeg,
-    photograph_page,
-    views_from,
-)
+from oracles.simulation.photographs import FILM_DIAGONAL_MM, FILM_MM, Shots, encode_jpeg, photograph_page, views_from
 from restore.photogrammetry import SCALE_CARD, detect_markers
 
 PAGE_MM = (120.0, 90.0)

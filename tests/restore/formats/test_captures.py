@@ -10,14 +10,7 @@ from PIL import Image
 
 from drivers.simulated import Text, Wave
 from oracles.simulation.projector import RigPlan, build_rig
-from oracles.structured_light import (
-    captured,
-    encode_calibration,
-    fields_of,
-    greys,
-    rig_of,
-    write_captures,
-)
+from oracles.structured_light import captured, encode_calibration, fields_of, greys, rig_of, write_captures
 from restore.errors import BadInput, NotEnoughSurface
 from restore.formats import load_scan
 from restore.formats.captures import _in_order

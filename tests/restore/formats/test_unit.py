@@ -8,7 +8,7 @@ from restore import Settings, restore
 from restore.errors import BadInput
 from restore.formats import load_scan, save_scan, write_obj
 from restore.formats.unit import UNIT_MM
-from restore.prepare import MAX_PAGE_MM, MIN_PAGE_MM, prepare
+from restore.prepared.prepare import MAX_PAGE_MM, MIN_PAGE_MM, prepare
 from restore.scan import SurfaceMesh
 
 PAGE_MM = np.array([210.0, 148.0, 0.0])

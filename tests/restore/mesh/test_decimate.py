@@ -11,7 +11,7 @@ from restore.mesh.adjacency import border_of
 from restore.mesh.decimate import MAX_HOLE_EDGES, decimate, patch_and_smooth
 from restore.mesh.measures import signed_areas, surface_area
 from restore.mesh.triangulate import lattice, triangulate
-from restore.range_image.sheet import depth_distance
+from restore.range_image.facets.sheet import depth_distance
 
 POINTS = 0.05  # relative: what a collapse takes with it differs along the border
 MAX_BORDER_SHIFT = 0.6  # samples: the lattice cuts its corners by half of one already

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from restore.errors import BadInput
-from restore.mesh.hinges import hinges_of
+from restore.flattening.published.hinges import hinges_of
 from restore.mesh.network import edges_of, make_network, pieces
 
 

@@ -13,7 +13,7 @@ from restore.mesh.adjacency import border_of
 from restore.mesh.measures import flipped_faces
 from restore.mesh.triangulate import lattice
 from restore.outline.sides import MAX_SHIFT, straighten
-from restore.range_image.sheet import PageOnGrid, Sheet
+from restore.range_image.facets.sheet import PageOnGrid, Sheet
 
 STRIDE = 4  # samples, as the fine mesh of a page
 LOST_SHARE = 0.08  # of the samples on the border

@@ -13,7 +13,7 @@ from oracles.studio import View
 from restore import Photograph
 from restore.photo import Registered, paint_registered, register_photographs, remove_registered_shading
 from restore.photo.shading import _report
-from restore.prepare import prepare
+from restore.prepared.prepare import prepare
 from restore.shading.relief import relief_of
 from restore.shading.remove import LIGHT_DPI, LINEAR, ShadingResult, remove_shading
 from restore.texture.page import paint_page

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from restore.photo.camera import PhotoCamera
+from restore.camera.photo_camera import PhotoCamera
 from restore.photo.visible import clipped_share, glare_mask, visible_points
 
 SIZE = (400, 300)

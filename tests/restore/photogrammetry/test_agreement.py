@@ -10,8 +10,8 @@ import pytest
 
 from oracles.table_cameras import FOCAL_PX, cameras
 from restore import Photograph
+from restore.camera.photo_camera import PhotoCamera
 from restore.findings import finding
-from restore.photo.camera import PhotoCamera
 from restore.photogrammetry import SCALE_CARD
 from restore.photogrammetry.agreement import (
     card_findings,

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from oracles.table_cameras import SIZE, cameras
-from restore.photo.camera import PhotoCamera
+from restore.camera.photo_camera import PhotoCamera
 from restore.photogrammetry import bundle
 from restore.photogrammetry.align import fit_similarity
 from restore.photogrammetry.bundle import Tracks, adjust

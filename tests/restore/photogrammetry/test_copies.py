@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from restore.photo.camera import PhotoCamera
+from restore.camera.photo_camera import PhotoCamera
 from restore.photo.photograph import Photograph
 from restore.photogrammetry.copies import smoothed_copies
 

@@ -3,15 +3,7 @@
 import numpy as np
 import pytest
 
-from restore.photogrammetry.spline import (
-    TINY_WEIGHT,
-    add_bending,
-    add_points,
-    add_strain,
-    evaluate,
-    numbering,
-    solve,
-)
+from restore.photogrammetry.spline import TINY_WEIGHT, add_bending, add_points, add_strain, evaluate, numbering, solve
 
 ROWS, COLS, STEP = 6, 9, 4.0
 LOW = np.array([-4.0, -4.0])

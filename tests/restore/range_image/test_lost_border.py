@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from restore.range_image.lost_border import MIN_GAP, lost_border
-from restore.range_image.segment import segment
+from restore.range_image.border import MIN_GAP, lost_border
+from restore.range_image.segmentation.segment import segment
 
 LASER = 0.27  # of the distance: as far as the VIVID 910's laser is above its lens
 FRAME = 8  # samples of dark print

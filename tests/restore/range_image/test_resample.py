@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from restore.range_image.camera import find_rays
+from restore.camera.rays import find_rays
 from restore.range_image.resample import MIN_VERTICES, STEEP_SHARE, resample
 from restore.scan import SurfaceMesh
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from restore.numerics import SINGLE_TINY
+from restore.numerics.limits import SINGLE_TINY
 from restore.shading.channels import as_list
 from restore.shading.estimate import Judges, estimate_again, estimate_light
 from restore.shading.regions import regions_of

@@ -7,10 +7,10 @@ import pytest
 
 from oracles.warped import make_warped
 from restore.flattening.methods import flatten_points
-from restore.prepare import prepare
+from restore.prepared.facet_sheet import unroll
+from restore.prepared.prepare import prepare
 from restore.settings import Settings
 from restore.shading.relief import facet_normals, relief_of
-from restore.unroll import unroll
 
 DPI = 50.0
 TILT = np.array([0.3, -0.2, 1.0])

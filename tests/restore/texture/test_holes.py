@@ -12,7 +12,7 @@ from drivers.vivid900.geometry.calibration import nominal
 from drivers.vivid900.geometry.lenses import FAST, LENSES
 from restore import Settings, restore
 from restore.mesh.ordered_grid import grid_faces
-from restore.prepare import prepare
+from restore.prepared.prepare import prepare
 from restore.scan import SurfaceMesh
 
 PAGE_MM = (240.0, 170.0)

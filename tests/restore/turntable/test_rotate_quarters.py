@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from restore.range_image.camera import find_rays
+from restore.camera.rays import find_rays
 from restore.scan import RangeScan
 from restore.turntable.rotate import rotate_quarters
 

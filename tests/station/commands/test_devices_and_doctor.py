@@ -21,7 +21,7 @@ from drivers.vivid900 import discovery
 from drivers.vivid900.discovery import Host, NameFilter
 from oracles.simulation.buses.sg_node import SimulatedSgNode
 from oracles.simulation.buses.usb_bridge import SimulatedBridge
-from restore.native import SYSTEM_LIBRARIES
+from restore.runtime.native import SYSTEM_LIBRARIES
 from station.cli import main
 from station.commands import doctor
 from station.commands.doctor import run_checks

@@ -7,14 +7,7 @@ import numpy as np
 import pytest
 
 from restore import FlatMesh, RangeScan, RestoredPage, Seen
-from station.verdict.measures import (
-    blur_px,
-    clipped_share,
-    depth_share,
-    measure,
-    seen_in,
-    widest_place,
-)
+from station.verdict.measures import blur_px, clipped_share, depth_share, measure, seen_in, widest_place
 
 BLUR_ERROR = 0.15  # relative: an edge ends within the window that its height is taken from
 SHARP_PX = 0.45  # what a step between two pixels measures: the pixel itself is an average

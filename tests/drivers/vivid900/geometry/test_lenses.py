@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 
-from drivers.vivid900.geometry.lenses import (
-    FAST,
-    FINE,
-    LENSES,
-    depth_window,
-    texture_grid,
-)
+from drivers.vivid900.geometry.lenses import FAST, FINE, LENSES, depth_window, texture_grid
 from restore.vivid import TEXTURE_COLS, TEXTURE_ROWS
 
 # p. 26: lens, distance, width and height of the field of view, mm

@@ -1,0 +1,1 @@
+"""Models of cameras: the scanner's own picture, and those of photographs."""

@@ -1,0 +1,105 @@
+"""A flat page from edge lengths alone, without a start: angle synchronisation, then one Poisson solve.
+
+Every fan has a frame of its own; the direction of an edge in the frames at both of its ends tells how the two frames
+are turned against each other. The turns that agree best with all edges are the least squares on the circle (angular
+synchronisation, Singer 2011), here from the ways of least variance on (Dijkstra 1959), with residuals wrapped to ±π.
+Turned into one frame, the edges are vectors, and the positions that agree best with those solve a Poisson equation.
+Both systems have the same matrix, factorised once, unless a vertex has several fans.
+"""
+
+from __future__ import annotations
+
+from heapq import heappop, heappush
+
+import numba
+import numpy as np
+from scipy.sparse import csc_matrix
+from scipy.sparse.linalg import SuperLU, splu
+
+from restore.flattening.isometric.fans import Fans
+from restore.mesh.adjacency import Adjacency, adjacency
+from restore.numerics.limits import SMALL
+from restore.scan import Floats, Ints
+
+SHORTEST = 1e-3  # of the mean: shorter edges and smaller areas count as so much, or rounding would decide the rest
+
+
+def flat_from_lengths(fans: Fans, lengths: Floats, count: int) -> Floats:
+    """Flat positions (count, 2) mm of `count` vertices whose edges have lengths (e,) mm."""
+    along = lengths[fans.edge]
+    weights = np.maximum(along / along.mean(), SHORTEST) ** -2.0
+    weights /= weights.mean()
+    of_vertices = _factorised(fans.ends, weights, count)
+    manifold = len(fans.owner) == count and len(np.unique(fans.owner)) == count  # one fan for each vertex
+    frames, frame_count = (fans.ends, count) if manifold else (fans.fans, len(fans.owner))
+    of_frames = of_vertices if manifold else _factorised(frames, weights, frame_count)
+    turns = _synchronised(frames, fans.angles, weights, of_frames, frame_count)
+    vectors = _vectors(turns[frames] + fans.angles, along)
+    return np.asarray(of_vertices.solve(_divergence(fans.ends, weights[:, None] * vectors, count)))
+
+
+def _factorised(pairs: Ints, weights: Floats, count: int) -> SuperLU:
+    a, b = pairs.T
+    stiffness = np.bincount(a, weights, count) + np.bincount(b, weights, count)
+    stiffness += SMALL * stiffness.mean()  # a component as a whole has none
+    own = np.arange(count)
+    entries = np.concatenate([-weights, -weights, stiffness])
+    places = np.concatenate([a, b, own]), np.concatenate([b, a, own])
+    laplacian = csc_matrix((entries, places), shape=(count, count))
+    # Without supernodes: these matrices have few, and looking for them takes a third of the time.
+    options = {"SymmetricMode": True, "PanelSize": 1, "Relax": 1}
+    return splu(laplacian, "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+
+
+def _synchronised(frames: Ints, angles: Floats, weights: Floats, solver: SuperLU, count: int) -> Floats:
+    """(count,) rad by which each frame is turned."""
+    turn = angles[:, 0] - angles[:, 1] - np.pi
+    around = adjacency(frames.ravel(), np.repeat(np.arange(len(frames)), 2), count)
+    turns, squares = along_tree(frames, turn, 1.0 / weights, around), np.inf
+    while True:
+        rest = turns[frames[:, 0]] + turn - turns[frames[:, 1]]
+        rest -= 2.0 * np.pi * np.round(rest / (2.0 * np.pi))
+        squares, before = float((weights * rest**2).sum()), squares
+        if squares > before - SMALL * len(rest):  # linear in the turns but for the wraps, which no longer change
+            break
+        turns = turns + solver.solve(_divergence(frames, (weights * rest)[:, None], count))[:, 0]
+    return turns
+
+
+@numba.njit(cache=True)
+def along_tree(frames: Ints, turn: Floats, variances: Floats, around: Adjacency) -> Floats:
+    """(n,) rad by which each frame is turned: over joints of the least total variance from the first of its component.
+
+    frames (j, 2) and turn (j,) rad of the joints; variances (j,): short edges tell turns better than a long one does.
+    """
+    count = len(around.start) - 1
+    turns, seen = np.zeros(count), np.zeros(count, np.bool_)
+    for root in range(count):
+        if seen[root]:
+            continue
+        queue = [(0.0, root, 0.0)]
+        while queue:
+            variance, i, turned = heappop(queue)
+            if seen[i]:
+                continue
+            seen[i], turns[i] = True, turned
+            for q in range(around.start[i], around.start[i + 1]):
+                joint = around.items[q]
+                k = frames[joint, 0] + frames[joint, 1] - i
+                if not seen[k]:
+                    onward = turn[joint] if frames[joint, 0] == i else -turn[joint]
+                    heappush(queue, (variance + variances[joint], k, turned + onward))
+    return turns
+
+
+def _vectors(directions: Floats, lengths: Floats) -> Floats:
+    """(j, 2) mm: joints in the directions (j, 2) rad outward from both ends, the mean of the two."""
+    found = np.stack([np.cos(directions), np.sin(directions)], axis=-1)
+    mean = found[:, 0] - found[:, 1]
+    return np.asarray(mean * (lengths / np.maximum(np.linalg.norm(mean, axis=1), SMALL))[:, None])
+
+
+def _divergence(pairs: Ints, flows: Floats, count: int) -> Floats:
+    """(count, d) what flows (j, d) from the first of each pair (j, 2) to the second leave at either."""
+    a, b = pairs.T
+    return np.stack([np.bincount(b, f, count) - np.bincount(a, f, count) for f in flows.T], axis=1)

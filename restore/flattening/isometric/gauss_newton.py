@@ -1,0 +1,220 @@
+"""The flat positions of least strain near a start: Gauss–Newton on the sum of squared edge strains.
+
+The normal equations of a step are the page's own stiffness matrix. It is never built: conjugate gradients (Hestenes &
+Stiefel 1952) need its product with a displacement, which is one pass over the edges. A factorisation costs ten times as
+much at a thousand vertices and a gigabyte at a hundred thousand (`preconditioner.py`).
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numba
+import numpy as np
+
+from restore.flattening.isometric.angle_synchronisation import SHORTEST
+from restore.flattening.isometric.preconditioner import STIFFEN, Preconditioner, precondition, prepared, rim_first
+from restore.flattening.solution import Solution
+from restore.mesh.adjacency import Sides
+from restore.mesh.measures import edge_strain, straight_lengths
+from restore.mesh.network import Network
+from restore.numerics.limits import SMALL, TINY
+from restore.numerics.robust import robust_sigma
+from restore.scan import Floats, Ints
+
+MOST_ITERATIONS = 200  # a developable sheet needs two to five, the least distorted page of another dozens
+GRADIENT_TOLERANCE = 3e-6  # rms strain that a vertex could be relieved of alone, times √n: of a strain that changes
+# along the whole page alone a vertex feels one part in √n. What is left moves a vertex by 10⁻⁵ of an edge
+LEAST_DECREASE = 0.01  # of the energy in an iteration: steps to exact lengths decrease it by nearly all, and where
+# lengths contradict each other they get slowly shorter
+MOST_STRAIN = 0.03  # rms: no paper stretches so far. What does is not developable, or not a mesh of one sheet;
+# and a page that stands still where its vertices could be relieved of so much has not been found
+INEXACTNESS = 0.03  # of the gradient, by its work, may be left by a linear solve: with more, bends of the page are left
+
+
+def minimise_strain(
+    flat: Floats, network: Network, most: int = MOST_ITERATIONS, *, corner: float = np.inf, other: Floats | None = None
+) -> Solution:
+    """Flat positions (n, 2) mm of least Σ area · ρ(length / rest length − 1) over the edges of a network.
+
+    The area is that of the faces at an edge: the sum stands for the integral over the page. ρ(s) is s², and beyond the
+    corner, a strain, becomes 2 · corner · |s| (pseudo-Huber): a few wrong rest lengths then hardly move the page.
+    Where other (e,) mm are given, each edge has two rest lengths: any length between them costs nearly the same.
+    An iteration that decreases the sum by a smaller share than LEAST_DECREASE is the last.
+    """
+    lengths = network.lengths[:, None] if other is None else np.column_stack([network.lengths, other])
+    areas = edge_areas(network.faces, network.sides, network.lengths)
+    vertices, order, edges = rim_first(flat, network.edges)
+    found = flat[vertices]
+    iterations, residual, converged = _minimise(found, edges, 1.0 / lengths[order], areas[order], corner, most)
+    return Solution(found[np.argsort(vertices)], iterations, residual, converged)
+
+
+def least_absolute_strain(found: Solution, network: Network, other: Floats | None = None) -> Solution:
+    """From the page of least squared strain to the one of least absolute strain.
+
+    The corner of the pseudo-Huber loss is the robust standard deviation of the strains that least squares leave. Where
+    other lengths (e,) mm are given, both lengths of an edge count. A vertex that slivers alone hold weighs next to
+    nothing: one whose edges all come out more than twice as long as at rest stays where least squares had it.
+    """
+    corner = max(robust_sigma(edge_strain(found.flat, network.edges, network.lengths)), SMALL)
+    again = minimise_strain(found.flat, network, corner=corner, other=other)
+    held = np.zeros((len(found.flat), 1), bool)
+    held[network.edges[edge_strain(again.flat, network.edges, network.lengths) < 1.0]] = True
+    flat, iterations = np.where(held, again.flat, found.flat), found.iterations + again.iterations
+    return again._replace(flat=flat, iterations=iterations)
+
+
+def mean_strain(flat: Floats, network: Network) -> float:
+    """By what share the edges of flat (n, 2) mm miss their rest lengths, over the length of all of them."""
+    return float(np.abs(straight_lengths(flat, network.edges) - network.lengths).sum() / network.lengths.sum())
+
+
+def strained_less(flat: Floats, other: Floats, network: Network) -> bool:
+    """Whether flat (n, 2) mm is strained less than other (n, 2) mm, in the mean and by more than GRADIENT_TOLERANCE."""
+    return mean_strain(flat, network) < mean_strain(other, network) - GRADIENT_TOLERANCE
+
+
+@numba.njit(cache=True)
+def rest_areas(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
+    """(m,) mm² areas of faces (m, 3) whose edges have lengths (e,) mm; 0 for one that has no two different corners."""
+    areas = np.zeros(len(faces))
+    for f in range(len(faces)):
+        own = sides.edge[3 * f : 3 * f + 3]
+        if own.min() >= 0:
+            a, b, c = lengths[own[0]], lengths[own[1]], lengths[own[2]]
+            half = 0.5 * (a + b + c)
+            areas[f] = sqrt(max(half * (half - a) * (half - b) * (half - c), 0.0))  # Heron
+    return areas
+
+
+@numba.njit(cache=True)
+def edge_areas(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
+    """(e,) a third of the areas of the faces at each edge, from edge lengths (e,) mm, with a mean of 1; none is less
+    than SHORTEST but of shorter edges, or no step would be too long for a vertex that slivers alone hold."""
+    some = sides.edge >= 0
+    areas = np.bincount(sides.edge[some], np.repeat(rest_areas(faces, sides, lengths), 3)[some] / 3.0, len(lengths))
+    least = SHORTEST * np.minimum(lengths / (SHORTEST * lengths.mean()), 1.0) ** 2
+    return np.maximum(areas / max(areas.mean(), TINY), least)
+
+
+@numba.njit(cache=True)
+def _minimise(
+    flat: Floats, edges: Ints, per: Floats, areas: Floats, corner: float, most: int
+) -> tuple[int, float, bool]:
+    """As `minimise_strain`, flat (n, 2) mm in place, of vertices and edges (e, 2) in the order of `rim_first`.
+
+    per (e, ·) 1/mm: one over the rest lengths. A step that would strain the page more is halved.
+    """
+    tolerance = GRADIENT_TOLERANCE / sqrt(len(flat))
+    jacobian, gradient, blocks, energy = _linearised(flat, edges, per, areas, corner)
+    residual = _relief(gradient, blocks)
+    for iteration in range(most):
+        if not residual > tolerance:  # or not finite
+            return iteration, residual, residual <= tolerance
+        downhill, last, step = gradient.copy(), energy, np.zeros_like(gradient)
+        _conjugate_gradients(step, edges, jacobian, gradient, prepared(flat, edges, jacobian, blocks), INEXACTNESS)
+        step, energy = 2.0 * step, np.inf
+        while energy > last:  # at the latest until rounding leaves nothing of the step
+            step *= 0.5
+            jacobian, gradient, blocks, energy = _linearised(flat + step, edges, per, areas, corner)
+        flat += step
+        further = _further(downhill, gradient, step) if corner < np.inf else 0.0
+        if further > 0.0:
+            flat += further * step
+            jacobian, gradient, blocks, energy = _linearised(flat, edges, per, areas, corner)
+        residual = _relief(gradient, blocks)
+        if energy > (1.0 - LEAST_DECREASE) * last:
+            return iteration + 1, residual, residual <= MOST_STRAIN
+    return most, residual, False
+
+
+@numba.njit(cache=True)
+def _further(before: Floats, after: Floats, step: Floats) -> float:
+    """By what share of a step (n, 2) to go on along it, from the negative gradients (n, 2) before and after it.
+
+    The squares that stand for a loss bound it from above, and their steps fall short: to where the slope along the
+    step vanishes by the secant, which is no more than as far again if the loss shall not grow.
+    """
+    first, last = (before * step).sum(), (after * step).sum()
+    return float(min(last / (first - last), 1.0)) if 0.0 < last < first else 0.0
+
+
+@numba.njit(cache=True)
+def _conjugate_gradients(
+    step: Floats, edges: Ints, jacobian: Floats, rest: Floats, by: Preconditioner, share: float
+) -> int:
+    """Go on with a step (n, 2) until only a share of its rest (n, 2) is left, both in place; in how many passes."""
+    before, wanted = np.inf, 0.0
+    search, product, direction = np.zeros_like(rest), np.empty_like(rest), np.empty_like(rest)
+    for taken in range(rest.size):
+        now = precondition(by, edges, jacobian, rest, direction)
+        wanted = wanted if taken else share * share * now
+        if now <= wanted:
+            return taken
+        conjugate = now / before
+        for i in range(len(rest)):
+            for axis in range(2):
+                search[i, axis] = direction[i, axis] + conjugate * search[i, axis]
+        along = now / max(_stiffness_times(search, jacobian, edges, product), TINY)
+        for i in range(len(rest)):
+            for axis in range(2):
+                step[i, axis] += along * search[i, axis]
+                rest[i, axis] -= along * product[i, axis]
+        before = now
+    return rest.size
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _linearised(
+    flat: Floats, edges: Ints, per: Floats, areas: Floats, corner: float
+) -> tuple[Floats, Floats, Floats, float]:
+    """Jacobian (e, 2) of the strains, weighed by the roots of areas (e,), for the end of each edge; the sum of squares:
+    its negative gradient (n, 2), the diagonal blocks (n, 3) of its stiffness, xx, xy, yy, and itself."""
+    jacobian, gradient, blocks = np.empty((len(edges), 2)), np.zeros_like(flat), np.zeros((len(flat), 3))
+    energy, steep = 0.0, 1.0 / corner
+    for k in range(len(edges)):
+        a, b = edges[k, 0], edges[k, 1]
+        x, y = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
+        distance, stiffness, pull = sqrt(x * x + y * y) + SMALL, 0.0, 0.0
+        for m in range(per.shape[1]):
+            slack = 1.0 - distance * per[k, m]
+            bend = sqrt(1.0 + (slack * steep) ** 2)
+            energy += 2.0 * areas[k] * slack * slack / (1.0 + bend)
+            share = areas[k] * per[k, m] / bend
+            stiffness += share * per[k, m]
+            pull += share * slack
+        root, x, y = sqrt(stiffness), x / distance, y / distance
+        jacobian[k, 0], jacobian[k, 1] = root * x, root * y
+        for i, force in ((a, -pull), (b, pull)):
+            gradient[i, 0] += force * x
+            gradient[i, 1] += force * y
+            blocks[i, 0] += stiffness * x * x
+            blocks[i, 1] += stiffness * x * y
+            blocks[i, 2] += stiffness * y * y
+    more = STIFFEN * (blocks[:, 0] + blocks[:, 2]) + TINY
+    blocks[:, ::2] += more.reshape(-1, 1)
+    return jacobian, gradient, blocks, energy
+
+
+@numba.njit(cache=True)
+def _relief(gradient: Floats, blocks: Floats) -> float:
+    """The strain that a vertex could be relieved of if the others stood still, rms."""
+    x, y, xx, xy, yy = gradient[:, 0], gradient[:, 1], blocks[:, 0], blocks[:, 1], blocks[:, 2]
+    return sqrt(((yy * x * x - 2.0 * xy * x * y + xx * y * y) / np.maximum(xx * yy - xy * xy, TINY)).mean())
+
+
+@numba.njit(cache=True)
+def _stiffness_times(moved: Floats, jacobian: Floats, edges: Ints, product: Floats) -> float:
+    """Write the stiffness matrix times a displacement (n, 2); the quadratic form of the displacement."""
+    product[:], total = 0.0, 0.0
+    for k in range(len(edges)):
+        a, b = edges[k, 0], edges[k, 1]
+        x, y = jacobian[k, 0], jacobian[k, 1]
+        strain = x * (moved[b, 0] - moved[a, 0]) + y * (moved[b, 1] - moved[a, 1])
+        total += strain * strain
+        product[a, 0] -= strain * x
+        product[a, 1] -= strain * y
+        product[b, 0] += strain * x
+        product[b, 1] += strain * y
+    return total

@@ -1,0 +1,103 @@
+"""The default method: the page whose edges are nearest to their lengths on the surface.
+
+A start from the lengths alone (`angle_synchronisation.py`), exact where the lengths are those of a developable surface,
+and two others where faces are inverted; Gauss–Newton on the squared and then the absolute edge strains; repair of
+faces that inverted without being folded in space.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+
+import numpy as np
+
+from restore.errors import BadInput
+from restore.flattening.conformal import flatten_conformal
+from restore.flattening.isometric.angle_synchronisation import flat_from_lengths
+from restore.flattening.isometric.fan_orientation import closing_signs
+from restore.flattening.isometric.fans import angle_fans
+from restore.flattening.isometric.gauss_newton import MOST_STRAIN, least_absolute_strain, minimise_strain, strained_less
+from restore.flattening.isometric.least_distortion import is_disc, least_distorted_page
+from restore.flattening.isometric.repair import inverted_count, opened, repaired
+from restore.flattening.solution import Follow, Solution
+from restore.mesh.measures import edge_strain, face_signs
+from restore.mesh.network import Network
+from restore.mesh.pose import PosedSheet
+from restore.scan import Floats, Ints
+
+TRIED = 4  # iterations of another start: by then it is strained less than the page that is found, or hardly ever is
+CAP = 0.1  # of the strain of an edge that counts there: few edges, of slivers or a spike, do not tell of a surface
+
+
+def flatten_isometric(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
+    """Flat positions (n, 2) mm of a connected sheet with its convergence; the global start counts as an iteration.
+
+    follow(step, positions (n, 3) mm) is called with the page of least squares and with the result.
+    """
+    found, signs = _least_squares(posed, network, follow)
+    again = least_absolute_strain(found, network)
+    again = again._replace(flat=repaired(again.flat, network, signs))
+    if follow:
+        follow(2, np.column_stack([again.flat, np.zeros(len(again.flat))]))
+    return again
+
+
+def flatten_by_least_squares(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
+    """As `flatten_isometric`, but by the squares of the strains alone: a page to go on from."""
+    return _least_squares(posed, network, follow)[0]
+
+
+def _least_squares(posed: PosedSheet, network: Network, follow: Follow | None) -> tuple[Solution, Floats]:
+    """The page of least squared strain near the start that misses the lengths least, and the signs (m,) of faces."""
+    start, signs = _start(posed, network)
+    found = opened(minimise_strain(start, network), network, signs)
+    for other in _other_starts(posed, network):
+        if not inverted_count(found.flat, network.faces, signs):
+            break
+        again = minimise_strain(other, network, TRIED)
+        if strained_less(again.flat, found.flat, network):
+            found = opened(minimise_strain(again.flat, network), network, signs)
+    if follow:
+        follow(1, np.column_stack([found.flat, np.zeros(len(found.flat))]))
+    return found._replace(iterations=1 + found.iterations), signs
+
+
+def _start(posed: PosedSheet, network: Network) -> tuple[Floats, Floats]:
+    """The start (n, 2) mm from the lengths alone, and the signs (m,) of the faces that it goes with.
+
+    The signs are those of the normals, or of those that `closing_signs` offers, whose start is strained least.
+    """
+    signs = face_signs(posed.positions, network.faces)
+    start, tried = _start_with(network, signs), [signs]
+    for closing in closing_signs(posed.positions, network, signs):
+        if not any((closing == before).all() for before in tried):
+            tried.append(closing)
+            other = _start_with(network, closing)
+            start, signs = (other, closing) if strained_less(other, start, network) else (start, signs)
+    return start, signs
+
+
+def _start_with(network: Network, signs: Floats) -> Floats:
+    fans = angle_fans(network.faces, network.sides, network.lengths, signs)
+    return flat_from_lengths(fans, network.lengths, int(network.faces.max()) + 1)
+
+
+def _other_starts(posed: PosedSheet, network: Network) -> Iterator[Floats]:
+    """The view from above (n, 2) mm, which knows nothing of faces that are folded over, and the conformal map."""
+    yield posed.positions[:, :2]
+    with suppress(BadInput):  # parts that hang together by single points, or faces without an area
+        yield flatten_conformal(posed, network).flat
+
+
+def flatten_least_distorted(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
+    """As `flatten_isometric`, and a disc that is strained by more than MOST_STRAIN the least distorted page instead."""
+    found = flatten_isometric(posed, network, follow)
+    strained = stretched(found.flat, network.edges, network.lengths) and is_disc(network)
+    return least_distorted_page(posed.positions, network) if strained else found
+
+
+def stretched(flat: Floats, edges: Ints, lengths: Floats) -> bool:
+    """Whether edges (e, 2) of flat (n, 2) mm are strained from lengths (e,) mm by more than MOST_STRAIN rms."""
+    strain = np.minimum(np.abs(edge_strain(flat, edges, lengths)), CAP)
+    return bool((strain**2).mean() > MOST_STRAIN**2)

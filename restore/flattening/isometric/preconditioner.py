@@ -1,0 +1,195 @@
+"""What the stiffness of a page is solved by, nearly: a two-level preconditioner of conjugate gradients.
+
+Near by, an incomplete factor with entries for the edges alone: vertices are eliminated one after the other, those of
+the rim first. What that does to pairs of their neighbours is left out, what it does to each itself is kept (D-ILU:
+Pommerell 1992). An edge resists along itself alone and can lose no more than that: no pivot is negative, however thin
+the faces are. Far off, groups of neighbouring particles that move as if they were rigid: non-overlapping aggregates
+(Vaněk, Mandel & Brezina 1996, without their smoothing).
+"""
+
+from __future__ import annotations
+
+from math import atan2, cos, sin, sqrt
+from typing import NamedTuple
+
+import numba
+import numpy as np
+
+from restore.mesh.adjacency import order_of_pairs
+from restore.numerics.limits import TINY
+from restore.scan import Floats, Ints
+
+GROWTH = 3 / 7  # c aggregates of n particles take c³ to factorise, and √(n / c) passes of n: both grow as n^(9/7) then
+MODES = 3  # right, up, and a turn
+STIFFEN = 1e-8  # of the stiffness: the page as a whole has none, nor has a single particle against a turn, or across
+# edges in one line
+
+
+class Preconditioner(NamedTuple):
+    """inverse (n, 3): xx, xy, yy of the inverse pivots of the incomplete factor.
+
+    owner (n,): the aggregate of each particle; arms (n, 2): where it lies from the middle, in units of the size.
+    factor (k, k): the Cholesky factor of their stiffness below its inverted diagonal, MODES rows for each aggregate.
+    """
+
+    inverse: Floats
+    owner: Ints
+    arms: Floats
+    factor: Floats
+
+
+@numba.njit(cache=True)
+def prepared(flat: Floats, edges: Ints, gradients: Floats, blocks: Floats) -> Preconditioner:
+    """For vertices at flat (n, 2) mm with diagonal blocks (n, 3) and edges (e, 2), ordered by `rim_first`.
+
+    gradients (e, 2): of the strain of each edge when its end is moved.
+    """
+    owner, arms = _cells(flat)
+    factor = _stiffness(owner, arms, edges, gradients)
+    _factorise(factor)
+    return Preconditioner(_inverse_pivots(edges, gradients, blocks), owner, arms, factor)
+
+
+@numba.njit(cache=True)
+def precondition(by: Preconditioner, edges: Ints, gradients: Floats, force: Floats, way: Floats) -> float:
+    """Write the way (n, 2) of the vertices under forces (n, 2), nearly; the force along it."""
+    return substitute(edges, gradients, by.inverse, force, way) + correct_rigidly(by, force, way)
+
+
+@numba.njit(cache=True)
+def rim_first(flat: Floats, edges: Ints) -> tuple[Ints, Ints, Ints]:
+    """The order in which vertices of flat (n, 2) are eliminated, and their edges (e, 2) by the end that goes last.
+
+    The order of the vertices (n,) and of the edges (e,); and those edges with the places of their ends in it, the last
+    end second. A page that is turned, mirrored or numbered in another way has the same order.
+    """
+    x, y = flat[:, 0] - flat[:, 0].mean(), flat[:, 1] - flat[:, 1].mean()
+    vertices = np.argsort(-(x * x + y * y))
+    place = np.empty_like(vertices)
+    place[vertices] = np.arange(len(flat))
+    one, other = place[edges[:, 0]], place[edges[:, 1]]
+    first, last = np.minimum(one, other), np.maximum(one, other)
+    order = order_of_pairs(last, first, len(flat))
+    return vertices, order, np.stack((first[order], last[order]), axis=1).astype(np.uint32)
+
+
+@numba.njit(cache=True)
+def _inverse_pivots(edges: Ints, gradients: Floats, blocks: Floats) -> Floats:
+    """(n, 3): xx, xy, yy of the inverse pivots of diagonal blocks (n, 3)."""
+    inverse, k = np.empty_like(blocks), 0
+    for i in range(len(blocks)):
+        xx, xy, yy = blocks[i]
+        while k < len(edges) and edges[k, 1] == i:
+            x, y, before = gradients[k, 0], gradients[k, 1], inverse[edges[k, 0]]
+            lost = before[0] * x * x + 2.0 * before[1] * x * y + before[2] * y * y
+            xx, xy, yy, k = xx - lost * x * x, xy - lost * x * y, yy - lost * y * y, k + 1
+        share = 1.0 / max(xx * yy - xy * xy, TINY)
+        inverse[i, 0], inverse[i, 1], inverse[i, 2] = share * yy, -share * xy, share * xx
+    return inverse
+
+
+@numba.njit(cache=True)
+def substitute(edges: Ints, gradients: Floats, inverse: Floats, force: Floats, way: Floats) -> float:
+    """Write the way (n, 2) of the vertices under forces (n, 2) by the factor with these pivots; the force along it."""
+    work, k = 0.0, 0
+    for i in range(len(force)):
+        x, y = force[i, 0], force[i, 1]
+        while k < len(edges) and edges[k, 1] == i:
+            pull = gradients[k, 0] * way[edges[k, 0], 0] + gradients[k, 1] * way[edges[k, 0], 1]
+            x, y, k = x + pull * gradients[k, 0], y + pull * gradients[k, 1], k + 1
+        way[i, 0], way[i, 1] = inverse[i, 0] * x + inverse[i, 1] * y, inverse[i, 1] * x + inverse[i, 2] * y
+        work += x * way[i, 0] + y * way[i, 1]
+    for k in range(len(edges) - 1, -1, -1):
+        a, i, x, y = edges[k, 0], edges[k, 1], gradients[k, 0], gradients[k, 1]
+        pull = x * way[i, 0] + y * way[i, 1]
+        way[a, 0] += pull * (inverse[a, 0] * x + inverse[a, 1] * y)
+        way[a, 1] += pull * (inverse[a, 1] * x + inverse[a, 2] * y)
+    return work
+
+
+@numba.njit(cache=True)
+def _cells(flat: Floats) -> tuple[Ints, Floats]:
+    """The cell (n,) of a grid that each of flat (n, 2) is in, and where it lies from their middle (n, 2).
+
+    The grid lies along the page's principal axes about its centre: a page that is turned has the same cells.
+    """
+    x, y = flat[:, 0] - flat[:, 0].mean(), flat[:, 1] - flat[:, 1].mean()
+    angle = 0.5 * atan2(2.0 * (x * y).sum(), (x * x).sum() - (y * y).sum())
+    along, across = cos(angle) * x + sin(angle) * y, cos(angle) * y - sin(angle) * x
+    wide, high, count = along.max() - along.min(), across.max() - across.min(), len(flat) ** GROWTH
+    size = max(sqrt(wide * high / count), max(wide, high) / count) + TINY
+    columns, rows = np.floor(along / size + 0.5), np.floor(across / size + 0.5)
+    owner = ((columns - columns.min()) * (np.ptp(rows) + 1.0) + rows - rows.min()).astype(np.int64)
+    members = np.bincount(owner)
+    owner = (np.cumsum(members > 0) - 1)[owner]  # cells without a particle have no number
+    arms, members = np.empty_like(flat), members[members > 0]
+    for axis in range(2):
+        middle = np.bincount(owner, flat[:, axis]) / members
+        arms[:, axis] = (flat[:, axis] - middle[owner]) / size
+    return owner, arms
+
+
+@numba.njit(cache=True)
+def _stiffness(owner: Ints, arms: Floats, edges: Ints, gradients: Floats) -> Floats:
+    """(k, k) the matrix: what the strain of an edge does to the modes of both its ends."""
+    matrix = np.zeros((MODES * (owner.max() + 1), MODES * (owner.max() + 1)))
+    strain, row = np.empty(2 * MODES), np.empty(2 * MODES, np.int64)
+    for k in range(len(edges)):
+        if owner[edges[k, 0]] == owner[edges[k, 1]]:  # nothing within is strained
+            continue
+        for end, sign in ((0, -1.0), (1, 1.0)):
+            i, x, y = edges[k, end], sign * gradients[k, 0], sign * gradients[k, 1]
+            for mode, moved in enumerate((x, y, y * arms[i, 0] - x * arms[i, 1])):
+                row[MODES * end + mode], strain[MODES * end + mode] = MODES * owner[i] + mode, moved
+        for p in range(2 * MODES):
+            for q in range(2 * MODES):
+                matrix[row[p], row[q]] += strain[p] * strain[q]
+    return matrix
+
+
+@numba.njit(cache=True, fastmath={"reassoc"})
+def _factorise(matrix: Floats) -> None:
+    """The Cholesky factor, in place; 0 on the diagonal for a mode that nothing holds but rounding: it does not move.
+
+    That is told by all modes of an aggregate: particles in one line have hardly any stiffness across it, or to a turn.
+    """
+    least = np.zeros(len(matrix) // MODES)
+    for i in range(len(matrix)):
+        least[i // MODES] += STIFFEN * STIFFEN * matrix[i, i]
+        matrix[i, i] *= 1.0 + STIFFEN
+    for i in range(len(matrix)):
+        own = matrix[i]
+        for j in range(i + 1):
+            rest, other = own[j], matrix[j]
+            for k in range(j):
+                rest -= own[k] * other[k]
+            own[j] = rest * other[j]
+        matrix[i, i] = 1.0 / sqrt(rest) if rest > least[i // MODES] else 0.0
+
+
+@numba.njit(cache=True, fastmath={"reassoc"})
+def correct_rigidly(by: Preconditioner, force: Floats, way: Floats) -> float:
+    """Add to the way (n, 2) that of the rigid aggregates under forces (n, 2); the force along it."""
+    owner, arms, factor = by.owner, by.arms, by.factor
+    modes = np.zeros(len(factor))
+    for i in range(len(force)):
+        mode = modes[MODES * owner[i] : MODES * owner[i] + MODES]
+        mode[0] += force[i, 0]
+        mode[1] += force[i, 1]
+        mode[2] += force[i, 1] * arms[i, 0] - force[i, 0] * arms[i, 1]
+    for i in range(len(modes)):
+        rest, row = modes[i], factor[i]
+        for k in range(i):
+            rest -= row[k] * modes[k]
+        modes[i] = rest * row[i]
+    work = (modes * modes).sum()
+    for i in range(len(modes) - 1, -1, -1):
+        row, found = factor[i], factor[i, i] * modes[i]
+        for k in range(i):
+            modes[k] -= row[k] * found
+        modes[i] = found
+    for i in range(len(force)):
+        mode = modes[MODES * owner[i] : MODES * owner[i] + MODES]
+        way[i, 0] += mode[0] - mode[2] * arms[i, 1]
+        way[i, 1] += mode[1] + mode[2] * arms[i, 0]
+    return float(work)

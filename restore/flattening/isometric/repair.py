@@ -1,0 +1,87 @@
+"""Turn back the faces that a least-strain page has inverted.
+
+Lengths alone cannot tell a corner of the border from its mirror image. Inside the page a face inverts where lengths
+contradict each other, mostly over a crease that no vertex samples. A face that is folded over in space is inverted on
+the page too, and rightly so: its sign is negative, and it is left alone.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from restore.flattening.isometric.gauss_newton import MOST_ITERATIONS, minimise_strain, rest_areas, strained_less
+from restore.flattening.solution import Solution
+from restore.mesh.measures import signed_areas
+from restore.mesh.network import Network
+from restore.numerics.limits import TINY
+from restore.scan import Floats, Ints
+
+OPEN = 0.02  # of its area on the surface is a face opened to, or rounding could turn it over
+CONTRADICTED = 0.5  # of its area on the surface: a face that lengths invert by so much is folded, whatever its normal
+
+
+def opened(found: Solution, network: Network, signs: Floats) -> Solution:
+    """The page of least strain near one whose inverted faces are opened, if fewer are and it is strained no more.
+
+    Corners of the border invert, whose mirror images have the same lengths, and vertices that a start has put on the
+    wrong side. signs (m,) as for `repaired`.
+    """
+    inverted = inverted_count(found.flat, network.faces, signs)
+    if not inverted:
+        return found
+    again = minimise_strain(uninverted(found.flat, network, signs), network)
+    fewer = inverted_count(again.flat, network.faces, signs) < inverted
+    return again if fewer and not strained_less(found.flat, again.flat, network) else found
+
+
+def repaired(flat: Floats, network: Network, signs: Floats) -> Floats:
+    """Flat positions (n, 2) mm near a page of least strain without the inverted faces that the lengths leave open.
+
+    signs (m,) are −1 for the faces that are folded in space.
+    """
+    if not inverted_count(flat, network.faces, signs):
+        return flat
+    areas = signed_areas(flat, network.faces) * signs
+    contradicted = areas < -CONTRADICTED * rest_areas(network.faces, network.sides, network.lengths)
+    return uninverted(flat, network, np.where(contradicted, -signs, signs))
+
+
+@numba.njit(cache=True)
+def inverted_count(flat: Floats, faces: Ints, signs: Floats) -> int:
+    """How many faces (m, 3) of flat (n, 2) lie against their sign (m,); a face without area has none."""
+    return int((signed_areas(flat, faces) * signs < 0.0).sum())
+
+
+def uninverted(flat: Floats, network: Network, signs: Floats) -> Floats:
+    """Flat positions (n, 2) mm with fewer inverted faces, if that can be; only the corners of such faces are moved."""
+    turned, least = flat.copy(), OPEN * rest_areas(network.faces, network.sides, network.lengths)
+    open_inverted(turned, network.faces, signs, least)
+    fewer = inverted_count(turned, network.faces, signs) < inverted_count(flat, network.faces, signs)
+    return turned if fewer else flat
+
+
+@numba.njit(cache=True)
+def open_inverted(flat: Floats, faces: Ints, signs: Floats, least: Floats) -> None:
+    """Move the corners of inverted faces, in place, until none is inverted: each is opened to its least area (m,) mm².
+
+    flat (n, 2) mm. A face is opened along the gradient of its area: the least displacement that does it. In a sweep
+    the most inverted come first, whatever numbers they have.
+    """
+    way = np.empty((3, 2))
+    for _ in range(MOST_ITERATIONS):  # as opening one may close its neighbours
+        areas = signed_areas(flat, faces) * signs
+        below, inverted = np.flatnonzero(areas < least), 0
+        for f in below[np.argsort(areas[below])]:
+            area = signs[f] * signed_areas(flat, faces[f : f + 1])[0]  # those before may have changed it
+            if area >= 0.0:
+                continue
+            inverted += 1
+            for k in range(3):
+                p, q = faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
+                way[k, 0], way[k, 1] = 0.5 * (flat[p, 1] - flat[q, 1]), 0.5 * (flat[q, 0] - flat[p, 0])
+            way *= signs[f] * (least[f] - area) / ((way**2).sum() + TINY)
+            for k in range(3):
+                flat[faces[f, k]] += way[k]
+        if inverted == 0:
+            break

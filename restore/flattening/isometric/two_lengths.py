@@ -1,0 +1,44 @@
+"""The page by the straight lengths of the edges, by their lengths along the surface, or between the two.
+
+A straight length is too short over a bend or a crease. A length along the surface is nearer, but wrong where noise, or
+a crease that no vertex samples, has misled its patches. Which contradict each other less tells which to believe.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from restore.flattening.isometric.gauss_newton import least_absolute_strain, mean_strain, minimise_strain
+from restore.flattening.isometric.repair import repaired
+from restore.flattening.solution import Solution
+from restore.mesh.measures import face_signs
+from restore.mesh.network import Network, make_network
+from restore.mesh.validate import ValidMesh
+from restore.scan import FlatMesh, Floats
+
+
+def with_surface_lengths(page: FlatMesh, mesh: ValidMesh, along: Floats) -> FlatMesh:
+    """The page of a mesh by lengths (e,) mm along its surface, unless straight ones contradict each other less.
+
+    page is the one of least squares by straight lengths. Where those do, any length of an edge between the two is as
+    good: the page is that of the least absolute differences from both, and its rest lengths are the nearest to it
+    between them.
+    """
+    edges = mesh.sides.edges
+    straight = make_network(mesh.vertices, mesh.faces, page.lengths, mesh.sides)
+    surface = make_network(mesh.vertices, mesh.faces, along, mesh.sides)
+    squares = minimise_strain(page.flat, surface)
+    if mean_strain(squares.flat, surface) <= mean_strain(page.flat, straight):
+        start = squares._replace(iterations=page.steps + squares.iterations)
+        return _page(mesh, least_absolute_strain(start, surface), surface)
+    found = least_absolute_strain(Solution(page.flat, page.steps), straight, surface.lengths)
+    between = np.linalg.norm(found.flat[edges[:, 0]] - found.flat[edges[:, 1]], axis=1)
+    shorter, longer = np.sort([straight.lengths, surface.lengths], axis=0)
+    return _page(mesh, found, replace(straight, lengths=np.clip(between, shorter, longer)))
+
+
+def _page(mesh: ValidMesh, found: Solution, network: Network) -> FlatMesh:
+    flat: Floats = repaired(found.flat, network, face_signs(mesh.vertices, mesh.faces))
+    return FlatMesh.of(mesh, flat, network.lengths, found.iterations, **found.convergence)

@@ -1,0 +1,1 @@
+"""Methods as their authors published them, to compare the default method with."""

@@ -1,0 +1,64 @@
+"""Vertices that decimation has put off the surface, and where on it they belong.
+
+Quadric error metrics put a vertex where the planes of the faces that it stands for meet best (Garland & Heckbert,
+"Surface simplification using quadric error metrics", 1997): on the outside of a bend. Lengths through such vertices are
+those of a wider surface. Nothing tells by how far but that neighbours stand off by different amounts, as their own
+faces are larger or smaller.
+"""
+
+from __future__ import annotations
+
+from math import pi, sqrt
+
+import numba
+import numpy as np
+
+from restore.mesh.jets import Jets
+from restore.numerics.limits import TINY
+from restore.numerics.robust import robust_sigma
+from restore.scan import Floats, Ints
+
+# Of the mean height of its neighbours over the tangent plane: the mean square of the distance from the centre to a
+# regular hexagon, over that to its neighbours. The mean height of what a vertex stands for is where its planes meet.
+OUTSIDE = 5.0 / 36.0
+
+
+def put_back(vertices: Floats, jets: Jets, edges: Ints, chosen: Ints) -> Floats:
+    """(n, 3) mm: the chosen (k,) of vertices (n, 3) mm where they belong if quadric error metrics have placed them."""
+    points = vertices.copy()
+    heights = OUTSIDE * _neighbour_heights(vertices, jets.forms, edges)
+    points[chosen] += heights[chosen, None] * jets.normals[chosen]
+    return points
+
+
+@numba.njit(cache=True)
+def _neighbour_heights(vertices: Floats, forms: Floats, edges: Ints) -> Floats:
+    """(n,) mm: how high the neighbours of every vertex stand over its tangent plane in the mean, by forms (n, 3, 3)."""
+    heights, counts = np.zeros(len(vertices)), np.zeros(len(vertices))
+    for k in range(len(edges)):
+        a, b = edges[k, 0], edges[k, 1]
+        for end in (a, b):
+            counts[end] += 1.0
+            for p in range(3):
+                for q in range(3):
+                    product = (vertices[b, p] - vertices[a, p]) * (vertices[b, q] - vertices[a, q])
+                    heights[end] += 0.5 * forms[end, p, q] * product
+    return heights / np.maximum(counts, 1.0)
+
+
+def stood_outside(offsets: Floats, shifts: Floats) -> bool:
+    """Whether offsets (k,) mm of patches from their vertices are what comes of vertices that stand outside.
+
+    shifts (k,) mm: by how much they change when the vertices are put back. The share of that change which leaves the
+    least absolute offsets is 0 for vertices on the surface and 1 outside: it must be nearer to 1, and the two be five
+    of its standard errors apart, as neighbouring patches share points. Every vertex has a patch.
+    """
+    told = np.abs(shifts) > TINY
+    if not told.any():
+        return False
+    shares = -offsets[told] / shifts[told]
+    order = np.argsort(shares)
+    weights = np.cumsum(np.abs(shifts[told])[order])
+    share = float(shares[order][np.searchsorted(weights, 0.5 * weights[-1])])
+    spread = sqrt(0.5 * pi) * robust_sigma(offsets + share * shifts)  # of a median, over that of a mean
+    return abs(share - 1.0) < 0.5 and 5.0 * spread < float(np.linalg.norm(shifts))

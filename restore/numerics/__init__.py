@@ -1,0 +1,1 @@
+"""Limits of floating-point arithmetic, and robust statistics."""

@@ -1,0 +1,143 @@
+"""Flatten a mesh of any size: a large one is looked at as a scanner would, which takes its noise out."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from dataclasses import replace
+
+import numpy as np
+
+from restore.flattening.isometric.repair import uninverted
+from restore.flattening.layout import arrange_pieces
+from restore.flattening.methods import DEFAULT, METHODS, OnStep, flatten_points
+from restore.flattening.near_page import least_absolute_page
+from restore.flattening.ordered_grid import flatten_grid, points_on_grid, typical_links
+from restore.flattening.solution import Solution
+from restore.mesh.adjacency import sides_of
+from restore.mesh.clean import select
+from restore.mesh.decimate import patch_and_smooth
+from restore.mesh.jets import rings_of
+from restore.mesh.measures import flipped_faces, signed_areas, straight_lengths
+from restore.mesh.network import edges_of, make_network, pieces
+from restore.mesh.ordered_grid import GridMesh
+from restore.mesh.pose import move_upright, pose_on_table
+from restore.mesh.surface_lengths import estimate_noise_sigma, surface_lengths
+from restore.mesh.validate import validated
+from restore.prepared.facet_sheet import unroll
+from restore.prepared.prepare import MESH_PRECISION, fit_sheet
+from restore.prepared.refine import interpolate_flat_positions
+from restore.range_image.resample import MIN_VERTICES, resample
+from restore.range_image.segmentation.segment import segment
+from restore.runtime.arguments import checks_types
+from restore.scan import FlatMesh, Floats, Ints, SurfaceMesh
+from restore.scan_check import refuse_unusable
+from restore.settings import Settings
+
+CLEAN = 0.002  # of the mean edge: noise that no scanner is without
+
+
+@checks_types
+def flatten(
+    mesh: SurfaceMesh, method: str = "isometric", *, lengths: Floats | None = None, on_step: OnStep | None = None
+) -> FlatMesh:
+    """Unroll a mesh into the plane, every edge as near to its length on the surface as can be.
+
+    The vertices of a piece of less than MIN_VERTICES all settle together; those of a larger one settle on few points,
+    and its noise is taken out. lengths (e,) mm are the rest lengths of the edges in the order of `network.edges_of`;
+    when None, those along the surface that the vertices sample. Each connected piece stays where the scan had it,
+    unless it would lie over another. Faces that run the wrong way round are turned. An ordered grid keeps its order.
+    on_step(step, positions (n, 3) mm, faces (m, 3)) is called after each time step.
+    Raises BadInput for an unknown method, a broken mesh or lengths that are not one for each edge, NotEnoughSurface for
+    a mesh without area or without a border.
+
+    A square of 10 mm that stands upright:
+
+    >>> corners = np.array([[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]], float)[:, [0, 2, 1]]
+    >>> page = flatten(SurfaceMesh(corners, np.array([[0, 1, 3], [1, 2, 3]])))
+    >>> page.flat.shape, round(float(np.linalg.norm(page.flat[0] - page.flat[2])), 3)
+    ((4, 2), 14.142)
+    """
+    refuse_unusable(mesh)
+    if isinstance(mesh, GridMesh):
+        if method == DEFAULT and lengths is None:
+            return replace(flatten_grid(mesh, len(mesh.vertices))[0], vertices=mesh.vertices)
+        unordered = SurfaceMesh(
+            mesh.vertices, mesh.faces, mesh.texcoords, mesh.texture, mesh.provenance, findings=mesh.findings
+        )
+        return _in_order(flatten(unordered, method, lengths=lengths, on_step=on_step), mesh)
+    if lengths is not None or method not in METHODS or len(mesh.vertices) < MIN_VERTICES:
+        return flatten_points(mesh, method, lengths=lengths, on_step=on_step)
+    mesh = validated(mesh)
+    network = make_network(mesh.vertices, mesh.faces, sides=mesh.sides)
+    parts = list(pieces(network))
+    flat, rest = np.zeros((len(mesh.vertices), 2)), network.lengths.copy()
+    worst = Solution(flat, 0)
+    seen = pose_on_table(mesh.vertices, mesh.faces).seen  # from one side for all pieces
+    for part in parts:
+        piece = _flatten_piece(select(mesh, part.vertices[part.faces]), method, on_step)
+        posed = pose_on_table(piece.vertices, piece.faces)
+        flat[part.vertices] = move_upright(piece.flat, replace(posed, seen=seen[part.vertices]))
+        rest[np.isin(network.edges[:, 0], part.vertices)] = piece.lengths
+        worst = worst.joined(Solution(piece.flat, piece.steps, **piece.convergence))
+    arrange_pieces(flat, [(part.vertices, part.faces) for part in parts])
+    return FlatMesh.of(mesh, flat, rest, worst.iterations, **worst.convergence)
+
+
+def _in_order(page: FlatMesh, grid: GridMesh) -> FlatMesh:
+    """The page of a grid, each piece turned so that columns run to the right and rows down, and over if mirrored."""
+    (along, _), (down, _) = typical_links(points_on_grid(grid))
+    rows, cols = np.divmod(grid.places, grid.shape[1])
+    wanted, flat = np.stack([along * cols, -down * rows], axis=1), page.flat.copy()
+    parts = list(pieces(make_network(page.vertices, page.faces)))
+    for part in parts:
+        own = flat[part.vertices]
+        if signed_areas(own, part.faces).sum() < 0.0:
+            own = own * [-1.0, 1.0]
+        posed = pose_on_table(page.vertices[part.vertices], part.faces)
+        flat[part.vertices] = move_upright(own, replace(posed, seen=wanted[part.vertices]))
+    arrange_pieces(flat, [(part.vertices, part.faces) for part in parts])
+    return replace(page, flat=flat)
+
+
+def _flatten_piece(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMesh:
+    if len(mesh.vertices) < MIN_VERTICES:
+        return flatten_points(mesh, method, on_step=on_step)
+    return _over_grid(mesh, method, on_step) or _over_points(mesh, method, on_step)
+
+
+def _over_grid(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMesh | None:
+    """As a scanner would see it, for a mesh that one view sees all of; None for others."""
+    view = resample(mesh)
+    if view is None:
+        return None
+    scan, rays = view
+    sheet = fit_sheet(segment(scan, rays, scan.measured), precision=MESH_PRECISION)
+    unrolled = unroll(sheet, Settings(method=method), lambda _: nullcontext(), on_step)
+    nodes = np.stack(sheet.rays.grid(mesh.vertices), axis=1)
+    flat = interpolate_flat_positions(
+        sheet.inside.shape, unrolled.nodes, unrolled.fine.faces, unrolled.fine.flat, nodes
+    )
+    sides = sides_of(mesh.faces)
+    lengths = sheet.lengths(nodes, sides.edges)
+    if _clean(mesh, sides.edges, lengths):  # then its vertices know better
+        lengths = surface_lengths(mesh.vertices, mesh.faces, sides)
+        flat = least_absolute_page(flat, make_network(mesh.vertices, mesh.faces, lengths)).flat
+    if flipped_faces(flat, mesh.faces):  # noise has put a vertex beyond its neighbours
+        flat = uninverted(flat, make_network(mesh.vertices, mesh.faces, lengths), np.ones(len(mesh.faces)))
+    return FlatMesh.of(mesh, flat, lengths, unrolled.coarse.steps, **unrolled.fine.convergence)
+
+
+def _over_points(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMesh:
+    """By its own vertices alone, smoothed where they are noisy."""
+    edges = edges_of(mesh.faces)
+    if _clean(mesh, edges, straight_lengths(mesh.vertices, edges)):
+        return flatten_points(mesh, method, on_step=on_step)
+    smoothed, _ = patch_and_smooth(mesh.vertices, mesh.faces)
+    page = flatten_points(replace(mesh, vertices=smoothed), method, on_step=on_step)
+    return replace(page, vertices=mesh.vertices)
+
+
+def _clean(mesh: SurfaceMesh, edges: Ints, lengths: Floats) -> bool:
+    """Whether the vertices of a mesh are where its surface is; lengths (e,) mm of its edges (e, 2)."""
+    noise = estimate_noise_sigma(mesh.vertices, rings_of(mesh.vertices, mesh.faces, edges))
+    return bool(noise < CLEAN * lengths.mean())

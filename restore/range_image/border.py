@@ -1,0 +1,66 @@
+"""How much of a sheet's border the scanner may have lost: paper so dark or glossy that it measured nothing there.
+
+Between a sheet and its table samples are missing where the sheet keeps the laser off. Such a shadow ends on a ray of
+the laser, so from the sheet's border to the table beyond it the depth changes by more than the shadow is wide. Where a
+gap is wider than the step beside it is deep, it is none.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from restore.camera.rays import SHADOW_SLOPE
+from restore.range_image.segmentation.segment import SegmentedScan
+from restore.scan import Floats, Mask
+
+MIN_GAP = 4  # samples: of 30 % lost at random, four in a row are lost at one place in a hundred
+MEASURED_TABLE = 0.5  # of the picture beside the sheet: a table that gives no range itself tells nothing of paper
+
+
+def lost_border(segmented: SegmentedScan) -> float:
+    """The share of the sheet's border, 0 to 1, from which to the table nothing was measured and no shadow explains it.
+
+    0 where the table was not measured.
+    """
+    depth, measured, inside = -segmented.scan.points[..., 2], segmented.scan.measured, segmented.inside
+    beyond = measured[~inside]
+    if not beyond.size or beyond.mean() < MEASURED_TABLE:
+        return 0.0
+    step = abs(segmented.rays.dx) * SHADOW_SLOPE
+    along = [depth, measured, inside]
+    down = [np.ascontiguousarray(grid.T) for grid in along]
+    shadow = _steep_gaps(depth, measured, step) | _steep_gaps(*down[:2], step).T
+    gaps = _gaps_beside(measured, inside, shadow) + _gaps_beside(*down[1:], np.ascontiguousarray(shadow.T))
+    border = sum(int(np.diff(inside, axis=axis).sum()) for axis in (0, 1))
+    return gaps / max(border, 1)
+
+
+@numba.njit(cache=True)
+def _steep_gaps(depth: Floats, measured: Mask, step: float) -> Mask:
+    """(rows, cols) True in gaps of a row over which depth changes by `step`·depth a sample, or more."""
+    steep = np.zeros(depth.shape, np.bool_)
+    for row in range(depth.shape[0]):
+        last = -1
+        for col in range(depth.shape[1]):
+            if not measured[row, col]:
+                continue
+            if last >= 0 and abs(depth[row, col] - depth[row, last]) >= step * (col - last) * depth[row, last]:
+                steep[row, last + 1 : col] = True
+            last = col
+    return steep
+
+
+@numba.njit(cache=True)
+def _gaps_beside(measured: Mask, inside: Mask, shadow: Mask) -> int:
+    """How many gaps of a row, MIN_GAP samples or more and none in a shadow, lead from the sheet to what lies beyond."""
+    count = 0
+    for row in range(measured.shape[0]):
+        last = -1
+        for col in range(measured.shape[1]):
+            if not measured[row, col]:
+                continue
+            if last >= 0 and col - last > MIN_GAP and inside[row, col] != inside[row, last]:
+                count += not shadow[row, last + 1 : col].any()
+            last = col
+    return count

@@ -1,0 +1,253 @@
+"""The prepared sheet: a surface with points and lengths at any position on the grid."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt, map_coordinates
+
+from restore.camera.rays import LensTerms, Rays, distortion_factor
+from restore.mesh.raster import rasterise
+from restore.numerics.limits import TINY
+from restore.range_image.facets.facet_model import Facets, in_whole_windows
+from restore.range_image.facets.slope_statistics import slope_variances
+from restore.range_image.segmentation.segment import MAX_SLOPE
+from restore.range_image.slope_bias import unbiased
+from restore.runtime.threads import in_bands
+from restore.scan import Floats, Ints, Mask, RangeScan
+
+# Slopes that differ by more than this many times the noise are two sides of a crease, not noise of one facet.
+CREASE_SIGMAS = 1.0
+OWN_SIDE = 0.3  # of the turn at a crease, at most, that one of its sides makes in the step before
+ROUNDS = 3  # of Newton's method: where two parabolas meet
+
+_distortion_factor = numba.njit(cache=True)(distortion_factor)
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """Facets on the grid of rays, extrapolated past the outline so that border samples have neighbours.
+
+    inside   (rows, cols) True on the sheet, interior holes included.
+    measured (rows, cols) True where the surface was measured and not filled in.
+    planes   (rows, cols, 3) inverse depth and its change per column and per row.
+    scatter  (rows, cols, 2) variance of the change per column and of that per row, (1/mm)².
+    noise    standard deviation of one measured sample, 1/mm.
+    pixels   (rows, cols, 2) texture position of every grid position.
+    scan     the source of the surface, with its texture and provenance.
+    cut_out  whether it ends where a mesh was cut: on the page, and not before samples of what lies beyond.
+    lost_border  share of its border beside which paper may have given no range: see `lost_border`.
+    cut      share of its border in the first and last rows and columns of the picture.
+    turned_border  share of its border that is turned away from the scanner: see `turned_border`.
+    holes    (rows, cols) True where it has a hole through which the table was measured; None where nobody looked.
+    """
+
+    rays: Rays
+    inside: Mask
+    measured: Mask
+    planes: Floats
+    scatter: Floats
+    noise: float
+    pixels: Floats
+    scan: RangeScan
+    cut_out: bool = False
+    lost_border: float = 0.0
+    cut: float = 0.0
+    turned_border: float = 0.0
+    holes: Mask | None = None
+
+    def inverse_depth(self, nodes: Floats) -> Floats:
+        """(n,) 1/mm at grid positions (n, 2) (row, col), fractions allowed."""
+        return _evaluate(self.planes, nodes)
+
+    def points(self, nodes: Floats) -> Floats:
+        """(n, 3) mm at grid positions (n, 2) (row, col), fractions allowed."""
+        return self.rays.points(nodes[:, 0], nodes[:, 1], self.inverse_depth(nodes))
+
+    def normals(self) -> NDArray[np.float32]:
+        """(rows, cols, 3) unit normals of the facets, towards the camera.
+
+        On a plane n · P = c, seen along P = (x, y, −1)·depth, inverse depth is (n_x·x + n_y·y − n_z) / c.
+        """
+        normals = np.empty(self.planes.shape, np.float32)
+
+        def set_normals(rows: slice) -> None:
+            rays = self.rays
+            _set_normals(self.planes, rays.x0, rays.dx, rays.y0, rays.dy, rows.start, rows.stop, normals)
+
+        in_bands(set_normals, len(normals))
+        return np.asarray(normals @ self.rays.axes.astype(np.float32))
+
+    def texcoords(self, nodes: Floats) -> Floats:
+        """(n, 2) texture pixels at grid positions (n, 2) (row, col), fractions allowed."""
+        return np.stack(
+            [map_coordinates(self.pixels[..., k], nodes.T, order=1, mode="nearest") for k in (0, 1)], axis=1
+        )
+
+    def lengths(self, nodes: Floats, edges: Ints) -> Floats:
+        """(e,) mm: lengths along the surface of edges (e, 2) between grid positions (n, 2).
+
+        The path is straight in the picture; on each sample it runs in that sample's facet, and where two facets meet
+        at an angle it runs over the line in which their sides would meet if they went on turning, not along the chord.
+        By what the scatter of the slopes makes it longer in the mean it is shortened.
+        """
+        lengths = np.empty(len(edges))
+
+        def measure(part: slice) -> None:
+            tolerance = CREASE_SIGMAS * self.noise
+            lengths[part] = _path_lengths(self.planes, self.scatter, nodes, edges[part], self.rays.lens, tolerance)
+
+        in_bands(measure, len(edges))
+        return lengths
+
+
+class PageOnGrid(NamedTuple):
+    """The flat page as a mesh over the grid: flat positions (n, 2) mm, faces (m, 3), grid positions nodes (n, 2)."""
+
+    flat: Floats
+    faces: Ints
+    nodes: Floats
+
+
+def make_sheet(rays: Rays, facets: Facets, samples: Mask, inside: Mask, pixels: Floats, scan: RangeScan) -> Sheet:
+    """A sheet from its facets, extrapolated over the rest of the grid from the nearest facet.
+
+    A facet steeper than camera and laser can see is none: few samples on a steep wall tell its slope badly. samples and
+    inside (rows, cols), pixels (rows, cols, 2): as in Sheet.
+    """
+    steepest = MAX_SLOPE * abs(rays.dx) * facets.value
+    known = inside & (np.hypot(*np.moveaxis(facets.slope, -1, 0)) < steepest)  # NaN is not
+    nearest = distance_transform_edt(~known, return_distances=False, return_indices=True)
+    sound = in_whole_windows(known & ~facets.crease)
+    slopes = unbiased(facets.slope, sound)
+    planes = np.dstack([facets.value, slopes])
+    beyond = np.nonzero(~known)
+    rows, cols = nearest[:, *beyond]
+    value, across, down = planes[rows, cols].T
+    value = value + across * (beyond[1] - cols) + down * (beyond[0] - rows)
+    planes[beyond] = np.stack([value, across, down], axis=1)
+    return Sheet(rays, inside, samples, planes, slope_variances(slopes, sound), facets.noise, pixels, scan)
+
+
+def depth_distance(sheet: Sheet, nodes: Floats, faces: Ints) -> dict[str, float]:
+    """Mean, sd and max in mm of the depth between the sheet and a mesh of faces (m, 3) at grid positions (n, 2)."""
+    corners = np.ascontiguousarray(nodes[:, ::-1])
+    # A plane's inverse depth is affine over the grid, so linear interpolation over the triangles is exact.
+    sparse = rasterise(corners, faces, sheet.inverse_depth(nodes)[:, None], *sheet.inside.shape)[..., 0]
+    both = sheet.inside & np.isfinite(sparse)
+    distance = np.abs(1.0 / sparse[both] - 1.0 / sheet.planes[both][:, 0])
+    return {"mean_mm": float(distance.mean()), "sd_mm": float(distance.std()), "max_mm": float(distance.max())}
+
+
+@numba.njit(cache=True, nogil=True)
+def _set_normals(
+    planes: Floats, x0: float, dx: float, y0: float, dy: float, first: int, end: int, normals: NDArray[np.float32]
+) -> None:
+    """Write the normals of the rows from first to end."""
+    for row in range(first, end):
+        for col in range(planes.shape[1]):
+            across, along = planes[row, col, 1] / dx, planes[row, col, 2] / dy
+            back = across * (x0 + dx * col) + along * (y0 + dy * row) - planes[row, col, 0]
+            # c is negative for a normal that points back to the lens
+            scale = -1.0 / np.sqrt(across * across + along * along + back * back)
+            normals[row, col, 0] = across * scale
+            normals[row, col, 1] = along * scale
+            normals[row, col, 2] = back * scale
+
+
+@numba.njit(cache=True)
+def _nearest(position: float, count: int) -> int:
+    return min(max(int(np.floor(position + 0.5)), 0), count - 1)
+
+
+@numba.njit(cache=True)
+def _evaluate(planes: Floats, nodes: Floats) -> Floats:
+    rows, cols, _ = planes.shape
+    value = np.empty(len(nodes))
+    for n in range(len(nodes)):
+        i, j = _nearest(nodes[n, 0], rows), _nearest(nodes[n, 1], cols)
+        value[n] = planes[i, j, 0] + planes[i, j, 1] * (nodes[n, 1] - j) + planes[i, j, 2] * (nodes[n, 0] - i)
+    return value
+
+
+@numba.njit(cache=True)
+def _turn_before(planes: Floats, r: float, c: float, dr: float, dc: float, slope: float, beyond: float) -> float:
+    """How far a side turns in the step from (r, c) to its last sample before a crease; slope: at its end.
+
+    0 where that is too much of the turn at the crease: then there is another crease, or none at all.
+    """
+    i, j = _nearest(r, planes.shape[0]), _nearest(c, planes.shape[1])
+    turn = slope - planes[i, j, 1] * dc - planes[i, j, 2] * dr
+    return turn if abs(turn) < OWN_SIDE * abs(slope - beyond) else 0.0
+
+
+@numba.njit(cache=True)
+def _along(w: float, slope: float, turn: float, t: float) -> float:
+    """Inverse depth t steps from a sample, on a side that goes on turning."""
+    return w + (slope + 0.5 * turn * t) * t
+
+
+@numba.njit(cache=True)
+def _crossing(wa: float, sa: float, turn_a: float, wb: float, sb: float, turn_b: float) -> float:
+    """At which share of a step two sides meet, by Newton's method; at its ends if they do not."""
+    t = (wb - sb - wa) / (sa - sb)
+    for _ in range(ROUNDS):
+        t = min(max(t, 0.0), 1.0)
+        apart = _along(wa, sa, turn_a, t) - _along(wb, -sb, turn_b, 1.0 - t)
+        t -= apart / (sa + turn_a * t - sb + turn_b * (1.0 - t))
+    return min(max(t, 0.0), 1.0)
+
+
+@numba.njit(cache=True)
+def _unproject(r: float, c: float, w: float, lens: LensTerms) -> tuple[float, float, float]:
+    x0, dx, y0, dy, k1, k2 = lens
+    u, v = x0 + dx * c, y0 + dy * r
+    depth = 1.0 / w
+    scale = depth / _distortion_factor(u * u + v * v, k1, k2)
+    return u * scale, v * scale, depth
+
+
+@numba.njit(cache=True)
+def _distance(ra: float, ca: float, wa: float, rb: float, cb: float, wb: float, lens: LensTerms) -> float:
+    xa, ya, za = _unproject(ra, ca, wa, lens)
+    xb, yb, zb = _unproject(rb, cb, wb, lens)
+    return np.sqrt((xa - xb) ** 2 + (ya - yb) ** 2 + (za - zb) ** 2)
+
+
+@numba.njit(cache=True, nogil=True)
+def _path_lengths(
+    planes: Floats, scatter: Floats, nodes: Floats, edges: Ints, lens: LensTerms, tolerance: float
+) -> Floats:
+    rows, cols, _ = planes.shape
+    lengths = np.zeros(len(edges))
+    for e in range(len(edges)):
+        r0, c0 = nodes[edges[e, 0]]
+        r1, c1 = nodes[edges[e, 1]]
+        steps = max(1, int(np.ceil(max(abs(r1 - r0), abs(c1 - c0)))))
+        dr, dc = (r1 - r0) / steps, (c1 - c0) / steps
+        for k in range(steps):
+            ra, ca = r0 + k * dr, c0 + k * dc
+            rb, cb = ra + dr, ca + dc
+            i, j = _nearest(ra, rows), _nearest(ca, cols)
+            m, n = _nearest(rb, rows), _nearest(cb, cols)
+            wa = planes[i, j, 0] + planes[i, j, 1] * (ca - j) + planes[i, j, 2] * (ra - i)
+            wb = planes[m, n, 0] + planes[m, n, 1] * (cb - n) + planes[m, n, 2] * (rb - m)
+            sa = planes[i, j, 1] * dc + planes[i, j, 2] * dr
+            sb = planes[m, n, 1] * dc + planes[m, n, 2] * dr
+            t, turn_a, turn_b = 0.5, 0.0, 0.0
+            if abs(sa - sb) > tolerance:
+                turn_a = _turn_before(planes, ra - dr, ca - dc, dr, dc, sa, sb)
+                turn_b = _turn_before(planes, rb + dr, cb + dc, -dr, -dc, -sb, -sa)
+                t = _crossing(wa, sa, turn_a, wb, sb, turn_b)
+            rm, cm = ra + t * dr, ca + t * dc
+            way = _distance(ra, ca, wa, rm, cm, _along(wa, sa, turn_a, t), lens)
+            way += _distance(rm, cm, _along(wb, -sb, turn_b, 1.0 - t), rb, cb, wb, lens)
+            # A depth that scatters by ε makes the way √(across² + (deep + ε)²) longer by ε² · across² / (2 · way³).
+            across2 = max(way * way - (1.0 / wb - 1.0 / wa) ** 2, 0.0)
+            epsilon2 = (dc * dc * scatter[i, j, 0] + dr * dr * scatter[i, j, 1]) / (wa * wb) ** 2
+            lengths[e] += way - 0.5 * epsilon2 * across2 / (way * way * way + TINY)
+    return lengths

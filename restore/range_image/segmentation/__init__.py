@@ -1,0 +1,1 @@
+"""The sheet found in a range image, and the table below it."""

@@ -1,0 +1,94 @@
+"""The plane of a table, or nearly one, fitted to what was measured along the border of a range image."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from restore.numerics.robust import robust_sigma
+from restore.range_image.segmentation.surface import block_numbers, blocks_of, likeliest_surface, terms_of
+from restore.scan import Floats, Mask, RangeScan
+
+ON_PLANE_SIGMAS = 4.0
+MIN_NOISE_MM = 0.01  # coordinates are written to a hundredth of a millimetre
+MAX_BOW = 0.01  # of the breadth of the picture: what a table may be bowed by; a page is bent by more
+EVERYWHERE = 64  # samples from one to the next of those that tell how far a surface is bowed
+MAX_SPAN = 24  # samples over which a page is nearly straight, and lines within one side of the band
+LEAST_SPANS = 30  # that tell noise, to a sixth of it
+
+
+class TablePlane(NamedTuple):
+    """A plane below a range image, or one that is bowed a little.
+
+    height     (rows, cols) mm of the samples above it, NaN for none.
+    tolerance  mm: noise explains as much of it, and how uneven the plane is.
+    pitch      mm from a sample to the next.
+    """
+
+    height: Floats
+    tolerance: float
+    pitch: float
+
+    @property
+    def measured(self) -> Mask:
+        """(rows, cols) True where there is a sample."""
+        return np.isfinite(self.height)
+
+    @property
+    def samples(self) -> Mask:
+        """(rows, cols) True on the plane."""
+        return np.asarray(np.abs(self.height) < self.tolerance)
+
+
+def lies_on(plane: TablePlane, samples: Mask) -> bool:
+    """Whether most of samples (rows, cols) lie on a plane."""
+    return bool(samples.any() and plane.samples[samples].mean() > 0.5)
+
+
+def fit_table_plane(scan: RangeScan, inverse_depth: Floats, band: Mask, apart: int) -> tuple[TablePlane, Mask]:
+    """The likeliest plane of a band (rows, cols), and (rows, cols) True for the samples of it that tell the plane.
+
+    inverse_depth (rows, cols) 1/mm: for a plane it is an affine function of the direction of a sample, and for one that
+    is bowed a little a quadratic. apart: so many samples lie between two that have noise of their own.
+    """
+    x, y = (scan.points[..., axis] * inverse_depth for axis in (0, 1))
+    pitch = _pitch(x)  # in samples: with lens distortion row and column are not affine in them
+    to_mm = float(np.median(1.0 / inverse_depth[band])) ** 2
+    nearer, terms = inverse_depth * to_mm, terms_of(x / pitch, y / pitch)
+    noise = _noise_sigma(inverse_depth, band, apart) * to_mm
+    numbers = block_numbers(band)
+    blocks = blocks_of(numbers, terms[band], nearer[band], noise, apart)
+    everywhere = np.flatnonzero(np.isfinite(nearer))[::EVERYWHERE]
+    own = np.zeros_like(band)
+    side = abs(pitch) * float(np.sqrt(to_mm))
+    most = MAX_BOW * side * max(band.shape)
+    surface = likeliest_surface(blocks, terms.reshape(-1, terms.shape[-1])[everywhere], most)
+    if surface is None:
+        return TablePlane(nearer, ON_PLANE_SIGMAS * noise, side), own  # over a plane at infinity: nothing lies on it
+    own[band] = surface.of(blocks)[numbers]
+    tolerance = ON_PLANE_SIGMAS * float(np.hypot(noise, surface.uneven))
+    return TablePlane(nearer - terms @ surface.factors, tolerance, side), own
+
+
+def _pitch(x: Floats) -> float:
+    """The median change from a column to the next of values (rows, cols), NaN for none, by columns as near as exist."""
+    changes = ((x[:, apart:] - x[:, :-apart]) / apart for apart in range(1, x.shape[1]))
+    return float(next((np.nanmedian(one) for one in changes if np.isfinite(one).any()), 1.0))
+
+
+def _noise_sigma(inverse_depth: Floats, band: Mask, apart: int) -> float:
+    """Standard deviation of a sample, 1/mm, from what it is off the line from the one before to the one after it.
+
+    They stand in one column, where noise is uncorrelated, and count alike where most were lost.
+    """
+    every = np.ascontiguousarray(band[::apart].T)
+    col, row = np.nonzero(every)
+    value = inverse_depth[::apart].T[every]
+    span = row[2:] - row[:-2]
+    together = (col[2:] == col[:-2]) & (span <= MAX_SPAN)
+    share = ((row[1:-1] - row[:-2]) / np.maximum(span, 1))[together]
+    before, own, after = (part[together] for part in (value[:-2], value[1:-1], value[2:]))
+    off = (own - (1.0 - share) * before - share * after) / np.sqrt(1.0 + share**2 + (1.0 - share) ** 2)
+    floor = MIN_NOISE_MM * float(np.nanmedian(inverse_depth)) ** 2
+    return max(robust_sigma(off), floor) if off.size >= LEAST_SPANS else floor

@@ -1,0 +1,224 @@
+"""Segment the sheet in a range image."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import cv2
+import numba
+import numpy as np
+from scipy.ndimage import binary_erosion, binary_fill_holes
+
+from restore.camera.rays import MAX_GAP, SHADOW_SLOPE, Rays
+from restore.errors import NotEnoughSurface
+from restore.findings import finding
+from restore.range_image.segmentation.outline import frame_of
+from restore.range_image.segmentation.table import find_table
+from restore.scan import Floats, Ints, Mask, RangeScan, with_findings
+
+MAX_SLOPE = 6.0  # 80.5°: steeper than any wall that both camera and laser see, less steep than the step to the table
+MIN_SHARE = 0.02  # of the grid: a smaller piece is no page
+ANOTHER = 0.25  # of the largest surface: another page, or the rest of a torn one; a hand or a weight has less
+ONE_PIECE = 0.5  # of the samples off the table: with more in one piece the laser was strong enough
+SMALL_HINT = "move the scanner nearer or take a lens of longer focal length, so that the page fills more of the picture"
+SPARSE_HINT = "bring the page into the depth window, raise the laser power for dark paper, and scan again"
+MAX_TOUCHING = 0.04  # of a page's outline on a table of its own colour: the corners of one that is flat elsewhere
+CLOSING_DIAMETER = 5  # samples: notches that ink leaves in the outline
+SPECK = 2  # samples: what is no broader is noise; in the row that an edge runs along some are called the sheet's
+MAX_LOST = CLOSING_DIAMETER - 1  # samples in a row that a sheet goes on over: the outline is closed over as many
+# The same beside a table that was measured, where nothing but the sheet can have lost them: across a side that is
+# hollow, by a radius of 25 samples or more, it adds half a sample at most.
+MAX_LOST_ON_TABLE = 10
+
+
+@dataclass(frozen=True, eq=False)
+class SegmentedScan:
+    """A range image in which a sheet was found.
+
+    scan     the whole of it.
+    rays     of its picture.
+    samples  (rows, cols) that lie on the sheet.
+    inside   (rows, cols) the sheet's whole area, its interior holes included.
+    table    (rows, cols) that lie on the table below it; None where nobody looked for one.
+    """
+
+    scan: RangeScan
+    rays: Rays
+    samples: Mask
+    inside: Mask
+    table: Mask | None = None
+
+    @property
+    def provenance(self) -> Mapping[str, Any]:
+        """Of the scan."""
+        return self.scan.provenance
+
+    @property
+    def share(self) -> float:
+        """Of the picture that the sheet covers; small for a comb of single lines, too."""
+        return float(min(self.samples.mean(), self.inside.mean()))
+
+    @property
+    def cut(self) -> float:
+        """Share of the sheet's border that lies in the first and last rows and columns with samples: it may go on."""
+        border = self.inside & ~binary_erosion(self.inside)
+        return float((border & frame_of(self.scan.measured)).sum() / max(border.sum(), 1))
+
+
+def segment(scan: RangeScan, rays: Rays, samples: Mask, *, lost: Mask | None = None) -> SegmentedScan:
+    """The scan with the sheet of these samples (rows, cols), and of those (rows, cols) that were lost between them."""
+    return SegmentedScan(scan, rays, samples, fill_outline(samples if lost is None else samples | lost))
+
+
+def find_sheet(scan: RangeScan, rays: Rays) -> SegmentedScan:
+    """The scan with the largest connected surface off the table as its sheet.
+
+    Raises NotEnoughSurface when no connected surface is large enough to be a page.
+    """
+    scan, table = _find_table(scan)
+    return replace(largest_surface(scan, rays, scan.measured & ~table), table=table)
+
+
+def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan:
+    """The scan with the largest connected surface of some of its samples (rows, cols) as its sheet.
+
+    Its findings name others that could be pages. Raises NotEnoughSurface when none is large enough to be a page.
+    """
+    labels, sizes = _label_connected_surfaces(scan, rays, samples)
+    sheet = _labelled(scan, rays, samples, labels == max(int(np.argmax(sizes)), 1))
+    if sheet.share < MIN_SHARE:
+        count = sheet.samples.sum()
+        small = count < MIN_SHARE * labels.size and count > ONE_PIECE * samples.sum()
+        hint = SMALL_HINT if small else SPARSE_HINT
+        raise NotEnoughSurface(f"the largest connected surface covers {sheet.share:.1%} of the picture", hint)
+    others = int((sizes >= max(ANOTHER * sizes.max(), MIN_SHARE * labels.size)).sum()) - 1
+    return sheet if others == 0 else replace(sheet, scan=_with_others(scan, others))
+
+
+def _with_others(scan: RangeScan, others: int) -> RangeScan:
+    surfaces = "another surface" if others == 1 else f"{others} other surfaces"
+    return with_findings(scan, finding("other_surfaces", surfaces=surfaces))
+
+
+def find_pieces(scan: RangeScan, rays: Rays) -> list[SegmentedScan]:
+    """The scan with each connected surface off the table that is large enough to be a page as its sheet."""
+    scan, table = _find_table(scan)
+    samples = scan.measured & ~table
+    labels, sizes = _label_connected_surfaces(scan, rays, samples)
+    large = np.flatnonzero(sizes >= MIN_SHARE * labels.size)
+    pieces = [replace(_labelled(scan, rays, samples, labels == label), table=table) for label in large]
+    return [piece for piece in pieces if piece.share >= MIN_SHARE]
+
+
+def _labelled(scan: RangeScan, rays: Rays, samples: Mask, surface: Mask) -> SegmentedScan:
+    """The scan with one surface (rows, cols) of its samples (rows, cols), and of those lost between them, as sheet."""
+    return segment(scan, rays, surface & samples, lost=surface & ~samples)
+
+
+def _find_table(scan: RangeScan) -> tuple[RangeScan, Mask]:
+    """A scanner's picture with what its table warns of, and (rows, cols) the samples on that."""
+    table, touching = find_table(scan, inverse_depths(scan), scan.measured)
+    if touching > MAX_TOUCHING:
+        scan = with_findings(scan, finding("unseen_edge", touching))
+    return scan, table
+
+
+def inverse_depths(scan: RangeScan) -> Floats:
+    """(rows, cols) 1/mm, NaN where nothing was measured."""
+    return np.asarray(1.0 / np.where(scan.measured, -scan.points[..., 2], np.nan))
+
+
+def _label_connected_surfaces(scan: RangeScan, rays: Rays, samples: Mask) -> tuple[Ints, Ints]:
+    """Labels (rows, cols) of the connected surfaces of samples (rows, cols), 0 for none, and their sizes, 0 for it.
+
+    A surface has those of its samples, too, that were lost; they do not count for its size.
+    """
+    depth, goes_on = _over_lost(scan, rays, samples)
+    labels = _label_connected(depth, goes_on, rays.dx * MAX_SLOPE)
+    sizes = np.bincount(labels[samples], minlength=2)
+    sizes[0] = 0
+    return labels, sizes
+
+
+def _over_lost(scan: RangeScan, rays: Rays, samples: Mask) -> tuple[Floats, Mask]:
+    """(rows, cols) mm the depth of samples (rows, cols), and of those lost between them; (rows, cols) True for both.
+
+    A sample that is missing says nothing of where a sheet ends: one that was measured on the table does.
+    """
+    depth, measured = -scan.points[..., 2], scan.measured
+    longest = MAX_LOST_ON_TABLE if (measured & ~samples).any() else MAX_LOST
+    step = rays.dx * SHADOW_SLOPE
+    along = _interpolated(depth, samples, measured, longest, step)
+    down = _interpolated(*(np.ascontiguousarray(grid.T) for grid in (depth, samples, measured)), longest, step).T
+    filled = np.where(np.isfinite(along), along, down)
+    lost = np.isfinite(filled)
+    return np.where(lost, filled, depth), samples | lost
+
+
+def fill_outline(samples: Mask) -> Mask:
+    """The mask (rows, cols) of samples with notches closed and interior holes filled, nothing added outside."""
+    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (CLOSING_DIAMETER, CLOSING_DIAMETER))
+    # Padded: closing would otherwise bridge a notch to the border of the grid.
+    closed = cv2.morphologyEx(np.pad(samples, CLOSING_DIAMETER).astype(np.uint8), cv2.MORPH_CLOSE, kernel)
+    # An ellipse ends in single samples: it would leave specks as narrow before a straight side.
+    broad = cv2.morphologyEx(
+        binary_fill_holes(closed).astype(np.uint8), cv2.MORPH_OPEN, np.ones((SPECK + 1, SPECK + 1), np.uint8)
+    )
+    opened = cv2.morphologyEx(broad, cv2.MORPH_OPEN, kernel)
+    filled: Mask = opened[CLOSING_DIAMETER:-CLOSING_DIAMETER, CLOSING_DIAMETER:-CLOSING_DIAMETER].astype(bool)
+    return filled
+
+
+@numba.njit(cache=True)
+def _interpolated(depth: Floats, samples: Mask, measured: Mask, longest: int, step: float) -> Floats:
+    """(rows, cols) mm: depth where up to so many of a row were not measured, between two samples; NaN elsewhere.
+
+    Those differ by less than `step`·depth for each.
+    """
+    rows, cols = depth.shape
+    filled = np.full((rows, cols), np.nan)
+    for row in range(rows):
+        last = cols
+        for col in range(cols):
+            if not measured[row, col]:
+                continue
+            apart = col - last
+            if 1 < apart <= longest + 1 and samples[row, last] and samples[row, col]:
+                change = (depth[row, col] - depth[row, last]) / apart
+                if abs(change) < step * depth[row, last]:
+                    for k in range(1, apart):
+                        filled[row, last + k] = depth[row, last] + k * change
+            last = col
+    return filled
+
+
+@numba.njit(cache=True)
+def _label_connected(depth: Floats, measured: Mask, step: float) -> Ints:
+    """(rows, cols) labels of connected pieces, 0 for none; neighbours differ by less than `step`·depth per sample."""
+    rows, cols = depth.shape
+    labels = np.zeros((rows, cols), np.int64)
+    stack = np.empty((rows * cols, 2), np.int64)
+    label = 0
+    for row in range(rows):
+        for col in range(cols):
+            if not measured[row, col] or labels[row, col]:
+                continue
+            label += 1
+            labels[row, col] = label
+            stack[0] = row, col
+            top = 1
+            while top:
+                top -= 1
+                r, c = stack[top]
+                for i in range(max(0, r - MAX_GAP), min(rows, r + MAX_GAP + 1)):
+                    for j in range(max(0, c - MAX_GAP), min(cols, c + MAX_GAP + 1)):
+                        if not measured[i, j] or labels[i, j]:
+                            continue
+                        reach = max(abs(i - r), abs(j - c))
+                        if abs(depth[i, j] - depth[r, c]) < step * reach * depth[r, c]:
+                            labels[i, j] = label
+                            stack[top] = i, j
+                            top += 1
+    return labels

@@ -1,0 +1,109 @@
+"""Find the table that a sheet lies on: a plane, or nearly one, along the border of the picture, below the sheet.
+
+A page that fills the picture has planes, too: a panel of a leaflet, in a light of its own, or the margins of an open
+book. A page goes on from one of its parts to the next, while what lies on a table ends there, by a step. Where a sheet
+lies too flat for a step its colour tells it.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy.ndimage import binary_erosion, binary_fill_holes
+
+from restore.range_image.segmentation.by_colour import ColouredTable, lab_colours, table_by_colour
+from restore.range_image.segmentation.by_depth import table_by_depth
+from restore.range_image.segmentation.outline import is_enclosed, lies_above, outline_of, page_on
+from restore.range_image.segmentation.plane import TablePlane, fit_table_plane, lies_on
+from restore.scan import Floats, Mask, RangeScan
+
+BORDER_BAND = 12  # samples: the table reaches the border of the picture, the sheet should not
+MIN_BAND = 100  # samples of it that tell a plane: a hundredth of it, and of black cloth a tenth is measured
+MIN_SHARE = 0.25  # of the band's samples on one plane; less is no table
+MIN_LEFT = 0.05  # of the band, besides the planes that were tried: fewer are what dark ink scatters off a page
+MAX_PLANES = 2  # tried: a page that leaves the picture may have one in the band itself; parts of a bent one have more
+MIN_CLEAR = 0.4  # of a page's outline stands clear of a table; of one that bends up from a flat margin, noise alone
+MESH_APART = 4  # samples of the view of a mesh, more than a vertex lies from the next: within a face noise is linear
+
+
+class Table(NamedTuple):
+    """The table in a range image.
+
+    samples   (rows, cols) True on it. False everywhere when no table is detected.
+    touching  share of the page's outline that touches a table of its own colour, where its edge is not seen.
+    """
+
+    samples: Mask
+    touching: float = 0.0
+
+
+def find_table(scan: RangeScan, inverse_depth: Floats, measured: Mask, *, framed: bool = True) -> Table:
+    """The table: in its plane and of its colour, or, where the paper has that, too, below a page that stands clear.
+
+    inverse_depth (rows, cols) 1/mm. A table extends to the frame of the picture; when that is not the scanner's
+    (`framed` False), as for a mesh that was rotated, it extends to the outer border of the measured samples.
+    """
+    outer = np.ones_like(measured) if framed else binary_fill_holes(measured)
+    band = measured & ~binary_erosion(outer, iterations=BORDER_BAND)
+    colour = lab_colours(scan)
+    others = band.copy()
+    for _ in range(MAX_PLANES):
+        if others.sum() < max(MIN_BAND, MIN_LEFT * band.sum()):
+            break
+        plane, own = fit_table_plane(scan, inverse_depth, others, 1 if framed else MESH_APART)
+        if not (own & plane.samples).any() or (band & plane.samples).sum() < MIN_SHARE * others.sum():
+            break
+        found = _in_picture(plane, colour, band, own) if framed else _in_view(plane, colour, band, own)
+        if found is not None:
+            return found
+        others &= ~own  # not all within noise of it: of a page, that may be most of the table just below
+    return Table(np.zeros_like(measured))
+
+
+def _in_picture(plane: TablePlane, colour: Floats | None, band: Mask, own: Mask) -> Table | None:
+    """The table on a plane in a scanner's picture; None where what does not belong to it is no sheet on a table.
+
+    One stands clear of it with a part of its outline, or its colour tells it.
+    """
+    coloured = None if colour is None else table_by_colour(colour, plane, band, own)
+    if coloured is not None and _tells(coloured):
+        return Table(coloured.samples)
+    samples = table_by_depth(plane)
+    if samples is None:
+        return None
+    page = page_on(samples, plane)
+    outline = outline_of(page, samples, plane)
+    surrounded = colour is None and is_enclosed(page, plane.measured) and _surrounds(plane.samples, band)
+    return Table(samples, outline.touching) if surrounded or outline.clear >= MIN_CLEAR else None
+
+
+def _tells(coloured: ColouredTable) -> bool:
+    """Whether what has not the colour of a table is a sheet on it.
+
+    It lies flat or ends in the picture on all sides; but what is darker may be a figure, and the "table" the page: then
+    it has the thickness of paper at least, or stands clear.
+    """
+    table, plane, brighter = coloured
+    page = page_on(table, plane)
+    flat = lies_on(plane, plane.measured & ~table)
+    if brighter and (flat or is_enclosed(page, plane.measured)):
+        return True
+    return (flat and lies_above(page, table, plane)) or outline_of(page, table, plane).clear >= MIN_CLEAR
+
+
+def _in_view(plane: TablePlane, colour: Floats | None, band: Mask, own: Mask) -> Table | None:
+    """The table on a plane in the view of a mesh: on all sides, most of the rest off it. Faces bridge the step."""
+    if not _surrounds(plane.samples, band):
+        return None
+    coloured = None if colour is None else table_by_colour(colour, plane, band, own)
+    if coloured is not None and not lies_on(coloured.plane, plane.measured & ~coloured.samples):
+        return Table(coloured.samples)
+    samples = table_by_depth(plane)
+    return None if samples is None else Table(samples)
+
+
+def _surrounds(on_plane: Mask, band: Mask) -> bool:
+    """True when the plane is present on all four sides of the picture; one side of a fold that fills it is on three."""
+    sides = (np.s_[:BORDER_BAND], np.s_[-BORDER_BAND:], np.s_[:, :BORDER_BAND], np.s_[:, -BORDER_BAND:])
+    return all((on_plane & band)[side].sum() > MIN_SHARE * band[side].sum() for side in sides)

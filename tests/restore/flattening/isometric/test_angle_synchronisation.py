@@ -1,0 +1,83 @@
+"""From edge lengths alone to the page: exact where the lengths are those of a flat page, wherever it hangs together."""
+
+import numpy as np
+import pytest
+
+from restore.flattening.isometric.angle_synchronisation import along_tree, flat_from_lengths
+from restore.flattening.isometric.fans import angle_fans
+from restore.mesh.adjacency import adjacency, sides_of
+from restore.mesh.measures import edge_strain, signed_areas, straight_lengths
+
+EXACT = 1e-5  # strain: the matrix is grounded by a billionth, felt along the whole page
+NOISE = 0.01  # of every length
+NEAR_MM = 2.0  # of 280: what Gauss–Newton has to do from there
+
+
+def solved(flat, faces, lengths=None):
+    sides = sides_of(faces)
+    lengths = straight_lengths(flat, sides.edges) if lengths is None else lengths
+    fans = angle_fans(faces, sides, lengths, np.sign(signed_areas(flat, faces)))
+    return flat_from_lengths(fans, lengths, len(flat)), sides.edges, lengths
+
+
+@pytest.mark.parametrize("stretch", [1.0, 10.0])
+def test_exact_lengths_give_the_page(warped, stretch):
+    page = warped(count=500)
+    found, edges, lengths = solved(page.flat * [stretch, 1.0], page.mesh.faces)
+    assert np.abs(edge_strain(found, edges, lengths)).max() < stretch * EXACT
+    assert (signed_areas(found, page.mesh.faces) > 0).all()
+
+
+def test_a_page_with_a_hole_keeps_it(warped):
+    page = warped(count=800)
+    kept = np.linalg.norm(page.flat[page.mesh.faces].mean(axis=1), axis=1) > 40
+    used, faces = np.unique(page.mesh.faces[kept], return_inverse=True)
+    found, edges, lengths = solved(page.flat[used], faces.reshape(-1, 3).astype(np.int64))
+    assert np.abs(edge_strain(found, edges, lengths)).max() < EXACT
+
+
+def test_two_fans_at_a_pinched_vertex_do_no_harm(warped):
+    """Two faces at a vertex that share no edge are missing: what is left there are two fans."""
+    page = warped(count=800)
+    middle = int(np.argmin(np.linalg.norm(page.flat, axis=1)))
+    at_middle = np.flatnonzero((page.mesh.faces == middle).any(axis=1))
+    first = at_middle[0]
+    other = next(f for f in at_middle if len(np.intersect1d(page.mesh.faces[f], page.mesh.faces[first])) == 1)
+    flat, faces = page.flat, np.delete(page.mesh.faces, [first, other], axis=0)
+    sides = sides_of(faces)
+    owners = angle_fans(faces, sides, straight_lengths(flat, sides.edges), np.ones(len(faces))).owner
+    assert len(owners) > len(flat)
+    found, edges, lengths = solved(flat, faces)
+    assert np.abs(edge_strain(found, edges, lengths)).max() < EXACT
+
+
+def test_halves_that_hang_together_by_one_edge_of_three_faces_lie_as_on_the_page():
+    """Two strips of squares, one above the other, that have one edge in common, and a flap on it that lies on one."""
+    x, y = np.meshgrid(np.arange(6.0), np.arange(2.0))
+    strip = np.stack([x.ravel(), y.ravel()], axis=1)
+    flat = np.vstack([strip, strip + [3.0, 1.0], [[3.7, 1.5]]])
+    square = np.array([[0, 1, 7], [0, 7, 6]])
+    below = np.concatenate([square + i for i in range(5)])
+    above = below + 12
+    above[above == 12], above[above == 13] = 9, 10  # (3, 1) and (4, 1), the ends of the edge
+    used, faces = np.unique(np.concatenate([below, above, [[10, 9, 24]]]), return_inverse=True)
+    found, edges, lengths = solved(flat[used], faces.reshape(-1, 3).astype(np.int64))
+    assert np.abs(edge_strain(found, edges, lengths)).max() < EXACT
+    apart = np.linalg.norm(found[0] - found[-2]), np.linalg.norm(flat[used][0] - flat[used][-2])
+    assert apart[0] == pytest.approx(apart[1], rel=EXACT)
+
+
+def test_turns_are_told_by_many_short_joints_and_not_by_a_long_one_that_is_wrong():
+    """As where Delaunay leaves long faces along straight borders, which cut through the windings of a rolled sheet."""
+    frames = np.array([[0, 1], [1, 2], [3, 2], [0, 3], [5, 4]])
+    turn, variances = np.array([0.1, 0.2, -0.4, 3.0, 0.3]), np.array([1.0, 1.0, 1.0, 25.0, 1.0])
+    around = adjacency(frames.ravel(), np.repeat(np.arange(len(frames)), 2), 6)
+    np.testing.assert_allclose(along_tree(frames, turn, variances, around), [0.0, 0.1, 0.3, 0.7, 0.0, -0.3])
+
+
+def test_lengths_with_errors_give_a_page_near_the_truth(warped):
+    page = warped(count=800)
+    sides = sides_of(page.mesh.faces)
+    errors = np.random.default_rng(0).normal(1.0, NOISE, len(sides.edges))
+    found, _, _ = solved(page.flat, page.mesh.faces, errors * straight_lengths(page.flat, sides.edges))
+    assert page.error(found) < NEAR_MM
