@@ -46,6 +46,11 @@ SAME_PAGE_MM = 0.1
 POSE_SPREAD_MM = 0.06
 
 
+# The sheets that are restored in every run: smooth, creased, and flat.
+USUAL = ("curl", "multi-fold", "flat")
+EACH = [pytest.param(name, marks=() if name in USUAL else pytest.mark.slow) for name in CASES]
+
+
 @cache
 def shot(name: str, *, tilt: float = 3.0, turn: float = 0.0, shift: tuple = (0.0, 0.0, 0.0), mode: str = "fine"):
     pose = Pose(tilt_deg=tilt, turn_deg=turn, shift_mm=shift)
@@ -61,7 +66,7 @@ def error(page: RestoredPage, truth: Truth) -> MarkerError:
     return marker_error(page.image, page.dpi, truth.markers)
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", EACH)
 def test_marker_page(name):
     truth, restored = shot(name)[1], page(name)
     measured = error(restored, truth)
@@ -73,14 +78,14 @@ def test_marker_page(name):
     assert restored.report["points"] == pytest.approx(1000, rel=0.05)
 
 
-@pytest.mark.parametrize("mode", ["fast", "fine"])
+@pytest.mark.parametrize("mode", ["fast", pytest.param("fine", marks=pytest.mark.slow)])
 def test_a_page_that_leaves_the_picture_is_said_to(mode):
     scan, _ = shoot(Flat(), mode=mode, page_mm=(200.0, 150.0), pose=Pose(shift_mm=(100.0, 0.0, 0.0)))
     (found,) = restore(scan, Settings(points=300, dpi=100)).report["findings"]
     assert "at the edge of the picture" in found["text"]
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", EACH)
 def test_the_picture_is_the_page_from_edge_to_edge(name):
     truth, restored = shot(name)[1], page(name)
     picture = np.array(restored.image.shape[1::-1]) * MM_PER_INCH / restored.dpi
@@ -88,7 +93,7 @@ def test_the_picture_is_the_page_from_edge_to_edge(name):
     assert restored.mask.mean() > FILLED
 
 
-@pytest.mark.parametrize("dpi", [30, 37, 50])
+@pytest.mark.parametrize("dpi", [37, *(pytest.param(dpi, marks=pytest.mark.slow) for dpi in (30, 50))])
 def test_a_page_coarser_than_its_source(dpi):
     truth, restored = shot("flat")[1], restore(shot("flat")[0], Settings(dpi=dpi))
     assert restored.image.shape[:2] == restored.mask.shape == restored.coverage.shape
@@ -96,6 +101,7 @@ def test_a_page_coarser_than_its_source(dpi):
     np.testing.assert_allclose(picture, truth.page_mm, atol=EDGES_MM + MM_PER_INCH / dpi / 2)
 
 
+@pytest.mark.slow
 def test_lens_distortion_does_not_distort_the_page():
     case, middle = CASES["curl"], nominal(LENSES["MIDDLE"])
     barrel = replace(middle, distortion=(-0.08, 0.1))  # 1.3 pixels in the corners, as of a plain C-mount lens
@@ -110,12 +116,12 @@ def test_the_measure_can_fail():
     assert error(replace(stretched, image=stretched.image[:, ::-1]), truth).mirrored
 
 
-@pytest.mark.parametrize("name", ["curl", "multi-fold"])
+@pytest.mark.parametrize("name", [pytest.param("curl", marks=pytest.mark.slow), "multi-fold"])
 @pytest.mark.parametrize(
     "pose",
     [
-        {"tilt": 0.0, "turn": 8.0},
-        {"tilt": 6.0, "shift": (3.0, -4.0, 10.0)},
+        pytest.param({"tilt": 0.0, "turn": 8.0}, marks=pytest.mark.slow),
+        pytest.param({"tilt": 6.0, "shift": (3.0, -4.0, 10.0)}, marks=pytest.mark.slow),
         {"tilt": -5.0, "turn": -4.0, "shift": (0.0, 0.0, -15.0)},
     ],
     ids=["turned", "tilted and moved", "all"],
@@ -126,7 +132,7 @@ def test_the_page_does_not_depend_on_the_pose_of_the_sheet(name, pose):
     assert abs(measured.rms_mm - error(page(name), shot(name)[1]).rms_mm) < POSE_SPREAD_MM
 
 
-@pytest.mark.parametrize("name", ["wave", "multi-fold"])
+@pytest.mark.parametrize("name", ["wave", pytest.param("multi-fold", marks=pytest.mark.slow)])
 def test_a_page_on_a_table_of_its_own_colour_has_its_size(name):
     scan, truth = shoot(CASES[name].sheet, seed=5, pose=Pose(tilt_deg=2.0, turn_deg=3.0), table="white")
     report = restore(scan).report
@@ -134,6 +140,7 @@ def test_a_page_on_a_table_of_its_own_colour_has_its_size(name):
     assert report["findings"] == []
 
 
+@pytest.mark.slow
 def test_a_dark_picture_on_a_page_bends_nothing():
     """Of its lower part, hills in the dark, the laser gets one sample in eight back."""
     scan, truth = shoot(CASES["wave"].sheet, Figure(), seed=5, pose=Pose(tilt_deg=-8.0))
@@ -157,30 +164,28 @@ def test_a_flat_sheet_stays_flat_and_at_its_place():
 
 
 def test_two_runs_give_the_same_bytes():
-    scan = shot("cone")[0]
-    first, second = restore(scan), page("cone")
+    scan = shot("curl")[0]
+    first, second = restore(scan), page("curl")
     assert first.image.tobytes() == second.image.tobytes()
     assert first.flat.flat.tobytes() == second.flat.flat.tobytes()
 
 
-def test_every_format_gives_the_same_page(tmp_path):
+WRITERS = {"page.abs": write_abs, "page.wrl": write_vrml, "mesh.obj": write_obj, "mesh.ply": write_ply}
+
+
+@pytest.mark.parametrize("name", ["page.abs", *(pytest.param(n, marks=pytest.mark.slow) for n in list(WRITERS)[1:])])
+def test_every_format_gives_the_same_page(tmp_path, name):
     scan, truth = shot("curl")
-    mesh = triangulate(scan)
-    write_abs(scan, tmp_path / "page.abs")
-    write_vrml(scan, tmp_path / "page.wrl")
-    write_obj(mesh, tmp_path / "mesh.obj")
-    write_ply(mesh, tmp_path / "mesh.ply")
+    WRITERS[name](scan if name.startswith("page") else triangulate(scan), tmp_path / name)
     reference = page("curl")
     assert reference.flat.texture is not None
     from PIL import Image
 
     picture = tmp_path / "colour.png"
     Image.fromarray(scan.texture).save(picture)
-    for name in ("page.abs", "page.wrl", "mesh.obj", "mesh.ply"):
-        texture = picture if name.startswith("page") else None
-        other = restore(load_scan(tmp_path / name, texture))
-        assert error(other, truth).rms_mm <= CASES["curl"].limit_mm, name
-        assert _apart(reference, other) < SAME_PAGE_MM, name
+    other = restore(load_scan(tmp_path / name, picture if name.startswith("page") else None))
+    assert error(other, truth).rms_mm <= CASES["curl"].limit_mm
+    assert _apart(reference, other) < SAME_PAGE_MM
 
 
 def _apart(one: RestoredPage, other: RestoredPage) -> float:
@@ -299,7 +304,7 @@ def test_a_scan_in_metres_is_detected_by_its_size():
     assert "millimetres" in caught.value.hint
 
 
-@pytest.mark.parametrize("columns", [251, 301])
+@pytest.mark.parametrize("columns", [251, pytest.param(301, marks=pytest.mark.slow)])
 def test_a_dense_mesh_that_lies_straight_has_its_size(columns):
     """A curl of 200 × 150 mm with its sides along the axes of its file."""
     across, down = np.meshgrid(np.linspace(0.0, 200.0, columns), np.linspace(150.0, 0.0, columns * 3 // 4))

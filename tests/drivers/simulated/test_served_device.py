@@ -19,6 +19,7 @@ from drivers import CaptureSettings, open_scanner
 from drivers.scanner import TransportError
 from drivers.scsi.tcp import TcpDevice
 from drivers.scsi.transport import CHECK_CONDITION
+from drivers.simulated.__main__ import main
 from drivers.simulated.device.clock import VirtualClock
 from drivers.simulated.device.device import Lens, SimulatedDevice
 from drivers.simulated.device.plate import PlateSensor
@@ -167,13 +168,9 @@ def test_a_worker_that_is_ended_in_the_middle_of_a_shot(
     assert {path.name for path in (tmp_path / "out").glob("*")} <= left_behind
 
 
-def test_a_configuration_that_is_none_is_told_of(tmp_path: Path, repository: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "drivers.simulated", "none.toml"],
-        cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(repository)},
-        capture_output=True,
-        text=True,
-    )
-    assert done.returncode == 2
-    assert "none.toml" in done.stderr
+def test_a_configuration_that_is_none_is_told_of(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["drivers.simulated", "none.toml"])
+    assert main() == 2
+    assert "none.toml" in capsys.readouterr().err

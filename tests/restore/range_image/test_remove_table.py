@@ -1,6 +1,7 @@
 """Meshes of pages on a table, as scanners and photographs give them: one surface, with faces from page to table."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -18,10 +19,12 @@ PAGE_MM = (200.0, 150.0)
 ROUGH = 0.04  # of the page's area: noise of 0.1 mm on edges of 1 mm makes it larger by 0.02
 SIZE_MM = 0.1  # of a vertex's spacing of 1 mm: the picture shows the edge where the mesh has none
 BRIDGED = 4.0  # steps: gaps that are wider stay open
+TURN = Rotation.random(random_state=1).as_matrix()
 SHEETS = {"roll": Curl(), "wave": Wave(), "folded": MultiFold()}
 
 
-def mesh_of(sheet, step, seed=0, turn=None, page_mm=PAGE_MM):
+@cache
+def mesh_of(sheet, step, seed=0, turned=False, page_mm=PAGE_MM):
     """An irregular mesh of what a scanner sees of a page and its table, a vertex in each step × step samples."""
     scan, truth = shoot(sheet, seed=seed, page_mm=page_mm, pose=Pose(tilt_deg=3.0, turn_deg=4.0))
     random = np.random.default_rng(seed)
@@ -31,17 +34,17 @@ def mesh_of(sheet, step, seed=0, turn=None, page_mm=PAGE_MM):
     places = np.stack([cols, -rows], axis=1) + random.normal(0.0, 0.01, (len(rows), 2))  # no four are on a circle
     faces = Delaunay(places).simplices
     longest = np.linalg.norm(places[faces] - places[np.roll(faces, 1, axis=1)], axis=2).max(axis=1)
-    vertices = scan.points[rows, cols] @ (np.eye(3) if turn is None else turn)
+    vertices = scan.points[rows, cols] @ (TURN if turned else np.eye(3))
     faces = faces[longest < BRIDGED * step].astype(np.int64)
     return ValidMesh(vertices, faces, scan.texture_xy[rows, cols], scan.texture, {"unit": "mm"}), truth
 
 
 @pytest.mark.parametrize("kind", SHEETS)
-@pytest.mark.parametrize("step", [2, 5])
+@pytest.mark.parametrize("step", [pytest.param(2, marks=pytest.mark.slow), 5])
 @pytest.mark.parametrize("white", [False, True])
 def test_the_page_is_left_without_its_table(kind, step, white):
     """Of another colour, or of the paper's."""
-    mesh, truth = mesh_of(SHEETS[kind], step, turn=Rotation.random(random_state=1).as_matrix())
+    mesh, truth = mesh_of(SHEETS[kind], step, turned=True)
     if white:
         mesh = replace(mesh, texture=np.full_like(mesh.texture, 225))
     page = off_table(mesh)
@@ -53,7 +56,7 @@ def test_the_page_is_left_without_its_table(kind, step, white):
 
 
 def test_what_is_left_of_a_page_has_no_table():
-    page = off_table(mesh_of(Curl(), 3)[0])
+    page = off_table(mesh_of(Curl(), 5)[0])
     assert off_table(page) is page
 
 
@@ -89,6 +92,7 @@ def test_a_mesh_that_no_single_view_shows_is_left_as_it_is():
     assert off_table(mesh) is mesh
 
 
+@pytest.mark.slow
 def test_a_page_of_a_mesh_on_a_table_has_its_true_size():
     mesh, truth = mesh_of(Wave(), 2, page_mm=(280.0, 200.0))
     page = restore(mesh, Settings(dpi=60))
