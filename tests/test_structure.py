@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import ast
 from functools import cache
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
+
+import pytest
 
 TESTS = Path(__file__).parent
 PACKAGES = [TESTS.parent / name for name in ("drivers", "restore", "station")]
@@ -77,6 +80,31 @@ def test_every_module_has_a_test():
 def test_the_list_of_exceptions_names_only_modules_that_need_one():
     assert modules().keys() >= CALLED_BY_OTHERS
     assert {module for module in CALLED_BY_OTHERS if is_tested(module)} == set()
+
+
+def import_graph() -> dict[str, set[str]]:
+    """Module or package → those that it imports, anywhere in it: for type checking alone and inside functions, too."""
+    files = {}
+    for path in (path for package in PACKAGES for path in package.rglob("*.py")):
+        parts = path.relative_to(TESTS.parent).with_suffix("").parts
+        files[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
+    graph: dict[str, set[str]] = {module: set() for module in files}
+    for module, path in files.items():
+        for source, name in imports(path):
+            named = f"{source}.{name}" if f"{source}.{name}" in files else source
+            graph[module] |= {named} & files.keys() - {module}
+    return graph
+
+
+def test_no_imports_run_in_a_circle():
+    TopologicalSorter(import_graph()).prepare()
+
+
+def test_a_circle_is_found():
+    graph = import_graph()
+    graph["restore.scan"] = {"restore.pipeline"}
+    with pytest.raises(CycleError):
+        TopologicalSorter(graph).prepare()
 
 
 def test_only_the_test_of_the_bench_imports_the_bench():

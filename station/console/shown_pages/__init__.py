@@ -1,1 +1,1 @@
-"""What a page is looked at by: rows, layers, tiles, models, words."""
+"""The views of a page: its row, layers, tiles, models, words."""
