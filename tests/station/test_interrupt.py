@@ -27,7 +27,7 @@ sys.exit(main())
 """
 
 
-@pytest.mark.parametrize("module", ["station.cli", "numpy", "station.trace", "station.one_page"])
+@pytest.mark.parametrize("module", ["station.cli", "numpy", "station.commands.trace", "station.run.one_page"])
 def test_ctrl_c_while_modules_are_imported(module: str) -> None:
     words = [sys.executable, "-c", PROGRAM, module, "demo", "-o", "out"]
     ended = subprocess.run(words, capture_output=True, text=True, check=False)
