@@ -31,7 +31,7 @@ from drivers.simulated.scene.sheets import Sheet
 from drivers.vivid900.geometry.calibration import Calibration, nominal
 from drivers.vivid900.geometry.lenses import LENSES
 from drivers.vivid900.geometry.triangulation import project, tangents
-from restore.prepared.facet_sheet import Unrolled
+from restore.prepared.prepared import Unrolled
 from restore.range_image.facets.sheet import Sheet as Surface
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
 from restore.texture.page import paint_page

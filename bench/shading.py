@@ -37,8 +37,9 @@ from drivers.simulated.scene.scene import place_sheet
 from drivers.simulated.scene.sheets import Binding, Sheet
 from drivers.vivid900.geometry.calibration import nominal
 from drivers.vivid900.geometry.lenses import LENSES, MODES
-from restore.prepared.facet_sheet import Unrolled, unroll
+from restore.prepared.facet_sheet import unroll
 from restore.prepared.prepare import prepare
+from restore.prepared.prepared import Unrolled
 from restore.range_image.facets.sheet import Sheet as Surface
 from restore.scan import Bytes, Floats, Mask, SurfaceMesh
 from restore.settings import Settings

@@ -30,6 +30,7 @@ from .mesh.strain import (
     average_at_vertices as average_at_vertices,
     face_strain as face_strain,
 )
+from .page import FlatMesh as FlatMesh, RestoredPage as RestoredPage
 from .phones.capture import PhoneCapture as PhoneCapture, load_phone_capture as load_phone_capture
 from .phones.detect import is_phone_capture as is_phone_capture
 from .photo import (
@@ -61,12 +62,10 @@ from .runtime.native import (
 )
 from .scan import (
     Bytes as Bytes,
-    FlatMesh as FlatMesh,
     Floats as Floats,
     Ints as Ints,
     Mask as Mask,
     RangeScan as RangeScan,
-    RestoredPage as RestoredPage,
     SurfaceMesh as SurfaceMesh,
 )
 from .settings import Settings as Settings

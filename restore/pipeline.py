@@ -14,6 +14,7 @@ from restore.flattening.methods import DEFAULT, OnStep
 from restore.flattening.ordered_grid import thinned
 from restore.mesh.clean import clean
 from restore.mesh.ordered_grid import GridMesh
+from restore.page import RestoredPage
 from restore.photo import (
     Photograph,
     Registered,
@@ -22,14 +23,16 @@ from restore.photo import (
     register_photographs,
     remove_registered_shading,
 )
-from restore.prepared.facet_sheet import Unrolled, square_to_picture, unroll, unroll_grid
+from restore.prepared.facet_sheet import unroll
 from restore.prepared.flatten import flatten
+from restore.prepared.ordered_grid import unroll_grid
 from restore.prepared.prepare import prepare
+from restore.prepared.prepared import Unrolled, square_to_picture
 from restore.range_image.facets.sheet import Sheet
 from restore.range_image.segmentation.segment import SegmentedScan
 from restore.report import describe, findings_of_page
 from restore.runtime.arguments import checks_types
-from restore.scan import Bytes, InterpolatedMesh, RangeScan, RestoredPage, SurfaceMesh
+from restore.scan import Bytes, InterpolatedMesh, RangeScan, SurfaceMesh
 from restore.settings import Settings
 from restore.shading.relief import relief_of
 from restore.shading.remove import LIGHT_DPI, ShadingResult
@@ -37,16 +40,15 @@ from restore.shading.white import WhiteBalance, balance_on_paper
 from restore.texture.coverage import (
     Coverage,
     Seen,
-    blank_hidden,
     compute_coverage,
     cut_findings,
     cut_share,
     filled_findings,
-    inpaint_hidden,
-    mirror_findings,
     with_interpolated,
 )
 from restore.texture.holes import end_at_holes, hole_findings, holes_on_page
+from restore.texture.inpaint import blank_hidden, inpaint_hidden
+from restore.texture.occlusion import mirror_findings
 from restore.texture.page import Painting
 
 STAGES = ("prepare", "decimate", "flatten", "refine", "texture", "shade")

@@ -14,9 +14,10 @@ from restore.mesh.network import edges_of
 from restore.mesh.strain import face_strain, smooth_rms_strain
 from restore.numerics.limits import SINGLE_PRECISION
 from restore.outline.rectangle import page_size
-from restore.prepared.facet_sheet import Unrolled
+from restore.page import FlatMesh
+from restore.prepared.prepared import Unrolled
 from restore.range_image.facets.sheet import Sheet
-from restore.scan import FlatMesh, Ints, SurfaceMesh
+from restore.scan import Ints, SurfaceMesh
 from restore.settings import Settings
 from restore.texture.page import Painting
 

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from restore.page import FlatMesh, RestoredPage
 from restore.runtime.arguments import checks_types
-from restore.scan import FlatMesh, Floats, RestoredPage
+from restore.scan import Floats
 
 RIGHT_ANGLES = (0, 90, 180, 270)
 

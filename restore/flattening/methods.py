@@ -26,7 +26,8 @@ from restore.mesh.pose import PosedSheet, pose_on_table
 from restore.mesh.surface_lengths import straight_and_along, surface_lengths
 from restore.mesh.topology import refuse_unflattenable
 from restore.mesh.validate import ValidMesh, validated
-from restore.scan import FlatMesh, Floats, Ints, SurfaceMesh
+from restore.page import FlatMesh
+from restore.scan import Floats, Ints, SurfaceMesh
 
 OnStep = Callable[[int, Floats, Ints], None]
 """Called after each step with its number, the positions (n, 3) mm and the faces (m, 3)."""

@@ -20,15 +20,15 @@ from restore.flattening.isometric.least_distortion import embedded
 from restore.flattening.isometric.page import flatten_isometric
 from restore.flattening.methods import flatten_with
 from restore.mesh.adjacency import components
-from restore.mesh.grid_patches import fit_patches
 from restore.mesh.measures import straight_lengths, surface_area
 from restore.mesh.network import edges_of
-from restore.mesh.ordered_grid import GridMesh, grid_faces
+from restore.mesh.ordered_grid import GridMesh, fit_patches, grid_faces
 from restore.mesh.surface_lengths import bent_lengths
 from restore.mesh.validate import validated
 from restore.numerics.limits import SINGLE_PRECISION, SMALL, TINY
 from restore.numerics.robust import robust_sigma
-from restore.scan import FlatMesh, Floats, Ints, Mask, SurfaceMesh
+from restore.page import FlatMesh
+from restore.scan import Floats, Ints, Mask, SurfaceMesh
 
 MOST_NODES = 20_000  # solved in seconds; a page of two million points is smooth between so many
 MOST_SLOPE = 3e-3  # of a link between nodes, from noise: it is too long by half the square, 5 µm in a metre

@@ -21,7 +21,7 @@ from restore.formats.seams import without_seams
 from restore.formats.source import is_file, is_folder, read_bytes, scan_stem
 from restore.formats.stl import read_stl
 from restore.formats.tifxyz import is_tifxyz, read_tifxyz
-from restore.formats.unit import AUTO, UNSTATED, check_unit, in_millimetres
+from restore.formats.unit import AUTO, check_unit, in_millimetres
 from restore.formats.vcps import read_vcps
 from restore.formats.vertex_colours import with_picture
 from restore.formats.vrml import read_vrml, write_vrml
@@ -30,6 +30,7 @@ from restore.mesh.ordered_grid import GridMesh
 from restore.range_image.organise import organise
 from restore.runtime.arguments import checks_types
 from restore.scan import Bytes, RangeScan, SurfaceMesh
+from restore.units import UNSTATED
 
 __all__ = [
     "PICTURE_SUFFIXES",

@@ -17,8 +17,9 @@ from restore.errors import BadInput
 from restore.formats.grid import check_grid, samples_in_picture
 from restore.formats.mesh import provenance
 from restore.formats.picture import adjacent_picture, read_picture
-from restore.formats.source import CUT_SHORT, DAMAGED, MAX_COORDINATE_MM, is_file, parse_numbers, read_bytes
+from restore.formats.source import CUT_SHORT, DAMAGED, is_file, parse_numbers, read_bytes
 from restore.scan import Bytes, RangeScan
+from restore.units import MAX_COORDINATE_MM
 
 ABSENT = -999999.0
 MAX_HEADER_BYTES = 1024  # three short lines

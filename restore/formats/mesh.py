@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from restore.errors import BadInput
 from restore.findings import Finding
 from restore.formats.picture import adjacent_picture
-from restore.formats.source import DAMAGED, MAX_COORDINATE_MM, MAX_SAMPLES, ONE_SHOT
+from restore.formats.source import DAMAGED, MAX_SAMPLES, ONE_SHOT
 from restore.formats.tiles import in_first_tile
 from restore.mesh.adjacency import used_vertices
 from restore.scan import Bytes, Floats, Ints, SurfaceMesh
+from restore.units import MAX_COORDINATE_MM
 
 # Vertices of the largest range grid: six times MAX_SAMPLES, as STL repeats each sample for its triangles.
 MAX_ITEMS = 6 * MAX_SAMPLES

@@ -28,8 +28,6 @@ MAX_NAME = 1024  # of a file inside the folder of a scan
 MAX_FILE_BYTES = 128 * 2**20
 # The scanner gives 307,200 samples, the largest range cameras of its family 1280 × 1024; a little above those.
 MAX_SAMPLES = 2**21
-# The scanner sees 2.5 m; a coordinate beyond 100 m is a damaged number.
-MAX_COORDINATE_MM = 1e5
 
 
 def read_bytes(path: Path, limit: int = MAX_FILE_BYTES) -> bytes:

@@ -10,20 +10,17 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.findings import Finding, finding
-from restore.formats.source import MAX_COORDINATE_MM
 from restore.mesh.ordered_grid import GridMesh
 from restore.runtime.arguments import checks_types
 from restore.scan import SurfaceMesh, with_findings
+from restore.units import ASSUMED, BY_FORMAT, GIVEN, MAX_COORDINATE_MM, UNIT_MM, UNSTATED
 
-UNIT_MM = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
 EDGE_MM = {**UNIT_MM, "um": 1e-3, "µm": 1e-3}
 ASSUMED_VOXEL = "10um"  # between the 3 and 25 µm of the scrolls that have been scanned
 MAX_UNIT_MM = 1e4
 AUTO = "auto"
 _EDGE = re.compile(r"([0-9]+(?:\.[0-9]+)?|\.[0-9]+) ?([a-zµ]+)", re.ASCII | re.IGNORECASE)
 STANDARD = {".glb": "m"}  # glTF 2.0, section 3.4 "Coordinate System and Units"
-UNSTATED = "mm"  # what scanners' software writes into formats that have no unit
-GIVEN, BY_FORMAT, ASSUMED = "given", "format", "assumed"
 
 
 @checks_types

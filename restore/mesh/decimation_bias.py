@@ -23,7 +23,7 @@ from restore.scan import Floats, Ints
 OUTSIDE = 5.0 / 36.0
 
 
-def put_back(vertices: Floats, jets: Jets, edges: Ints, chosen: Ints) -> Floats:
+def correct_decimation_bias(vertices: Floats, jets: Jets, edges: Ints, chosen: Ints) -> Floats:
     """(n, 3) mm: the chosen (k,) of vertices (n, 3) mm where they belong if quadric error metrics have placed them."""
     points = vertices.copy()
     heights = OUTSIDE * _neighbour_heights(vertices, jets.forms, edges)

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from math import sqrt
 
 import numba
 import numpy as np
 
-from restore.scan import Ints, Mask, SurfaceMesh
+from restore.numerics.limits import TINY
+from restore.scan import Floats, Ints, Mask, SurfaceMesh
+
+LEAST_SHARE = 0.2  # of a window must be points of one piece: at a corner of the grid a quarter is
+TERMS = 6  # of a patch: height, two slopes, three second derivatives
+RIDGE = 1e-6  # of the points of a patch: its terms are determined also where these lie in one line
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,3 +52,52 @@ def grid_faces(valid: Mask) -> Ints:
             if known > 3:
                 faces[found, 0], faces[found, 1], faces[found, 2], found = corners[0], corners[2], corners[3], found + 1
     return faces[:found].copy()
+
+
+@numba.njit(cache=True)
+def fit_patches(
+    points: Floats, pieces: Ints, sizes: Ints, rows: Ints, cols: Ints, reach: int
+) -> tuple[Floats, Floats, Ints]:
+    """Positions (k, l, 3) mm and unit normals (k, l, 3) of patches at nodes, and the piece (k, l) that each belongs to.
+
+    points (rows, cols, 3) mm, NaN where there is none, with the piece (rows, cols) of each and how many points it has;
+    rows (k,), cols (l,) lines of the nodes; reach: points of a window to either side. The piece of a node is that of
+    the next point; NaN and −1 where too few points of it lie in the window.
+    """
+    positions = np.full((len(rows), len(cols), 3), np.nan)
+    normals, own = positions.copy(), np.full((len(rows), len(cols)), -1)
+    least = max(TERMS, int(LEAST_SHARE * (2 * reach + 1) ** 2))
+    matrix, right, terms = np.empty((TERMS, TERMS)), np.empty((TERMS, 3)), np.empty(TERMS)
+    for k in range(len(rows)):
+        for m in range(len(cols)):
+            top, bottom = max(rows[k] - reach, 0), min(rows[k] + reach + 1, points.shape[0])
+            left, end = max(cols[m] - reach, 0), min(cols[m] + reach + 1, points.shape[1])
+            nearest, piece = np.inf, -1
+            for row in range(top, bottom):
+                for col in range(left, end):
+                    away = (row - rows[k]) ** 2 + (col - cols[m]) ** 2
+                    if away < nearest and sizes[row, col] >= least and not np.isnan(points[row, col, 0]):
+                        nearest, piece = away, pieces[row, col]
+            matrix[:], right[:], count = 0.0, 0.0, 0
+            for row in range(top, bottom):
+                for col in range(left, end):
+                    if pieces[row, col] != piece or np.isnan(points[row, col, 0]):
+                        continue
+                    count += 1
+                    u, v = (col - cols[m]) / reach, (row - rows[k]) / reach
+                    terms[0], terms[1], terms[2], terms[3], terms[4], terms[5] = 1.0, u, v, u * u, u * v, v * v
+                    for p in range(TERMS):
+                        for q in range(TERMS):
+                            matrix[p, q] += terms[p] * terms[q]
+                        for axis in range(3):
+                            right[p, axis] += terms[p] * points[row, col, axis]
+            if piece < 0 or count < least:
+                continue
+            for p in range(1, TERMS):
+                matrix[p, p] += RIDGE * count
+            patch = np.linalg.solve(matrix, right)
+            across = np.cross(patch[1], patch[2])
+            own[k, m] = piece
+            positions[k, m] = patch[0]
+            normals[k, m] = across / max(sqrt((across * across).sum()), TINY)
+    return positions, normals, own

@@ -12,7 +12,7 @@ import numba
 import numpy as np
 
 from restore.mesh.adjacency import Sides, inner_vertices
-from restore.mesh.decimation_bias import put_back, stood_outside
+from restore.mesh.decimation_bias import correct_decimation_bias, stood_outside
 from restore.mesh.jets import ROUNDS, SIGMAS, Jets, Rings, fit_jets, rings_of
 from restore.mesh.measures import corner_angles, straight_lengths
 from restore.numerics.limits import SINGLE_PRECISION, SQUARE_TINY
@@ -57,7 +57,7 @@ def _points_of_surface(vertices: Floats, faces: Ints, sides: Sides) -> tuple[Flo
     points, jets = vertices, fit_jets(vertices, rings, np.arange(len(vertices)), noise, noise)
     steepest, defect = _steepest_bend(jets, edges), _angle_defect(vertices, faces, sides)
     smooth, bent = (_beside_no_crease(vertices, jets, edges, turn) for turn in (steepest, np.pi))  # or however steeply
-    inside = put_back(vertices, jets, edges, bent)
+    inside = correct_decimation_bias(vertices, jets, edges, bent)
     again = _fitted_again(jets, inside, rings, bent, noise)
     if stood_outside(jets.offsets[bent], again.offsets[bent] - jets.offsets[bent]):
         defect_inside = _angle_defect(inside, faces, sides)

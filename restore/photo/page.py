@@ -12,6 +12,7 @@ from restore.errors import BadInput
 from restore.findings import Finding, finding
 from restore.mesh.measures import signed_areas
 from restore.mesh.raster import rasterise
+from restore.page import FlatMesh
 from restore.photo.coarse import COARSE_MM
 from restore.photo.obstructions import RIM_MM
 from restore.photo.paint import enlarged, paint
@@ -20,7 +21,7 @@ from restore.photo.reference import Reference, make_reference
 from restore.photo.register import Refused, Registration, register
 from restore.photo.sources import Plan, Source, plan
 from restore.runtime.threads import in_threads
-from restore.scan import Bytes, FlatMesh, Floats, Ints, Mask
+from restore.scan import Bytes, Floats, Ints, Mask
 from restore.texture.page import Painting, extend_edge_colours, paint_page
 from restore.texture.resolution import Resolution, print_or_outline_mtf50
 

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from restore.camera.photo_camera import project_map
 from restore.mesh.raster import rasterise
+from restore.page import FlatMesh
 from restore.photo.coarse import COARSE_DPI, LINEAR
 from restore.photo.sources import Plan, Source
 from restore.runtime.threads import in_bands
-from restore.scan import Bytes, FlatMesh, Mask
+from restore.scan import Bytes, Mask
 from restore.texture.page import MM_PER_INCH, PAPER, Painting, picture_size, texture_mtf50
 from restore.texture.resolution import Resolution
 from restore.texture.sampling import sample_scaled

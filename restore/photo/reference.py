@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.mesh.raster import rasterise
-from restore.scan import Bytes, FlatMesh, Floats, Mask
+from restore.page import FlatMesh
+from restore.scan import Bytes, Floats, Mask
 
 MAX_SIDE = 1024  # pixels: the scanner's image has 640; of larger textures a smaller copy tells the pose as well
 

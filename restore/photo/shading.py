@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 
 from restore.numerics.limits import SINGLE_TINY
+from restore.page import FlatMesh
 from restore.photo.coarse import LINEAR
 from restore.photo.page import Registered, sources_of
 from restore.photo.paint import LEAST_SHARE, enlarged, lit, paint
 from restore.photo.sources import Plan, Source, plan
-from restore.scan import Bytes, FlatMesh, Mask
+from restore.scan import Bytes, Mask
 from restore.shading.relief import Field, Relief
 from restore.shading.remove import ShadingResult, remove_shading
 

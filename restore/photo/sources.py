@@ -17,12 +17,13 @@ from scipy.ndimage import distance_transform_edt
 from restore.camera.photo_camera import PhotoCamera
 from restore.mesh.measures import vertex_normals
 from restore.numerics.limits import SINGLE_TINY
+from restore.page import FlatMesh
 from restore.photo.coarse import COARSE_DPI, LINEAR, CoarseView, Placed, blurred_widely
 from restore.photo.obstructions import MARGIN_MM, compare, covered_mask
 from restore.photo.visible import clipped_share, glare_mask, visible_points
 from restore.runtime.threads import in_threads
-from restore.scan import Bytes, FlatMesh, Floats, Mask
-from restore.texture.coverage import occluded, viewpoint
+from restore.scan import Bytes, Floats, Mask
+from restore.texture.occlusion import occluded, viewpoint
 from restore.texture.page import MM_PER_INCH, page_map
 from restore.texture.resolution import effective_share
 

@@ -2,51 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from restore.flattening.methods import OnStep, flatten_points
-from restore.flattening.ordered_grid import flatten_grid
-from restore.mesh.adjacency import border_of
 from restore.mesh.decimate import decimate
-from restore.mesh.measures import signed_areas
 from restore.mesh.network import edges_of
-from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.triangulate import lattice
-from restore.outline.rectangle import squaring_rotation
 from restore.outline.sides import straighten
-from restore.prepared.refine import interpolate_flat_positions, refine
+from restore.page import FlatMesh
+from restore.prepared.prepared import Clock, Unrolled, square_to_picture
+from restore.prepared.refine import interpolate_flat_positions, refine, subdivide
 from restore.range_image.facets.sheet import PageOnGrid, Sheet, depth_distance
-from restore.scan import FlatMesh, Floats, SurfaceMesh
+from restore.scan import Floats, SurfaceMesh
 from restore.settings import Settings
-from restore.subdivide import subdivide
 
 MAX_SOLVED_POINTS = 10_000  # vertices; more gain no accuracy and cost seconds
-MAX_GRID_POINTS = 250_000  # of an ordered grid: ten times its nodes tell their strain, and more make exports large
 # Samples from node to node of the lattice that is decimated → nodes for each requested point, at least. The facets
 # average 7×7 samples; the time of decimation is that of its nodes, and the widest step leaves it a choice of nodes.
 STRIDES = {1: 1.0, 2: 1.0, 3: 1.0, 4: 1.0, 5: 6.0, 6: 6.0}
-
-Clock = Callable[[str], AbstractContextManager[None]]
-
-
-@dataclass(frozen=True, eq=False)
-class Unrolled:
-    """The flat page as meshes.
-
-    coarse    the mesh of the requested number of points, with flat positions interpolated from the fine mesh.
-    fine      the mesh that maps the picture to the page.
-    nodes     (k, 2) grid positions of the vertices of the fine mesh; empty for a mesh without a grid.
-    distance  depth between the coarse mesh and the surface, mm; empty for a mesh without a grid.
-    """
-
-    coarse: FlatMesh
-    fine: FlatMesh
-    nodes: Floats
-    distance: dict[str, float]
 
 
 def unroll(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
@@ -70,14 +45,6 @@ def unroll(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnStep | Non
             mesh, nodes = decimate_sheet(sheet, requested)
         points = _interpolated(sheet, page, mesh, nodes, fine)
     return Unrolled(points, fine, page.nodes, distance)
-
-
-def unroll_grid(mesh: GridMesh, points: int) -> Unrolled:
-    """The page of an ordered grid, flattened by all of its points: its fine mesh has up to MAX_GRID_POINTS of them."""
-    coarse, fine = flatten_grid(mesh, points, MAX_GRID_POINTS)
-    turn, centre = _squaring(fine)
-    coarse, fine = (replace(page, flat=(page.flat - centre) @ turn.T + centre) for page in (coarse, fine))
-    return Unrolled(coarse, fine, np.empty((0, 2)), {})
 
 
 def decimate_sheet(sheet: Sheet, points: int) -> tuple[SurfaceMesh, Floats]:
@@ -107,15 +74,3 @@ def _interpolated(sheet: Sheet, page: PageOnGrid, mesh: SurfaceMesh, nodes: Floa
     flat = interpolate_flat_positions(sheet.inside.shape, page.nodes, page.faces, page.flat, nodes)
     lengths = sheet.lengths(nodes, edges)
     return FlatMesh.of(mesh, flat, lengths, solved.steps, **solved.convergence)
-
-
-def square_to_picture(flat: FlatMesh) -> FlatMesh:
-    """The flat mesh rotated about its centroid so that the sides of a rectangular page are parallel to the axes."""
-    turn, centre = _squaring(flat)
-    return replace(flat, flat=(flat.flat - centre) @ turn.T + centre)
-
-
-def _squaring(flat: FlatMesh) -> tuple[Floats, Floats]:
-    """The rotation (2, 2) that makes the sides of a rectangular page parallel to the axes, and its centre (2,) mm."""
-    area = float(signed_areas(flat.flat, flat.faces).sum())
-    return squaring_rotation(flat.flat[border_of(flat.faces)], area), flat.flat.mean(axis=0)

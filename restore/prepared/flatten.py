@@ -7,10 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from restore.flattening.isometric.page import least_absolute_page
 from restore.flattening.isometric.repair import uninverted
 from restore.flattening.layout import arrange_pieces
 from restore.flattening.methods import DEFAULT, METHODS, OnStep, flatten_points
-from restore.flattening.near_page import least_absolute_page
 from restore.flattening.ordered_grid import flatten_grid, points_on_grid, typical_links
 from restore.flattening.solution import Solution
 from restore.mesh.adjacency import sides_of
@@ -23,13 +23,14 @@ from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.pose import move_upright, pose_on_table
 from restore.mesh.surface_lengths import estimate_noise_sigma, surface_lengths
 from restore.mesh.validate import validated
+from restore.page import FlatMesh
 from restore.prepared.facet_sheet import unroll
-from restore.prepared.prepare import MESH_PRECISION, fit_sheet
 from restore.prepared.refine import interpolate_flat_positions
+from restore.range_image.fit_sheet import MESH_PRECISION, fit_sheet
 from restore.range_image.resample import MIN_VERTICES, resample
 from restore.range_image.segmentation.segment import segment
 from restore.runtime.arguments import checks_types
-from restore.scan import FlatMesh, Floats, Ints, SurfaceMesh
+from restore.scan import Floats, Ints, SurfaceMesh
 from restore.scan_check import refuse_unusable
 from restore.settings import Settings
 

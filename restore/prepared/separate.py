@@ -18,7 +18,7 @@ from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import ValidMesh, validated
 from restore.outline.rectangle import fills_rectangle
 from restore.prepared.flatten import flatten
-from restore.range_image.remove_table import off_table
+from restore.range_image.remove_table import remove_table
 from restore.range_image.segmentation.segment import SegmentedScan, find_pieces
 from restore.runtime.arguments import checks_types
 from restore.scan import Floats, InterpolatedMesh, Ints, Mask, RangeScan, SurfaceMesh
@@ -88,7 +88,7 @@ def _sheets_of_mesh(scan: SurfaceMesh) -> list[ScannedSheet]:
     mesh = validated(weld(validated(scan)))
     pieces = [mesh.faces[member] for member in large_pieces(mesh)]
     if len(pieces) == 1 and not isinstance(scan, InterpolatedMesh):  # may be a table with sheets on it
-        mesh = off_table(mesh)
+        mesh = remove_table(mesh)
         pieces = [mesh.faces[member] for member in large_pieces(mesh)]
     sheets = _joined_over_gaps(mesh, pieces) if len(pieces) > 1 else pieces
     if len(sheets) < 2:

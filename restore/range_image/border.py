@@ -1,21 +1,25 @@
-"""How much of a sheet's border the scanner may have lost: paper so dark or glossy that it measured nothing there.
+"""How much of a sheet's border the scanner may have lost: on dark or glossy paper, or where it is turned away.
 
 Between a sheet and its table samples are missing where the sheet keeps the laser off. Such a shadow ends on a ray of
 the laser, so from the sheet's border to the table beyond it the depth changes by more than the shadow is wide. Where a
-gap is wider than the step beside it is deep, it is none.
+gap is wider than the step beside it is deep, it is none: the paper there is so dark or glossy that the scanner measured
+nothing.
 """
 
 from __future__ import annotations
 
 import numba
 import numpy as np
+from scipy.ndimage import binary_erosion
 
 from restore.camera.rays import SHADOW_SLOPE
+from restore.range_image.facets.sheet import Sheet
 from restore.range_image.segmentation.segment import SegmentedScan
 from restore.scan import Floats, Mask
 
 MIN_GAP = 4  # samples: of 30 % lost at random, four in a row are lost at one place in a hundred
 MEASURED_TABLE = 0.5  # of the picture beside the sheet: a table that gives no range itself tells nothing of paper
+STEEPEST = np.cos(np.radians(70.0))  # of the line of sight to the paper: a third of the light, a third of the samples
 
 
 def lost_border(segmented: SegmentedScan) -> float:
@@ -34,6 +38,14 @@ def lost_border(segmented: SegmentedScan) -> float:
     gaps = _gaps_beside(measured, inside, shadow) + _gaps_beside(*down[1:], np.ascontiguousarray(shadow.T))
     border = sum(int(np.diff(inside, axis=axis).sum()) for axis in (0, 1))
     return gaps / max(border, 1)
+
+
+def turned_border(sheet: Sheet) -> float:
+    """The share of a sheet's border, 0 to 1, where it is turned by more than 70° from the line of sight."""
+    rows, cols = np.nonzero(sheet.inside & ~binary_erosion(sheet.inside))
+    sight = sheet.points(np.stack([rows, cols], axis=1).astype(float)) - sheet.rays.origin
+    towards = -(sheet.normals()[rows, cols] * sight).sum(axis=1)
+    return float((towards < STEEPEST * np.linalg.norm(sight, axis=1)).mean())
 
 
 @numba.njit(cache=True)

@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from restore.camera.rays import Rays
+from restore.camera.rays import MAX_SLOPE, Rays
 from restore.mesh.adjacency import piece_of_faces
 from restore.mesh.clean import select
 from restore.mesh.validate import ValidMesh, validated
 from restore.numerics.robust import robust_sigma
 from restore.range_image.resample import view_of
 from restore.range_image.segmentation.plane import MIN_NOISE_MM, ON_PLANE_SIGMAS
-from restore.range_image.segmentation.segment import MAX_SLOPE, inverse_depths
+from restore.range_image.segmentation.segment import inverse_depths
 from restore.range_image.segmentation.table import BORDER_BAND, find_table
 from restore.scan import Floats, Ints, Mask, RangeScan, SurfaceMesh
 
@@ -25,7 +25,7 @@ LEAST_VIEW = 4 * BORDER_BAND  # samples a side: the border where a table is look
 MIN_OF_TABLE = 3  # vertices or samples that determine its plane
 
 
-def off_table(mesh: ValidMesh) -> ValidMesh:
+def remove_table(mesh: ValidMesh) -> ValidMesh:
     """A mesh without its table and the faces that bridge the step to it; itself where its view shows no table."""
     return page_and_table(mesh)[0]
 

@@ -6,21 +6,15 @@ from dataclasses import dataclass
 
 import cv2
 import numpy as np
-from numpy.typing import NDArray
 
 from restore.mesh.measures import vertex_normals
 from restore.mesh.pose import pose_on_table
 from restore.numerics.limits import SINGLE_TINY
+from restore.page import FlatMesh
+from restore.range_image.facets.normals import Field, facet_normals
 from restore.range_image.facets.sheet import Sheet
-from restore.scan import FlatMesh, Floats, Ints, Mask, SurfaceMesh
+from restore.scan import Floats, Ints, Mask, SurfaceMesh
 from restore.texture.page import page_map
-
-DENSE_OVER = 9  # samples: what a facet is fitted to, and a little more
-SPARSE, DENSE = 0.5, 0.9  # of them measured: too few for a slope of one's own, and enough
-SMOOTHING = 8.0  # samples, 4 mm: how far the slopes round it are asked then
-SHRINK = 4  # of the grid for that
-
-Field = NDArray[np.float32]
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,28 +60,3 @@ def relief_of(surface: Sheet | SurfaceMesh, fine: FlatMesh, dpi: float) -> Relie
         normals = over[..., 3:] / np.maximum(np.linalg.norm(over[..., 3:], axis=2, keepdims=True), SINGLE_TINY)
     normals[np.isnan(over[..., 0])] = np.nan
     return Relief(over[..., :3], normals, dpi, vertices, fine.faces, axes, posed.origin)
-
-
-def facet_normals(sheet: Sheet) -> Field:
-    """(rows, cols, 3) unit normals of the facets towards the scanner.
-
-    Where hardly anything was measured, in ink that swallows the laser, a facet's own slope is noise: there the facets
-    round it tell.
-    """
-    return _smoothed_where_sparse(sheet.normals(), sheet.measured)
-
-
-def _smoothed_where_sparse(normals: Field, measured: Mask) -> Field:
-    density = cv2.boxFilter(measured.astype(np.float32), -1, (DENSE_OVER, DENSE_OVER))
-    own = np.clip((density - SPARSE) / (DENSE - SPARSE), 0.0, 1.0)
-    trust = np.maximum(own, np.float32(SINGLE_TINY))
-    # Over so many samples every fourth is enough.
-    size = tuple(-(-n // SHRINK) for n in density.shape[::-1])
-    total, weight = (
-        cv2.GaussianBlur(cv2.resize(field, size, interpolation=cv2.INTER_AREA), (0, 0), SMOOTHING / SHRINK)
-        for field in (normals * trust[..., None], trust)
-    )
-    round_it = cv2.resize(total / weight[..., None], density.shape[::-1], interpolation=cv2.INTER_LINEAR)
-    mixed = cv2.blendLinear(normals, round_it, own, 1 - own)
-    length = np.sqrt(cv2.transform(mixed * mixed, np.ones((1, 3))))
-    return np.asarray(mixed / length[..., None])

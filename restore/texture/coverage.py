@@ -14,36 +14,22 @@ from enum import IntEnum
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import label
 from scipy.spatial import cKDTree
 
 from restore.camera.rays import Rays
 from restore.findings import Finding, finding
-from restore.mesh.measures import face_normals
 from restore.mesh.ordered_grid import GridMesh
-from restore.mesh.raster import rasterise
-from restore.numerics.limits import TINY
+from restore.page import FlatMesh
 from restore.range_image.facets.sheet import Sheet
-from restore.range_image.segmentation.segment import MAX_SLOPE
-from restore.scan import Bytes, FlatMesh, Floats, InterpolatedMesh, Mask, SurfaceMesh
-from restore.texture.page import MM_PER_INCH, Painting, page_map
+from restore.scan import Bytes, Floats, InterpolatedMesh, Mask, SurfaceMesh
+from restore.texture.occlusion import occluded, viewpoint
+from restore.texture.page import MM_PER_INCH, Painting, rasterise_on_page
 
-# A surface nearer on the same line of sight occludes by at least this much: more than noise and half a face's depth.
-OCCLUSION_MARGIN_MM = 3.0
-OCCLUSION_MARGIN_SHARE = 0.01  # of the range of distances, for surfaces of unknown size
-MAX_REPROJECTION_PX = 2.0  # rms, texture pixels: a picture of one pinhole camera has less, an atlas of patches more
-MIN_POINTS = 12  # six points determine a pinhole camera; twice as many show whether the picture is one's
-MIN_SINGULAR_VALUE = 1e-4  # of the largest: below, the points are coplanar and do not determine a camera
-FAR = 50.0  # sizes of the page: a relief of a tenth of it changes a picture of 640 pixels by one
-NEARLY_PARALLEL = 1e-9  # 1/mm: a camera a thousand kilometres away
 MAX_HIDDEN = 0.1  # of the page: the gutter of a book hides less, beside the letters that are lost there
-STROKE_MM = 2.5  # of a title; those of running text are half a millimetre
 MAX_FILLED_MM = 20.0  # across: between two lines of text a page bends little, over a hand's breadth of a book too much
 EDGE_PX = 3.0  # of the picture: the page is painted by interpolation, so its last pixel lies within two of the edge
 # of the outline of a page that is said to be cut off: the presets of the station are amber from there
 MAX_CUT = 0.02
-STEEPEST_COSINE = 1.0 / np.hypot(1.0, MAX_SLOPE)
-PAPER = 255
 
 
 class Seen(IntEnum):
@@ -151,73 +137,6 @@ def filled_findings(seen: Bytes, dpi: float) -> list[Finding]:
     return [finding("filled", across_mm=across)] if across > MAX_FILLED_MM else []
 
 
-def blank_hidden(image: Bytes, coverage: Coverage) -> Bytes:
-    """The page (h, w, 3) with hidden pixels white, as off the page."""
-    blanked = image.copy()
-    blanked[coverage.seen == Seen.HIDDEN] = PAPER
-    return blanked
-
-
-def inpaint_hidden(image: Bytes, coverage: Coverage, dpi: float, widest_mm: float) -> tuple[Bytes, Coverage]:
-    """The page (h, w, 3), hidden regions up to `widest_mm` wide inpainted, and the coverage that marks them INVENTED.
-
-    Strokes of ink are removed before, or letters would be extended to other letters; paper and broad areas are not.
-    A. Telea, "An image inpainting technique based on the fast marching method", J. Graphics Tools 9(1), 2004.
-    """
-    hidden = coverage.seen == Seen.HIDDEN
-    if widest_mm == 0 or not hidden.any():
-        return image, coverage
-    pieces, count = label(hidden, np.ones((3, 3)))
-    depth = cv2.distanceTransform(hidden.astype(np.uint8), cv2.DIST_L2, cv2.DIST_MASK_PRECISE)
-    half_widths = np.zeros(count + 1)
-    np.maximum.at(half_widths, pieces.ravel(), depth.ravel())
-    narrow = half_widths * 2 <= widest_mm / MM_PER_INCH * dpi + 1
-    narrow[0] = False
-    selected = narrow[pieces]
-    # Pixels off the page are unknown too: their white must not be propagated into the hole.
-    unknown = (~coverage.mask).astype(np.uint8)
-    filled = _inpaint(_close_strokes(image, unknown, dpi), unknown, selected)
-    seen = np.where(selected, np.uint8(Seen.INVENTED), coverage.seen)
-    return np.where(selected[..., None], filled, image), Coverage(seen)
-
-
-def _close_strokes(image: Bytes, unknown: NDArray[np.uint8], dpi: float) -> Bytes:
-    """The page (h, w, 3) morphologically closed over strokes of print, unknown pixels left out."""
-    kernel = cv2.getStructuringElement(cv2.MORPH_ELLIPSE, (2 * round(STROKE_MM / MM_PER_INCH * dpi / 2) + 1,) * 2)
-    unknown_pixels = (unknown > 0)[..., None]
-    brightest = cv2.dilate(np.where(unknown_pixels, np.uint8(0), image), kernel)
-    return np.asarray(cv2.erode(np.where(unknown_pixels, np.uint8(PAPER), brightest), kernel), np.uint8)
-
-
-def _inpaint(image: Bytes, unknown: NDArray[np.uint8], selected: Mask) -> Bytes:
-    """The page (h, w, 3) inpainted in the selected regions, one bounding box at a time to save time."""
-    out = image.copy()
-    margin = 8  # pixels of surroundings, more than the radius of the method
-    boxes, count = label(cv2.dilate(selected.astype(np.uint8), np.ones((3, 3), np.uint8)))
-    for number in range(1, count + 1):
-        rows, cols = np.nonzero(boxes == number)
-        part = (
-            slice(max(0, rows.min() - margin), rows.max() + margin + 1),
-            slice(max(0, cols.min() - margin), cols.max() + margin + 1),
-        )
-        out[part] = cv2.inpaint(np.ascontiguousarray(image[part]), unknown[part].copy(), 3, cv2.INPAINT_TELEA)
-    return out
-
-
-def rasterise_on_page(fine: FlatMesh, values: Floats, shape: tuple[int, ...], dpi: float) -> NDArray[np.float32]:
-    """(h, w, k) float32: values (n, k) of the vertices at the pixels of a page of a shape (h, w), NaN outside."""
-    return _crop_or_pad(page_map(fine.flat, fine.faces, values, dpi), shape)
-
-
-def _crop_or_pad(field: NDArray[np.float32], shape: tuple[int, ...]) -> NDArray[np.float32]:
-    """A field (h, w, k) cropped or padded with NaN to a shape (h, w), which may have been rounded otherwise."""
-    if field.shape[:2] == shape:
-        return field
-    more = [(0, max(0, wanted - size)) for wanted, size in zip(shape, field.shape, strict=False)]
-    full = np.pad(field, [*more, (0, 0)], constant_values=np.nan)
-    return np.ascontiguousarray(full[: shape[0], : shape[1]])
-
-
 def _camera_centre(surface: Sheet | SurfaceMesh, fine: FlatMesh) -> Floats | None:
     """The centre (3,) mm of the camera, or None when the texture is not the picture of one pinhole camera.
 
@@ -230,120 +149,6 @@ def _camera_centre(surface: Sheet | SurfaceMesh, fine: FlatMesh) -> Floats | Non
     return viewpoint(fine)
 
 
-def viewpoint(page: FlatMesh) -> Floats | None:
-    """The centre (3,) mm of the camera that took the texture of a page, or None when it was not one pinhole camera.
-
-    A picture that was painted, of charts or of the colours of vertices, is no camera's, be it like one's.
-    Of a camera as good as at infinity the projection does not tell on which side of the page it was: on the side that
-    most faces are turned to.
-    """
-    if page.texcoords is None or "oversampling" in page.provenance:
-        return None
-    centre = pinhole_centre(page.vertices, page.texcoords)
-    if centre is None:
-        return None
-    middle = page.vertices.mean(axis=0)
-    far = np.linalg.norm(centre - middle) > FAR * np.ptp(page.vertices, axis=0).max()
-    return 2.0 * middle - centre if far and _is_mirrored(_cosines(page, centre)) else centre
-
-
 def _is_scanner_camera(rays: Rays) -> bool:
     """True when the rays are the scanner's own, and not those of a virtual camera for a mesh."""
     return not rays.origin.any()
-
-
-def pinhole_centre(points: Floats, pixels: Floats) -> Floats | None:
-    """The centre (3,) mm of the pinhole camera that images points (n, 3) mm at pixels (n, 2), or None without one.
-
-    Direct linear transformation with normalised coordinates (Hartley & Zisserman, "Multiple View Geometry", 2nd ed.,
-    alg. 7.1). It is not determined by coplanar points.
-    """
-    if len(points) < MIN_POINTS:
-        return None
-    world, to_world = _normalised(points)
-    seen, to_seen = _normalised(pixels)
-    homogeneous = np.column_stack([world, np.ones(len(world))])
-    zeros = np.zeros_like(homogeneous)
-    rows = np.concatenate(
-        [
-            np.column_stack([homogeneous, zeros, -seen[:, :1] * homogeneous]),
-            np.column_stack([zeros, homogeneous, -seen[:, 1:] * homogeneous]),
-        ]
-    )
-    values, vectors = np.linalg.eigh(rows.T @ rows)
-    if values[1] < MIN_SINGULAR_VALUE**2 * values[-1]:
-        return None
-    camera = np.linalg.inv(to_seen) @ vectors[:, 0].reshape(3, 4) @ to_world
-    projected = np.column_stack([points, np.ones(len(points))]) @ camera.T
-    error = projected[:, :2] / projected[:, 2:] - pixels
-    if np.sqrt((error**2).sum(axis=1).mean()) > MAX_REPROJECTION_PX:
-        return None
-    *direction, weight = np.linalg.svd(camera)[2][3]  # the null vector, of weight 0 at infinity
-    return np.asarray(direction) / np.copysign(max(abs(weight), NEARLY_PARALLEL), weight)
-
-
-def _normalised(points: Floats) -> tuple[Floats, Floats]:
-    """Points (n, k) centred and scaled to unit mean square, and the matrix (k + 1, k + 1) that normalises them."""
-    centre = points.mean(axis=0)
-    scale = 1 / max(float(np.sqrt(((points - centre) ** 2).sum(axis=1).mean())), TINY)
-    size = points.shape[1]
-    matrix = np.eye(size + 1)
-    matrix[:size, :size] *= scale
-    matrix[:size, size] = -scale * centre
-    return (points - centre) * scale, matrix
-
-
-def occluded(fine: FlatMesh, camera_centre: Floats, shape: tuple[int, ...], dpi: float) -> Mask:
-    """(h, w) True where the page is turned away from the camera, seen edge-on, or occluded by itself (z-buffer)."""
-    assert fine.texcoords is not None and fine.texture is not None
-    distance = np.linalg.norm(fine.vertices - camera_centre, axis=1)
-    turned_away = _turned_away(fine, camera_centre)
-    height, width = fine.texture.shape[:2]
-    depth = distance - distance.min()  # single precision holds it, also from far away
-    nearest_depth = rasterise(fine.texcoords, fine.faces, depth[:, None], height, width, 1.0 / distance)[..., 0]
-    on_page = rasterise_on_page(fine, np.column_stack([fine.texcoords, depth]), shape, dpi)
-    front_depth = cv2.remap(
-        np.where(np.isnan(nearest_depth), np.float32(np.inf), nearest_depth),
-        np.ascontiguousarray(on_page[..., 0]),
-        np.ascontiguousarray(on_page[..., 1]),
-        cv2.INTER_NEAREST,
-        borderMode=cv2.BORDER_CONSTANT,
-        borderValue=float("inf"),
-    )
-    margin = max(OCCLUSION_MARGIN_MM, OCCLUSION_MARGIN_SHARE * float(depth.max()))
-    hidden = on_page[..., 2] - front_depth > margin
-    if not turned_away.any():
-        return np.asarray(hidden)
-    corner_flags = np.repeat(turned_away.astype(np.float64)[:, None], 3, axis=0)
-    corners = np.arange(3 * len(fine.faces)).reshape(-1, 3)
-    flags = page_map(fine.flat[fine.faces].reshape(-1, 2), corners, corner_flags, dpi)
-    return np.asarray(hidden | (_crop_or_pad(flags, shape)[..., 0] > 0.5))
-
-
-def _turned_away(fine: FlatMesh, camera_centre: Floats) -> Mask:
-    """(m,) True for faces that the camera at a centre (3,) mm sees from behind or edge-on.
-
-    Of a picture that is mirrored to the surface, it is the other side of the faces that the camera saw.
-    """
-    cosine = _cosines(fine, camera_centre)
-    seen = -cosine if _is_mirrored(cosine) else cosine
-    return np.asarray(seen < STEEPEST_COSINE)
-
-
-def _cosines(fine: FlatMesh, camera_centre: Floats) -> Floats:
-    """(m,) cosines of the angles between the normals of the faces and the way to the camera at a centre (3,) mm."""
-    a, b, c = (fine.vertices[fine.faces[:, k]] for k in range(3))
-    normals, to_camera = face_normals(fine.vertices, fine.faces), camera_centre - (a + b + c) / 3
-    scale = np.linalg.norm(normals, axis=1) * np.linalg.norm(to_camera, axis=1)
-    return np.asarray(np.einsum("ij,ij->i", normals, to_camera) / np.maximum(scale, TINY))
-
-
-def _is_mirrored(cosines: Floats) -> bool:
-    """Whether most faces are turned away from the camera that took their picture: none can see them so."""
-    return bool((cosines < 0.0).mean() > 0.5)
-
-
-def mirror_findings(page: FlatMesh) -> list[Finding]:
-    """What is to be reported of a page whose picture and surface are mirror images of each other."""
-    centre = viewpoint(page)
-    return [finding("mirrored")] if centre is not None and _is_mirrored(_cosines(page, centre)) else []

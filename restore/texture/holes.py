@@ -8,10 +8,11 @@ import cv2
 import numpy as np
 
 from restore.findings import Finding, finding
+from restore.page import FlatMesh
 from restore.range_image.facets.sheet import Sheet
-from restore.scan import FlatMesh, Mask, SurfaceMesh
-from restore.texture.coverage import PAPER, Coverage, Seen, rasterise_on_page
-from restore.texture.page import MM_PER_INCH, Painting
+from restore.scan import Mask, SurfaceMesh
+from restore.texture.coverage import Coverage, Seen
+from restore.texture.page import MM_PER_INCH, PAPER, Painting, rasterise_on_page
 
 HALF = 0.5  # of a sample: between one in a hole and one on the paper the edge is half-way
 NO_PICTURE = 255  # in page_source, outside the page

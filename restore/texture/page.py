@@ -17,8 +17,9 @@ from restore.errors import BadInput
 from restore.mesh.measures import signed_areas, vertex_normals
 from restore.mesh.raster import rasterise
 from restore.numerics.limits import TINY
+from restore.page import FlatMesh
 from restore.runtime.threads import in_bands, in_threads
-from restore.scan import Bytes, FlatMesh, Floats, Ints, Mask
+from restore.scan import Bytes, Floats, Ints, Mask
 from restore.texture.resolution import Resolution, print_or_outline_mtf50
 from restore.texture.sampling import sample_scaled
 
@@ -182,3 +183,17 @@ def sample(texture: Bytes, source: PageMap) -> Bytes:
 
     in_bands(sample_band, len(source))
     return image
+
+
+def rasterise_on_page(fine: FlatMesh, values: Floats, shape: tuple[int, ...], dpi: float) -> NDArray[np.float32]:
+    """(h, w, k) float32: values (n, k) of the vertices at the pixels of a page of a shape (h, w), NaN outside."""
+    return crop_or_pad(page_map(fine.flat, fine.faces, values, dpi), shape)
+
+
+def crop_or_pad(field: NDArray[np.float32], shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """A field (h, w, k) cropped or padded with NaN to a shape (h, w), which may have been rounded otherwise."""
+    if field.shape[:2] == shape:
+        return field
+    more = [(0, max(0, wanted - size)) for wanted, size in zip(shape, field.shape, strict=False)]
+    full = np.pad(field, [*more, (0, 0)], constant_values=np.nan)
+    return np.ascontiguousarray(full[: shape[0], : shape[1]])

@@ -5,13 +5,13 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from restore.camera.rays import find_rays
+from restore.camera.rays import MAX_SLOPE, find_rays
 from restore.errors import BadInput, NotEnoughSurface
 from restore.mesh.measures import signed_areas
 from restore.mesh.raster import rasterise
 from restore.mesh.triangulate import triangulate
 from restore.numerics.limits import TINY
-from restore.range_image.segmentation.segment import MAX_SLOPE, find_sheet
+from restore.range_image.segmentation.segment import find_sheet
 from restore.scan import Floats, RangeScan
 
 MAX_DEPTH_GAP = 6.0  # samples along the ray: farther apart, two views show different surfaces

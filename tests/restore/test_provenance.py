@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from restore import BadInput, RangeScan, save_scan
-from restore.provenance import check_provenance
+from restore.scan_check import check_provenance
 
 UNREADABLE = [
     (None, "no dictionary"),

@@ -8,9 +8,9 @@ import pytest
 
 from restore.mesh.network import edges_of
 from restore.mesh.triangulate import lattice
-from restore.prepared.facet_sheet import Unrolled
+from restore.page import FlatMesh
+from restore.prepared.prepared import Unrolled
 from restore.report import NOT_DEVELOPABLE, describe, findings_of_page
-from restore.scan import FlatMesh
 from restore.settings import Settings
 from restore.texture.page import Painting
 from restore.texture.resolution import Resolution

@@ -5,7 +5,8 @@ from dataclasses import FrozenInstanceError, fields
 import numpy as np
 import pytest
 
-from restore.scan import FlatMesh, RangeScan, SurfaceMesh
+from restore.page import FlatMesh
+from restore.scan import RangeScan, SurfaceMesh
 
 
 def test_a_sample_is_measured_only_when_all_three_coordinates_are_finite():

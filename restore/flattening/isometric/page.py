@@ -22,7 +22,7 @@ from restore.flattening.isometric.least_distortion import is_disc, least_distort
 from restore.flattening.isometric.repair import inverted_count, opened, repaired
 from restore.flattening.solution import Follow, Solution
 from restore.mesh.measures import edge_strain, face_signs
-from restore.mesh.network import Network
+from restore.mesh.network import Network, pieces
 from restore.mesh.pose import PosedSheet
 from restore.scan import Floats, Ints
 
@@ -101,3 +101,27 @@ def stretched(flat: Floats, edges: Ints, lengths: Floats) -> bool:
     """Whether edges (e, 2) of flat (n, 2) mm are strained from lengths (e,) mm by more than MOST_STRAIN rms."""
     strain = np.minimum(np.abs(edge_strain(flat, edges, lengths)), CAP)
     return bool((strain**2).mean() > MOST_STRAIN**2)
+
+
+def least_strain_page(flat: Floats, network: Network, signs: Floats | None = None) -> Solution:
+    """The flat positions (n, 2) mm of least strain near a start, without inverted faces where that can be had.
+
+    signs (m,) are −1 for the faces that are folded in space; all are 1 when None.
+    """
+    signs = np.ones(len(network.faces)) if signs is None else signs
+    found = opened(minimise_strain(flat, network), network, signs)
+    return found._replace(flat=repaired(found.flat, network, signs))
+
+
+def least_absolute_page(flat: Floats, network: Network) -> Solution:
+    """The flat positions (n, 2) mm of least absolute strain near a start: a few wrong lengths hardly move them.
+
+    Each connected piece by itself: lengths do not tell where one lies from another, and a common solution could put it
+    anywhere.
+    """
+    whole = Solution(flat.copy(), 0)
+    for piece in pieces(network):
+        found = least_absolute_strain(minimise_strain(flat[piece.vertices], piece.network), piece.network)
+        whole.flat[piece.vertices] = repaired(found.flat, piece.network, np.ones(len(piece.faces)))
+        whole = whole.joined(found)
+    return whole

@@ -16,7 +16,8 @@ from restore.flattening.solution import Solution
 from restore.mesh.measures import face_signs
 from restore.mesh.network import Network, make_network
 from restore.mesh.validate import ValidMesh
-from restore.scan import FlatMesh, Floats
+from restore.page import FlatMesh
+from restore.scan import Floats
 
 
 def with_surface_lengths(page: FlatMesh, mesh: ValidMesh, along: Floats) -> FlatMesh:

@@ -15,10 +15,9 @@ from math import sqrt
 import numpy as np
 
 from restore.errors import BadInput
-from restore.flattening.interleaved import interleave
-from restore.flattening.near_page import least_strain_page
+from restore.flattening.isometric.page import least_strain_page
 from restore.flattening.published.hinges import hinges_of
-from restore.flattening.published.stick_kernels import advance, relax
+from restore.flattening.published.stick_kernels import advance, interleave, relax
 from restore.flattening.solution import Follow, Solution
 from restore.mesh.measures import face_signs, surface_area
 from restore.mesh.network import Network

@@ -10,13 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, map_coordinates
 
-from restore.camera.rays import LensTerms, Rays, distortion_factor
+from restore.camera.rays import MAX_SLOPE, LensTerms, Rays, distortion_factor
 from restore.mesh.raster import rasterise
 from restore.numerics.limits import TINY
 from restore.range_image.facets.facet_model import Facets, in_whole_windows
-from restore.range_image.facets.slope_statistics import slope_variances
-from restore.range_image.segmentation.segment import MAX_SLOPE
-from restore.range_image.slope_bias import unbiased
+from restore.range_image.facets.slope_statistics import slope_variances, unbiased
 from restore.runtime.threads import in_bands
 from restore.scan import Floats, Ints, Mask, RangeScan
 

@@ -1,4 +1,7 @@
-"""How much the slopes of facets scatter, told by the facets themselves.
+"""Bias and scatter of the slopes of facets.
+
+A cubic term biases the slope of a quadratic by the third derivatives of the surface, times moments of the window. They
+are the second derivatives of the slopes, estimated from mean slopes a window apart, which adds little noise.
 
 A way along facets whose slopes scatter is longer than the surface is, in the mean by half the variance of the slope.
 The noise of single samples does not tell it: beside print, samples are off together. But slopes of windows that share
@@ -10,7 +13,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from restore.range_image.facets.facet_model import APART
+from restore.range_image.facets.facet_model import APART, WIDE_RADIUS
 from restore.scan import Floats, Mask
 
 SQUARED = 1.0 + 9.0 + 9.0 + 1.0  # coefficients of a third difference: its variance over that of a slope
@@ -20,6 +23,11 @@ KEPT = 0.876  # of the mean square of normal noise have those within: at MOST me
 LINES = 4  # from row to row that is looked at: windows of those between share most of their samples with them
 AVERAGED = 61  # samples along a row, and the same across in every LINES-th: the square of which the mean is taken
 OF_PAGE = 25.0  # squares by which the mean of the whole page counts besides
+SECOND_MOMENT = WIDE_RADIUS * (WIDE_RADIUS + 1) / 3
+FOURTH_OVER_SECOND = (3 * WIDE_RADIUS * (WIDE_RADIUS + 1) - 1) / 5
+ALONG = FOURTH_OVER_SECOND / 6  # slope in x of the quadratic that fits x³/6 best; the true one is 0
+ACROSS = SECOND_MOMENT / 2  # the same for x·y²/2
+FULL = 1.0 - 1e-6  # share of a window
 
 
 def slope_variances(slope: Floats, sound: Mask) -> Floats:
@@ -63,3 +71,29 @@ def _averaged(squares: Floats) -> Floats:
         for values in (np.where(known, squares, 0.0), known.astype(float))
     )
     return np.asarray((total + OF_PAGE * mean) / (count + OF_PAGE) / KEPT)
+
+
+def unbiased(slope: Floats, sound: Mask) -> Floats:
+    """(rows, cols, 2) the slopes per column and per row, corrected where the slopes a window away are known.
+
+    slope (rows, cols, 2) of quadratics; sound (rows, cols): those in the middle of whole windows.
+    """
+    across = _unbiased_along_rows(slope[..., 0], sound)
+    down = _unbiased_along_rows(slope[..., 1].T, sound.T).T
+    return np.stack([across, down], axis=-1)
+
+
+def _unbiased_along_rows(slope: Floats, sound: Mask) -> Floats:
+    """(rows, cols) slopes along the rows (rows, cols), corrected."""
+    known = np.where(sound, slope, 0.0), sound.astype(float)
+    mean, share = (cv2.blur(values, (APART, APART), borderType=cv2.BORDER_CONSTANT) for values in known)
+    mean[share < FULL] = np.nan
+    return np.asarray(slope - ALONG * _second_differences(mean.T).T - ACROSS * _second_differences(mean))
+
+
+def _second_differences(values: Floats) -> Floats:
+    """(rows, cols) second differences down the columns, for each sample squared; 0 where a value is missing."""
+    differences = np.zeros(values.shape)
+    differences[APART:-APART] = (values[: -2 * APART] - 2.0 * values[APART:-APART] + values[2 * APART :]) / APART**2
+    differences[np.isnan(differences)] = 0.0
+    return differences

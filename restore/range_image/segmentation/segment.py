@@ -11,14 +11,13 @@ import numba
 import numpy as np
 from scipy.ndimage import binary_erosion, binary_fill_holes
 
-from restore.camera.rays import MAX_GAP, SHADOW_SLOPE, Rays
+from restore.camera.rays import MAX_GAP, MAX_SLOPE, SHADOW_SLOPE, Rays
 from restore.errors import NotEnoughSurface
 from restore.findings import finding
 from restore.range_image.segmentation.outline import frame_of
 from restore.range_image.segmentation.table import find_table
 from restore.scan import Floats, Ints, Mask, RangeScan, with_findings
 
-MAX_SLOPE = 6.0  # 80.5°: steeper than any wall that both camera and laser see, less steep than the step to the table
 MIN_SHARE = 0.02  # of the grid: a smaller piece is no page
 ANOTHER = 0.25  # of the largest surface: another page, or the rest of a torn one; a hand or a weight has less
 ONE_PIECE = 0.5  # of the samples off the table: with more in one piece the laser was strong enough

@@ -5,13 +5,14 @@ import pytest
 import trimesh
 
 from restore import Settings, restore, turn_page
+from restore.camera.pinhole import pinhole_centre
 from restore.formats import load_scan
 from restore.formats.glb import read_glb
 from restore.formats.ply import read_ply
 from restore.formats.vrml import read_vrml
 from restore.mesh.ordered_grid import grid_faces
 from restore.scan import SurfaceMesh
-from restore.texture.coverage import pinhole_centre, viewpoint
+from restore.texture.occlusion import viewpoint
 
 WIDTH, HEIGHT, RADIUS = 120.0, 160.0, 90.0  # mm
 INCH = 25.4

@@ -9,7 +9,7 @@ from restore.flattening.methods import flatten_points
 from restore.mesh import surface_lengths as lengths_module
 from restore.mesh.adjacency import sides_of
 from restore.mesh.decimate import decimate
-from restore.mesh.decimation_bias import OUTSIDE, _neighbour_heights, put_back, stood_outside
+from restore.mesh.decimation_bias import OUTSIDE, _neighbour_heights, correct_decimation_bias, stood_outside
 from restore.mesh.jets import fit_jets, rings_of
 from restore.mesh.network import edges_of
 from restore.mesh.surface_lengths import estimate_noise_sigma, surface_lengths
@@ -53,7 +53,7 @@ def fitted(vertices, faces):
     rings = rings_of(vertices, faces, edges)
     noise = estimate_noise_sigma(vertices, rings)
     jets = fit_jets(vertices, rings, chosen, noise, noise)
-    again = fit_jets(put_back(vertices, jets, edges, chosen), rings, chosen, noise, noise)
+    again = fit_jets(correct_decimation_bias(vertices, jets, edges, chosen), rings, chosen, noise, noise)
     return edges, jets, stood_outside(jets.offsets, again.offsets - jets.offsets)
 
 
@@ -95,7 +95,7 @@ def test_vertices_on_a_surface_stay_and_those_outside_come_back(sheet):
     lifted = on_it - OUTSIDE * _neighbour_heights(on_it, jets.forms, edges)[:, None] * jets.normals
     edges, jets, outside = fitted(lifted, faces)
     assert outside
-    back = put_back(lifted, jets, edges, np.arange(len(flat)))
+    back = correct_decimation_bias(lifted, jets, edges, np.arange(len(flat)))
     assert np.median(np.abs(distance_outside(back))) < BACK * np.median(distance_outside(lifted))
 
 
@@ -103,7 +103,7 @@ def test_only_the_chosen_are_moved(sheet):
     flat, faces = sheet
     vertices, chosen = cylinder(flat), np.arange(0, POINTS, 3)
     edges, jets, _ = fitted(vertices, faces)
-    moved = (put_back(vertices, jets, edges, chosen) != vertices).any(axis=1)
+    moved = (correct_decimation_bias(vertices, jets, edges, chosen) != vertices).any(axis=1)
     assert moved[chosen].all()
     assert moved.sum() == len(chosen)
 

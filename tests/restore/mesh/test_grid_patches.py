@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from restore.mesh.grid_patches import RIDGE, fit_patches
+from restore.mesh.ordered_grid import RIDGE, fit_patches
 
 REACH = 3
 ROWS, COLS = np.arange(0, 20, 4), np.arange(0, 28, 4)

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from oracles.markers import rigid_residual
-from restore.prepared.facet_sheet import decimate_sheet, square_to_picture, unroll
+from restore.page import FlatMesh
+from restore.prepared.facet_sheet import decimate_sheet, unroll
 from restore.prepared.prepare import prepare
-from restore.scan import FlatMesh
+from restore.prepared.prepared import square_to_picture
 from restore.settings import Settings
 
 RADIUS_MM = 60.0

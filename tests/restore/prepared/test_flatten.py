@@ -16,9 +16,10 @@ from restore.flattening.methods import flatten_points
 from restore.flattening.published import springs
 from restore.mesh.measures import flipped_faces
 from restore.mesh.network import edges_of, make_network
+from restore.page import FlatMesh
 from restore.prepared import flatten as flatten_mesh
 from restore.range_image.resample import MIN_VERTICES
-from restore.scan import FlatMesh, SurfaceMesh
+from restore.scan import SurfaceMesh
 
 POINTS = MIN_VERTICES + 1000
 CURL = Curl()

@@ -8,8 +8,9 @@ import pytest
 from restore.camera.rays import find_rays
 from restore.errors import BadInput, NotEnoughSurface
 from restore.mesh.ordered_grid import grid_faces
-from restore.prepared.prepare import MARGIN, fit_sheet, prepare
+from restore.prepared.prepare import prepare
 from restore.range_image.facets.sheet import Sheet
+from restore.range_image.fit_sheet import MARGIN, fit_sheet
 from restore.range_image.segmentation.segment import segment
 from restore.scan import InterpolatedMesh, RangeScan, SurfaceMesh
 

@@ -11,8 +11,8 @@ from hypothesis.extra.numpy import arrays
 from oracles.markers import rigid_residual
 from restore.mesh.network import edges_of
 from restore.mesh.triangulate import lattice
+from restore.page import FlatMesh
 from restore.prepared.refine import interpolate_flat_positions, refine
-from restore.scan import FlatMesh
 
 SHAPE = (60, 80)
 SINGLE = 1e-4  # mm: the rasteriser fills triangles in single precision, of coordinates up to 500 mm

@@ -6,8 +6,8 @@ import pytest
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import edges_of
 from restore.mesh.triangulate import lattice
+from restore.prepared.refine import NONLINEAR_MM, _split_faces, subdivide
 from restore.range_image.facets.sheet import PageOnGrid, Sheet
-from restore.subdivide import NONLINEAR_MM, _split_faces, subdivide
 
 RADIUS_MM = 50.0
 STRIDE = 3

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from restore.range_image.turned_border import turned_border
+from restore.range_image.border import turned_border
 
 
 @pytest.fixture

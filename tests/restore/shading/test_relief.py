@@ -9,8 +9,9 @@ from oracles.warped import make_warped
 from restore.flattening.methods import flatten_points
 from restore.prepared.facet_sheet import unroll
 from restore.prepared.prepare import prepare
+from restore.range_image.facets.normals import facet_normals
 from restore.settings import Settings
-from restore.shading.relief import facet_normals, relief_of
+from restore.shading.relief import relief_of
 
 DPI = 50.0
 TILT = np.array([0.3, -0.2, 1.0])

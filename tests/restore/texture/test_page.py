@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.ndimage import binary_erosion
 
 from restore.errors import BadInput
-from restore.scan import FlatMesh
+from restore.page import FlatMesh
 from restore.texture.page import MM_PER_INCH, PAPER, extend_edge_colours, page_map, paint_page, sample, sampling_ppi
 
 DPI = 127.0  # five pixels to the millimetre

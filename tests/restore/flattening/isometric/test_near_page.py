@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from restore.flattening.near_page import least_absolute_page
+from restore.flattening.isometric.page import least_absolute_page
 from restore.mesh.network import make_network
 from restore.mesh.ordered_grid import grid_faces
 

@@ -5,9 +5,9 @@ from importlib import import_module
 import numpy as np
 
 from restore.flattening.isometric.gauss_newton import minimise_strain
+from restore.flattening.isometric.page import least_absolute_page, least_strain_page
 from restore.flattening.isometric.repair import inverted_count, opened, uninverted
 from restore.flattening.isometric.repair import repaired as repaired_page
-from restore.flattening.near_page import least_absolute_page, least_strain_page
 from restore.mesh.measures import edge_strain, flipped_faces, signed_areas, straight_lengths
 from restore.mesh.network import edges_of, make_network
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from restore.flattening.interleaved import BLOCK, interleave, interleaved_order
+from restore.flattening.published.stick_kernels import BLOCK, interleave, interleaved_order
 
 APART = 100  # places in the list: more than the sticks of a vertex and of its neighbours
 

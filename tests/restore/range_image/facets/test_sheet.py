@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from restore.camera.rays import MAX_SLOPE
 from restore.mesh.triangulate import lattice
 from restore.range_image.facets.facet_model import Facets
 from restore.range_image.facets.sheet import _path_lengths, depth_distance, make_sheet
-from restore.range_image.segmentation.segment import MAX_SLOPE
 
 EXACT = 1e-9  # mm: rounding at a metre's distance
 # The path over a cylinder runs on tangents of half a sample either side, by δ²/3 longer than the arc for facets that

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from restore.range_image.facets.facet_model import WIDE_RADIUS, in_whole_windows
 from restore.range_image.facets.quadratic_fit import fit_quadratics
+from restore.range_image.facets.slope_statistics import APART, unbiased
 from restore.range_image.facets.tangent_fit import ALL_POWERS
-from restore.range_image.slope_bias import APART, unbiased
 
 ROWS, COLS = 50, 60
 EVERYWHERE = np.ones((ROWS, COLS), bool)

@@ -1,0 +1,54 @@
+"""The centre of a pinhole camera from points and their pixels, by direct linear transformation."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from restore.numerics.limits import TINY
+from restore.scan import Floats
+
+MAX_REPROJECTION_PX = 2.0  # rms, texture pixels: a picture of one pinhole camera has less, an atlas of patches more
+MIN_POINTS = 12  # six points determine a pinhole camera; twice as many show whether the picture is one's
+MIN_SINGULAR_VALUE = 1e-4  # of the largest: below, the points are coplanar and do not determine a camera
+NEARLY_PARALLEL = 1e-9  # 1/mm: a camera a thousand kilometres away
+
+
+def pinhole_centre(points: Floats, pixels: Floats) -> Floats | None:
+    """The centre (3,) mm of the pinhole camera that images points (n, 3) mm at pixels (n, 2), or None without one.
+
+    Direct linear transformation with normalised coordinates (Hartley & Zisserman, "Multiple View Geometry", 2nd ed.,
+    alg. 7.1). It is not determined by coplanar points.
+    """
+    if len(points) < MIN_POINTS:
+        return None
+    world, to_world = _normalised(points)
+    seen, to_seen = _normalised(pixels)
+    homogeneous = np.column_stack([world, np.ones(len(world))])
+    zeros = np.zeros_like(homogeneous)
+    rows = np.concatenate(
+        [
+            np.column_stack([homogeneous, zeros, -seen[:, :1] * homogeneous]),
+            np.column_stack([zeros, homogeneous, -seen[:, 1:] * homogeneous]),
+        ]
+    )
+    values, vectors = np.linalg.eigh(rows.T @ rows)
+    if values[1] < MIN_SINGULAR_VALUE**2 * values[-1]:
+        return None
+    camera = np.linalg.inv(to_seen) @ vectors[:, 0].reshape(3, 4) @ to_world
+    projected = np.column_stack([points, np.ones(len(points))]) @ camera.T
+    error = projected[:, :2] / projected[:, 2:] - pixels
+    if np.sqrt((error**2).sum(axis=1).mean()) > MAX_REPROJECTION_PX:
+        return None
+    *direction, weight = np.linalg.svd(camera)[2][3]  # the null vector, of weight 0 at infinity
+    return np.asarray(direction) / np.copysign(max(abs(weight), NEARLY_PARALLEL), weight)
+
+
+def _normalised(points: Floats) -> tuple[Floats, Floats]:
+    """Points (n, k) centred and scaled to unit mean square, and the matrix (k + 1, k + 1) that normalises them."""
+    centre = points.mean(axis=0)
+    scale = 1 / max(float(np.sqrt(((points - centre) ** 2).sum(axis=1).mean())), TINY)
+    size = points.shape[1]
+    matrix = np.eye(size + 1)
+    matrix[:size, :size] *= scale
+    matrix[:size, size] = -scale * centre
+    return (points - centre) * scale, matrix

@@ -1,0 +1,76 @@
+"""The flat page: the flattened mesh, and the painted page with its report."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from restore.findings import Finding
+from restore.scan import Bytes, Floats, Mask, SurfaceMesh
+
+
+@dataclass(frozen=True, eq=False)
+class FlatMesh(SurfaceMesh):
+    """A surface mesh with its flat positions on the page.
+
+    flat       (n, 2) float64 mm, x right, y up, never mirrored, upright as in the scanner's view.
+    steps      iterations or time steps that the flattening took.
+    lengths    (e,) float64 mm: rest lengths along the surface, in the order of `restore.mesh.network.edges_of`.
+    residual   rms strain that a single vertex could still be relieved of when the solver stopped.
+    converged  whether the solver reached its tolerance on every piece.
+    """
+
+    flat: Floats = field(default_factory=lambda: np.empty((0, 2)))
+    steps: int = 0
+    lengths: Floats = field(default_factory=lambda: np.empty(0))
+    residual: float = 0.0
+    converged: bool = True
+
+    @property
+    def convergence(self) -> dict[str, Any]:
+        """`residual` and `converged` by their names."""
+        return {"residual": self.residual, "converged": self.converged}
+
+    @classmethod
+    def of(cls, mesh: SurfaceMesh, flat: Floats, lengths: Floats, steps: int, **convergence: Any) -> Self:
+        """A flat mesh from a surface mesh, its flat positions (n, 2) mm and its rest lengths (e,) mm.
+
+        convergence: `residual` and `converged` of the solver.
+        """
+        surface: dict[str, Any] = {name: getattr(mesh, name) for name in SurfaceMesh.__dataclass_fields__}
+        return cls(**surface, flat=flat, lengths=lengths, steps=steps, **convergence)
+
+
+@dataclass(frozen=True, eq=False)
+class RestoredPage:
+    """The flat page, painted true to scale.
+
+    image     (h, w, 3) uint8 RGB.
+    dpi       one inch of paper is `dpi` pixels.
+    mask      (h, w) bool, True where the camera saw the page, its shape measured or filled in.
+    flat      the flattened mesh of the requested number of points.
+    fine      the finer mesh that maps the picture to the page, the same when the scan has no grid.
+    report    options, sizes, strain, findings and times (JSON values only).
+    page_map  (h, w, 2) float32, the texture pixel that each page pixel came from, NaN outside the page.
+    master    (h, w, 3) uint8 RGB, the page with its shading; equal to the image where shading is kept.
+    coverage  (h, w) uint8, the kind of each pixel: values of `restore.texture.coverage.Seen`.
+    page_source  (h, w) uint8, with photographs: the picture that page_map's pixel is in. 0 is the texture, k the k-th
+                 photograph, 255 outside the page. None without photographs.
+    findings  what is to be reported of the page; `report["findings"]` has the same as JSON values.
+    """
+
+    image: Bytes
+    dpi: float
+    mask: Mask
+    flat: FlatMesh
+    report: Mapping[str, Any]
+    page_map: NDArray[np.float32]
+    fine: FlatMesh
+    master: Bytes
+    coverage: Bytes
+    page_source: NDArray[np.uint8] | None = None
+    findings: tuple[Finding, ...] = ()

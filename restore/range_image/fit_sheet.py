@@ -1,0 +1,85 @@
+"""Fit the sheet of a segmented range image: its part of the picture, its facets, its texture positions."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import cv2
+import numpy as np
+
+from restore.numerics.limits import TINY
+from restore.range_image.border import lost_border
+from restore.range_image.facets.facet_model import PRECISION, fit_facets
+from restore.range_image.facets.sheet import Sheet, make_sheet
+from restore.range_image.segmentation.segment import SegmentedScan
+from restore.scan import Floats, RangeScan
+
+EXTRAPOLATION_BLUR = 3.0  # samples: Gaussian σ, wider than a drop-out
+MARGIN = 4  # samples: one cell of the lattices
+MESH_PRECISION = 2e-5  # of the depth: error of the linear interpolation between the vertices of a mesh, beside creases
+AFFINE_SUBSET = 7  # every seventh sample determines three unknowns well enough
+
+
+def fit_sheet(segmented: SegmentedScan, *, precision: float = PRECISION, cut_out: bool = False) -> Sheet:
+    """The sheet of a segmented scan, smoothed and with its holes filled.
+
+    precision is the least standard deviation of the noise that is assumed, as a share of the depth; cut_out as in
+    Sheet.
+    """
+    page = _around_page(segmented)
+    inverse_depth = np.where(page.samples, -1.0 / np.where(page.samples, page.scan.points[..., 2], -1.0), np.nan)
+    signal, spacing = _laser_signal(page.scan), abs(page.rays.dx)
+    facets = fit_facets(inverse_depth, page.samples, page.inside, spacing, signal, precision=precision)
+    sheet = make_sheet(page.rays, facets, page.samples, page.inside, _texture_positions(page.scan), page.scan)
+    return replace(sheet, cut_out=cut_out, lost_border=lost_border(segmented))
+
+
+def _around_page(segmented: SegmentedScan) -> SegmentedScan:
+    """What lies round the sheet, MARGIN samples to every side: at the border of its grid it ends half a sample out.
+
+    The rest of the scan has no part in the page, and would take as long.
+    """
+    scan, rays, inside = segmented.scan, segmented.rays, segmented.inside
+    spans = [np.flatnonzero(inside.any(axis=1 - axis))[[0, -1]] + (-MARGIN, MARGIN + 1) for axis in (0, 1)]
+    window = tuple(slice(max(first, 0), last) for first, last in spans)
+    beyond = [(max(-first, 0), max(last - size, 0)) for (first, last), size in zip(spans, inside.shape, strict=True)]
+
+    def cut(values: Any, empty: Any) -> Any:
+        return np.pad(values[window], beyond + [(0, 0)] * (values.ndim - 2), constant_values=empty)
+
+    (down, _), (right, _) = spans
+    return SegmentedScan(
+        replace(scan, points=cut(scan.points, np.nan), texture_xy=cut(scan.texture_xy, np.nan)),
+        replace(rays, x0=rays.x0 + right * rays.dx, y0=rays.y0 + down * rays.dy),
+        cut(segmented.samples, False),
+        cut(inside, False),
+    )
+
+
+def _laser_signal(scan: RangeScan) -> Floats | None:
+    """(rows, cols) red channel at each sample, the colour of the laser, or None for a scan without colour."""
+    if scan.texture is None:
+        return None
+    positions = np.nan_to_num(scan.texture_xy, nan=-1.0).astype(np.float32)
+    signal: Floats = cv2.remap(np.ascontiguousarray(scan.texture[..., 0]), positions, None, cv2.INTER_LINEAR).astype(
+        np.float64
+    )
+    return signal
+
+
+def _texture_positions(scan: RangeScan) -> Floats:
+    """(rows, cols, 2) texture position, pixels, of every sample, extrapolated where not measured."""
+    known = np.asarray(np.isfinite(scan.texture_xy).all(axis=2))
+    row, col = (axis[::AFFINE_SUBSET] for axis in np.nonzero(known))
+    design = np.column_stack([np.ones(len(row)), row, col])
+    fit, *_ = np.linalg.lstsq(design, scan.texture_xy[row, col], rcond=None)
+    rows, cols = np.ogrid[: known.shape[0], : known.shape[1]]
+    affine = fit[0] + rows[..., None] * fit[1] + cols[..., None] * fit[2]
+    # A scanner's own grid is affine; on a mesh resampled from another viewpoint the residual varies, but slowly.
+    residual = np.where(known[..., None], scan.texture_xy - affine, 0.0)
+    blurred_known = cv2.GaussianBlur(known.astype(np.float64), (0, 0), EXTRAPOLATION_BLUR)
+    blurred_residual = (
+        cv2.GaussianBlur(residual, (0, 0), EXTRAPOLATION_BLUR) / np.maximum(blurred_known, TINY)[..., None]
+    )
+    return affine + np.where(known[..., None], residual, blurred_residual)

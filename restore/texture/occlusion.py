@@ -1,0 +1,95 @@
+"""Where the page is not seen by the camera that took its texture: it occludes itself, or is turned away."""
+
+from __future__ import annotations
+
+import cv2
+import numpy as np
+
+from restore.camera.pinhole import pinhole_centre
+from restore.camera.rays import MAX_SLOPE
+from restore.findings import Finding, finding
+from restore.mesh.measures import face_normals
+from restore.mesh.raster import rasterise
+from restore.numerics.limits import TINY
+from restore.page import FlatMesh
+from restore.scan import Floats, Mask
+from restore.texture.page import crop_or_pad, page_map, rasterise_on_page
+
+# A surface nearer on the same line of sight occludes by at least this much: more than noise and half a face's depth.
+OCCLUSION_MARGIN_MM = 3.0
+OCCLUSION_MARGIN_SHARE = 0.01  # of the range of distances, for surfaces of unknown size
+FAR = 50.0  # sizes of the page: a relief of a tenth of it changes a picture of 640 pixels by one
+STEEPEST_COSINE = 1.0 / np.hypot(1.0, MAX_SLOPE)
+
+
+def viewpoint(page: FlatMesh) -> Floats | None:
+    """The centre (3,) mm of the camera that took the texture of a page, or None when it was not one pinhole camera.
+
+    A picture that was painted, of charts or of the colours of vertices, is no camera's, be it like one's.
+    Of a camera as good as at infinity the projection does not tell on which side of the page it was: on the side that
+    most faces are turned to.
+    """
+    if page.texcoords is None or "oversampling" in page.provenance:
+        return None
+    centre = pinhole_centre(page.vertices, page.texcoords)
+    if centre is None:
+        return None
+    middle = page.vertices.mean(axis=0)
+    far = np.linalg.norm(centre - middle) > FAR * np.ptp(page.vertices, axis=0).max()
+    return 2.0 * middle - centre if far and _is_mirrored(_cosines(page, centre)) else centre
+
+
+def occluded(fine: FlatMesh, camera_centre: Floats, shape: tuple[int, ...], dpi: float) -> Mask:
+    """(h, w) True where the page is turned away from the camera, seen edge-on, or occluded by itself (z-buffer)."""
+    assert fine.texcoords is not None and fine.texture is not None
+    distance = np.linalg.norm(fine.vertices - camera_centre, axis=1)
+    turned_away = _turned_away(fine, camera_centre)
+    height, width = fine.texture.shape[:2]
+    depth = distance - distance.min()  # single precision holds it, also from far away
+    nearest_depth = rasterise(fine.texcoords, fine.faces, depth[:, None], height, width, 1.0 / distance)[..., 0]
+    on_page = rasterise_on_page(fine, np.column_stack([fine.texcoords, depth]), shape, dpi)
+    front_depth = cv2.remap(
+        np.where(np.isnan(nearest_depth), np.float32(np.inf), nearest_depth),
+        np.ascontiguousarray(on_page[..., 0]),
+        np.ascontiguousarray(on_page[..., 1]),
+        cv2.INTER_NEAREST,
+        borderMode=cv2.BORDER_CONSTANT,
+        borderValue=float("inf"),
+    )
+    margin = max(OCCLUSION_MARGIN_MM, OCCLUSION_MARGIN_SHARE * float(depth.max()))
+    hidden = on_page[..., 2] - front_depth > margin
+    if not turned_away.any():
+        return np.asarray(hidden)
+    corner_flags = np.repeat(turned_away.astype(np.float64)[:, None], 3, axis=0)
+    corners = np.arange(3 * len(fine.faces)).reshape(-1, 3)
+    flags = page_map(fine.flat[fine.faces].reshape(-1, 2), corners, corner_flags, dpi)
+    return np.asarray(hidden | (crop_or_pad(flags, shape)[..., 0] > 0.5))
+
+
+def _turned_away(fine: FlatMesh, camera_centre: Floats) -> Mask:
+    """(m,) True for faces that the camera at a centre (3,) mm sees from behind or edge-on.
+
+    Of a picture that is mirrored to the surface, it is the other side of the faces that the camera saw.
+    """
+    cosine = _cosines(fine, camera_centre)
+    seen = -cosine if _is_mirrored(cosine) else cosine
+    return np.asarray(seen < STEEPEST_COSINE)
+
+
+def _cosines(fine: FlatMesh, camera_centre: Floats) -> Floats:
+    """(m,) cosines of the angles between the normals of the faces and the way to the camera at a centre (3,) mm."""
+    a, b, c = (fine.vertices[fine.faces[:, k]] for k in range(3))
+    normals, to_camera = face_normals(fine.vertices, fine.faces), camera_centre - (a + b + c) / 3
+    scale = np.linalg.norm(normals, axis=1) * np.linalg.norm(to_camera, axis=1)
+    return np.asarray(np.einsum("ij,ij->i", normals, to_camera) / np.maximum(scale, TINY))
+
+
+def _is_mirrored(cosines: Floats) -> bool:
+    """Whether most faces are turned away from the camera that took their picture: none can see them so."""
+    return bool((cosines < 0.0).mean() > 0.5)
+
+
+def mirror_findings(page: FlatMesh) -> list[Finding]:
+    """What is to be reported of a page whose picture and surface are mirror images of each other."""
+    centre = viewpoint(page)
+    return [finding("mirrored")] if centre is not None and _is_mirrored(_cosines(page, centre)) else []
