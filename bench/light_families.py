@@ -58,7 +58,7 @@ def combinations(seed: int, kinds: Sequence[str], each: int) -> Iterator[Combina
             continue
         rng = np.random.default_rng([seed, number])
         stage = Stage.of(SHEETS[kind](rng))
-        relief = relief_of(stage.surface, stage.unrolled.fine, LIGHT_DPI)
+        relief = relief_of(stage.unrolled.fine, stage.surface.normals_on, LIGHT_DPI)
         for k in range(each):
             name, lamp = prints[(turn + number * each + k) % len(prints)], lamps[(number + k) % len(lamps)]
             image = PRINTS[name](rng, PAGE_MM)

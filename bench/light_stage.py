@@ -31,9 +31,8 @@ from drivers.simulated.scene.sheets import Sheet
 from drivers.vivid900.geometry.calibration import Calibration, nominal
 from drivers.vivid900.geometry.lenses import LENSES
 from drivers.vivid900.geometry.triangulation import project, tangents
-from restore.prepared.prepared import Unrolled
-from restore.range_image.facets.sheet import Sheet as Surface
-from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
+from restore.prepared.prepared import Prepared, Unrolled
+from restore.scan import Bytes, Floats, Ints, Mask
 from restore.texture.page import paint_page
 from restore.vivid import TEXTURE_COLS, TEXTURE_ROWS
 
@@ -58,7 +57,7 @@ class Stage:
     maps: FaceMaps
     face: Ints
     points: Floats
-    surface: Surface | SurfaceMesh
+    surface: Prepared
     unrolled: Unrolled
     finer: int = 1
 

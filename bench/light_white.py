@@ -79,7 +79,7 @@ def errors(
     even, _ = stage.page(picture(codes, np.full(3, light.level[1] / bright)), DPI)
     reach = 2 * round(BORDER_MM / MM_PER_INCH * DPI) + 1
     inner = cv2.erode(mask.astype(np.uint8), np.ones((reach, reach), np.uint8), borderValue=0) > 0
-    kept = remove_shading(seen, mask, DPI, relief_of(stage.surface, stage.unrolled.fine, LIGHT_DPI)).image
+    kept = remove_shading(seen, mask, DPI, relief_of(stage.unrolled.fine, stage.surface.normals_on, LIGHT_DPI)).image
     balance = balance_on_paper(kept, mask, DPI)
     converted, _ = image_to_srgb(kept, chart_profile(flat, light, rng))
     found = [colour_error(page, even, inner) for page in (seen, kept, balance.image, converted)]

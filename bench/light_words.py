@@ -40,7 +40,7 @@ def precision(stage: Stage, flat: Stage, lamp: str, rng: np.random.Generator) ->
     codes, field = stage.print(printed.image), stage.light(light, mean_albedo(printed.image), spot)
     bright = max(1.0, float(np.percentile(field, 99)))  # the camera's exposure spares the highlights
     kept, mask = stage.page(picture(codes, field / bright, rng), DPI)
-    relief = relief_of(stage.surface, stage.unrolled.fine, LIGHT_DPI)
+    relief = relief_of(stage.unrolled.fine, stage.surface.normals_on, LIGHT_DPI)
     pages: tuple[Bytes, ...] = (
         kept,
         remove_shading(kept, mask, DPI, relief).image,

@@ -11,7 +11,7 @@ from oracles.markers import marker_error
 from oracles.sheets import CASES
 from restore import RangeScan, Settings, restore
 from restore.mesh.triangulate import lattice
-from restore.prepared.facet_sheet import decimate_sheet
+from restore.prepared.facet_sheet import FacetSheet, decimate_sheet
 from restore.prepared.prepare import prepare
 from restore.range_image.facets.sheet import Sheet, depth_distance
 from restore.scan import Floats, Ints
@@ -75,10 +75,10 @@ def fig_8() -> None:
 
 def surface_of(scan: RangeScan) -> Sheet:
     """The prepared surface of a scan that has a grid."""
-    surface = prepare(scan)
-    if not isinstance(surface, Sheet):
+    prepared = prepare(scan)
+    if not isinstance(prepared, FacetSheet):
         raise TypeError("a range scan is prepared to a sheet")
-    return surface
+    return prepared.sheet
 
 
 def sparse(surface: Sheet, points: int) -> tuple[Floats, Ints]:

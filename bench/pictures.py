@@ -49,7 +49,9 @@ def shading() -> Bytes:
 def _shading_row(sheet: Spread | Crumpled, artwork: Figure | Text, name: str) -> Bytes:
     lit_case = case(sheet, artwork, DESK_LAMP)
     kept, mask = lit_case.page(lit_case.seen)
-    removed = remove_shading(kept, mask, DPI, relief_of(lit_case.surface, lit_case.unrolled.fine, LIGHT_DPI)).image
+    removed = remove_shading(
+        kept, mask, DPI, relief_of(lit_case.unrolled.fine, lit_case.surface.normals_on, LIGHT_DPI)
+    ).image
     panels = ((kept, "The page with its light", f"a {name} page under a desk lamp"), (removed, "The light removed", ""))
     return side_by_side([Panel(resize_to_fit(image, height=HEIGHT, width=WIDTH), *words) for image, *words in panels])
 

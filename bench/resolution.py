@@ -30,7 +30,6 @@ from oracles.studio import VIEWS, take_photograph
 from restore import FlatMesh, Photograph, RangeScan, Settings
 from restore.photo import paint_registered, register_photographs
 from restore.pipeline import Stopwatch
-from restore.prepared.facet_sheet import unroll
 from restore.prepared.prepare import prepare
 from restore.scan import Bytes, Floats
 from restore.texture.page import paint_page
@@ -140,7 +139,7 @@ def _shots(scene: Scene, count: int) -> tuple[list[RangeScan], list[Truth]]:
 
 
 def _flat(scan: RangeScan) -> FlatMesh:
-    return unroll(prepare(scan), Settings(), Stopwatch(None)).fine
+    return prepare(scan).unroll(Settings(), Stopwatch(None)).fine
 
 
 def _scanner(page: FlatMesh, texture: Bytes | None, truth: Truth, factor: int) -> tuple[float | None, float, float]:

@@ -37,11 +37,9 @@ from drivers.simulated.scene.scene import place_sheet
 from drivers.simulated.scene.sheets import Binding, Sheet
 from drivers.vivid900.geometry.calibration import nominal
 from drivers.vivid900.geometry.lenses import LENSES, MODES
-from restore.prepared.facet_sheet import unroll
 from restore.prepared.prepare import prepare
-from restore.prepared.prepared import Unrolled
-from restore.range_image.facets.sheet import Sheet as Surface
-from restore.scan import Bytes, Floats, Mask, SurfaceMesh
+from restore.prepared.prepared import Prepared, Unrolled
+from restore.scan import Bytes, Floats, Mask
 from restore.settings import Settings
 from restore.shading.relief import relief_of
 from restore.shading.remove import LIGHT_DPI, remove_shading
@@ -63,7 +61,7 @@ LAMPS_A_PAGE = 3
 class Case:
     """A page in some light. seen, even: the picture, and the same without noise in even light (480, 640, 3)."""
 
-    surface: Surface | SurfaceMesh
+    surface: Prepared
     unrolled: Unrolled
     seen: Bytes
     even: Bytes
@@ -91,13 +89,13 @@ def case(sheet: Sheet, artwork: Artwork, light: Light) -> Case:
 
 
 @cache
-def measured_and_unrolled(sheet: Sheet, artwork: Artwork) -> tuple[Surface | SurfaceMesh, Unrolled]:
+def measured_and_unrolled(sheet: Sheet, artwork: Artwork) -> tuple[Prepared, Unrolled]:
     """The surface of a page as the scanner measured it, and unrolled: the same in any light."""
     lens = LENSES["MIDDLE"]
     scene = place_sheet(sheet, printed(artwork, PAGE_MM), depth_mm=DISTANCE_MM + lens.pupil_mm)
     scan, _ = shoot_scene(scene, nominal(lens), MODES["fine"], DISTANCE_MM, np.random.default_rng(SEED))
     surface = prepare(scan)
-    return surface, unroll(surface, Settings(), lambda _: nullcontext())
+    return surface, surface.unroll(Settings(), lambda _: nullcontext())
 
 
 def areas(even: Bytes, mask: Mask, dpi: float) -> tuple[Mask, Mask]:
@@ -120,7 +118,7 @@ def judge(lit_case: Case) -> list[float]:
     evened paper is off, as a share."""
     kept, mask = lit_case.page(lit_case.seen)
     even, noisy = lit_case.page(lit_case.even)[0], lit_case.page(lit_case.even_noisy)[0]
-    relief = relief_of(lit_case.surface, lit_case.unrolled.fine, LIGHT_DPI)
+    relief = relief_of(lit_case.unrolled.fine, lit_case.surface.normals_on, LIGHT_DPI)
     removed = remove_shading(kept, mask, DPI, relief).image
     paper, ink = areas(even, mask, DPI)
     levels = [brightness(page, paper) / brightness(even, paper) for page in (kept, removed, noisy)]
@@ -184,7 +182,7 @@ def a4_seconds() -> float:
     image, mask = lit_case.page(lit_case.seen, dpi)
 
     def run() -> None:
-        remove_shading(image, mask, dpi, relief_of(lit_case.surface, lit_case.unrolled.fine, LIGHT_DPI))
+        remove_shading(image, mask, dpi, relief_of(lit_case.unrolled.fine, lit_case.surface.normals_on, LIGHT_DPI))
 
     return median_seconds(run)
 

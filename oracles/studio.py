@@ -19,7 +19,6 @@ from restore import FlatMesh, RangeScan, Settings
 from restore.photo.reference import make_reference
 from restore.photo.register import Registration
 from restore.pipeline import Stopwatch
-from restore.prepared.facet_sheet import unroll
 from restore.prepared.prepare import prepare
 from restore.scan import Bytes, Floats
 
@@ -81,7 +80,7 @@ def scan_page(sheet: Sheet, artwork: Artwork) -> tuple[Scene, RangeScan, Truth]:
 @cache
 def restored_mesh(sheet: Sheet, artwork: Artwork) -> FlatMesh:
     """The fine mesh of the restored page; made once."""
-    return unroll(prepare(scan_page(sheet, artwork)[1]), Settings(), Stopwatch(None)).fine
+    return prepare(scan_page(sheet, artwork)[1]).unroll(Settings(), Stopwatch(None)).fine
 
 
 def take_photograph(scene: Scene, camera: Camera, *, seed: int = SEED, exposure: Exposure | None = None) -> Bytes:

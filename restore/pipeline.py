@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
-
-import numpy as np
+from typing import Any, NamedTuple
 
 from restore.findings import Finding, finding
-from restore.flattening.methods import DEFAULT, OnStep
-from restore.flattening.ordered_grid import thinned
-from restore.mesh.clean import clean
-from restore.mesh.ordered_grid import GridMesh
-from restore.page import RestoredPage
+from restore.flattening.methods import OnStep
+from restore.page import FlatMesh, RestoredPage
 from restore.photo import (
     Photograph,
     Registered,
@@ -23,30 +18,16 @@ from restore.photo import (
     register_photographs,
     remove_registered_shading,
 )
-from restore.prepared.facet_sheet import unroll
-from restore.prepared.flatten import flatten
-from restore.prepared.ordered_grid import unroll_grid
 from restore.prepared.prepare import prepare
-from restore.prepared.prepared import Unrolled, square_to_picture
-from restore.range_image.facets.sheet import Sheet
 from restore.range_image.segmentation.segment import SegmentedScan
 from restore.report import describe, findings_of_page
 from restore.runtime.arguments import checks_types
-from restore.scan import Bytes, InterpolatedMesh, RangeScan, SurfaceMesh
+from restore.scan import Bytes, RangeScan, SurfaceMesh
 from restore.settings import Settings
-from restore.shading.relief import relief_of
-from restore.shading.remove import LIGHT_DPI, ShadingResult
-from restore.shading.white import WhiteBalance, balance_on_paper
-from restore.texture.coverage import (
-    Coverage,
-    Seen,
-    compute_coverage,
-    cut_findings,
-    cut_share,
-    filled_findings,
-    with_interpolated,
-)
-from restore.texture.holes import end_at_holes, hole_findings, holes_on_page
+from restore.shading.relief import NormalsOn, relief_of
+from restore.shading.remove import LIGHT_DPI
+from restore.shading.white import balance_on_paper
+from restore.texture.coverage import cover, hole_findings, seen_part
 from restore.texture.inpaint import blank_hidden, inpaint_hidden
 from restore.texture.occlusion import mirror_findings
 from restore.texture.page import Painting
@@ -83,45 +64,44 @@ def restore(
     settings = settings or Settings()
     clock = Stopwatch(progress)
     with clock("prepare"):
-        surface = prepare(scan)
-    unrolled = _unroll(surface, settings, clock, on_step)
+        prepared = prepare(scan)
+    unrolled = prepared.unroll(settings, clock, on_step)
+    fine, dpi = unrolled.fine, settings.dpi
     registered: list[Registered] = []
     if photos:
         with clock("register"):
-            registered = register_photographs(unrolled.fine, photos)
+            registered = register_photographs(fine, photos)
     with clock("texture"):
-        painting, photo_report = paint_registered(unrolled.fine, registered, settings.dpi)
-        coverage = compute_coverage(surface, unrolled.fine, painting, settings.dpi)
-        if isinstance(scan, InterpolatedMesh):
-            coverage = with_interpolated(coverage, scan, unrolled.fine, settings.dpi)
-        holes = holes_on_page(surface, unrolled.fine, painting.mask.shape, settings.dpi)
-        painting, coverage = end_at_holes(painting, coverage, holes)
-        painting = replace(painting, image=blank_hidden(painting.image, coverage), mask=coverage.mask)
+        painted, photo_report = paint_registered(fine, registered, dpi)
+        kinds = prepared.kinds_on(fine, painted.mask, dpi)
+        coverage = cover(fine, painted, kinds, prepared.camera_centre(fine), dpi)
+        painting = seen_part(painted, coverage)
     with clock("shade"):
-        shading = _remove_shading(surface, unrolled, painting, registered, settings)
-        balance = _balance_white(shading.image, painting, unrolled, settings)
-        image = blank_hidden(balance.image, coverage)
-        image, coverage = inpaint_hidden(image, coverage, settings.dpi, settings.fill_hidden_mm)
-    report = describe(surface, unrolled, painting, settings)
-    found = findings_of_page(surface, unrolled.fine, report)
-    found += mirror_findings(unrolled.fine)
-    found += [*_cut_off(scan, surface, painting, coverage), *hole_findings(holes, settings.dpi)]
-    report |= {"light": shading.report, "white": balance.report, "coverage": coverage.shares()}
-    filled = [] if isinstance(scan, InterpolatedMesh) else filled_findings(coverage.seen, settings.dpi)
-    found += [*_kept(shading, balance), *coverage.findings(), *filled]
-    report |= {"source": dict(scan.provenance), "seconds": clock.seconds}
-    if photos:
-        report["photos"] = photo_report
-        found += photo_findings(registered, photo_report)
+        shaded = shade(fine, painting, registered, prepared.normals_on, settings)
+        image = blank_hidden(shaded.image, coverage)
+        image, coverage = inpaint_hidden(image, coverage, dpi, settings.fill_hidden_mm)
+    report = describe(prepared, unrolled, painting, settings) | shaded.report
+    found = [
+        *findings_of_page(fine, report),
+        *prepared.findings,
+        *mirror_findings(fine),
+        *hole_findings(painted.mask, kinds, dpi),
+        *shaded.findings,
+        *coverage.findings(),
+        *prepared.findings_on(fine, painting, coverage, dpi),
+        *photo_findings(registered, photo_report),
+    ]
+    report |= {"coverage": coverage.shares(), "source": dict(scan.provenance), "seconds": clock.seconds}
+    report |= {"photos": photo_report} if photos else {}
     report["findings"] = [one.as_json() for one in found]
     return RestoredPage(
         image,
-        settings.dpi,
+        dpi,
         coverage.mask,
         unrolled.coarse,
         report,
         painting.source,
-        unrolled.fine,
+        fine,
         painting.image,
         coverage.seen,
         painting.page_source,
@@ -129,59 +109,35 @@ def restore(
     )
 
 
-def _cut_off(
-    scan: RangeScan | SurfaceMesh | SegmentedScan, surface: Sheet | SurfaceMesh, painting: Painting, coverage: Coverage
-) -> list[Finding]:
-    """What is to be reported of a page that leaves the scanner's picture; the edge of a mesh's atlas says nothing."""
-    if isinstance(scan, SegmentedScan):
-        scan = scan.scan
-    if not isinstance(scan, RangeScan) or painting.page_source is not None:
-        return []
-    if scan.texture is None:
-        return cut_findings(surface.cut if isinstance(surface, Sheet) else 0.0)
-    return cut_findings(cut_share(coverage.seen != Seen.OUTSIDE, painting.source, scan.texture.shape[:2]))
+class Shaded(NamedTuple):
+    """A page (h, w, 3) in the light and colours that the settings ask for, with fields of the report and findings."""
+
+    image: Bytes
+    report: dict[str, Any]
+    findings: tuple[Finding, ...]
 
 
-def _remove_shading(
-    surface: Sheet | SurfaceMesh,
-    unrolled: Unrolled,
+def shade(
+    fine: FlatMesh,
     painting: Painting,
     registered: Sequence[Registered],
+    normals_on: NormalsOn,
     settings: Settings,
-) -> ShadingResult:
-    """The page without shading, or unchanged when the settings keep it or the scan has no texture."""
-    if settings.shading == "keep" or unrolled.fine.texture is None:
-        return ShadingResult(painting.image, {})
-    relief = relief_of(surface, unrolled.fine, min(LIGHT_DPI, settings.dpi))
-    return remove_registered_shading(unrolled.fine, registered, settings.dpi, relief, painting.image, painting.mask)
-
-
-def _balance_white(image: Bytes, painting: Painting, unrolled: Unrolled, settings: Settings) -> WhiteBalance:
-    """The page in the colours that the settings ask for; unchanged when the scan has no texture."""
-    if settings.white == "keep" or unrolled.fine.texture is None:
-        return WhiteBalance(image, {"mode": "keep"})
-    balance = balance_on_paper(image, painting.mask, settings.dpi)
-    return replace(balance, report={"mode": settings.white, **balance.report})
-
-
-def _kept(shading: ShadingResult, balance: WhiteBalance) -> list[Finding]:
-    """What the settings ask for and the page does not allow."""
-    asked = (("light_kept", shading.report), ("white_kept", balance.report))
-    return [finding(code, reason=report["reason"]) for code, report in asked if "reason" in report]
-
-
-def _unroll(surface: Sheet | SurfaceMesh, settings: Settings, clock: Stopwatch, on_step: OnStep | None) -> Unrolled:
-    if isinstance(surface, Sheet):
-        return unroll(surface, settings, clock, on_step)
-    count = settings.points or len(surface.vertices)
-    if isinstance(surface, GridMesh) and settings.method == DEFAULT:  # all points tell the shape
-        with clock("flatten"):
-            return unroll_grid(surface, count)
-    with clock("decimate"):
-        mesh = thinned(surface, count) if isinstance(surface, GridMesh) else clean(surface, count)
-    with clock("flatten"):
-        flat = square_to_picture(flatten(mesh, settings.method, on_step=on_step))
-    return Unrolled(flat, flat, np.empty((0, 2)), {})
+) -> Shaded:
+    """The painted page without its light and the lamp's colour, as far as settings and page allow."""
+    image, mask, dpi = painting.image, painting.mask, settings.dpi
+    light: Mapping[str, Any] = {}
+    white: Mapping[str, Any] = {"mode": "keep"}
+    if fine.texture is not None and settings.shading != "keep":
+        relief = relief_of(fine, normals_on, min(LIGHT_DPI, dpi))
+        removed = remove_registered_shading(fine, registered, dpi, relief, image, mask)
+        image, light = removed.image, removed.report
+    if fine.texture is not None and settings.white != "keep":
+        balanced = balance_on_paper(image, mask, dpi)
+        image, white = balanced.image, {"mode": settings.white, **balanced.report}
+    kept = (("light_kept", light), ("white_kept", white))
+    found = tuple(finding(code, reason=report["reason"]) for code, report in kept if "reason" in report)
+    return Shaded(image, {"light": light, "white": white}, found)
 
 
 class Stopwatch:

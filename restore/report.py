@@ -15,9 +15,8 @@ from restore.mesh.strain import face_strain, smooth_rms_strain
 from restore.numerics.limits import SINGLE_PRECISION
 from restore.outline.rectangle import page_size
 from restore.page import FlatMesh
-from restore.prepared.prepared import Unrolled
-from restore.range_image.facets.sheet import Sheet
-from restore.scan import Ints, SurfaceMesh
+from restore.prepared.prepared import Prepared, Unrolled
+from restore.scan import Ints
 from restore.settings import Settings
 from restore.texture.page import Painting
 
@@ -26,16 +25,8 @@ ESTIMATED = 0.01  # of its straight length: an edge whose rest length differs by
 UPSIDE_DOWN = 0.01  # of the faces: noise turns single ones
 MOSTLY = 0.5  # of the edges: the rest lengths of fewer are checked by those that need no estimate
 
-# Fractions of a sheet's border above which they are reported.
-BORDERS = {
-    "lost_border": 0.01,  # a centimetre of an A4 page; where no paper was lost it is 0
-    "turned_border": 0.02,  # of pages that are seen to their edges, corners alone are
-}
 
-
-def describe(
-    surface: Sheet | SurfaceMesh, unrolled: Unrolled, painting: Painting, settings: Settings
-) -> dict[str, Any]:
+def describe(prepared: Prepared, unrolled: Unrolled, painting: Painting, settings: Settings) -> dict[str, Any]:
     """The report of a restoration, all but its times."""
     fine = unrolled.fine
     edges = edges_of(fine.faces)
@@ -66,10 +57,7 @@ def describe(
         **painting.resolution.described(),
         "decimation": unrolled.distance,
     }
-    if isinstance(surface, Sheet):
-        report["samples"] = int(surface.measured.sum())
-        report["filled_share"] = float(1.0 - surface.measured[surface.inside].mean())
-    return report
+    return {**report, **prepared.facts}
 
 
 def _face_strain_statistics(mesh: FlatMesh, edges: Ints) -> dict[str, dict[str, float]]:
@@ -107,8 +95,8 @@ def connected_pieces(faces: Ints) -> int:
     return len(np.unique(piece_of_faces(faces)))
 
 
-def findings_of_page(surface: Sheet | SurfaceMesh, fine: FlatMesh, report: Mapping[str, Any]) -> list[Finding]:
-    """What is to be reported of a flat page and the surface it came from; report: as `describe` gives it."""
+def findings_of_page(fine: FlatMesh, report: Mapping[str, Any]) -> list[Finding]:
+    """What is to be reported of a flat page; report: as `describe` gives it."""
     found = list(fine.findings)
     if fine.texture is None or fine.texcoords is None:
         found.append(finding("no_colour"))
@@ -123,6 +111,4 @@ def findings_of_page(surface: Sheet | SurfaceMesh, fine: FlatMesh, report: Mappi
     estimated = report["strain"]["against_chords"]["estimated_share"]
     if estimated > MOSTLY:
         found.append(finding("lengths_estimated", estimated))
-    if isinstance(surface, Sheet):
-        found += [finding(name, share) for name, most in BORDERS.items() if (share := getattr(surface, name)) > most]
     return found

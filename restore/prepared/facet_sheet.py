@@ -1,27 +1,96 @@
-"""From the prepared surface to the flat page: a coarse mesh is flattened, and refined to a fine one for the picture."""
+"""A page on a range grid: a coarse mesh of it is flattened, and refined to a fine one for the picture."""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
 
+import cv2
 import numpy as np
 
+from restore.findings import Finding, finding
 from restore.flattening.methods import OnStep, flatten_points
 from restore.mesh.decimate import decimate
 from restore.mesh.network import edges_of
 from restore.mesh.triangulate import lattice
 from restore.outline.sides import straighten
 from restore.page import FlatMesh
-from restore.prepared.prepared import Clock, Unrolled, square_to_picture
+from restore.prepared.prepared import Clock, Prepared, Unrolled, square_to_picture
 from restore.prepared.refine import interpolate_flat_positions, refine, subdivide
+from restore.range_image.facets.normals import facet_normals
 from restore.range_image.facets.sheet import PageOnGrid, Sheet, depth_distance
-from restore.scan import Floats, SurfaceMesh
+from restore.scan import Bytes, Floats, Mask, SurfaceMesh
 from restore.settings import Settings
+from restore.texture.coverage import Coverage, Seen
+from restore.texture.occlusion import viewpoint
+from restore.texture.page import PageMap, Painting, page_map, rasterise_on_page
 
 MAX_SOLVED_POINTS = 10_000  # vertices; more gain no accuracy and cost seconds
 # Samples from node to node of the lattice that is decimated → nodes for each requested point, at least. The facets
 # average 7×7 samples; the time of decimation is that of its nodes, and the widest step leaves it a choice of nodes.
 STRIDES = {1: 1.0, 2: 1.0, 3: 1.0, 4: 1.0, 5: 6.0, 6: 6.0}
+# Fractions of a sheet's border above which they are reported.
+BORDERS = {
+    "lost_border": 0.01,  # a centimetre of an A4 page; where no paper was lost it is 0
+    "turned_border": 0.02,  # of pages that are seen to their edges, corners alone are
+}
+HALF = 0.5  # of a sample: between one in a hole and one on the paper the edge is half-way
+
+
+@dataclass(frozen=True, eq=False)
+class FacetSheet(Prepared):
+    """A page on a range grid: facets tell its points, lengths and normals everywhere."""
+
+    sheet: Sheet
+    is_one_shot: bool = False
+
+    def unroll(self, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
+        """The flat page: decimated, flattened by the lengths of the facets, refined and made straight."""
+        return unroll(self.sheet, settings, clock, on_step)
+
+    @property
+    def facts(self) -> Mapping[str, Any]:
+        """How many samples were measured on it, and how much of it is filled in."""
+        measured = self.sheet.measured
+        return {"samples": int(measured.sum()), "filled_share": float(1.0 - measured[self.sheet.inside].mean())}
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """Where its border may go on, unseen."""
+        shares = {name: getattr(self.sheet, name) for name in BORDERS}
+        return tuple(finding(name, share) for name, share in shares.items() if share > BORDERS[name])
+
+    def normals_on(self, fine: FlatMesh, dpi: float, axes: Floats) -> PageMap:
+        """Of the nearest facet: those that meet at a crease must not be mixed."""
+        rows, cols = self.sheet.rays.grid(fine.vertices)
+        at = np.ascontiguousarray(page_map(fine.flat, fine.faces, np.column_stack([cols, rows]), dpi))
+        nearest = cv2.remap(facet_normals(self.sheet), at, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
+        normals: PageMap = nearest @ axes.T.astype(np.float32)
+        normals[np.isnan(at[..., 0])] = np.nan
+        return normals
+
+    def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:
+        """MEASURED or FILLED as the samples are, OUTSIDE in the holes through which the table was measured."""
+        grid_xy = np.stack(self.sheet.rays.grid(fine.vertices), axis=1)[:, ::-1]
+        at = rasterise_on_page(fine, grid_xy, page.shape, dpi)
+        samples = self.sheet.measured.astype(np.uint8)
+        measured = cv2.remap(samples, at, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
+        kinds = np.where(page, np.where(measured > 0, Seen.MEASURED, Seen.FILLED), Seen.OUTSIDE).astype(np.uint8)
+        if self.sheet.holes is not None and self.sheet.holes.any():
+            kinds[cv2.remap(self.sheet.holes.astype(np.float32), at, None, cv2.INTER_LINEAR) > HALF] = Seen.OUTSIDE
+        return kinds
+
+    def camera_centre(self, fine: FlatMesh) -> Floats | None:
+        """The lens of the scanner; for the virtual view of a mesh that of its own picture."""
+        origin = self.sheet.rays.origin
+        return viewpoint(fine) if origin.any() else origin
+
+    def cut_fraction(self, painting: Painting, coverage: Coverage, texture: Bytes | None) -> float:
+        """By its picture; without one, by its samples in the first and last rows and columns."""
+        if texture is None and self.is_one_shot and painting.page_source is None:
+            return self.sheet.cut
+        return super().cut_fraction(painting, coverage, texture)
 
 
 def unroll(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:

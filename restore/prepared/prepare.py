@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -10,10 +12,13 @@ from restore.camera.rays import find_rays
 from restore.mesh.clean import large_pieces, select, weld
 from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.triangulate import triangulate
-from restore.mesh.validate import validated
+from restore.mesh.validate import ValidMesh, validated
+from restore.prepared.facet_sheet import FacetSheet
+from restore.prepared.ordered_grid import OrderedGrid
+from restore.prepared.plain_mesh import InterpolatedPage, PlainMesh
+from restore.prepared.prepared import Prepared
 from restore.prepared.size import check_size
 from restore.range_image.border import turned_border
-from restore.range_image.facets.sheet import Sheet
 from restore.range_image.fit_sheet import MESH_PRECISION, fit_sheet
 from restore.range_image.holes import holes_to_mesh, holes_to_table
 from restore.range_image.remove_table import page_and_table
@@ -23,43 +28,71 @@ from restore.scan import InterpolatedMesh, RangeScan, SurfaceMesh
 from restore.scan_check import refuse_unusable
 
 
-def prepare(scan: RangeScan | SurfaceMesh | SegmentedScan) -> Sheet | SurfaceMesh:
-    """The sheet on its range grid; the validated mesh, when no single view shows all of it; an ordered grid as it is.
+def prepare(scan: RangeScan | SurfaceMesh | SegmentedScan) -> Prepared:
+    """The page of a scan: on its range grid, as a mesh where no single view shows all of it, or as an ordered grid.
 
     Raises NotEnoughSurface when the scan holds no piece of surface that could be a page, BadInput for a broken one.
     """
-    if isinstance(scan, GridMesh):
-        return scan
-    if isinstance(scan, SegmentedScan):
-        check_size(scan.scan)
-        return _with_holes(scan)
+    kind = next(kind for kind in type(scan).__mro__ if kind in PREPARERS)
+    return PREPARERS[kind](scan)
+
+
+def of_range_image(scan: RangeScan) -> Prepared:
+    """The largest sheet in a scanner's picture; a mesh where its samples are on no lines of sight."""
     refuse_unusable(scan)
-    if isinstance(scan, RangeScan):
-        check_size(scan)
-        rays = find_rays(scan)
-        if rays is not None:
-            return _with_holes(find_sheet(scan, rays))
-        scan = triangulate(scan)
-    return _prepare_mesh(scan)
+    check_size(scan)
+    rays = find_rays(scan)
+    if rays is not None:
+        return of_segmented(find_sheet(scan, rays))
+    prepared = of_mesh(triangulate(scan))
+    return replace(prepared, is_one_shot=True)
 
 
-def _prepare_mesh(scan: SurfaceMesh) -> Sheet | SurfaceMesh:
-    """A mesh, without its table, as one view shows it; a mesh still where none shows all of it, or it is coarse."""
-    mesh = validated(scan)
-    check_size(mesh)
-    mesh = validated(weld(mesh))
-    alone = isinstance(scan, InterpolatedMesh)  # of the page: a flat part of it, lit otherwise, is no table
-    page, table = (mesh, None) if alone else page_and_table(mesh)
-    view = resample(page)
-    if view is not None:
-        sheet = segment(*view, view[0].measured) if alone else largest_surface(*view, view[0].measured)
-        fitted = fit_sheet(sheet, precision=MESH_PRECISION, cut_out=not alone)
-        return fitted if table is None else replace(fitted, holes=holes_to_mesh(fitted, table))
-    return mesh if page is mesh else select(page, page.faces[max(large_pieces(page), key=np.count_nonzero)])
-
-
-def _with_holes(segmented: SegmentedScan) -> Sheet:
+def of_segmented(segmented: SegmentedScan) -> FacetSheet:
     """The sheet of a scanner's own picture, with the holes through it, and how much of its border may go on unseen."""
+    check_size(segmented.scan)
     sheet = fit_sheet(segmented)
     holes = holes_to_table(sheet, segmented)
-    return replace(sheet, holes=holes, cut=segmented.cut, turned_border=turned_border(sheet))
+    turned = turned_border(sheet)
+    return FacetSheet(replace(sheet, holes=holes, cut=segmented.cut, turned_border=turned), is_one_shot=True)
+
+
+def of_mesh(scan: SurfaceMesh) -> FacetSheet | PlainMesh:
+    """A mesh, without its table, as one view shows it; a mesh still where none shows all of it, or it is coarse."""
+    refuse_unusable(scan)
+    mesh = _checked(scan)
+    page, table = page_and_table(mesh)
+    view = resample(page)
+    if view is None:
+        alone = mesh if page is mesh else select(page, page.faces[max(large_pieces(page), key=np.count_nonzero)])
+        return PlainMesh(alone)
+    sheet = fit_sheet(largest_surface(*view, view[0].measured), precision=MESH_PRECISION, cut_out=True)
+    return FacetSheet(sheet if table is None else replace(sheet, holes=holes_to_mesh(sheet, table)))
+
+
+def of_interpolated(scan: InterpolatedMesh) -> InterpolatedPage:
+    """A mesh of the page alone: a flat part of it, lit otherwise, is not a table."""
+    refuse_unusable(scan)
+    mesh = _checked(scan)
+    view = resample(mesh)
+    if view is None:
+        return InterpolatedPage(PlainMesh(mesh), scan)
+    sheet = fit_sheet(segment(*view, view[0].measured), precision=MESH_PRECISION)
+    return InterpolatedPage(FacetSheet(sheet), scan)
+
+
+def _checked(scan: SurfaceMesh) -> ValidMesh:
+    """The valid mesh of a page's size, its seams joined."""
+    mesh = validated(scan)
+    check_size(mesh)
+    return validated(weld(mesh))
+
+
+PREPARERS: Mapping[type, Callable[[Any], Prepared]] = {
+    RangeScan: of_range_image,
+    SegmentedScan: of_segmented,
+    SurfaceMesh: of_mesh,
+    InterpolatedMesh: of_interpolated,
+    GridMesh: OrderedGrid,
+}
+"""Kind of scan → what prepares it; a kind that is not listed is prepared as the nearest that it derives from."""

@@ -1,16 +1,27 @@
-"""The flat page as meshes, and its rotation to an upright picture."""
+"""A prepared page: what any kind of scan becomes before it is flattened, and the flat page that comes of it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from typing import Any
 
+import numpy as np
+
+from restore.findings import Finding
+from restore.flattening.methods import OnStep
 from restore.mesh.adjacency import border_of
-from restore.mesh.measures import signed_areas
+from restore.mesh.measures import signed_areas, vertex_normals
+from restore.numerics.limits import SINGLE_TINY
 from restore.outline.rectangle import squaring_rotation
 from restore.page import FlatMesh
-from restore.scan import Floats
+from restore.scan import Bytes, Floats, Mask
+from restore.settings import Settings
+from restore.texture.coverage import Coverage, Seen, cut_findings, cut_share, filled_findings
+from restore.texture.occlusion import viewpoint
+from restore.texture.page import PageMap, Painting, page_map
 
 Clock = Callable[[str], AbstractContextManager[None]]
 
@@ -29,6 +40,53 @@ class Unrolled:
     fine: FlatMesh
     nodes: Floats
     distance: dict[str, float]
+
+
+class Prepared(ABC):
+    """A page ready to be flattened. Each kind of scan has its own; the defaults are those of a plain mesh.
+
+    is_one_shot  whether it comes from one picture of a scanner, which the page may leave; a mesh may have an atlas.
+    """
+
+    is_one_shot: bool = False
+
+    @abstractmethod
+    def unroll(self, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
+        """The flat page with about `settings.points` points, all of them for 0; clock(stage) times the stages."""
+
+    @property
+    def facts(self) -> Mapping[str, Any]:
+        """Further fields of the report."""
+        return {}
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """What is to be reported of the border of the surface."""
+        return ()
+
+    def normals_on(self, fine: FlatMesh, dpi: float, axes: Floats) -> PageMap:
+        """(h, w, 3) unit normals on the printed side of a flat page, in the frame of rows `axes` (3, 3); NaN off it."""
+        normals = page_map(fine.flat, fine.faces, vertex_normals(fine.vertices, fine.faces) @ axes.T, dpi)
+        return normals / np.maximum(np.linalg.norm(normals, axis=2, keepdims=True), SINGLE_TINY)
+
+    def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:  # noqa: ARG002 - others need both
+        """(h, w) how the shape is known at the pixels of a flat page (h, w): MEASURED, FILLED, or OUTSIDE in holes."""
+        return np.where(page, Seen.MEASURED, Seen.OUTSIDE).astype(np.uint8)
+
+    def camera_centre(self, fine: FlatMesh) -> Floats | None:
+        """The centre (3,) mm of the camera that took the texture; None where it is not one camera's picture."""
+        return viewpoint(fine)
+
+    def cut_fraction(self, painting: Painting, coverage: Coverage, texture: Bytes | None) -> float:
+        """The fraction of the outline of a painted page that is at the edge of the scanner's picture (h, w, 3)."""
+        if texture is None or not self.is_one_shot or painting.page_source is not None:
+            return 0.0
+        return cut_share(coverage.seen != Seen.OUTSIDE, painting.source, texture.shape[:2])
+
+    def findings_on(self, fine: FlatMesh, painting: Painting, coverage: Coverage, dpi: float) -> list[Finding]:
+        """What is to be reported of a painted page: where it ends, and where its shape is not measured."""
+        cut = self.cut_fraction(painting, coverage, fine.texture)
+        return [*cut_findings(cut), *filled_findings(coverage.seen, dpi)]
 
 
 def square_to_picture(flat: FlatMesh) -> FlatMesh:

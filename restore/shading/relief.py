@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
-import cv2
 import numpy as np
 
-from restore.mesh.measures import vertex_normals
 from restore.mesh.pose import pose_on_table
-from restore.numerics.limits import SINGLE_TINY
 from restore.page import FlatMesh
-from restore.range_image.facets.normals import Field, facet_normals
-from restore.range_image.facets.sheet import Sheet
-from restore.scan import Floats, Ints, Mask, SurfaceMesh
+from restore.range_image.facets.normals import Field
+from restore.scan import Floats, Ints, Mask
 from restore.texture.page import page_map
+
+NormalsOn = Callable[[FlatMesh, float, Floats], Field]
+"""The flat page, its resolution, and the axes of a frame → (h, w, 3) unit normals in that frame, NaN off the page."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,22 +41,9 @@ class Relief:
         return np.asarray(np.isfinite(self.points[..., 2]))
 
 
-def relief_of(surface: Sheet | SurfaceMesh, fine: FlatMesh, dpi: float) -> Relief:
-    """Relief of a prepared surface at `dpi` pixels of the flat page to the inch.
-
-    On a range grid every sample has a facet of its own, so a crease is sharp; a mesh has the normals of its vertices.
-    """
+def relief_of(fine: FlatMesh, normals_on: NormalsOn, dpi: float) -> Relief:
+    """Relief of a flat page at `dpi` pixels to the inch; normals_on: as `Prepared` has it."""
     posed = pose_on_table(fine.vertices, fine.faces)
-    vertices, axes = posed.positions, posed.axes
-    if isinstance(surface, Sheet):
-        rows, cols = surface.rays.grid(fine.vertices)
-        over = page_map(fine.flat, fine.faces, np.column_stack([vertices, cols, rows]), dpi)
-        # Nearest, not in between: facets that meet at a crease must not be mixed.
-        facets, at = facet_normals(surface), np.ascontiguousarray(over[..., 3:])
-        normals = cv2.remap(facets, at, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE) @ axes.T.astype("f")
-    else:
-        own = vertex_normals(fine.vertices, fine.faces)
-        over = page_map(fine.flat, fine.faces, np.column_stack([vertices, own @ axes.T]), dpi)
-        normals = over[..., 3:] / np.maximum(np.linalg.norm(over[..., 3:], axis=2, keepdims=True), SINGLE_TINY)
-    normals[np.isnan(over[..., 0])] = np.nan
-    return Relief(over[..., :3], normals, dpi, vertices, fine.faces, axes, posed.origin)
+    points = page_map(fine.flat, fine.faces, posed.positions, dpi)
+    normals = normals_on(fine, dpi, posed.axes)
+    return Relief(points, normals, dpi, posed.positions, fine.faces, posed.axes, posed.origin)

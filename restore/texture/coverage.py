@@ -8,7 +8,7 @@ turned away) the texture has the colour of another place, and where the surface 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 
 import cv2
@@ -16,20 +16,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from restore.camera.rays import Rays
 from restore.findings import Finding, finding
-from restore.mesh.ordered_grid import GridMesh
 from restore.page import FlatMesh
-from restore.range_image.facets.sheet import Sheet
-from restore.scan import Bytes, Floats, InterpolatedMesh, Mask, SurfaceMesh
-from restore.texture.occlusion import occluded, viewpoint
-from restore.texture.page import MM_PER_INCH, Painting, rasterise_on_page
+from restore.scan import Bytes, Floats, Mask
+from restore.texture.occlusion import occluded
+from restore.texture.page import MM_PER_INCH, PAPER, Painting
 
 MAX_HIDDEN = 0.1  # of the page: the gutter of a book hides less, beside the letters that are lost there
 MAX_FILLED_MM = 20.0  # across: between two lines of text a page bends little, over a hand's breadth of a book too much
 EDGE_PX = 3.0  # of the picture: the page is painted by interpolation, so its last pixel lies within two of the edge
 # of the outline of a page that is said to be cut off: the presets of the station are amber from there
 MAX_CUT = 0.02
+NO_PICTURE = 255  # in page_source, off the page
 
 
 class Seen(IntEnum):
@@ -66,39 +64,38 @@ class Coverage:
         return [finding("hidden", hidden)] if hidden > MAX_HIDDEN else []
 
 
-def compute_coverage(surface: Sheet | SurfaceMesh, fine: FlatMesh, painting: Painting, dpi: float) -> Coverage:
-    """The coverage of a painted page at a resolution of dpi."""
-    on_mesh = painting.mask
-    seen = np.where(on_mesh, Seen.MEASURED, Seen.OUTSIDE).astype(np.uint8)
-    seen[_enclosed_holes(on_mesh)] = Seen.HIDDEN
-    if isinstance(surface, Sheet):
-        grid_xy = rasterise_on_page(
-            fine, np.stack(surface.rays.grid(fine.vertices), axis=1)[:, ::-1], on_mesh.shape, dpi
-        )
-        measured = cv2.remap(
-            surface.measured.astype(np.uint8), grid_xy, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE
-        )
-        seen[on_mesh & (measured == 0)] = Seen.FILLED
+def cover(fine: FlatMesh, painting: Painting, kinds: Bytes, camera_centre: Floats | None, dpi: float) -> Coverage:
+    """The coverage of a painted page at a resolution of dpi.
+
+    kinds (h, w) are how the shape of its pixels is known: MEASURED, FILLED, or OUTSIDE in holes and off the page.
+    camera_centre (3,) mm: of the camera that took the texture; None where it is not one camera's picture.
+    """
+    seen, on_page = kinds.copy(), painting.mask & (kinds != Seen.OUTSIDE)
+    seen[_enclosed_holes(painting.mask)] = Seen.HIDDEN
     if painting.covered is not None:
-        seen[painting.covered & on_mesh] = Seen.COVERED
-    camera_centre = _camera_centre(surface, fine)
+        seen[painting.covered & on_page] = Seen.COVERED
     if camera_centre is not None and fine.texcoords is not None and fine.texture is not None:
-        hidden = on_mesh & occluded(fine, camera_centre, on_mesh.shape, dpi)
+        hidden = on_page & occluded(fine, camera_centre, on_page.shape, dpi)
         # Pixels painted from a photograph need not be visible to the scanner's camera.
         seen[hidden if painting.page_source is None else hidden & (painting.page_source == 0)] = Seen.HIDDEN
     return Coverage(seen)
 
 
-def with_interpolated(coverage: Coverage, surface: InterpolatedMesh, fine: FlatMesh, dpi: float) -> Coverage:
-    """The coverage of a page at a resolution of dpi, FILLED where the surface was interpolated between measured points.
+def seen_part(painting: Painting, coverage: Coverage) -> Painting:
+    """The painted page with what the camera did not see blank; in holes it ends, and has no source."""
+    holes = painting.mask & (coverage.seen == Seen.OUTSIDE)
+    image, source, page_source = painting.image.copy(), painting.source, painting.page_source
+    image[holes | (coverage.seen == Seen.HIDDEN)] = PAPER
+    if holes.any():
+        source = np.where(holes[..., None], np.float32(np.nan), source)
+        page_source = None if page_source is None else np.where(holes, np.uint8(NO_PICTURE), page_source)
+    return replace(painting, image=image, mask=coverage.mask, source=source, page_source=page_source)
 
-    fine: the flat page of the surface.
-    """
-    seen = coverage.seen.copy()
-    distance = distance_to(surface.measured, fine.vertices)
-    near = rasterise_on_page(fine, distance[:, None], seen.shape, dpi)[..., 0] <= surface.reach_mm
-    seen[~near & (seen == Seen.MEASURED)] = Seen.FILLED
-    return Coverage(seen)
+
+def hole_findings(page: Mask, kinds: Bytes, dpi: float) -> list[Finding]:
+    """What is to be reported of a page (h, w) whose kinds (h, w) are OUTSIDE in its holes."""
+    area = float((page & (kinds == Seen.OUTSIDE)).sum()) * (MM_PER_INCH / dpi) ** 2
+    return [finding("holes", area_mm2=area)] if area else []
 
 
 def distance_to(measured: Floats, points: Floats) -> Floats:
@@ -135,20 +132,3 @@ def filled_findings(seen: Bytes, dpi: float) -> list[Finding]:
     filled = np.pad(seen == Seen.FILLED, 1).astype(np.uint8)
     across = 2.0 * float(cv2.distanceTransform(filled, cv2.DIST_L2, cv2.DIST_MASK_5).max()) * MM_PER_INCH / dpi
     return [finding("filled", across_mm=across)] if across > MAX_FILLED_MM else []
-
-
-def _camera_centre(surface: Sheet | SurfaceMesh, fine: FlatMesh) -> Floats | None:
-    """The centre (3,) mm of the camera, or None when the texture is not the picture of one pinhole camera.
-
-    That of a segment of a volume is none: it was drawn over the grid.
-    """
-    if isinstance(surface, GridMesh):
-        return None
-    if isinstance(surface, Sheet) and _is_scanner_camera(surface.rays):
-        return surface.rays.origin
-    return viewpoint(fine)
-
-
-def _is_scanner_camera(rays: Rays) -> bool:
-    """True when the rays are the scanner's own, and not those of a virtual camera for a mesh."""
-    return not rays.origin.any()

@@ -9,6 +9,8 @@ import pytest
 from restore.mesh.network import edges_of
 from restore.mesh.triangulate import lattice
 from restore.page import FlatMesh
+from restore.prepared.facet_sheet import FacetSheet
+from restore.prepared.plain_mesh import PlainMesh
 from restore.prepared.prepared import Unrolled
 from restore.report import NOT_DEVELOPABLE, describe, findings_of_page
 from restore.settings import Settings
@@ -36,9 +38,12 @@ def described(fine, *, surface=None, settings=None, distance=None):
     coarse = replace(fine, vertices=fine.vertices[:50], flat=fine.flat[:50])
     image = np.zeros((4, 5, 3), np.uint8)
     painting = Painting(image, image[..., 0] == 0, np.zeros((4, 5, 2), np.float32), Resolution(141.5, 0.25))
-    surface, unrolled = surface or fine, Unrolled(coarse, fine, np.empty((0, 2)), distance or {})
-    report = describe(surface, unrolled, painting, settings or Settings())
-    return report | {"findings": [one.as_json() for one in findings_of_page(surface, fine, report)]}
+    prepared = PlainMesh(fine) if surface is None else FacetSheet(surface)
+    report = describe(
+        prepared, Unrolled(coarse, fine, np.empty((0, 2)), distance or {}), painting, settings or Settings()
+    )
+    found = [*findings_of_page(fine, report), *prepared.findings]
+    return report | {"findings": [one.as_json() for one in found]}
 
 
 def test_a_page_that_is_folded_over_itself_is_told(page):

@@ -43,7 +43,7 @@ def truth(figure):
 
 @pytest.fixture(scope="module")
 def relief(figure):
-    return relief_of(prepare(figure.scan), figure.page, LIGHT_DPI)
+    return relief_of(figure.page, prepare(figure.scan).normals_on, LIGHT_DPI)
 
 
 def light_on(image, truth, where):

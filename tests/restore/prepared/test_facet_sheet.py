@@ -23,7 +23,7 @@ FEWER = 0.1  # of the points asked for: the decimation stops near the number
 def sheet(camera):
     bent = np.full(camera.shape, np.nan)
     bent[20:140, 30:170] = camera.cylinder(RADIUS_MM)[20:140, 30:170]
-    return prepare(camera.shot(bent))
+    return prepare(camera.shot(bent)).sheet
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,8 @@ import pytest
 from restore.camera.rays import find_rays
 from restore.errors import BadInput, NotEnoughSurface
 from restore.mesh.ordered_grid import grid_faces
+from restore.prepared.facet_sheet import FacetSheet
+from restore.prepared.plain_mesh import InterpolatedPage, PlainMesh
 from restore.prepared.prepare import prepare
 from restore.range_image.facets.sheet import Sheet
 from restore.range_image.fit_sheet import MARGIN, fit_sheet
@@ -35,8 +37,8 @@ def scan(camera) -> RangeScan:
 @pytest.fixture(scope="module")
 def sheet(scan) -> Sheet:
     prepared = prepare(scan)
-    assert isinstance(prepared, Sheet)
-    return prepared
+    assert isinstance(prepared, FacetSheet)
+    return prepared.sheet
 
 
 def on_grid(mask):
@@ -101,8 +103,8 @@ def test_a_scan_with_nothing_measured_has_not_enough_surface(scan):
 def test_a_small_mesh_stays_a_mesh_with_its_doubled_vertices_joined():
     corners = np.array([[0.0, 0, 0], [60, 0, 0], [60, 60, 0], [0, 0, 0], [60, 60, 0], [0, 60, 0]])
     prepared = prepare(SurfaceMesh(corners, np.array([[0, 1, 2], [3, 4, 5]])))
-    assert isinstance(prepared, SurfaceMesh)
-    assert (len(prepared.vertices), len(prepared.faces)) == (4, 2)
+    assert isinstance(prepared, PlainMesh)
+    assert (len(prepared.mesh.vertices), len(prepared.mesh.faces)) == (4, 2)
 
 
 @pytest.mark.parametrize("alone", [True, False])
@@ -114,8 +116,10 @@ def test_a_flat_part_of_a_page_that_is_lit_otherwise_is_no_table(alone):
     texture[:, 160:] = 120
     corners = np.stack([x, 120.0 - y], axis=-1).reshape(-1, 2) * 4.0 / 3.0 - 0.5
     mesh = points, grid_faces(np.ones(x.shape, bool)), corners, texture, {"unit": "mm", "unit_source": "given"}
-    sheet = prepare(InterpolatedMesh(*mesh, points, 5.0) if alone else SurfaceMesh(*mesh))
-    assert isinstance(sheet, Sheet)
+    prepared = prepare(InterpolatedMesh(*mesh, points, 5.0) if alone else SurfaceMesh(*mesh))
+    page = prepared.page if isinstance(prepared, InterpolatedPage) else prepared
+    assert isinstance(page, FacetSheet)
+    sheet = page.sheet
     assert np.ptp(sheet.points(np.argwhere(sheet.inside))[:, 0]) > 175.0
 
 

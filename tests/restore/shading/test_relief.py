@@ -7,7 +7,8 @@ import pytest
 
 from oracles.warped import make_warped
 from restore.flattening.methods import flatten_points
-from restore.prepared.facet_sheet import unroll
+from restore.prepared.facet_sheet import FacetSheet, unroll
+from restore.prepared.plain_mesh import PlainMesh
 from restore.prepared.prepare import prepare
 from restore.range_image.facets.normals import facet_normals
 from restore.settings import Settings
@@ -29,14 +30,14 @@ def on_page(camera):
     def shot(inverse_depth):
         page = np.full(camera.shape, np.nan)
         page[20:140, 30:170] = inverse_depth[20:140, 30:170]
-        return prepare(camera.shot(page))
+        return prepare(camera.shot(page)).sheet
 
     return shot
 
 
 def lifted(sheet):
     fine = unroll(sheet, Settings(points=300), lambda _: nullcontext()).fine
-    return relief_of(sheet, fine, DPI)
+    return relief_of(fine, FacetSheet(sheet).normals_on, DPI)
 
 
 def in_scanner(relief):
@@ -84,7 +85,7 @@ def test_a_cylinder_has_the_normals_of_its_radii(camera, on_page):
 def test_a_mesh_without_a_grid_has_unit_normals_on_its_printed_side():
     warped = make_warped("oblique wave", count=600)
     fine = flatten_points(warped.mesh, "conformal", lengths=warped.lengths)
-    relief = relief_of(warped.mesh, fine, DPI)
+    relief = relief_of(fine, PlainMesh(warped.mesh).normals_on, DPI)
     _, normals = in_scanner(relief)
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=SINGLE)
     assert (normals[:, 2] > 0).all()  # towards the scanner: the wave is 50° steep at most

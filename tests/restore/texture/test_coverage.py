@@ -9,18 +9,15 @@ from scipy.ndimage import binary_erosion
 from drivers.simulated.imaging.raycast import RayCaster
 from restore.camera.pinhole import pinhole_centre
 from restore.page import FlatMesh
-from restore.scan import InterpolatedMesh, SurfaceMesh
 from restore.texture.coverage import (
-    Coverage,
     Seen,
-    compute_coverage,
+    cover,
     cut_findings,
     cut_share,
     filled_findings,
-    with_interpolated,
 )
 from restore.texture.inpaint import blank_hidden
-from restore.texture.occlusion import mirror_findings
+from restore.texture.occlusion import mirror_findings, viewpoint
 from restore.texture.page import MM_PER_INCH, page_map, paint_page
 
 DPI = 127.0  # five pixels to the millimetre
@@ -57,8 +54,11 @@ def folded(gap=12.0, count=241):
 
 def covered(page):
     painting = paint_page(page, DPI)
-    surface = SurfaceMesh(page.vertices, page.faces, page.texcoords, page.texture)
-    return compute_coverage(surface, page, painting, DPI), painting
+    return cover(page, painting, kinds_of(painting.mask), viewpoint(page), DPI), painting
+
+
+def kinds_of(mask):
+    return np.where(mask, Seen.MEASURED, Seen.OUTSIDE).astype(np.uint8)
 
 
 def seen_by_rays(page):
@@ -141,31 +141,6 @@ def test_the_share_of_the_outline_at_the_edge_of_the_picture():
     assert cut_findings(0.0) == []
     (found,) = cut_findings(cut_share(page, cut, (480, 640)))
     assert found.text.startswith("22% of the page's outline is at the edge of the picture")
-
-
-def test_what_lies_far_from_all_measured_points_is_filled_in():
-    reach, half = 8.0, 20.0  # mm: of a measured point, and of a square without any
-    side = np.linspace(0.0, 80.0, 161)
-    flat = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
-    bent = np.column_stack([60.0 * np.sin(flat[:, 0] / 60.0), flat[:, 1], 60.0 * np.cos(flat[:, 0] / 60.0)])
-    off = np.abs(flat - 40.0).max(axis=1)
-    place = np.arange(161 * 161).reshape(161, 161)
-    a, b, c, d = (part.ravel() for part in (place[:-1, :-1], place[:-1, 1:], place[1:, :-1], place[1:, 1:]))
-    faces = np.concatenate([np.stack([a, b, d], 1), np.stack([a, d, c], 1)])
-    surface = InterpolatedMesh(bent, faces, measured=bent[off >= half], reach_mm=reach)
-    page = FlatMesh(bent, faces, flat=flat)
-    measured = Coverage(np.full((400, 400), Seen.MEASURED, np.uint8))
-    measured.seen[:, :10] = Seen.HIDDEN
-    found = with_interpolated(measured, surface, page, DPI)
-    rows, cols = np.nonzero(found.seen == Seen.FILLED)
-    wide = 2 * (half - reach) * DPI / MM_PER_INCH  # chords are shorter than arcs by a twentieth of a millimetre
-    assert np.ptp(rows) + 1 == pytest.approx(wide, abs=2)
-    assert np.ptp(cols) + 1 == pytest.approx(wide, abs=2)
-    assert len(rows) == pytest.approx(wide**2, rel=0.03)
-    assert found.shares()["filled"] == pytest.approx(len(rows) / 400**2)
-    assert (found.seen[:, :10] == Seen.HIDDEN).all()
-    nowhere = with_interpolated(measured, replace(surface, measured=np.empty((0, 3))), page, DPI)
-    assert not (nowhere.seen == Seen.MEASURED).any()
 
 
 def test_a_picture_that_mirrors_its_surface_is_told_and_hides_as_much():

@@ -81,7 +81,7 @@ def island(truth):
 def test_what_lies_deeper_and_is_no_table_is_no_hole():
     scan, truth = shot(holed=False)
     deeper = scan.points * (1.0 + 40.0 / 900.0)  # beyond the table
-    assert not prepare(replace(scan, points=np.where(island(truth), deeper, scan.points))).holes.any()
+    assert not prepare(replace(scan, points=np.where(island(truth), deeper, scan.points))).sheet.holes.any()
 
 
 @pytest.mark.parametrize("share", [0.0, 0.15])
@@ -90,5 +90,5 @@ def test_what_lies_between_page_and_table_is_no_hole(share):
     scan, truth = shot(holed=False, gap_mm=20.0)
     behind = shot(holed=True, gap_mm=20.0)[0].points
     between = behind + share * (scan.points - behind)
-    holes = prepare(replace(scan, points=np.where(island(truth), between, scan.points))).holes
+    holes = prepare(replace(scan, points=np.where(island(truth), between, scan.points))).sheet.holes
     assert holes.any() == (share == 0.0)

@@ -1,0 +1,78 @@
+"""A page as a triangle mesh: one that no single view shows, or that is coarse; and one interpolated from points."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from restore.findings import Finding
+from restore.flattening.methods import OnStep
+from restore.mesh.clean import clean
+from restore.page import FlatMesh
+from restore.prepared.flatten import flatten
+from restore.prepared.prepared import Clock, Prepared, Unrolled, square_to_picture
+from restore.scan import Bytes, Floats, InterpolatedMesh, Mask, SurfaceMesh
+from restore.settings import Settings
+from restore.texture.coverage import Coverage, Seen, distance_to
+from restore.texture.page import PageMap, Painting, rasterise_on_page
+
+
+@dataclass(frozen=True, eq=False)
+class PlainMesh(Prepared):
+    """A page whose shape its vertices tell."""
+
+    mesh: SurfaceMesh
+    is_one_shot: bool = False
+
+    def unroll(self, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
+        """The flat page of its cleaned mesh."""
+        with clock("decimate"):
+            mesh = clean(self.mesh, settings.points or len(self.mesh.vertices))
+        with clock("flatten"):
+            flat = square_to_picture(flatten(mesh, settings.method, on_step=on_step))
+        return Unrolled(flat, flat, np.empty((0, 2)), {})
+
+
+@dataclass(frozen=True, eq=False)
+class InterpolatedPage(Prepared):
+    """A page between measured points, as photographs give it; prepared as its mesh is."""
+
+    page: Prepared
+    scan: InterpolatedMesh
+
+    def unroll(self, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
+        """As of its mesh."""
+        return self.page.unroll(settings, clock, on_step)
+
+    @property
+    def facts(self) -> Mapping[str, Any]:
+        """As of its mesh."""
+        return self.page.facts
+
+    @property
+    def findings(self) -> tuple[Finding, ...]:
+        """As of its mesh."""
+        return self.page.findings
+
+    def normals_on(self, fine: FlatMesh, dpi: float, axes: Floats) -> PageMap:
+        """As of its mesh."""
+        return self.page.normals_on(fine, dpi, axes)
+
+    def camera_centre(self, fine: FlatMesh) -> Floats | None:
+        """As of its mesh."""
+        return self.page.camera_centre(fine)
+
+    def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:
+        """As of its mesh, and FILLED farther from all measured points than `reach_mm`."""
+        kinds = self.page.kinds_on(fine, page, dpi)
+        distance = distance_to(self.scan.measured, fine.vertices)
+        near = rasterise_on_page(fine, distance[:, None], page.shape, dpi)[..., 0] <= self.scan.reach_mm
+        kinds[~near & (kinds == Seen.MEASURED)] = Seen.FILLED
+        return kinds
+
+    def findings_on(self, _fine: FlatMesh, _painting: Painting, _coverage: Coverage, _dpi: float) -> list[Finding]:
+        """None: its reconstruction has reported what is not measured."""
+        return []

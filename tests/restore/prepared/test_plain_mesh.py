@@ -1,0 +1,41 @@
+"""A page as a mesh, and one that is interpolated between measured points."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from restore.page import FlatMesh
+from restore.prepared.plain_mesh import InterpolatedPage, PlainMesh
+from restore.scan import InterpolatedMesh
+from restore.texture.coverage import Coverage, Seen
+from restore.texture.page import MM_PER_INCH
+
+DPI = 127.0
+
+
+def test_what_lies_far_from_all_measured_points_is_filled_in():
+    reach, half = 8.0, 20.0  # mm: of a measured point, and of a square without any
+    side = np.linspace(0.0, 80.0, 161)
+    flat = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
+    bent = np.column_stack([60.0 * np.sin(flat[:, 0] / 60.0), flat[:, 1], 60.0 * np.cos(flat[:, 0] / 60.0)])
+    off = np.abs(flat - 40.0).max(axis=1)
+    place = np.arange(161 * 161).reshape(161, 161)
+    a, b, c, d = (part.ravel() for part in (place[:-1, :-1], place[:-1, 1:], place[1:, :-1], place[1:, 1:]))
+    faces = np.concatenate([np.stack([a, b, d], 1), np.stack([a, d, c], 1)])
+    surface = InterpolatedMesh(bent, faces, measured=bent[off >= half], reach_mm=reach)
+    page = FlatMesh(bent, faces, flat=flat)
+    shown = np.ones((400, 400), bool)
+    shown[:, :10] = False
+    kinds = InterpolatedPage(PlainMesh(page), surface).kinds_on(page, shown, DPI)
+    rows, cols = np.nonzero(kinds == Seen.FILLED)
+    wide = 2 * (half - reach) * DPI / MM_PER_INCH  # chords are shorter than arcs by a twentieth of a millimetre
+    assert np.ptp(rows) + 1 == pytest.approx(wide, abs=2)
+    assert np.ptp(cols) + 1 == pytest.approx(wide, abs=2)
+    assert len(rows) == pytest.approx(wide**2, rel=0.03)
+    assert Coverage(kinds).shares()["filled"] == pytest.approx(len(rows) / (400 * 390))
+    assert (kinds[:, :10] == Seen.OUTSIDE).all()
+    nowhere = replace(surface, measured=np.empty((0, 3)))
+    assert not (InterpolatedPage(PlainMesh(page), nowhere).kinds_on(page, shown, DPI) == Seen.MEASURED).any()
