@@ -174,14 +174,14 @@ def test_restore_counts_photographs_as_they_were_given_and_tells_why_one_is_refu
     photos = [np.zeros((300, 400, 3), np.uint8), Photograph(text.photograph(), "window.jpg")]
     page = restore(text.scan, Settings(dpi=DPI), photos=photos)
     assert set(np.unique(page.page_source)) <= {0, 2, NOWHERE}
-    refused, found = page.report["photos"]
+    refused, used = page.report["photos"]
     assert refused == {"name": "photograph 1", "accepted": False, "reason": "the photograph is blank"}
     (found,) = page.report["findings"]
     assert found["text"].startswith("photograph 1 is not used: the photograph is blank; look at it")
-    assert (found["name"], found["accepted"]) == ("window.jpg", True)
-    assert found["residual_px"] < LIMIT_PX
-    assert page.report["effective_ppi"] == pytest.approx(found["effective_ppi"], rel=0.02)
-    assert found["effective_ppi"] < found["sampling_ppi"]
+    assert (used["name"], used["accepted"]) == ("window.jpg", True)
+    assert used["residual_px"] < LIMIT_PX
+    assert page.report["effective_ppi"] == pytest.approx(used["effective_ppi"], rel=0.02)
+    assert used["effective_ppi"] < used["sampling_ppi"]
     assert page.report["seconds"]["register"] > 0
 
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from concurrent.futures import Future
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +15,8 @@ from oracles.exact import exact_sheet
 from restore import SurfaceMesh
 from restore.formats import write_ply
 from station.run.options import Options
+from station.workers import executors
+from station.workers.process import Isolation
 
 QUICK = Options({"points": 100, "dpi": 40})
 MESH_POINTS, TEXTURE = 150, (60, 80, 3)
@@ -26,6 +31,28 @@ def small_scan(path: Path, seed: int = 0) -> Path:
     path.parent.mkdir(parents=True, exist_ok=True)
     write_ply(SurfaceMesh(mesh.vertices, mesh.faces, share * (TEXTURE[1] - 1, TEXTURE[0] - 1), texture), path)
     return path
+
+
+class AtOnce:
+    """In place of a pool of threads: what is submitted is done in this thread."""
+
+    def __init__(self, *_: object, **__: object) -> None:
+        pass
+
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        future: Future[Any] = Future()
+        future.set_result(function(*arguments))
+        return future
+
+    def shutdown(self, **_: object) -> None:
+        pass
+
+
+@pytest.fixture
+def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pages are restored in this process: no other has to begin."""
+    monkeypatch.setattr(Isolation, "run", lambda self, work, task: work(task, ()))
+    monkeypatch.setattr(executors, "ThreadPoolExecutor", AtOnce)
 
 
 @pytest.fixture

@@ -33,6 +33,7 @@ def folders(scans: Path, out: Path, events: list, workers: int = 2) -> Path:
     return run_batch([scans], out, QUICK, local_workers(workers, Limits()), events.append)
 
 
+@pytest.mark.usefixtures("in_process")
 def test_every_scan_is_restored_or_set_aside_once(scans, tmp_path) -> None:
     out, events = tmp_path / "out", []
     before = {path: path.read_bytes() for path in scans.rglob("*") if path.is_file()}
@@ -74,12 +75,14 @@ def test_options_are_checked_before_anything_else(scans, tmp_path, capsys) -> No
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.usefixtures("in_process")
 def test_a_source_that_is_named_twice_is_taken_once(scans, tmp_path, capsys) -> None:
     words = ["batch", str(scans), f"{scans}/.", "-o", str(tmp_path / "out"), "-w", "1000000", *OPTIONS]
     assert main(words) == 0
     assert capsys.readouterr().out.splitlines()[-2] == "4 restored, 1 set aside"
 
 
+@pytest.mark.usefixtures("in_process")
 def test_several_folders_have_results_of_their_own(scans, tmp_path) -> None:
     small_scan(tmp_path / "more/a.ply", 9)
     run_batch([scans, tmp_path / "more"], tmp_path / "out", QUICK, local_workers(1, Limits()), lambda _: None)
@@ -93,8 +96,8 @@ def test_two_batches_do_not_write_to_one_folder(scans, tmp_path) -> None:
         folders(scans, tmp_path / "out", [])
 
 
-@pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
-def test_a_batch_that_is_stopped_goes_on_where_it_was(scans, tmp_path, number) -> None:
+@pytest.mark.parametrize("number", [pytest.param(signal.SIGKILL, marks=pytest.mark.slow), signal.SIGINT])
+def test_a_batch_that_is_stopped_goes_on_where_it_was(scans, tmp_path, number, request) -> None:
     out = tmp_path / "out"
     for seed in range(6):
         small_scan(scans / f"more{seed}.ply", 10 + seed)
@@ -106,6 +109,7 @@ def test_a_batch_that_is_stopped_goes_on_where_it_was(scans, tmp_path, number) -
     assert batch.wait() == (-number if number == signal.SIGKILL else 128 + number)
     first = reports(out)
     assert 3 <= len(first) < 10
+    request.getfixturevalue("in_process")
     assert main(["batch", str(scans), "-o", str(out), "-w", "2", *OPTIONS]) == 0
     second = reports(out)
     assert len(second) == 10
@@ -120,6 +124,7 @@ def reports(out: Path) -> dict[Path, bytes]:
     return {path: path.read_bytes() for path in found if ".planish-run" not in path.parts}
 
 
+@pytest.mark.usefixtures("in_process")
 def test_a_report_names_its_scan(scans, tmp_path) -> None:
     folders(scans, tmp_path / "out", [])
     report = json.loads((tmp_path / "out/sub/c/c.json").read_text())

@@ -49,6 +49,7 @@ def restored(session) -> list[int]:
     return [number for number, run in runs.items() if run is not None and "error" not in run.facts["result"]]
 
 
+@pytest.mark.usefixtures("in_process")
 def test_pages_are_restored_and_recorded_once(session, tmp_path) -> None:
     events: list = []
     report = batch(session, tmp_path / "out", events)
@@ -67,6 +68,7 @@ def test_pages_are_restored_and_recorded_once(session, tmp_path) -> None:
     assert again == []
 
 
+@pytest.mark.usefixtures("in_process")
 def test_every_page_has_a_verdict_also_those_of_a_batch_that_was_interrupted(session, tmp_path) -> None:
     batch(session, tmp_path / "out", [])
     with open_session(session) as writer:
@@ -123,6 +125,7 @@ def test_the_unit_is_that_of_scans_that_have_none(session, tmp_path) -> None:
     assert [task.parameters["unit"] for task in tasks] == ["cm"] * 4 + ["in"]
 
 
+@pytest.mark.usefixtures("in_process")
 def test_the_command_takes_sessions_and_folders(session, tmp_path, capsys) -> None:
     small_scan(tmp_path / "more/x.ply", 9)
     words = ["batch", str(session), str(tmp_path / "more"), "-o", str(tmp_path / "out"), "-w", "1"]
