@@ -3,7 +3,7 @@
 Where a page ends there is no print to track, and a surface prolonged from the print is off by millimetres at the edge
 of a wave. But the edge itself is seen in every view. Across it, the place of the step in a view tells one equation
 for how far the edge lies from where it was assumed, outwards and out of the page; three views determine both. What no
-view tells is drawn from what is measured beside it (`edge_gaps`).
+view tells is drawn from what is measured beside it (`boundary_gaps`).
 """
 
 from __future__ import annotations
