@@ -9,7 +9,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 
-import numba
 import numpy as np
 
 from restore.flattening.isometric.gauss_newton import minimise_strain
@@ -99,11 +98,9 @@ def parts(network: Network) -> Iterator[Piece]:
         yield piece
 
 
-@numba.njit(cache=True)
 def _hanging(sides: Sides) -> Ints:
     """(k, 2) faces that hang together over an edge."""
-    pairs, found = np.empty((len(sides.at), 2), np.int64), 0
-    for e in range(len(sides.edges)):
-        for k in range(sides.first[e] + 1, sides.first[e + 1]):
-            pairs[found, 0], pairs[found, 1], found = sides.at[k - 1] // 3, sides.at[k] // 3, found + 1
-    return pairs[:found]
+    faces, same_edge = sides.at // 3, np.ones(len(sides.at), bool)
+    same_edge[sides.first[:-1]] = False
+    later = np.flatnonzero(same_edge)
+    return np.stack([faces[later - 1], faces[later]], axis=1)

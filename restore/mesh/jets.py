@@ -13,7 +13,7 @@ import numba
 import numpy as np
 
 from restore.mesh.adjacency import Adjacency, faces_around, neighbours_of
-from restore.mesh.measures import face_normals, face_signs
+from restore.mesh.measures import face_normals, face_signs, norms
 from restore.numerics.limits import SQUARE_TINY
 from restore.scan import Floats, Ints
 
@@ -45,12 +45,11 @@ class Rings(NamedTuple):
     planes: Floats
 
 
-@numba.njit(cache=True)
 def rings_of(vertices: Floats, faces: Ints, edges: Ints) -> Rings:
     """The rings of vertices (n, 3) with faces (m, 3) and edges (e, 2)."""
     count, planes = len(vertices), face_normals(vertices, faces)
-    upright = face_signs(vertices, faces) / np.maximum(np.sqrt((planes**2).sum(axis=1)), SQUARE_TINY)
-    planes *= upright.reshape(-1, 1)
+    upright = face_signs(vertices, faces) / np.maximum(norms(planes), SQUARE_TINY)
+    planes *= upright[:, None]
     return Rings(neighbours_of(edges, count), faces_around(faces, count), planes)
 
 

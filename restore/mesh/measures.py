@@ -2,28 +2,31 @@
 
 from __future__ import annotations
 
-from math import acos, sqrt
+from math import acos
 
 import numba
 import numpy as np
 
 from restore.mesh.adjacency import Sides
-from restore.numerics.limits import TINY
+from restore.numerics.limits import TINY, sum_in_order
 from restore.scan import Floats, Ints
 
 MIN_HEIGHT_RATIO = 1e-4  # of the base: least height of a face; the weights of a thinner one would have no bound
 
 
-@numba.njit(cache=True)
 def straight_lengths(vertices: Floats, edges: Ints) -> Floats:
     """(e,) mm: straight distances between the ends of edges (e, 2), for vertices (n, 3) or flat positions (n, 2) mm."""
-    lengths = np.empty(len(edges))
-    for k in range(len(edges)):
-        squared = 0.0
-        for axis in range(vertices.shape[1]):
-            squared += (vertices[edges[k, 0], axis] - vertices[edges[k, 1], axis]) ** 2
-        lengths[k] = sqrt(squared)
-    return lengths
+    apart = vertices.take(edges[:, 0], axis=0) - vertices.take(edges[:, 1], axis=0)
+    return norms(apart)
+
+
+def norms(vectors: Floats) -> Floats:
+    """(k,) lengths of vectors (k, 2) or (k, 3): the squares are added axis by axis, in single precision as well."""
+    squares = np.square(vectors).astype(np.float64, copy=False)
+    total = squares[:, 0] + squares[:, 1]
+    for axis in range(2, squares.shape[1]):
+        total += squares[:, axis]
+    return np.sqrt(total)
 
 
 def edge_strain(flat: Floats, edges: Ints, lengths: Floats) -> Floats:
@@ -51,37 +54,39 @@ def lengths_between(a: Ints, b: Ints, edges: Ints, lengths: Floats) -> Floats:
     return found
 
 
-@numba.njit(cache=True)
 def corner_angles(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
     """(3·m,) rad: the angles at the corners of faces (m, 3), row by row, by the lengths (e,) of their sides.
 
     0 for all corners of a face that names a vertex twice.
     """
     angles = np.zeros(3 * len(faces))
-    for corner in range(len(angles)):
-        first = corner - corner % 3
-        out, far, back = sides.edge[corner], sides.edge[first + (corner + 1) % 3], sides.edge[first + (corner + 2) % 3]
-        if out < 0 or far < 0 or back < 0:
-            continue
-        a, b, c = lengths[out], lengths[back], lengths[far]
-        cosine = (a * a + b * b - c * c) / (2.0 * a * b + TINY)
-        angles[corner] = acos(min(max(cosine, -1.0), 1.0))
+    _set_angles(sides.edge, np.ascontiguousarray(lengths), angles)
     return angles
 
 
 @numba.njit(cache=True)
+def _set_angles(edge: Ints, lengths: Floats, angles: Floats) -> None:
+    """Write the angles (3·m,) of corners whose sides have the edges (3·m,), or −1, of these lengths (e,)."""
+    for first in range(0, len(angles), 3):
+        if edge[first] < 0 or edge[first + 1] < 0 or edge[first + 2] < 0:
+            continue
+        for corner in range(3):
+            a, b = lengths[edge[first + corner]], lengths[edge[first + (corner + 2) % 3]]
+            c = lengths[edge[first + (corner + 1) % 3]]
+            cosine = (a * a + b * b - c * c) / (2.0 * a * b + TINY)
+            angles[first + corner] = acos(min(max(cosine, -1.0), 1.0))
+
+
 def signed_areas(flat: Floats, faces: Ints) -> Floats:
     """(m,) mm², negative where a face is flipped."""
-    areas = np.empty(len(faces))
-    for f in range(len(faces)):
-        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
-        ux, uy = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
-        vx, vy = flat[c, 0] - flat[a, 0], flat[c, 1] - flat[a, 1]
-        areas[f] = 0.5 * (ux * vy - uy * vx)
-    return areas
+    first, second, third = np.ascontiguousarray(faces.T)
+    x, y = np.ascontiguousarray(flat.T)
+    x_first, y_first = x.take(first), y.take(first)
+    areas = (x.take(second) - x_first) * (y.take(third) - y_first)
+    areas -= (y.take(second) - y_first) * (x.take(third) - x_first)
+    return np.asarray(0.5 * areas, np.float64)
 
 
-@numba.njit(cache=True)
 def flipped_faces(flat: Floats, faces: Ints) -> int:
     """The number of inverted faces (m, 3) over flat (n, 2): those of the orientation with less area.
 
@@ -91,51 +96,42 @@ def flipped_faces(flat: Floats, faces: Ints) -> int:
     return int((areas < 0.0).sum() if areas.sum() >= 0.0 else (areas > 0.0).sum())
 
 
-@numba.njit(cache=True)
 def face_normals(vertices: Floats, faces: Ints) -> Floats:
     """(m, 3) normals of faces (m, 3) over vertices (n, 3) mm, twice as long as their areas."""
-    first = vertices[faces[:, 0]]
-    return np.cross(vertices[faces[:, 1]] - first, vertices[faces[:, 2]] - first)
+    first, second, third = (vertices.take(faces[:, corner], axis=0) for corner in range(3))
+    return np.cross(second - first, third - first)
 
 
-@numba.njit(cache=True)
 def vertex_normals(vertices: Floats, faces: Ints) -> Floats:
     """(n, 3) unit normals: the mean over the faces (m, 3) round a vertex, weighted by area."""
     return _mean_normals(face_normals(vertices, faces), faces, len(vertices))
 
 
-@numba.njit(cache=True)
 def face_signs(vertices: Floats, faces: Ints, known: Floats | None = None) -> Floats:
     """(m,) −1 where a face is folded over in space, as decimators leave them: it runs against its corners' normals.
 
     vertices (n, 3), faces (m, 3). The normal of a corner is the mean of its faces, weighed by area and by known signs
     (m,), small where one is hardly known; or by area alone, and then once more with the signs that are found.
     """
-    planes, signs = face_normals(vertices, faces), np.ones(len(faces)) if known is None else known.copy()
+    planes, signs = face_normals(vertices, faces), np.ones(len(faces)) if known is None else known
     for _ in range(2 if known is None else 1):
-        normals = _mean_normals(planes * signs.reshape(-1, 1), faces, len(vertices))
-        for f in range(len(faces)):
-            along = 0.0
-            for i in faces[f]:
-                along += planes[f, 0] * normals[i, 0] + planes[f, 1] * normals[i, 1] + planes[f, 2] * normals[i, 2]
-            signs[f] = -1.0 if along < 0.0 else 1.0
+        normals, along = _mean_normals(planes * signs[:, None], faces, len(vertices)), np.zeros(len(faces))
+        for corner in range(3):
+            x, y, z = (planes * normals.take(faces[:, corner], axis=0)).T
+            along += x + y + z
+        signs = np.where(along < 0.0, -1.0, 1.0)
     return signs
 
 
-@numba.njit(cache=True)
 def _mean_normals(planes: Floats, faces: Ints, count: int) -> Floats:
     """(count, 3) unit vectors: the mean of the normals (m, 3) of the faces (m, 3) at each of `count` vertices."""
-    normals = np.zeros((count, 3))
-    for f in range(len(faces)):
-        for i in faces[f]:
-            for axis in range(3):
-                normals[i, axis] += planes[f, axis]
-    return normals / np.maximum(np.sqrt((normals**2).sum(axis=1)), TINY).reshape(-1, 1)
+    corners = faces.ravel()
+    normals: Floats = np.stack([np.bincount(corners, np.repeat(plane, 3), count) for plane in planes.T], axis=1)
+    return normals / np.maximum(norms(normals), TINY)[:, None]
 
 
-@numba.njit(cache=True)
 def surface_area(vertices: Floats, faces: Ints) -> float:
     """Area in mm² of faces (m, 3) over vertices (n, 3) mm, or (n, 2) in the plane, whatever their orientation."""
     if vertices.shape[1] == 2:
-        return float(np.abs(signed_areas(vertices, faces)).sum())
-    return float(0.5 * np.sqrt((face_normals(vertices, faces) ** 2).sum(axis=1)).sum())
+        return sum_in_order(np.abs(signed_areas(vertices, faces)))
+    return 0.5 * sum_in_order(norms(face_normals(vertices, faces)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
 from restore.mesh.adjacency import Sides, components, sides_of
@@ -33,26 +32,19 @@ def orient(faces: Ints, texcoords: Floats | None = None, sides: Sides | None = N
     return np.where(better[:, None], faces[:, ::-1], faces)
 
 
-@numba.njit(cache=True)
 def _forward(faces: Ints, sides: Sides) -> Mask:
     """(h,) whether each of the sides, edge after edge, runs from the smaller vertex to the larger."""
-    forward = np.empty(len(sides.at), np.bool_)
-    for k in range(len(sides.at)):
-        face, corner = divmod(sides.at[k], 3)
-        forward[k] = faces[face, corner] < faces[face, (corner + 1) % 3]
-    return forward
+    forward: Mask = (faces < np.roll(faces, -1, axis=1)).ravel()
+    return forward.take(sides.at)
 
 
-@numba.njit(cache=True)
 def _agree(faces: Ints, sides: Sides) -> bool:
     """Whether no two faces run the same way along an edge."""
-    forward = _forward(faces, sides)
-    for e in range(len(sides.edges)):
-        first, end = sides.first[e], sides.first[e + 1]
-        up = forward[first:end].sum()
-        if max(up, end - first - up) > 1:
-            return False
-    return True
+    counts = np.diff(sides.first)
+    if counts.max(initial=0) > 2:  # of three sides two run the same way
+        return False
+    forward, shared = _forward(faces, sides), sides.first[:-1][counts == 2]
+    return bool((forward[shared] != forward[shared + 1]).all())
 
 
 def _neighbours(faces: Ints, sides: Sides) -> tuple[Ints, Ints, Mask]:

@@ -31,8 +31,14 @@ def rasterise(
         near: Mask = np.all(np.abs(corners) < FARTHEST, axis=1)
         faces = faces[near[faces].all(axis=1)]
 
+    corners, values = np.ascontiguousarray(corners), np.ascontiguousarray(values)
+    faces = np.ascontiguousarray(faces)
+    near_by = np.empty(0) if inverse_depth is None else np.ascontiguousarray(inverse_depth)
+
     def draw(rows: slice) -> None:
-        _draw(corners, faces, values, inverse_depth, rows.start, rows.stop, picture)
+        picture[rows] = np.nan
+        nearest = np.zeros((0 if inverse_depth is None else rows.stop - rows.start, width))
+        _draw(corners, faces, values, near_by, nearest, rows.start, rows.stop, picture)
 
     in_bands(draw, height, -(-height // PICTURE_BANDS) or 1)
     return picture
@@ -40,21 +46,21 @@ def rasterise(
 
 @numba.njit(cache=True, nogil=True)
 def _draw(
-    corners: Floats, faces: Ints, values: Floats, inverse_depth: Floats | None, first: int, end: int,
+    corners: Floats, faces: Ints, values: Floats, inverse_depth: Floats, nearest: Floats, first: int, end: int,
     picture: NDArray[np.float32],
 ) -> None:  # fmt: skip
-    """Draw the rows of a picture (height, width, k) from first to end."""
-    width = picture.shape[1]
-    picture[first:end] = np.nan
-    if inverse_depth is not None:
-        nearest = np.zeros((end - first, width))
+    """Draw the rows of a picture (height, width, k), which are NaN, from first to end.
+
+    nearest (end − first, width) is the z-buffer of zeros; without rows there is none, nor inverse depths.
+    """
+    width, hides = picture.shape[1], len(nearest) > 0
     for f in range(len(faces)):
         i, j, k = faces[f, 0], faces[f, 1], faces[f, 2]
         ay, uy, vy = corners[i, 1], corners[j, 1] - corners[i, 1], corners[k, 1] - corners[i, 1]
         top, bottom = ay + min(0.0, uy, vy), ay + max(0.0, uy, vy)
         if not (bottom >= first and top < end):
             continue
-        if inverse_depth is not None and min(inverse_depth[i], inverse_depth[j], inverse_depth[k]) <= 0.0:
+        if hides and min(inverse_depth[i], inverse_depth[j], inverse_depth[k]) <= 0.0:
             continue
         ax, ux, vx = corners[i, 0], corners[j, 0] - corners[i, 0], corners[k, 0] - corners[i, 0]
         area = ux * vy - uy * vx
@@ -67,7 +73,7 @@ def _draw(
                 v = (ux * (row - ay) - uy * (col - ax)) / area
                 if u < -EDGE_TOLERANCE or v < -EDGE_TOLERANCE or u + v > 1 + EDGE_TOLERANCE:
                     continue
-                if inverse_depth is not None:
+                if hides:
                     at = inverse_depth[i]
                     at += u * (inverse_depth[j] - inverse_depth[i]) + v * (inverse_depth[k] - inverse_depth[i])
                     if at <= nearest[row - first, col]:

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-import numba
 import numpy as np
 
 from restore.errors import BadInput, NotEnoughSurface
-from restore.mesh.adjacency import Sides, sides_of
+from restore.mesh.adjacency import Sides, order_of_pairs, sides_of
 from restore.mesh.measures import face_normals, surface_area
 from restore.mesh.orient import orient
 from restore.scan import Floats, Ints, Mask, SurfaceMesh
@@ -72,18 +71,16 @@ def _checked(mesh: SurfaceMesh) -> SurfaceMesh:
     return SurfaceMesh(vertices, faces, mesh.texcoords)
 
 
-@numba.njit(cache=True)
 def _improper(faces: Ints, sides: Sides) -> Mask:
     """(m,) the faces that name a vertex twice, and those with the same three vertices as one before them."""
-    improper, met = np.zeros(len(faces), np.bool_), np.full(faces.max() + 1, -1)  # third vertices, by the last edge
-    for side in range(len(sides.edge)):
-        improper[side // 3] |= sides.edge[side] < 0
-    for e in range(len(sides.edges)):
-        for side in sides.at[sides.first[e] : sides.first[e + 1]]:
-            a, b, c = faces[side // 3]
-            third = a + b + c - sides.edges[e, 0] - sides.edges[e, 1]
-            improper[side // 3] |= met[third] == e
-            met[third] = e
+    improper: Mask = np.any((sides.edge < 0).reshape(-1, 3), axis=1)
+    counts = np.diff(sides.first)
+    edge, face = np.repeat(np.arange(len(counts)), counts), sides.at // 3
+    third = faces.sum(axis=1).take(face) - sides.edges.sum(axis=1).take(edge)
+    if counts.max(initial=0) > 2:  # then copies need not follow each other
+        order = order_of_pairs(edge, third, max(len(counts), int(faces.max()) + 1))
+        edge, third, face = edge[order], third[order], face[order]
+    improper[face[1:][(edge[1:] == edge[:-1]) & (third[1:] == third[:-1])]] = True
     return improper
 
 

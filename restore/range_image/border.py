@@ -8,12 +8,12 @@ nothing.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 from scipy.ndimage import binary_erosion
 
 from restore.camera.rays import SHADOW_SLOPE
 from restore.range_image.facets.sheet import Sheet
+from restore.range_image.gaps import gaps_of_rows
 from restore.range_image.segmentation.segment import SegmentedScan
 from restore.scan import Floats, Mask
 
@@ -32,10 +32,8 @@ def lost_border(segmented: SegmentedScan) -> float:
     if not beyond.size or beyond.mean() < MEASURED_TABLE:
         return 0.0
     step = abs(segmented.rays.dx) * SHADOW_SLOPE
-    along = [depth, measured, inside]
-    down = [np.ascontiguousarray(grid.T) for grid in along]
-    shadow = _steep_gaps(depth, measured, step) | _steep_gaps(*down[:2], step).T
-    gaps = _gaps_beside(measured, inside, shadow) + _gaps_beside(*down[1:], np.ascontiguousarray(shadow.T))
+    shadow = _steep_gaps(depth, measured, step) | _steep_gaps(depth.T, measured.T, step).T
+    gaps = _gaps_beside(measured, inside, shadow) + _gaps_beside(measured.T, inside.T, shadow.T)
     border = sum(int(np.diff(inside, axis=axis).sum()) for axis in (0, 1))
     return gaps / max(border, 1)
 
@@ -48,31 +46,19 @@ def turned_border(sheet: Sheet) -> float:
     return float((towards < STEEPEST * np.linalg.norm(sight, axis=1)).mean())
 
 
-@numba.njit(cache=True)
 def _steep_gaps(depth: Floats, measured: Mask, step: float) -> Mask:
     """(rows, cols) True in gaps of a row over which depth changes by `step`·depth a sample, or more."""
-    steep = np.zeros(depth.shape, np.bool_)
-    for row in range(depth.shape[0]):
-        last = -1
-        for col in range(depth.shape[1]):
-            if not measured[row, col]:
-                continue
-            if last >= 0 and abs(depth[row, col] - depth[row, last]) >= step * (col - last) * depth[row, last]:
-                steep[row, last + 1 : col] = True
-            last = col
-    return steep
+    last, following = gaps_of_rows(measured)
+    before, behind = depth.ravel()[last], depth.ravel()[following]
+    steep = np.abs(behind - before) >= step * (following - last) * before
+    edges = np.zeros(depth.size + 1, np.int8)
+    edges[last[steep] + 1], edges[following[steep]] = 1, -1
+    return np.cumsum(edges[:-1], dtype=np.int8).reshape(depth.shape).astype(bool)
 
 
-@numba.njit(cache=True)
 def _gaps_beside(measured: Mask, inside: Mask, shadow: Mask) -> int:
     """How many gaps of a row, MIN_GAP samples or more and none in a shadow, lead from the sheet to what lies beyond."""
-    count = 0
-    for row in range(measured.shape[0]):
-        last = -1
-        for col in range(measured.shape[1]):
-            if not measured[row, col]:
-                continue
-            if last >= 0 and col - last > MIN_GAP and inside[row, col] != inside[row, last]:
-                count += not shadow[row, last + 1 : col].any()
-            last = col
-    return count
+    last, following = gaps_of_rows(measured)
+    leads = (following - last > MIN_GAP) & (inside.ravel()[last] != inside.ravel()[following])
+    shadowed = np.cumsum(shadow)  # samples, up to each
+    return int((shadowed[last[leads]] == shadowed[following[leads] - 1]).sum())

@@ -16,7 +16,7 @@ MAX_TAPS = 64  # along each axis: a page pixel averages at most 16 × 16 of the 
 MAX_SHARP_STEP, WIDTH_GROWTH = 1.25, 6.0
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, inline="always")
 def _kernel(t: float) -> float:
     t = abs(t)
     if t < 1.0:
@@ -26,7 +26,7 @@ def _kernel(t: float) -> float:
     return 0.0
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, inline="always")
 def _fill_taps(position: float, scale: float, size: int, weights: Floats, indices: NDArray[np.int64]) -> int:
     """The number of taps round a position, whose indices and weights (of sum one) are written to the two arrays.
 
@@ -59,7 +59,7 @@ def _source_step(source: NDArray[np.float32], row: int, col: int, k: int) -> flo
     return np.sqrt(right * right + down * down)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, inline="always")
 def _lesser(ahead: float, back: float) -> float:
     """The lesser step of two, as one of them may jump from chart to chart of an atlas; 0 where neither is a number."""
     if np.isnan(ahead) or abs(back) < abs(ahead):
@@ -67,13 +67,13 @@ def _lesser(ahead: float, back: float) -> float:
     return ahead
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, inline="always")
 def _kernel_scale(step: float) -> float:
     """The scale of the kernel where neighbouring page pixels lie a step apart in the picture."""
     return min(max(1.0, min(step, 1.0 + WIDTH_GROWTH * (step - MAX_SHARP_STEP))), MAX_TAPS / 4.0 - 1.0)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, inline="always")
 def _catmull_rom(t: Any) -> tuple[Any, Any, Any, Any]:
     """Catmull-Rom weights of the four pixels round a position t beyond the second."""
     half, one, two, more, most = np.float32(0.5), np.float32(1), np.float32(2), np.float32(1.5), np.float32(2.5)
@@ -97,7 +97,7 @@ def _sample_catmull_rom(
         out[k] = min(max(code, np.float32(0)), np.float32(255))
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, inline="always")
 def _is_oversampled(source: NDArray[np.float32], row: int, col: int, limit: float) -> bool:
     """True when the step to the next page pixels needs no wider kernel than 4 × 4 pixels; False beside NaN."""
     rows, cols, _ = source.shape
@@ -110,19 +110,28 @@ def _is_oversampled(source: NDArray[np.float32], row: int, col: int, limit: floa
     return True
 
 
-@numba.njit(cache=True, nogil=True)
 def sample_scaled(picture: Bytes, source: NDArray[np.float32]) -> NDArray[np.float32]:
     """(h, w, 3) float32 codes of a picture (H, W, 3) at positions (h, w, 2), 0 where they are NaN.
 
     Catmull-Rom interpolation (1974); where page pixels lie more than a picture's pixel apart, its kernel is as much
     wider, so that all pixels between them contribute.
     """
+    image = np.zeros((*source.shape[:2], 3), np.float32)
+    weights, indices, line = np.empty((2, MAX_TAPS)), np.empty((2, MAX_TAPS), np.int64), np.empty(12, np.float32)
+    picture = np.ascontiguousarray(picture)
+    _sample(picture, picture.reshape(-1), np.ascontiguousarray(source), image, *weights, *indices, line)
+    return image
+
+
+@numba.njit(cache=True, nogil=True)
+def _sample(
+    picture: Bytes, codes: Bytes, source: NDArray[np.float32], image: NDArray[np.float32],
+    wx: Floats, wy: Floats, ax: NDArray[np.int64], ay: NDArray[np.int64], line: NDArray[np.float32],
+) -> None:  # fmt: skip
+    """As `sample_scaled`, into an image of zeros. codes (H · W · 3) are those of the picture; the last are scratch."""
     height, width, _ = picture.shape
     rows, cols, _ = source.shape
-    image = np.zeros((rows, cols, 3), np.float32)
-    codes, line, limit = picture.reshape(-1), np.empty(12, np.float32), np.float32(MAX_SHARP_STEP**2)
-    wx, wy = np.empty(MAX_TAPS), np.empty(MAX_TAPS)
-    ax, ay = np.empty(MAX_TAPS, np.int64), np.empty(MAX_TAPS, np.int64)
+    limit = np.float32(MAX_SHARP_STEP**2)
     for row in range(rows):
         for col in range(cols):
             x, y = source[row, col, 0], source[row, col, 1]
@@ -146,4 +155,3 @@ def sample_scaled(picture: Bytes, source: NDArray[np.float32]) -> NDArray[np.flo
             image[row, col, 0] = min(max(red, 0.0), 255.0)
             image[row, col, 1] = min(max(green, 0.0), 255.0)
             image[row, col, 2] = min(max(blue, 0.0), 255.0)
-    return image

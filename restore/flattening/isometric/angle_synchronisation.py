@@ -9,8 +9,6 @@ Both systems have the same matrix, factorised once, unless a vertex has several 
 
 from __future__ import annotations
 
-from heapq import heappop, heappush
-
 import numba
 import numpy as np
 from scipy.sparse import csc_matrix
@@ -19,7 +17,7 @@ from scipy.sparse.linalg import SuperLU, splu
 from restore.flattening.isometric.fans import Fans
 from restore.mesh.adjacency import Adjacency, adjacency
 from restore.numerics.limits import SMALL
-from restore.scan import Floats, Ints
+from restore.scan import Floats, Ints, Mask
 
 SHORTEST = 1e-3  # of the mean: shorter edges and smaller areas count as so much, or rounding would decide the rest
 
@@ -66,30 +64,79 @@ def _synchronised(frames: Ints, angles: Floats, weights: Floats, solver: SuperLU
     return turns
 
 
-@numba.njit(cache=True)
 def along_tree(frames: Ints, turn: Floats, variances: Floats, around: Adjacency) -> Floats:
     """(n,) rad by which each frame is turned: over joints of the least total variance from the first of its component.
 
     frames (j, 2) and turn (j,) rad of the joints; variances (j,): short edges tell turns better than a long one does.
     """
-    count = len(around.start) - 1
-    turns, seen = np.zeros(count), np.zeros(count, np.bool_)
-    for root in range(count):
+    count, most = len(around.start) - 1, len(around.items) + 1
+    turns, seen = np.zeros(count), np.zeros(count, bool)
+    waiting = np.empty(most, np.int64), np.empty(most), np.empty(most, np.int64), np.empty(most)
+    _follow_tree(frames, turn, variances, *around, turns, seen, *waiting)
+    return turns
+
+
+@numba.njit(cache=True)
+def _follow_tree(
+    frames: Ints, turn: Floats, variances: Floats, start: Ints, items: Ints, turns: Floats, seen: Mask,
+    heap: Ints, total: Floats, frame: Ints, turned: Floats,
+) -> None:  # fmt: skip
+    """Write the turns (n,). heap (k,) is a binary heap of ways that wait: of total (k,) variance, to a frame (k,) that
+    is turned (k,) by it."""
+    for root in range(len(turns)):
         if seen[root]:
             continue
-        queue = [(0.0, root, 0.0)]
-        while queue:
-            variance, i, turned = heappop(queue)
+        size, known = 1, 1
+        heap[0], total[0], frame[0], turned[0] = 0, 0.0, root, 0.0
+        while size > 0:
+            way, size = heap[0], size - 1
+            _sink(heap, size, total, frame, turned)
+            i = frame[way]
             if seen[i]:
                 continue
-            seen[i], turns[i] = True, turned
-            for q in range(around.start[i], around.start[i + 1]):
-                joint = around.items[q]
+            seen[i], turns[i] = True, turned[way]
+            for q in range(start[i], start[i + 1]):
+                joint = items[q]
                 k = frames[joint, 0] + frames[joint, 1] - i
                 if not seen[k]:
                     onward = turn[joint] if frames[joint, 0] == i else -turn[joint]
-                    heappush(queue, (variance + variances[joint], k, turned + onward))
-    return turns
+                    total[known], frame[known], turned[known] = total[way] + variances[joint], k, turned[way] + onward
+                    _rise(heap, size, known, total, frame, turned)
+                    size, known = size + 1, known + 1
+
+
+@numba.njit(cache=True)
+def _before(one: int, other: int, total: Floats, frame: Ints, turned: Floats) -> bool:
+    """Whether one way comes before the other: of two with the same variance that to the frame of less number."""
+    if total[one] != total[other]:
+        return bool(total[one] < total[other])
+    if frame[one] != frame[other]:
+        return bool(frame[one] < frame[other])
+    return bool(turned[one] < turned[other])
+
+
+@numba.njit(cache=True, inline="always")
+def _rise(heap: Ints, size: int, way: int, total: Floats, frame: Ints, turned: Floats) -> None:
+    """Put a way into the heap of a size."""
+    place = size
+    while place > 0 and _before(way, heap[(place - 1) // 2], total, frame, turned):
+        heap[place] = heap[(place - 1) // 2]
+        place = (place - 1) // 2
+    heap[place] = way
+
+
+@numba.njit(cache=True, inline="always")
+def _sink(heap: Ints, size: int, total: Floats, frame: Ints, turned: Floats) -> None:
+    """Put the last way of the heap, which is then of this size, in the place of the first."""
+    place, child, way = 0, 1, heap[size]
+    while child < size:
+        if child + 1 < size and _before(heap[child + 1], heap[child], total, frame, turned):
+            child += 1
+        if not _before(heap[child], way, total, frame, turned):
+            break
+        heap[place] = heap[child]
+        place, child = child, 2 * child + 1
+    heap[place] = way
 
 
 def _vectors(directions: Floats, lengths: Floats) -> Floats:

@@ -8,13 +8,12 @@ tells which of its faces lie the same way round, and fans that share a face tell
 from __future__ import annotations
 
 from collections.abc import Iterator
-from math import floor, pi
-from typing import NamedTuple
+from math import floor, frexp, pi
 
 import numba
 import numpy as np
 
-from restore.mesh.adjacency import Adjacency, Sides, adjacency, inner_vertices
+from restore.mesh.adjacency import Sides, adjacency, inner_vertices
 from restore.mesh.jets import SIGMAS
 from restore.mesh.measures import corner_angles, face_signs
 from restore.mesh.network import Network
@@ -24,26 +23,6 @@ from restore.scan import Floats, Ints
 
 MOST_WAYS = 2048  # to close a fan of twelve faces, which are all tried; other fans tell of the faces of larger ones
 BY_CHANCE = 0.5  # fans that close by chance in one of their ways: if more may, that one does is no evidence
-
-
-class Corners(NamedTuple):
-    """The angles (3·m,) rad at the corners of faces row by row, and those around each vertex.
-
-    chance  rad, gaps up to which are closed.
-    ways    how many ways of a fan are tried at most: of more some would close by chance.
-    """
-
-    angles: Floats
-    around: Adjacency
-    chance: float
-    ways: float
-
-
-class Groups(NamedTuple):
-    """A forest of faces: each is known to lie the same way round as its parent (m,), turn (m,) 1, or the other, −1."""
-
-    parent: Ints
-    turn: Floats
 
 
 def closing_signs(positions: Floats, network: Network, signs: Floats) -> Iterator[Floats]:
@@ -65,105 +44,121 @@ def _turned(ways: Floats, group: Ints, signs: Floats) -> Floats:
     return np.asarray(np.where(np.bincount(group, ways * signs)[group] < 0.0, -ways, ways))
 
 
-@numba.njit(cache=True)
 def told_together(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> tuple[Floats, Ints]:
     """Which way round, 1 or −1, each face (m,) lies within its group (m,) of faces whose fans tell of each other.
 
     One group with the signs (m,) as they are where nothing can be told.
     """
-    inner = inner_vertices(sides, faces.max() + 1)
-    angles, gaps, upright = corner_angles(faces, sides, lengths), np.zeros(len(inner)), inner.copy()
-    for corner, i in enumerate(faces.ravel()):
-        gaps[i] += signs[corner // 3] * angles[corner]
-        upright[i] &= signs[corner // 3] > 0.0
+    angles, corners = corner_angles(faces, sides, lengths), faces.ravel()
+    inner = inner_vertices(sides, int(faces.max()) + 1)
+    upright = inner.copy()
+    upright[faces[~(signs > 0.0)]] = False
     if not upright.any():
         return signs, np.zeros(len(faces), np.int64)
-    gaps = np.array([_gap(gap) for gap in gaps])
-    chance = SIGMAS * MAD_TO_SIGMA * np.median(gaps[upright]) + SINGLE_TINY
+    turns: Floats = np.asarray(np.bincount(corners, np.repeat(signs, 3) * angles, len(inner)), np.float64)
+    gaps = _gaps(turns)
+    chance = float(SIGMAS * MAD_TO_SIGMA * np.median(gaps[upright]) + SINGLE_TINY)  # rad, up to which a gap is closed
     known = upright & (gaps <= chance)
-    fans, asked = np.flatnonzero(inner & ~known), -1
-    ways = min(BY_CHANCE * pi / (chance * max((gaps[fans] > chance).sum(), 1)), MOST_WAYS)
-    if (gaps[fans] <= chance).all() or ways < 4.0:  # those of the smallest fan, of three faces
+    fans = np.flatnonzero(inner & ~known)
+    open_fans = int((gaps[fans] > chance).sum())
+    ways = min(BY_CHANCE * pi / (chance * max(open_fans, 1)), MOST_WAYS)  # of more some would close by chance
+    if open_fans == 0 or ways < 4.0:  # those of the smallest fan, of three faces
         return signs, np.zeros(len(faces), np.int64)
-    corners = Corners(angles, adjacency(faces.ravel(), np.arange(len(angles)), len(inner)), chance, ways)
-    groups = Groups(np.arange(len(faces)), np.ones(len(faces)))
-    for i in np.flatnonzero(known):
-        own, _ = _told(i, corners)
-        _join(own, signs[own], groups)
-    while len(fans) != asked:  # what one fan tells may leave its neighbour but one way to close
-        asked = len(fans)
-        fans = fans[np.array([not _settled(i, corners, groups) for i in fans], np.bool_)][::-1].copy()
-    roots = [_root(f, groups) for f in range(len(faces))]
-    return np.array([way for _, way in roots]), np.array([root for root, _ in roots])
+    # An angle that is no more than chance tells nothing of its face.
+    told = 2.0 * angles > chance
+    around = adjacency(corners[told], np.flatnonzero(told), len(inner))
+    parent, turn = np.arange(len(faces)), np.ones(len(faces))
+    # A fan of k faces closes in 2^(k − 1) ways: the last face stays, as the reverse is the same way.
+    most = frexp(ways)[1]
+    scratch = np.empty((2, max(most, np.diff(around.start).max(initial=0))))
+    _tell(np.flatnonzero(known), fans, *around, angles, signs, chance, most, parent, turn, *scratch)
+    return turn, parent
+
+
+def _gaps(angles: Floats) -> Floats:
+    """How far angles (n,) are from the nearest multiple of 2π."""
+    return np.abs(angles - 2.0 * pi * np.floor(angles / (2.0 * pi) + 0.5))
 
 
 @numba.njit(cache=True)
-def _told(i: int, corners: Corners) -> tuple[Ints, Floats]:
-    """The faces (k,) at vertex i whose signs its fan can tell, and their angles (k,) rad there: more than chance."""
-    own = corners.around.items[corners.around.start[i] : corners.around.start[i + 1]]
-    own = own[2.0 * corners.angles[own] > corners.chance]
-    return own // 3, corners.angles[own]
+def _tell(
+    known: Ints, fans: Ints, start: Ints, corners: Ints, angles: Floats, signs: Floats, chance: float, most: int,
+    parent: Ints, turn: Floats, chosen: Floats, found: Floats,
+) -> None:  # fmt: skip
+    """Write to parent (m,) the face that stands for the group of each, and to turn (m,) how it lies to that: 1 or −1.
 
-
-@numba.njit(cache=True)
-def _settled(i: int, corners: Corners, groups: Groups) -> bool:
-    """Whether the fan of vertex i closes in one way that agrees with what is known, or in none.
-
-    That one way joins its faces, in place.
+    The fans of known vertices join their faces by their signs, then each of the other `fans`, of `most` faces at most,
+    does that closes in one way. The corners (c,) of vertex i are those from start[i] on. chosen and found are scratch.
     """
-    own, angles = _told(i, corners)
-    most = 1 << max(len(own) - 1, 0)  # the last face stays, as the reverse is the same way
-    if most > corners.ways:
-        return False
-    ways, found = 0, np.ones(len(own))
-    for chosen in range(most):
+    for i in known:
+        for q in range(start[i], start[i + 1]):
+            found[q - start[i]] = signs[corners[q] // 3]
+        _join(corners[start[i] : start[i + 1]], found, parent, turn)
+    asked, left = -1, len(fans)
+    while left != asked:  # what one fan tells may leave its neighbour but one way to close
+        asked, left = left, 0
+        for k in range(asked):
+            i = fans[k]
+            own = corners[start[i] : start[i + 1]]
+            if len(own) <= most and _ways(own, angles, chance, parent, turn, chosen, found) < 2:
+                continue
+            fans[left] = i
+            left += 1
+        for k in range(left // 2):
+            fans[k], fans[left - 1 - k] = fans[left - 1 - k], fans[k]
+    for face in range(len(parent)):
+        _root(face, parent, turn)
+
+
+@numba.njit(cache=True)
+def _ways(
+    own: Ints, angles: Floats, chance: float, parent: Ints, turn: Floats, chosen: Floats, found: Floats
+) -> int:  # fmt: skip
+    """In how many ways that agree with what is known a fan of own corners (k,) closes. If in one, that joins them."""
+    ways = 0
+    for bits in range(1 << max(len(own) - 1, 0)):
         total = 0.0
         for q in range(len(own)):
-            total += -angles[q] if chosen >> q & 1 else angles[q]
-        if _gap(total) <= corners.chance:
-            signs = np.where(chosen >> np.arange(len(own)) & 1, -1.0, 1.0)
-            if _agree(own, signs, groups):
-                ways, found = ways + 1, signs
+            chosen[q] = -1.0 if bits >> q & 1 else 1.0
+            total += chosen[q] * angles[own[q]]
+        if abs(total - 2.0 * pi * floor(total / (2.0 * pi) + 0.5)) <= chance and _agree(own, chosen, parent, turn):
+            ways += 1
+            for q in range(len(own)):
+                found[q] = chosen[q]
     if ways == 1:
-        _join(own, found, groups)
-    return ways < 2
+        _join(own, found, parent, turn)
+    return ways
 
 
 @numba.njit(cache=True)
-def _root(f: int, groups: Groups) -> tuple[int, float]:
+def _root(f: int, parent: Ints, turn: Floats) -> tuple[int, float]:
     """The face that stands for the group of face f, and whether f lies the same way round, 1, or not, −1."""
-    root, turn = f, 1.0
-    while groups.parent[root] != root:
-        turn *= groups.turn[root]
-        root = groups.parent[root]
-    groups.parent[f], groups.turn[f] = root, turn  # the way is shorter the next time
-    return root, turn
+    root, way = f, 1.0
+    while parent[root] != root:
+        way *= turn[root]
+        root = parent[root]
+    parent[f], turn[f] = root, way  # the way is shorter the next time
+    return root, way
 
 
-@numba.njit(cache=True)
-def _agree(own: Ints, signs: Floats, groups: Groups) -> bool:
-    """Whether signs (k,) of own faces (k,) contradict nothing that is known."""
+@numba.njit(cache=True, inline="always")
+def _agree(own: Ints, signs: Floats, parent: Ints, turn: Floats) -> bool:
+    """Whether signs (k,) of the faces of own corners (k,) contradict nothing that is known."""
     for q in range(len(own)):
-        root, turn = _root(own[q], groups)
+        root, way = _root(own[q] // 3, parent, turn)
         for other in range(q):
-            same, way = _root(own[other], groups)
-            if same == root and signs[q] * turn != signs[other] * way:
+            same, turned = _root(own[other] // 3, parent, turn)
+            if same == root and signs[q] * way != signs[other] * turned:
                 return False
     return True
 
 
 @numba.njit(cache=True)
-def _join(own: Ints, signs: Floats, groups: Groups) -> None:
-    """Make own faces (k,) one group, in place, by their signs (k,); what is known already stays."""
+def _join(own: Ints, signs: Floats, parent: Ints, turn: Floats) -> None:
+    """Make the faces of own corners (k,) one group, in place, by their signs (k,); what is known already stays."""
     for q in range(1, len(own)):
-        root, turn = _root(own[0], groups)
-        same, way = _root(own[q], groups)
+        root, way = _root(own[0] // 3, parent, turn)
+        same, turned = _root(own[q] // 3, parent, turn)
         if same != root:
-            groups.parent[same] = root
-            groups.turn[same] = signs[0] * turn * signs[q] * way
-
-
-@numba.njit(cache=True)
-def _gap(angle: float) -> float:
-    """How far an angle is from the nearest multiple of 2π."""
-    return abs(angle - 2.0 * pi * floor(angle / (2.0 * pi) + 0.5))
+            parent[same] = root
+            turn[same] = signs[0] * way * signs[q] * turned

@@ -34,50 +34,59 @@ class Fans(NamedTuple):
     edge: Ints
 
 
-@numba.njit(cache=True)
 def angle_fans(faces: Ints, sides: Sides, lengths: Floats, signs: Floats) -> Fans:
     """The fans of the vertices of faces (m, 3), all wound the same way round, and edges of lengths (e,) mm."""
-    opposite = _opposite(faces, sides)
-    owner, fan, start, end = _laid_out(faces, opposite, np.repeat(signs, 3) * corner_angles(faces, sides, lengths))
-    fans, angles = np.empty((2 * len(opposite), 2), np.int64), np.empty((2 * len(opposite), 2))
-    edge, found = np.empty(2 * len(opposite), np.int64), 0
-    for e in range(len(sides.edges)):
-        first = sides.first[e]
-        for q in range(first, sides.first[e + 1]):
-            if q > first and opposite[sides.at[q]] >= 0:
-                continue
-            for other in range(max(first, q - 1), q + 1):
-                for k, side in ((0, sides.at[q]), (1, sides.at[other])):
-                    leaves = faces[side // 3, side % 3] == sides.edges[e, k]
-                    corner = side if leaves else side - side % 3 + (side + 1) % 3
-                    fans[found, k], angles[found, k] = fan[corner], start[corner] if leaves else end[corner]
-                edge[found], found = e, found + 1
-    return Fans(owner, sides.edges[edge[:found]], fans[:found].copy(), angles[:found].copy(), edge[:found].copy())
+    opposite, angles = _opposite(faces, sides), np.repeat(signs, 3) * corner_angles(faces, sides, lengths)
+    fan, first, start, end = (
+        np.full(faces.size, -1),
+        np.empty_like(opposite),
+        np.zeros(faces.size),
+        np.zeros(faces.size),
+    )
+    count = _lay_out(opposite, angles, fan, first, start, end)
+    edge, one, other = _joints(sides, opposite)
+    ends, begins = sides.edges[edge], faces.ravel()
+    fans, directions = np.empty_like(ends), np.empty(ends.shape)
+    for k, side in ((0, one), (1, other)):
+        leaves = begins[side] == ends[:, k]
+        corner = np.where(leaves, side, side - side % 3 + (side + 1) % 3)
+        fans[:, k], directions[:, k] = fan[corner], np.where(leaves, start[corner], end[corner])
+    return Fans(begins[first[:count]], ends, fans, directions, edge)
 
 
-@numba.njit(cache=True)
+def _joints(sides: Sides, opposite: Ints) -> tuple[Ints, Ints, Ints]:
+    """The edge (j,) of each joint, and the sides (j,) and (j,) from which its ends are seen: as `Fans` has them."""
+    begins = np.zeros(len(sides.at), bool)
+    begins[sides.first[:-1]] = True
+    place = np.flatnonzero(begins | (opposite[sides.at] < 0))
+    two = ~begins[place]  # to the side before it and by itself
+    place = np.repeat(place, np.where(two, 2, 1))
+    before = place.copy()
+    before[np.flatnonzero(two) + np.arange(two.sum())] -= 1
+    one = sides.at[place]
+    return sides.edge[one], one, sides.at[before]
+
+
 def _opposite(faces: Ints, sides: Sides) -> Ints:
     """(3·m,) the side that runs back along each, −1 where there is none or more than one."""
-    opposite = np.full(3 * len(faces), -1)
-    for e in range(len(sides.edges)):
-        if sides.first[e + 1] - sides.first[e] != 2:
-            continue
-        one, other = sides.at[sides.first[e]], sides.at[sides.first[e] + 1]
-        if faces[one // 3, one % 3] != faces[other // 3, other % 3]:
-            opposite[one], opposite[other] = other, one
+    opposite, begins = np.full(faces.size, -1), faces.ravel()
+    shared = sides.first[:-1][np.diff(sides.first) == 2]
+    one, other = sides.at[shared], sides.at[shared + 1]
+    back = begins[one] != begins[other]
+    opposite[one[back]], opposite[other[back]] = other[back], one[back]
     return opposite
 
 
 @numba.njit(cache=True)
-def _laid_out(faces: Ints, opposite: Ints, angles: Floats) -> tuple[Ints, Ints, Floats, Floats]:
-    """The vertex of every fan (k,), the fan of every corner (3·m,), and the directions of its two sides (3·m,) rad."""
-    fan, owner, found = np.full(len(opposite), -1), np.empty(len(opposite), np.int64), 0
-    start, end = np.zeros(len(opposite)), np.zeros(len(opposite))
+def _lay_out(opposite: Ints, angles: Floats, fan: Ints, first: Ints, start: Floats, end: Floats) -> int:
+    """Write the fan of every corner (3·m,), the first corner of every fan, and the directions (3·m,) rad of the two
+    sides of every corner in its fan; how many fans there are."""
+    found = 0
     for bordered in (True, False):  # open fans from their first face on, then what is left: closed ones
         for corner in range(len(opposite)):
             if fan[corner] >= 0 or (bordered and opposite[corner] >= 0):
                 continue
-            total, at, closed = 0.0, corner, False
+            total, at = 0.0, corner
             while at >= 0 and fan[at] < 0:
                 fan[at] = found
                 total += angles[at]
@@ -91,6 +100,6 @@ def _laid_out(faces: Ints, opposite: Ints, angles: Floats) -> tuple[Ints, Ints, 
                 at = opposite[at - at % 3 + (at + 2) % 3]
                 if at == corner:
                     break
-            owner[found] = faces[corner // 3, corner % 3]
+            first[found] = corner
             found += 1
-    return owner[:found].copy(), fan, start, end
+    return found

@@ -8,6 +8,7 @@ much at a thousand vertices and a gigabyte at a hundred thousand (`preconditione
 from __future__ import annotations
 
 from math import sqrt
+from typing import NamedTuple
 
 import numba
 import numpy as np
@@ -18,7 +19,7 @@ from restore.flattening.solution import Solution
 from restore.mesh.adjacency import Sides
 from restore.mesh.measures import edge_strain, straight_lengths
 from restore.mesh.network import Network
-from restore.numerics.limits import SMALL, TINY
+from restore.numerics.limits import SMALL, TINY, sum_in_order
 from restore.numerics.robust import robust_sigma
 from restore.scan import Floats, Ints
 
@@ -43,7 +44,7 @@ def minimise_strain(
     An iteration that decreases the sum by a smaller share than LEAST_DECREASE is the last.
     """
     lengths = network.lengths[:, None] if other is None else np.column_stack([network.lengths, other])
-    areas = edge_areas(network.faces, network.sides, network.lengths)
+    areas = edge_areas(network.sides, network.lengths)
     vertices, order, edges = rim_first(flat, network.edges)
     found = flat[vertices]
     iterations, residual, converged = _minimise(found, edges, 1.0 / lengths[order], areas[order], corner, most)
@@ -75,78 +76,92 @@ def strained_less(flat: Floats, other: Floats, network: Network) -> bool:
     return mean_strain(flat, network) < mean_strain(other, network) - GRADIENT_TOLERANCE
 
 
-@numba.njit(cache=True)
-def rest_areas(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
-    """(m,) mm² areas of faces (m, 3) whose edges have lengths (e,) mm; 0 for one that has no two different corners."""
-    areas = np.zeros(len(faces))
-    for f in range(len(faces)):
-        own = sides.edge[3 * f : 3 * f + 3]
-        if own.min() >= 0:
-            a, b, c = lengths[own[0]], lengths[own[1]], lengths[own[2]]
-            half = 0.5 * (a + b + c)
-            areas[f] = sqrt(max(half * (half - a) * (half - b) * (half - c), 0.0))  # Heron
-    return areas
+def rest_areas(sides: Sides, lengths: Floats) -> Floats:
+    """(m,) mm² areas of faces whose edges have lengths (e,) mm; 0 for one that has no two different corners."""
+    own = sides.edge.reshape(-1, 3).T
+    a, b, c = lengths[own]
+    half = 0.5 * (a + b + c)
+    areas = np.sqrt(np.maximum(half * (half - a) * (half - b) * (half - c), 0.0))  # Heron
+    return np.where(own.min(axis=0) >= 0, areas, 0.0)
 
 
-@numba.njit(cache=True)
-def edge_areas(faces: Ints, sides: Sides, lengths: Floats) -> Floats:
+def edge_areas(sides: Sides, lengths: Floats) -> Floats:
     """(e,) a third of the areas of the faces at each edge, from edge lengths (e,) mm, with a mean of 1; none is less
     than SHORTEST but of shorter edges, or no step would be too long for a vertex that slivers alone hold."""
-    some = sides.edge >= 0
-    areas = np.bincount(sides.edge[some], np.repeat(rest_areas(faces, sides, lengths), 3)[some] / 3.0, len(lengths))
-    least = SHORTEST * np.minimum(lengths / (SHORTEST * lengths.mean()), 1.0) ** 2
-    return np.maximum(areas / max(areas.mean(), TINY), least)
+    some, count = sides.edge >= 0, len(lengths)
+    thirds = np.repeat(rest_areas(sides, lengths), 3)[some] / 3.0
+    areas: Floats = np.asarray(np.bincount(sides.edge[some], thirds, count), np.float64)
+    least = SHORTEST * np.minimum(lengths / (SHORTEST * (sum_in_order(lengths) / count)), 1.0) ** 2
+    return np.maximum(areas / max(sum_in_order(areas) / count, TINY), least)
 
 
-@numba.njit(cache=True)
+class Linearised(NamedTuple):
+    """Jacobian (e, 2) of the strains, weighed by the roots of areas, for the end of each edge; of the sum of squares
+    its negative gradient (n, 2), the diagonal blocks (n, 3) of its stiffness, xx, xy, yy, and itself, the energy."""
+
+    jacobian: Floats
+    gradient: Floats
+    blocks: Floats
+    energy: float
+
+
 def _minimise(
     flat: Floats, edges: Ints, per: Floats, areas: Floats, corner: float, most: int
 ) -> tuple[int, float, bool]:
     """As `minimise_strain`, flat (n, 2) mm in place, of vertices and edges (e, 2) in the order of `rim_first`.
 
-    per (e, ·) 1/mm: one over the rest lengths. A step that would strain the page more is halved.
+    per (e, ·) 1/mm: one over each rest length of an edge. A step that would strain the page more is halved.
     """
     tolerance = GRADIENT_TOLERANCE / sqrt(len(flat))
-    jacobian, gradient, blocks, energy = _linearised(flat, edges, per, areas, corner)
-    residual = _relief(gradient, blocks)
+    now = _linearised(flat, edges, per, areas, corner)
+    residual = _relief(now)
     for iteration in range(most):
         if not residual > tolerance:  # or not finite
             return iteration, residual, residual <= tolerance
-        downhill, last, step = gradient.copy(), energy, np.zeros_like(gradient)
-        _conjugate_gradients(step, edges, jacobian, gradient, prepared(flat, edges, jacobian, blocks), INEXACTNESS)
-        step, energy = 2.0 * step, np.inf
-        while energy > last:  # at the latest until rounding leaves nothing of the step
+        before, step = now, np.zeros_like(flat)
+        by = prepared(flat, edges, now.jacobian, now.blocks)
+        conjugate_gradients(step, edges, now.jacobian, now.gradient.copy(), by, INEXACTNESS)
+        step *= 2.0
+        while True:  # at the latest until rounding leaves nothing of the step
             step *= 0.5
-            jacobian, gradient, blocks, energy = _linearised(flat + step, edges, per, areas, corner)
+            now = _linearised(flat + step, edges, per, areas, corner)
+            if not now.energy > before.energy:
+                break
         flat += step
-        further = _further(downhill, gradient, step) if corner < np.inf else 0.0
+        further = _further(before.gradient, now.gradient, step) if corner < np.inf else 0.0
         if further > 0.0:
             flat += further * step
-            jacobian, gradient, blocks, energy = _linearised(flat, edges, per, areas, corner)
-        residual = _relief(gradient, blocks)
-        if energy > (1.0 - LEAST_DECREASE) * last:
+            now = _linearised(flat, edges, per, areas, corner)
+        residual = _relief(now)
+        if now.energy > (1.0 - LEAST_DECREASE) * before.energy:
             return iteration + 1, residual, residual <= MOST_STRAIN
     return most, residual, False
 
 
-@numba.njit(cache=True)
 def _further(before: Floats, after: Floats, step: Floats) -> float:
     """By what share of a step (n, 2) to go on along it, from the negative gradients (n, 2) before and after it.
 
     The squares that stand for a loss bound it from above, and their steps fall short: to where the slope along the
     step vanishes by the secant, which is no more than as far again if the loss shall not grow.
     """
-    first, last = (before * step).sum(), (after * step).sum()
-    return float(min(last / (first - last), 1.0)) if 0.0 < last < first else 0.0
+    first, last = sum_in_order((before * step).ravel()), sum_in_order((after * step).ravel())
+    return min(last / (first - last), 1.0) if 0.0 < last < first else 0.0
 
 
-@numba.njit(cache=True)
-def _conjugate_gradients(
+def conjugate_gradients(
     step: Floats, edges: Ints, jacobian: Floats, rest: Floats, by: Preconditioner, share: float
 ) -> int:
     """Go on with a step (n, 2) until only a share of its rest (n, 2) is left, both in place; in how many passes."""
+    return int(_go_on(step, edges, jacobian, rest, by, share, np.zeros_like(rest), *np.empty((2, *rest.shape))))
+
+
+@numba.njit(cache=True)
+def _go_on(
+    step: Floats, edges: Ints, jacobian: Floats, rest: Floats, by: Preconditioner, share: float,
+    search: Floats, product: Floats, direction: Floats,
+) -> int:  # fmt: skip
+    """As `conjugate_gradients`; search (n, 2) is zeros, product and direction (n, 2) are scratch."""
     before, wanted = np.inf, 0.0
-    search, product, direction = np.zeros_like(rest), np.empty_like(rest), np.empty_like(rest)
     for taken in range(rest.size):
         now = precondition(by, edges, jacobian, rest, direction)
         wanted = wanted if taken else share * share * now
@@ -165,14 +180,20 @@ def _conjugate_gradients(
     return rest.size
 
 
-@numba.njit(cache=True, error_model="numpy")
-def _linearised(
-    flat: Floats, edges: Ints, per: Floats, areas: Floats, corner: float
-) -> tuple[Floats, Floats, Floats, float]:
-    """Jacobian (e, 2) of the strains, weighed by the roots of areas (e,), for the end of each edge; the sum of squares:
-    its negative gradient (n, 2), the diagonal blocks (n, 3) of its stiffness, xx, xy, yy, and itself."""
+def _linearised(flat: Floats, edges: Ints, per: Floats, areas: Floats, corner: float) -> Linearised:
+    """The sum of squares at flat (n, 2) mm, with areas (e,)."""
     jacobian, gradient, blocks = np.empty((len(edges), 2)), np.zeros_like(flat), np.zeros((len(flat), 3))
-    energy, steep = 0.0, 1.0 / corner
+    energy = _linearise(flat, edges, per, areas, 1.0 / corner, jacobian, gradient, blocks)
+    return Linearised(jacobian, gradient, blocks, energy)
+
+
+@numba.njit(cache=True, error_model="numpy")
+def _linearise(
+    flat: Floats, edges: Ints, per: Floats, areas: Floats, steep: float,
+    jacobian: Floats, gradient: Floats, blocks: Floats,
+) -> float:  # fmt: skip
+    """Write the Jacobian (e, 2), add to gradient (n, 2) and blocks (n, 3); the energy. steep: 1 / corner."""
+    energy = 0.0
     for k in range(len(edges)):
         a, b = edges[k, 0], edges[k, 1]
         x, y = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
@@ -186,28 +207,37 @@ def _linearised(
             pull += share * slack
         root, x, y = sqrt(stiffness), x / distance, y / distance
         jacobian[k, 0], jacobian[k, 1] = root * x, root * y
-        for i, force in ((a, -pull), (b, pull)):
-            gradient[i, 0] += force * x
-            gradient[i, 1] += force * y
-            blocks[i, 0] += stiffness * x * x
-            blocks[i, 1] += stiffness * x * y
-            blocks[i, 2] += stiffness * y * y
-    more = STIFFEN * (blocks[:, 0] + blocks[:, 2]) + TINY
-    blocks[:, ::2] += more.reshape(-1, 1)
-    return jacobian, gradient, blocks, energy
+        xx, xy, yy = stiffness * x * x, stiffness * x * y, stiffness * y * y
+        gradient[a, 0] -= pull * x
+        gradient[a, 1] -= pull * y
+        gradient[b, 0] += pull * x
+        gradient[b, 1] += pull * y
+        for end in range(2):
+            i = edges[k, end]
+            blocks[i, 0] += xx
+            blocks[i, 1] += xy
+            blocks[i, 2] += yy
+    for i in range(len(blocks)):
+        more = STIFFEN * (blocks[i, 0] + blocks[i, 2]) + TINY
+        blocks[i, 0] += more
+        blocks[i, 2] += more
+    return energy
 
 
-@numba.njit(cache=True)
-def _relief(gradient: Floats, blocks: Floats) -> float:
+def _relief(at: Linearised) -> float:
     """The strain that a vertex could be relieved of if the others stood still, rms."""
-    x, y, xx, xy, yy = gradient[:, 0], gradient[:, 1], blocks[:, 0], blocks[:, 1], blocks[:, 2]
-    return sqrt(((yy * x * x - 2.0 * xy * x * y + xx * y * y) / np.maximum(xx * yy - xy * xy, TINY)).mean())
+    x, y = at.gradient.T
+    xx, xy, yy = at.blocks.T
+    squares = (yy * x * x - 2.0 * xy * x * y + xx * y * y) / np.maximum(xx * yy - xy * xy, TINY)
+    return sqrt(sum_in_order(squares) / len(squares))
 
 
 @numba.njit(cache=True)
 def _stiffness_times(moved: Floats, jacobian: Floats, edges: Ints, product: Floats) -> float:
     """Write the stiffness matrix times a displacement (n, 2); the quadratic form of the displacement."""
-    product[:], total = 0.0, 0.0
+    total = 0.0
+    for i in range(len(product)):
+        product[i, 0] = product[i, 1] = 0.0
     for k in range(len(edges)):
         a, b = edges[k, 0], edges[k, 1]
         x, y = jacobian[k, 0], jacobian[k, 1]

@@ -16,7 +16,7 @@ import numba
 import numpy as np
 
 from restore.mesh.adjacency import order_of_pairs
-from restore.numerics.limits import TINY
+from restore.numerics.limits import TINY, sum_in_order
 from restore.scan import Floats, Ints
 
 GROWTH = 3 / 7  # c aggregates of n particles take c³ to factorise, and √(n / c) passes of n: both grow as n^(9/7) then
@@ -30,24 +30,28 @@ class Preconditioner(NamedTuple):
 
     owner (n,): the aggregate of each particle; arms (n, 2): where it lies from the middle, in units of the size.
     factor (k, k): the Cholesky factor of their stiffness below its inverted diagonal, MODES rows for each aggregate.
+    modes (k,): scratch.
     """
 
     inverse: Floats
     owner: Ints
     arms: Floats
     factor: Floats
+    modes: Floats
 
 
-@numba.njit(cache=True)
 def prepared(flat: Floats, edges: Ints, gradients: Floats, blocks: Floats) -> Preconditioner:
     """For vertices at flat (n, 2) mm with diagonal blocks (n, 3) and edges (e, 2), ordered by `rim_first`.
 
     gradients (e, 2): of the strain of each edge when its end is moved.
     """
     owner, arms = _cells(flat)
-    factor = _stiffness(owner, arms, edges, gradients)
-    _factorise(factor)
-    return Preconditioner(_inverse_pivots(edges, gradients, blocks), owner, arms, factor)
+    count = int(owner.max()) + 1
+    factor, inverse = np.zeros((MODES * count, MODES * count)), np.empty_like(blocks)
+    _add_stiffness(owner, arms, edges, gradients, factor, np.empty(2 * MODES), np.empty(2 * MODES, np.int64))
+    _factorise(factor, np.zeros(count))
+    _invert_pivots(edges, gradients, blocks, inverse)
+    return Preconditioner(inverse, owner, arms, factor, np.empty(len(factor)))
 
 
 @numba.njit(cache=True)
@@ -56,36 +60,40 @@ def precondition(by: Preconditioner, edges: Ints, gradients: Floats, force: Floa
     return substitute(edges, gradients, by.inverse, force, way) + correct_rigidly(by, force, way)
 
 
-@numba.njit(cache=True)
 def rim_first(flat: Floats, edges: Ints) -> tuple[Ints, Ints, Ints]:
     """The order in which vertices of flat (n, 2) are eliminated, and their edges (e, 2) by the end that goes last.
 
     The order of the vertices (n,) and of the edges (e,); and those edges with the places of their ends in it, the last
     end second. A page that is turned, mirrored or numbered in another way has the same order.
     """
-    x, y = flat[:, 0] - flat[:, 0].mean(), flat[:, 1] - flat[:, 1].mean()
-    vertices = np.argsort(-(x * x + y * y))
+    x, y = _from_centre(flat)
+    vertices = np.argsort(-(x * x + y * y), kind="stable")
     place = np.empty_like(vertices)
     place[vertices] = np.arange(len(flat))
-    one, other = place[edges[:, 0]], place[edges[:, 1]]
+    one, other = place[edges].T
     first, last = np.minimum(one, other), np.maximum(one, other)
     order = order_of_pairs(last, first, len(flat))
     return vertices, order, np.stack((first[order], last[order]), axis=1).astype(np.uint32)
 
 
+def _from_centre(flat: Floats) -> tuple[Floats, Floats]:
+    """x (n,) and y (n,) of flat (n, 2) from their mean."""
+    x, y = flat.T
+    return x - sum_in_order(x) / len(x), y - sum_in_order(y) / len(y)
+
+
 @numba.njit(cache=True)
-def _inverse_pivots(edges: Ints, gradients: Floats, blocks: Floats) -> Floats:
-    """(n, 3): xx, xy, yy of the inverse pivots of diagonal blocks (n, 3)."""
-    inverse, k = np.empty_like(blocks), 0
+def _invert_pivots(edges: Ints, gradients: Floats, blocks: Floats, inverse: Floats) -> None:
+    """Write (n, 3): xx, xy, yy of the inverse pivots of diagonal blocks (n, 3)."""
+    k = 0
     for i in range(len(blocks)):
-        xx, xy, yy = blocks[i]
+        xx, xy, yy = blocks[i, 0], blocks[i, 1], blocks[i, 2]
         while k < len(edges) and edges[k, 1] == i:
-            x, y, before = gradients[k, 0], gradients[k, 1], inverse[edges[k, 0]]
-            lost = before[0] * x * x + 2.0 * before[1] * x * y + before[2] * y * y
+            a, x, y = edges[k, 0], gradients[k, 0], gradients[k, 1]
+            lost = inverse[a, 0] * x * x + 2.0 * inverse[a, 1] * x * y + inverse[a, 2] * y * y
             xx, xy, yy, k = xx - lost * x * x, xy - lost * x * y, yy - lost * y * y, k + 1
         share = 1.0 / max(xx * yy - xy * xy, TINY)
         inverse[i, 0], inverse[i, 1], inverse[i, 2] = share * yy, -share * xy, share * xx
-    return inverse
 
 
 @numba.njit(cache=True)
@@ -107,53 +115,54 @@ def substitute(edges: Ints, gradients: Floats, inverse: Floats, force: Floats, w
     return work
 
 
-@numba.njit(cache=True)
 def _cells(flat: Floats) -> tuple[Ints, Floats]:
     """The cell (n,) of a grid that each of flat (n, 2) is in, and where it lies from their middle (n, 2).
 
     The grid lies along the page's principal axes about its centre: a page that is turned has the same cells.
     """
-    x, y = flat[:, 0] - flat[:, 0].mean(), flat[:, 1] - flat[:, 1].mean()
-    angle = 0.5 * atan2(2.0 * (x * y).sum(), (x * x).sum() - (y * y).sum())
+    x, y = _from_centre(flat)
+    angle = 0.5 * atan2(2.0 * sum_in_order(x * y), sum_in_order(x * x) - sum_in_order(y * y))
     along, across = cos(angle) * x + sin(angle) * y, cos(angle) * y - sin(angle) * x
-    wide, high, count = along.max() - along.min(), across.max() - across.min(), len(flat) ** GROWTH
+    wide, high, count = float(np.ptp(along)), float(np.ptp(across)), len(flat) ** GROWTH
     size = max(sqrt(wide * high / count), max(wide, high) / count) + TINY
     columns, rows = np.floor(along / size + 0.5), np.floor(across / size + 0.5)
     owner = ((columns - columns.min()) * (np.ptp(rows) + 1.0) + rows - rows.min()).astype(np.int64)
     members = np.bincount(owner)
     owner = (np.cumsum(members > 0) - 1)[owner]  # cells without a particle have no number
-    arms, members = np.empty_like(flat), members[members > 0]
-    for axis in range(2):
-        middle = np.bincount(owner, flat[:, axis]) / members
-        arms[:, axis] = (flat[:, axis] - middle[owner]) / size
-    return owner, arms
+    members = members[members > 0]
+    middles = (np.bincount(owner, places) / members for places in flat.T)
+    return owner, np.stack([(p - middle[owner]) / size for p, middle in zip(flat.T, middles, strict=True)], axis=1)
 
 
 @numba.njit(cache=True)
-def _stiffness(owner: Ints, arms: Floats, edges: Ints, gradients: Floats) -> Floats:
-    """(k, k) the matrix: what the strain of an edge does to the modes of both its ends."""
-    matrix = np.zeros((MODES * (owner.max() + 1), MODES * (owner.max() + 1)))
-    strain, row = np.empty(2 * MODES), np.empty(2 * MODES, np.int64)
+def _add_stiffness(
+    owner: Ints, arms: Floats, edges: Ints, gradients: Floats, matrix: Floats, strain: Floats, row: Ints
+) -> None:
+    """Add to the matrix (k, k) what the strain of an edge does to the modes of both its ends.
+
+    strain and row (2 · MODES,) are scratch.
+    """
     for k in range(len(edges)):
         if owner[edges[k, 0]] == owner[edges[k, 1]]:  # nothing within is strained
             continue
-        for end, sign in ((0, -1.0), (1, 1.0)):
-            i, x, y = edges[k, end], sign * gradients[k, 0], sign * gradients[k, 1]
-            for mode, moved in enumerate((x, y, y * arms[i, 0] - x * arms[i, 1])):
-                row[MODES * end + mode], strain[MODES * end + mode] = MODES * owner[i] + mode, moved
+        for end in range(2):
+            i, sign = edges[k, end], 2.0 * end - 1.0
+            x, y, first = sign * gradients[k, 0], sign * gradients[k, 1], MODES * end
+            strain[first], strain[first + 1], strain[first + 2] = x, y, y * arms[i, 0] - x * arms[i, 1]
+            for mode in range(MODES):
+                row[first + mode] = MODES * owner[i] + mode
         for p in range(2 * MODES):
             for q in range(2 * MODES):
                 matrix[row[p], row[q]] += strain[p] * strain[q]
-    return matrix
 
 
 @numba.njit(cache=True, fastmath={"reassoc"})
-def _factorise(matrix: Floats) -> None:
+def _factorise(matrix: Floats, least: Floats) -> None:
     """The Cholesky factor, in place; 0 on the diagonal for a mode that nothing holds but rounding: it does not move.
 
     That is told by all modes of an aggregate: particles in one line have hardly any stiffness across it, or to a turn.
+    least (k,) is scratch of zeros, one for each aggregate.
     """
-    least = np.zeros(len(matrix) // MODES)
     for i in range(len(matrix)):
         least[i // MODES] += STIFFEN * STIFFEN * matrix[i, i]
         matrix[i, i] *= 1.0 + STIFFEN
@@ -170,26 +179,29 @@ def _factorise(matrix: Floats) -> None:
 @numba.njit(cache=True, fastmath={"reassoc"})
 def correct_rigidly(by: Preconditioner, force: Floats, way: Floats) -> float:
     """Add to the way (n, 2) that of the rigid aggregates under forces (n, 2); the force along it."""
-    owner, arms, factor = by.owner, by.arms, by.factor
-    modes = np.zeros(len(factor))
+    owner, arms, factor, modes = by.owner, by.arms, by.factor, by.modes
+    for i in range(len(modes)):
+        modes[i] = 0.0
     for i in range(len(force)):
-        mode = modes[MODES * owner[i] : MODES * owner[i] + MODES]
-        mode[0] += force[i, 0]
-        mode[1] += force[i, 1]
-        mode[2] += force[i, 1] * arms[i, 0] - force[i, 0] * arms[i, 1]
+        first = MODES * owner[i]
+        modes[first] += force[i, 0]
+        modes[first + 1] += force[i, 1]
+        modes[first + 2] += force[i, 1] * arms[i, 0] - force[i, 0] * arms[i, 1]
     for i in range(len(modes)):
         rest, row = modes[i], factor[i]
         for k in range(i):
             rest -= row[k] * modes[k]
         modes[i] = rest * row[i]
-    work = (modes * modes).sum()
+    work = 0.0
+    for i in range(len(modes)):
+        work += modes[i] * modes[i]
     for i in range(len(modes) - 1, -1, -1):
         row, found = factor[i], factor[i, i] * modes[i]
         for k in range(i):
             modes[k] -= row[k] * found
         modes[i] = found
     for i in range(len(force)):
-        mode = modes[MODES * owner[i] : MODES * owner[i] + MODES]
-        way[i, 0] += mode[0] - mode[2] * arms[i, 1]
-        way[i, 1] += mode[1] + mode[2] * arms[i, 0]
-    return float(work)
+        first = MODES * owner[i]
+        way[i, 0] += modes[first] - modes[first + 2] * arms[i, 1]
+        way[i, 1] += modes[first + 1] + modes[first + 2] * arms[i, 0]
+    return work

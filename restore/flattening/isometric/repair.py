@@ -43,11 +43,10 @@ def repaired(flat: Floats, network: Network, signs: Floats) -> Floats:
     if not inverted_count(flat, network.faces, signs):
         return flat
     areas = signed_areas(flat, network.faces) * signs
-    contradicted = areas < -CONTRADICTED * rest_areas(network.faces, network.sides, network.lengths)
+    contradicted = areas < -CONTRADICTED * rest_areas(network.sides, network.lengths)
     return uninverted(flat, network, np.where(contradicted, -signs, signs))
 
 
-@numba.njit(cache=True)
 def inverted_count(flat: Floats, faces: Ints, signs: Floats) -> int:
     """How many faces (m, 3) of flat (n, 2) lie against their sign (m,); a face without area has none."""
     return int((signed_areas(flat, faces) * signs < 0.0).sum())
@@ -55,33 +54,46 @@ def inverted_count(flat: Floats, faces: Ints, signs: Floats) -> int:
 
 def uninverted(flat: Floats, network: Network, signs: Floats) -> Floats:
     """Flat positions (n, 2) mm with fewer inverted faces, if that can be; only the corners of such faces are moved."""
-    turned, least = flat.copy(), OPEN * rest_areas(network.faces, network.sides, network.lengths)
+    turned, least = flat.copy(), OPEN * rest_areas(network.sides, network.lengths)
     open_inverted(turned, network.faces, signs, least)
     fewer = inverted_count(turned, network.faces, signs) < inverted_count(flat, network.faces, signs)
     return turned if fewer else flat
 
 
-@numba.njit(cache=True)
 def open_inverted(flat: Floats, faces: Ints, signs: Floats, least: Floats) -> None:
     """Move the corners of inverted faces, in place, until none is inverted: each is opened to its least area (m,) mm².
 
     flat (n, 2) mm. A face is opened along the gradient of its area: the least displacement that does it. In a sweep
     the most inverted come first, whatever numbers they have.
     """
-    way = np.empty((3, 2))
     for _ in range(MOST_ITERATIONS):  # as opening one may close its neighbours
         areas = signed_areas(flat, faces) * signs
-        below, inverted = np.flatnonzero(areas < least), 0
-        for f in below[np.argsort(areas[below])]:
-            area = signs[f] * signed_areas(flat, faces[f : f + 1])[0]  # those before may have changed it
-            if area >= 0.0:
-                continue
-            inverted += 1
-            for k in range(3):
-                p, q = faces[f, (k + 1) % 3], faces[f, (k + 2) % 3]
-                way[k, 0], way[k, 1] = 0.5 * (flat[p, 1] - flat[q, 1]), 0.5 * (flat[q, 0] - flat[p, 0])
-            way *= signs[f] * (least[f] - area) / ((way**2).sum() + TINY)
-            for k in range(3):
-                flat[faces[f, k]] += way[k]
-        if inverted == 0:
+        below = np.flatnonzero(areas < least)
+        if _open(flat, faces, signs, least, below[np.argsort(areas[below], kind="stable")]) == 0:
             break
+
+
+@numba.njit(cache=True)
+def _open(flat: Floats, faces: Ints, signs: Floats, least: Floats, order: Ints) -> int:
+    """One sweep over faces (m, 3) in an order (k,): how many of them were inverted."""
+    inverted = 0
+    for f in order:
+        a, b, c = faces[f, 0], faces[f, 1], faces[f, 2]
+        ux, uy = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
+        vx, vy = flat[c, 0] - flat[a, 0], flat[c, 1] - flat[a, 1]
+        area = signs[f] * (0.5 * (ux * vy - uy * vx))  # those before may have changed it
+        if area >= 0.0:
+            continue
+        inverted += 1
+        ax, ay = 0.5 * (flat[b, 1] - flat[c, 1]), 0.5 * (flat[c, 0] - flat[b, 0])
+        bx, by = 0.5 * (flat[c, 1] - flat[a, 1]), 0.5 * (flat[a, 0] - flat[c, 0])
+        cx, cy = 0.5 * (flat[a, 1] - flat[b, 1]), 0.5 * (flat[b, 0] - flat[a, 0])
+        squares = ax * ax + ay * ay + bx * bx + by * by + cx * cx + cy * cy
+        step = signs[f] * (least[f] - area) / (squares + TINY)
+        flat[a, 0] += step * ax
+        flat[a, 1] += step * ay
+        flat[b, 0] += step * bx
+        flat[b, 1] += step * by
+        flat[c, 0] += step * cx
+        flat[c, 1] += step * cy
+    return inverted

@@ -7,7 +7,6 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
-from restore.mesh.jets import row_of
 from restore.runtime.threads import in_bands
 from restore.scan import Floats, Ints, Mask
 
@@ -37,6 +36,31 @@ class Quadratics(NamedTuple):
     variance: Floats
 
 
+class Systems(NamedTuple):
+    """Normal equations of AT_ONCE samples, and scratch for their solution.
+
+    moments  (23, n) in the order of ROW_MOMENTS, places (n, 2) row and column of the sample.
+    factor   (21, n) Cholesky factors of the normal matrices, packed; their diagonals hold the reciprocals of their own
+             entries, as to divide takes as long as ten products.
+    solution, unit (6, n): what runs through the same triangle: the fit, and how much one sample moves its centre.
+    leverage, explained (n,): the squares of unit and solution.
+    """
+
+    moments: Floats
+    places: Ints
+    factor: Floats
+    solution: Floats
+    unit: Floats
+    leverage: Floats
+    explained: Floats
+
+
+def _systems() -> Systems:
+    rows = (len(PACKED), len(POWERS), len(POWERS))
+    places, moments = np.empty((AT_ONCE, 2), np.int64), np.empty((len(ROW_MOMENTS), AT_ONCE))
+    return Systems(moments, places, *(np.empty((k, AT_ONCE)) for k in rows), *np.empty((2, AT_ONCE)))
+
+
 def fit_quadratics(
     data: Floats,
     weight: Floats,
@@ -57,7 +81,9 @@ def fit_quadratics(
     def fit_band(rows: slice) -> None:
         if replacing is None:
             fits.terms[rows], fits.variance[rows] = np.nan, np.nan
-        _fit_rows(data, weight, wanted, radius, scale, leverage, rows.start, rows.stop, *fits)
+        down, moments = np.empty((SUMS, data.shape[1] + 2 * radius)), np.empty((len(ROW_MOMENTS), data.shape[1]))
+        scratch = down, moments, _systems()
+        _fit_rows(data, weight, wanted, radius, scale, leverage, rows.start, rows.stop, *fits, *scratch)
 
     in_bands(fit_band, len(data))
     return fits
@@ -66,36 +92,42 @@ def fit_quadratics(
 @numba.njit(cache=True, nogil=True)
 def _fit_rows(
     data: Floats, weight: Floats, wanted: Mask, radius: int, scale: Floats, leverage: float, first: int, end: int,
-    terms: Floats, variance: Floats,
+    terms: Floats, variance: Floats, down: Floats, moments: Floats, systems: Systems,
 ) -> None:  # fmt: skip
     """Write the terms and the variance of every wanted sample in the rows from first to end.
 
     A row's moments are sums down its columns, then along the row: they never leave the processor's cache. Only those of
-    the runs of columns that hold wanted samples are taken.
+    the runs of columns that hold wanted samples are taken. down (SUMS, cols + 2 · radius), moments (23, cols) and the
+    systems are scratch.
     """
-    cols = data.shape[1]
-    down, moments = np.empty((SUMS, cols + 2 * radius)), np.empty((len(ROW_MOMENTS), cols))
-    own, places, count = np.empty((len(ROW_MOMENTS), AT_ONCE)), np.empty((AT_ONCE, 2), np.int64), 0
+    count = np.int64(0)  # a plain 0 would have _solve compiled for that number, too
     for r in range(first, end):
-        left, right = _next_run(wanted[r], 0, 2 * radius)
-        while left < right:
+        right = 0
+        while True:
+            left, right = _next_run(wanted, r, right, 2 * radius)
+            if left == right:
+                break
             _set_moments(data, weight, radius, r, left, right, down, moments)
-            for c in range(left, right):
+            for k in range(right - left):
+                c = left + k
                 if not wanted[r, c]:
                     continue
-                terms[r, c], variance[r, c] = np.nan, np.nan
-                if moments[22, c - left] < MIN_SAMPLES:
+                variance[r, c] = np.nan
+                for i in range(len(POWERS)):
+                    terms[r, c, i] = np.nan
+                if moments[22, k] < MIN_SAMPLES:
                     continue
-                own[:, count], places[count, 0], places[count, 1] = moments[:, c - left], r, c
+                for i in range(len(ROW_MOMENTS)):
+                    systems.moments[i, count] = moments[i, k]
+                systems.places[count, 0], systems.places[count, 1] = r, c
                 count += 1
                 if count == AT_ONCE:
-                    _solve(own, places, scale, leverage, terms, variance)
-                    count = 0
-            left, right = _next_run(wanted[r], right, 2 * radius)
-    _solve(own[:, :count].copy(), places[:count], scale, leverage, terms, variance)
+                    _solve(systems, count, scale, leverage, terms, variance)
+                    count = np.int64(0)
+    _solve(systems, count, scale, leverage, terms, variance)
 
 
-@numba.njit(cache=True, nogil=True)
+@numba.njit(cache=True, nogil=True, inline="always")
 def _set_moments(
     data: Floats, weight: Floats, radius: int, r: int, left: int, right: int, down: Floats, moments: Floats
 ) -> None:
@@ -106,83 +138,68 @@ def _set_moments(
     rows, cols = data.shape
     count, before = right - left, left - radius
     start, stop = max(0, before), min(cols, right + radius)
-    down[:, : count + 2 * radius] = 0.0
+    first = start - before
+    for column in range(SUMS):
+        for c in range(count + 2 * radius):
+            down[column, c] = 0.0
     for i in range(max(0, r - radius), min(rows, r + radius + 1)):
-        _add_row(data[i][start:stop], weight[i][start:stop], (i - r) / radius, down, start - before)
+        y, values, weights = (i - r) / radius, data[i, start:stop], weight[i, start:stop]
+        for c in range(stop - start):
+            light = weights[c]
+            value = light * values[c]
+            down[0, first + c] += light
+            down[1, first + c] += light * y
+            down[2, first + c] += light * y**2
+            down[3, first + c] += light * y**3
+            down[4, first + c] += light * y**4
+            down[5, first + c] += value
+            down[6, first + c] += value * y
+            down[7, first + c] += value * y**2
+            down[8, first + c] += value * values[c]
+            down[9, first + c] += 1.0 if light > 0 else 0.0
     for k in range(len(ROW_MOMENTS)):
-        power, column = ROW_MOMENTS[k]
-        moments[k, :count] = 0.0
+        power, column = ROW_MOMENTS[k, 0], ROW_MOMENTS[k, 1]
+        for c in range(count):
+            moments[k, c] = 0.0
         for j in range(2 * radius + 1):
             factor = ((j - radius) / radius) ** power
             for c in range(count):
                 moments[k, c] += factor * down[column, j + c]
 
 
-@numba.njit(cache=True, nogil=True)
-def _next_run(wanted: Mask, start: int, most: int) -> tuple[int, int]:
-    """First and end of the next run of wanted columns (cols,), over gaps of up to `most`; equal when there is none."""
-    while start < len(wanted) and not wanted[start]:
+@numba.njit(cache=True, nogil=True, inline="always")
+def _next_run(wanted: Mask, r: int, start: int, most: int) -> tuple[int, int]:
+    """First and end of the next run of wanted columns in a row, over gaps of up to `most`; equal when there is none."""
+    cols = wanted.shape[1]
+    while start < cols and not wanted[r, start]:
         start += 1
     end = start
-    for col in range(start, len(wanted)):
-        if wanted[col]:
+    for col in range(start, cols):
+        if wanted[r, col]:
             end = col + 1
         elif col - end >= most:
             break
     return start, end
 
 
-@numba.njit(cache=True, nogil=True)
-def _add_row(data: Floats, weight: Floats, y: float, down: Floats, first: int) -> None:
-    """Add a row of data (k,) with weights (k,), at an offset y, to the sums down columns (SUMS, …) from a first on."""
-    for c in range(len(data)):
-        light = weight[c]
-        value = light * data[c]
-        down[0, first + c] += light
-        down[1, first + c] += light * y
-        down[2, first + c] += light * y**2
-        down[3, first + c] += light * y**3
-        down[4, first + c] += light * y**4
-        down[5, first + c] += value
-        down[6, first + c] += value * y
-        down[7, first + c] += value * y**2
-        down[8, first + c] += value * data[c]
-        down[9, first + c] += 1.0 if light > 0 else 0.0
-
-
 # What follows works on the systems of many samples side by side, of which the processor computes several at a time: so
 # none is left out, and one without a solution has NaN.
 
 
-@numba.njit(cache=True, nogil=True)
-def _solve(moments: Floats, places: Ints, scale: Floats, most: float, terms: Floats, variance: Floats) -> None:
-    """Write the terms (rows, cols, 6) and the variance (rows, cols) of samples with moments (23, n) at places (n, 2).
+@numba.njit(cache=True, nogil=True, error_model="numpy")
+def _solve(
+    systems: Systems, count: int, scale: Floats, most: float, terms: Floats, variance: Floats
+) -> None:  # fmt: skip
+    """Write the terms (rows, cols, 6) and the variance (rows, cols) of the samples of the first `count` systems.
 
     most: leverage.
     """
-    square, samples = moments[21], moments[22]
-    factor, determined = _factor(moments)
-    solution, explained, leverage = _substitute(moments, factor)
-    for n in range(len(places)):
-        if not determined[n] or leverage[n] * moments[0, n] > most * samples[n]:
-            continue
-        r, c = places[n]
-        variance[r, c] = max(square[n] - explained[n], 0.0) / (samples[n] - 6.0)
-        for i in range(len(POWERS)):
-            terms[r, c, i] = solution[i, n] / scale[i]
-
-
-@numba.njit(cache=True, nogil=True, error_model="numpy")
-def _factor(moments: Floats) -> tuple[Floats, Mask]:
-    """The Cholesky factors (21, n) of normal matrices, both packed, and (n,) True where samples determine the terms.
-
-    Their diagonals hold the reciprocals of their own entries: to divide takes as long as ten products.
-    """
-    count = moments.shape[1]
-    factor, determined = np.empty((len(PACKED), count)), np.ones(count, np.bool_)
+    moments, places, factor, solution, unit, leverage, explained = systems
+    for n in range(count):
+        leverage[n] = explained[n] = 0.0
     for i in range(len(POWERS)):
         for j in range(i + 1):
-            k, row, other = row_of(i) + j, row_of(i), row_of(j)
+            k, row, other = i * (i + 1) // 2 + j, i * (i + 1) // 2, j * (j + 1) // 2
             for n in range(count):
                 factor[k, n] = moments[PACKED[k], n]
             for m in range(j):
@@ -193,37 +210,32 @@ def _factor(moments: Floats) -> tuple[Floats, Mask]:
                     factor[k, n] *= factor[other + j, n]
                 continue
             for n in range(count):
-                determined[n] &= factor[k, n] > SINGULAR * moments[0, n]
+                leverage[n] = leverage[n] if factor[k, n] > SINGULAR * moments[0, n] else np.nan
                 factor[k, n] = 1.0 / np.sqrt(factor[k, n])
-    return factor, determined
-
-
-@numba.njit(cache=True, nogil=True)
-def _substitute(moments: Floats, factor: Floats) -> tuple[Floats, Floats, Floats]:
-    """The solutions (6, n), the squares (n,) that they explain, and their leverages (n,)."""
-    count = moments.shape[1]
-    # solution and unit run through the same triangle: the fit, and how much one sample moves its centre.
-    solution, unit = moments[len(MOMENTS) : len(MOMENTS) + len(POWERS)].copy(), np.zeros((len(POWERS), count))
-    explained, leverage = np.zeros(count), np.zeros(count)
-    unit[0] = 1.0
     for i in range(len(POWERS)):
-        for m in range(i):
-            k = row_of(i) + m
-            for n in range(count):
-                solution[i, n] -= factor[k, n] * solution[m, n]
-                unit[i, n] -= factor[k, n] * unit[m, n]
-        k = row_of(i) + i
+        row = i * (i + 1) // 2
         for n in range(count):
-            solution[i, n] *= factor[k, n]
-            unit[i, n] *= factor[k, n]
+            solution[i, n], unit[i, n] = moments[len(MOMENTS) + i, n], 1.0 if i == 0 else 0.0
+        for m in range(i):
+            for n in range(count):
+                solution[i, n] -= factor[row + m, n] * solution[m, n]
+                unit[i, n] -= factor[row + m, n] * unit[m, n]
+        for n in range(count):
+            solution[i, n] *= factor[row + i, n]
+            unit[i, n] *= factor[row + i, n]
             explained[n] += solution[i, n] ** 2
             leverage[n] += unit[i, n] ** 2
     for i in range(len(POWERS) - 1, -1, -1):
         for m in range(i + 1, len(POWERS)):
-            k = row_of(m) + i
             for n in range(count):
-                solution[i, n] -= factor[k, n] * solution[m, n]
-        k = row_of(i) + i
+                solution[i, n] -= factor[m * (m + 1) // 2 + i, n] * solution[m, n]
         for n in range(count):
-            solution[i, n] *= factor[k, n]
-    return solution, explained, leverage
+            solution[i, n] *= factor[i * (i + 1) // 2 + i, n]
+    for n in range(count):
+        samples = moments[22, n]
+        if not leverage[n] * moments[0, n] <= most * samples:  # NaN where the samples do not determine the terms
+            continue
+        r, c = places[n, 0], places[n, 1]
+        variance[r, c] = max(moments[21, n] - explained[n], 0.0) / (samples - 6.0)
+        for i in range(len(POWERS)):
+            terms[r, c, i] = solution[i, n] / scale[i]

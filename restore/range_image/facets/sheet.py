@@ -23,7 +23,7 @@ CREASE_SIGMAS = 1.0
 OWN_SIDE = 0.3  # of the turn at a crease, at most, that one of its sides makes in the step before
 ROUNDS = 3  # of Newton's method: where two parabolas meet
 
-_distortion_factor = numba.njit(cache=True)(distortion_factor)
+_distortion_factor = numba.njit(cache=True, inline="always")(distortion_factor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,7 +97,7 @@ class Sheet:
 
         def measure(part: slice) -> None:
             tolerance = CREASE_SIGMAS * self.noise
-            lengths[part] = _path_lengths(self.planes, self.scatter, nodes, edges[part], self.rays.lens, tolerance)
+            _path_lengths(self.planes, self.scatter, nodes, edges[part], self.rays.lens, tolerance, lengths[part])
 
         in_bands(measure, len(edges))
         return lengths
@@ -157,22 +157,22 @@ def _set_normals(
             normals[row, col, 2] = back * scale
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, inline="always")
 def _nearest(position: float, count: int) -> int:
     return min(max(int(np.floor(position + 0.5)), 0), count - 1)
 
 
-@numba.njit(cache=True)
 def _evaluate(planes: Floats, nodes: Floats) -> Floats:
-    rows, cols, _ = planes.shape
-    value = np.empty(len(nodes))
-    for n in range(len(nodes)):
-        i, j = _nearest(nodes[n, 0], rows), _nearest(nodes[n, 1], cols)
-        value[n] = planes[i, j, 0] + planes[i, j, 1] * (nodes[n, 1] - j) + planes[i, j, 2] * (nodes[n, 0] - i)
-    return value
+    row, col = nodes.T
+    i, j = (
+        np.clip(np.floor(places + 0.5), 0, count - 1).astype(np.int64)
+        for places, count in ((row, planes.shape[0]), (col, planes.shape[1]))
+    )
+    value, across, down = planes[i, j].T
+    return np.asarray(value + across * (col - j) + down * (row - i))
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, inline="always")
 def _turn_before(planes: Floats, r: float, c: float, dr: float, dc: float, slope: float, beyond: float) -> float:
     """How far a side turns in the step from (r, c) to its last sample before a crease; slope: at its end.
 
@@ -183,13 +183,13 @@ def _turn_before(planes: Floats, r: float, c: float, dr: float, dc: float, slope
     return turn if abs(turn) < OWN_SIDE * abs(slope - beyond) else 0.0
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, inline="always")
 def _along(w: float, slope: float, turn: float, t: float) -> float:
     """Inverse depth t steps from a sample, on a side that goes on turning."""
     return w + (slope + 0.5 * turn * t) * t
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, inline="always")
 def _crossing(wa: float, sa: float, turn_a: float, wb: float, sb: float, turn_b: float) -> float:
     """At which share of a step two sides meet, by Newton's method; at its ends if they do not."""
     t = (wb - sb - wa) / (sa - sb)
@@ -200,7 +200,7 @@ def _crossing(wa: float, sa: float, turn_a: float, wb: float, sb: float, turn_b:
     return min(max(t, 0.0), 1.0)
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, inline="always")
 def _unproject(r: float, c: float, w: float, lens: LensTerms) -> tuple[float, float, float]:
     x0, dx, y0, dy, k1, k2 = lens
     u, v = x0 + dx * c, y0 + dy * r
@@ -209,7 +209,7 @@ def _unproject(r: float, c: float, w: float, lens: LensTerms) -> tuple[float, fl
     return u * scale, v * scale, depth
 
 
-@numba.njit(cache=True)
+@numba.njit(cache=True, inline="always")
 def _distance(ra: float, ca: float, wa: float, rb: float, cb: float, wb: float, lens: LensTerms) -> float:
     xa, ya, za = _unproject(ra, ca, wa, lens)
     xb, yb, zb = _unproject(rb, cb, wb, lens)
@@ -218,15 +218,15 @@ def _distance(ra: float, ca: float, wa: float, rb: float, cb: float, wb: float, 
 
 @numba.njit(cache=True, nogil=True)
 def _path_lengths(
-    planes: Floats, scatter: Floats, nodes: Floats, edges: Ints, lens: LensTerms, tolerance: float
-) -> Floats:
+    planes: Floats, scatter: Floats, nodes: Floats, edges: Ints, lens: LensTerms, tolerance: float, lengths: Floats
+) -> None:
+    """Write the lengths (e,) of edges (e, 2)."""
     rows, cols, _ = planes.shape
-    lengths = np.zeros(len(edges))
     for e in range(len(edges)):
-        r0, c0 = nodes[edges[e, 0]]
-        r1, c1 = nodes[edges[e, 1]]
+        r0, c0 = nodes[edges[e, 0], 0], nodes[edges[e, 0], 1]
+        r1, c1 = nodes[edges[e, 1], 0], nodes[edges[e, 1], 1]
         steps = max(1, int(np.ceil(max(abs(r1 - r0), abs(c1 - c0)))))
-        dr, dc = (r1 - r0) / steps, (c1 - c0) / steps
+        dr, dc, length = (r1 - r0) / steps, (c1 - c0) / steps, 0.0
         for k in range(steps):
             ra, ca = r0 + k * dr, c0 + k * dc
             rb, cb = ra + dr, ca + dc
@@ -247,5 +247,5 @@ def _path_lengths(
             # A depth that scatters by ε makes the way √(across² + (deep + ε)²) longer by ε² · across² / (2 · way³).
             across2 = max(way * way - (1.0 / wb - 1.0 / wa) ** 2, 0.0)
             epsilon2 = (dc * dc * scatter[i, j, 0] + dr * dr * scatter[i, j, 1]) / (wa * wb) ** 2
-            lengths[e] += way - 0.5 * epsilon2 * across2 / (way * way * way + TINY)
-    return lengths
+            length += way - 0.5 * epsilon2 * across2 / (way * way * way + TINY)
+        lengths[e] = length

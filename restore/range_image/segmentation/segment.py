@@ -14,6 +14,7 @@ from scipy.ndimage import binary_erosion, binary_fill_holes
 from restore.camera.rays import MAX_GAP, MAX_SLOPE, SHADOW_SLOPE, Rays
 from restore.errors import NotEnoughSurface
 from restore.findings import finding
+from restore.range_image.gaps import gaps_of_rows
 from restore.range_image.segmentation.outline import frame_of
 from restore.range_image.segmentation.table import find_table
 from restore.scan import Floats, Ints, Mask, RangeScan, with_findings
@@ -150,7 +151,8 @@ def _over_lost(scan: RangeScan, rays: Rays, samples: Mask) -> tuple[Floats, Mask
     longest = MAX_LOST_ON_TABLE if (measured & ~samples).any() else MAX_LOST
     step = rays.dx * SHADOW_SLOPE
     along = _interpolated(depth, samples, measured, longest, step)
-    down = _interpolated(*(np.ascontiguousarray(grid.T) for grid in (depth, samples, measured)), longest, step).T
+    columns = np.ascontiguousarray(depth.T), np.ascontiguousarray(samples.T), np.ascontiguousarray(measured.T)
+    down = _interpolated(*columns, longest, step).T
     filled = np.where(np.isfinite(along), along, down)
     lost = np.isfinite(filled)
     return np.where(lost, filled, depth), samples | lost
@@ -170,54 +172,52 @@ def fill_outline(samples: Mask) -> Mask:
     return filled
 
 
-@numba.njit(cache=True)
 def _interpolated(depth: Floats, samples: Mask, measured: Mask, longest: int, step: float) -> Floats:
     """(rows, cols) mm: depth where up to so many of a row were not measured, between two samples; NaN elsewhere.
 
     Those differ by less than `step`·depth for each.
     """
-    rows, cols = depth.shape
-    filled = np.full((rows, cols), np.nan)
-    for row in range(rows):
-        last = cols
-        for col in range(cols):
-            if not measured[row, col]:
-                continue
-            apart = col - last
-            if 1 < apart <= longest + 1 and samples[row, last] and samples[row, col]:
-                change = (depth[row, col] - depth[row, last]) / apart
-                if abs(change) < step * depth[row, last]:
-                    for k in range(1, apart):
-                        filled[row, last + k] = depth[row, last] + k * change
-            last = col
-    return filled
+    last, following = gaps_of_rows(measured)
+    apart, before = following - last, depth.ravel()[last]
+    change = (depth.ravel()[following] - before) / apart
+    one_surface = samples.ravel()[last] & samples.ravel()[following] & (np.abs(change) < step * before)
+    bridged = np.flatnonzero((apart <= longest + 1) & one_surface)
+    lost = apart[bridged] - 1
+    gap = np.repeat(bridged, lost)
+    place = np.arange(1, len(gap) + 1) - np.repeat(np.cumsum(lost) - lost, lost)  # 1, 2, … in each gap
+    filled = np.full(depth.size, np.nan)
+    filled[last[gap] + place] = before[gap] + place * change[gap]
+    return filled.reshape(depth.shape)
+
+
+def _label_connected(depth: Floats, measured: Mask, step: float) -> Ints:
+    """(rows, cols) labels of connected pieces, 0 for none; neighbours differ by less than `step`·depth per sample."""
+    labels = np.zeros(depth.shape, np.int64)
+    stack = np.empty((depth.size, 2), np.int64)
+    _label(np.ascontiguousarray(depth), np.ascontiguousarray(measured), step, labels, stack)
+    return labels
 
 
 @numba.njit(cache=True)
-def _label_connected(depth: Floats, measured: Mask, step: float) -> Ints:
-    """(rows, cols) labels of connected pieces, 0 for none; neighbours differ by less than `step`·depth per sample."""
+def _label(depth: Floats, measured: Mask, step: float, labels: Ints, stack: Ints) -> None:
+    """Write labels (rows, cols), which are 0, in the order of the rows. stack (rows · cols, 2) is scratch."""
     rows, cols = depth.shape
-    labels = np.zeros((rows, cols), np.int64)
-    stack = np.empty((rows * cols, 2), np.int64)
     label = 0
     for row in range(rows):
         for col in range(cols):
             if not measured[row, col] or labels[row, col]:
                 continue
             label += 1
-            labels[row, col] = label
-            stack[0] = row, col
-            top = 1
+            labels[row, col], stack[0, 0], stack[0, 1], top = label, row, col, 1
             while top:
                 top -= 1
-                r, c = stack[top]
+                r, c = stack[top, 0], stack[top, 1]
+                here = depth[r, c]
                 for i in range(max(0, r - MAX_GAP), min(rows, r + MAX_GAP + 1)):
                     for j in range(max(0, c - MAX_GAP), min(cols, c + MAX_GAP + 1)):
                         if not measured[i, j] or labels[i, j]:
                             continue
                         reach = max(abs(i - r), abs(j - c))
-                        if abs(depth[i, j] - depth[r, c]) < step * reach * depth[r, c]:
-                            labels[i, j] = label
-                            stack[top] = i, j
+                        if abs(depth[i, j] - here) < step * reach * here:
+                            labels[i, j], stack[top, 0], stack[top, 1] = label, i, j
                             top += 1
-    return labels

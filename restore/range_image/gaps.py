@@ -1,0 +1,19 @@
+"""Gaps in the rows of a mask: samples that were not measured between two that were."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from restore.scan import Ints, Mask
+
+
+def gaps_of_rows(measured: Mask) -> tuple[Ints, Ints]:
+    """The last sample (g,) before each gap in a row of a mask (rows, cols), and the first (g,) behind it.
+
+    Both are indices into the flattened mask.
+    """
+    samples = np.flatnonzero(measured)
+    gap = np.flatnonzero(np.diff(samples) > 1)
+    last, following = samples[gap], samples[gap + 1]
+    in_one_row = last // measured.shape[1] == following // measured.shape[1]
+    return last[in_one_row], following[in_one_row]
