@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
+import os
+import signal
 
 import cv2
 import numpy as np
@@ -12,6 +12,7 @@ import pytest
 import tifffile
 from PIL import Image
 
+from station import one_page
 from station.cli import main
 
 PAGE_MM = (280.0, 200.0)
@@ -31,14 +32,6 @@ artwork = "text"
 page_mm = [280, 200]
 [output]
 stem = "leaf"
-"""
-
-INTERRUPTED = """
-import os, signal, sys
-from station import cli
-from station.run import one_page
-one_page.restore = lambda *_, **__: os.kill(os.getpid(), signal.SIGINT)
-sys.exit(cli.main(sys.argv[1:]))
 """
 
 
@@ -115,11 +108,11 @@ def test_a_damaged_scan_is_bad_input(tmp_path, capsys, content):
     assert "book.abs" in capsys.readouterr().err
 
 
-def test_ctrl_c_is_told_in_a_line_and_keeps_the_scan(repository, tmp_path):
+def test_ctrl_c_is_told_in_a_line_and_keeps_the_scan(tmp_path, monkeypatch, capfd):
     (tmp_path / "station.toml").write_text(CONFIG + '[capture]\nmode = "fast"\n')
-    command = [sys.executable, "-c", INTERRUPTED, "scan", "--config", str(tmp_path / "station.toml"), "-o", "out"]
-    done = subprocess.run(command, cwd=tmp_path, env={"PYTHONPATH": str(repository)}, capture_output=True, text=True)
-    assert done.returncode == 130
-    assert done.stderr.startswith("planish: stopped by Ctrl-C\n")
-    assert "Traceback" not in done.stderr
+    monkeypatch.setattr(one_page, "restore", lambda *_, **__: os.kill(os.getpid(), signal.SIGINT))
+    assert main(["scan", "--config", str(tmp_path / "station.toml"), "-o", str(tmp_path / "out")]) == 130
+    told = capfd.readouterr().err
+    assert told.startswith("planish: stopped by Ctrl-C\n")
+    assert "Traceback" not in told
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["leaf.scan"]

@@ -92,7 +92,14 @@ def fill_in(draft: Path, line: str, text: str) -> None:
     draft.write_text(after)
 
 
-@pytest.mark.parametrize(("variant", "link_type"), [("type-codes", 220), ("little-endian", 249), ("bare", 249)])
+@pytest.mark.parametrize(
+    ("variant", "link_type"),
+    [
+        ("type-codes", 220),
+        pytest.param("little-endian", 249, marks=pytest.mark.slow),
+        pytest.param("bare", 249, marks=pytest.mark.slow),
+    ],
+)
 def test_from_captures_to_the_first_scan(variant, link_type, scanner, planish, tmp_path):
     # 1. Captures: both modes, three distances, three powers of the laser; one setting differs at a time.
     def captured(name: str, **changes) -> str:

@@ -29,7 +29,7 @@ from restore import RangeScan, Settings, restore
 from station.images.png import encode_png
 
 SHOT = CaptureSettings(mode="fast", distance_mm=900.0, laser_power=60, gain=0)  # one shot, without a preview
-COARSE = Settings(points=300, dpi=60)
+COARSE = Settings(points=100, dpi=40)
 NOON = datetime(2025, 1, 1, 12, tzinfo=UTC)
 
 ENOUGH = 10_000  # samples of the page: there is something to be the same

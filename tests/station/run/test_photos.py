@@ -64,7 +64,7 @@ def layout(folder, report, taken) -> tuple[np.ndarray, float]:
 def test_a_page_is_restored_true_to_scale(photographs, tmp_path, capsys):
     pytest.importorskip("pycolmap")
     taken, paths = photographs
-    assert main(["photos", *map(str, paths), "-o", str(tmp_path), "--map", "--json"]) == 0
+    assert main(["photos", *map(str, paths), "-o", str(tmp_path), "--map", "--json", *QUICK]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["photogrammetry"]["scale"]["from"] == "card"
     assert report["photogrammetry"]["left_out"] == {}
@@ -117,7 +117,7 @@ def test_photographs_from_one_place_are_refused(photographs, tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize("stage", ["matching", "cameras", "surface"])
+@pytest.mark.parametrize("stage", ["matching", pytest.param("cameras", marks=pytest.mark.slow), "surface"])
 def test_ctrl_c_ends_it_with_nothing_written(photographs, tmp_path, capsys, monkeypatch, stage):
     pytest.importorskip("pycolmap")
 
@@ -145,6 +145,7 @@ def without_card(image, camera, scene):
     return cv2.fillPoly(image.copy(), [np.rint(pixels).astype(np.int32)], (90, 80, 70))
 
 
+@pytest.mark.slow
 def test_a_card_in_two_photographs_gives_no_scale_and_says_so(photographs, tmp_path, capsys):
     pytest.importorskip("pycolmap")
     taken, paths = photographs
@@ -159,6 +160,7 @@ def test_a_card_in_two_photographs_gives_no_scale_and_says_so(photographs, tmp_p
     assert any("guesses" in one["text"] for one in report["findings"])
 
 
+@pytest.mark.slow
 def test_the_scale_comes_from_the_size_of_the_page(photographs, tmp_path, capsys):
     pytest.importorskip("pycolmap")
     _, paths = photographs
@@ -170,6 +172,7 @@ def test_the_scale_comes_from_the_size_of_the_page(photographs, tmp_path, capsys
     assert not any("scale" in one["text"] for one in report["findings"])
 
 
+@pytest.mark.slow
 def test_a_page_of_another_shape_is_refused(photographs, tmp_path, capsys):
     pytest.importorskip("pycolmap")
     assert main(["photos", *map(str, photographs[1]), "-o", str(tmp_path / "out"), "--scale", "210x297"]) == 3
@@ -177,6 +180,7 @@ def test_a_page_of_another_shape_is_refused(photographs, tmp_path, capsys):
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.slow
 def test_a_page_is_restored_from_a_video(photographs, tmp_path, capsys):
     pytest.importorskip("pycolmap")
     video = cv2.VideoWriter(str(tmp_path / "page.avi"), cv2.VideoWriter_fourcc(*"MJPG"), 10, SHOTS.size)

@@ -80,6 +80,7 @@ def test_photographs_that_cannot_be_restored_are_a_result(volume, pictures, tmp_
     assert list((tmp_path / "made").iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_page_of_photographs_is_replayed_to_the_byte(volume, tmp_path):
     pytest.importorskip("pycolmap")
     taken = photograph_page(
