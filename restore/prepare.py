@@ -12,8 +12,10 @@ from restore.errors import BadInput
 from restore.formats.source import MAX_COORDINATE_MM
 from restore.formats.unit import GIVEN, UNIT_MM, UNSTATED
 from restore.mesh.adjacency import used_vertices
-from restore.mesh.clean import large_pieces, select, weld
+from restore.mesh.clean import large_pieces, select, weld, without_debris
+from restore.mesh.non_manifold import without_fins
 from restore.mesh.ordered_grid import GridMesh
+from restore.mesh.orient import map_runs_back
 from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import validated
 from restore.numerics import TINY
@@ -26,7 +28,7 @@ from restore.range_image.resample import resample
 from restore.range_image.segment import SegmentedScan, find_sheet, largest_surface, segment
 from restore.range_image.sheet import Sheet, make_sheet
 from restore.range_image.turned_border import turned_border
-from restore.scan import Floats, InterpolatedMesh, RangeScan, SurfaceMesh
+from restore.scan import Floats, InterpolatedMesh, RangeScan, SurfaceMesh, with_warnings
 from restore.scan_check import refuse_unusable
 
 EXTRAPOLATION_BLUR = 3.0  # samples: Gaussian σ, wider than a drop-out
@@ -63,15 +65,21 @@ def _prepare_mesh(scan: SurfaceMesh) -> Sheet | SurfaceMesh:
     """A mesh, without its table, as one view shows it; a mesh still where none shows all of it, or it is coarse."""
     mesh = validated(scan)
     _check_size(mesh)
-    mesh = validated(weld(mesh))
+    mesh, cut = without_fins(validated(weld(mesh)))
+    mesh, debris = without_debris(mesh)
+    warnings = [*cut, *debris]
     alone = isinstance(scan, InterpolatedMesh)  # of the page: a flat part of it, lit otherwise, is no table
+    mirrored = not alone and scan.texcoords is not None and map_runs_back(scan.faces, scan.texcoords)
+    if warnings or mirrored:
+        facts = with_warnings(mesh.provenance, *warnings) | ({"mirrored": True} if mirrored else {})
+        mesh = replace(mesh, provenance=facts)
     page, table = (mesh, None) if alone else page_and_table(mesh)
     view = resample(page)
     if view is not None:
         sheet = segment(*view, view[0].measured) if alone else largest_surface(*view, view[0].measured)
         fitted = fit_sheet(sheet, precision=MESH_PRECISION, cut_out=not alone)
         return fitted if table is None else replace(fitted, holes=holes_to_mesh(fitted, table))
-    return mesh if page is mesh else select(page, page.faces[max(large_pieces(page), key=np.count_nonzero)])
+    return mesh if page is mesh else select(page, page.faces[max(large_pieces(page), key=len)])
 
 
 def _with_holes(segmented: SegmentedScan) -> Sheet:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import label
 from scipy.spatial import cKDTree
 
-from restore.mesh.measures import face_normals
+from restore.mesh.measures import face_normals, signed_areas
 from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.raster import rasterise
 from restore.numerics import TINY
@@ -35,6 +35,8 @@ MAX_REPROJECTION_PX = 2.0  # rms, texture pixels: a picture of one pinhole camer
 MIN_POINTS = 12  # six points determine a pinhole camera; twice as many show whether the picture is one's
 MIN_SINGULAR_VALUE = 1e-4  # of the largest: below, the points are coplanar and do not determine a camera
 FAR = 50.0  # sizes of the page: a relief of a tenth of it changes a picture of 640 pixels by one
+BY_FAR = 2.0
+SAME_AREA = 1e-3  # of the mean face in the picture: what rounding makes of the area of a face
 NEARLY_PARALLEL = 1e-9  # 1/mm: a camera a thousand kilometres away
 MAX_HIDDEN = 0.1  # of the page: the gutter of a book hides less, beside the letters that are lost there
 STROKE_MM = 2.5  # of a title; those of running text are half a millimetre
@@ -248,17 +250,44 @@ def viewpoint(page: FlatMesh) -> Floats | None:
     """The centre (3,) mm of the camera that took the texture of a page, or None when it was not one pinhole camera.
 
     A picture that was painted, of charts or of the colours of vertices, is no camera's, be it like one's.
-    Of a camera as good as at infinity the projection does not tell on which side of the page it was: on the side that
-    most faces are turned to.
+    Nor is a chart that the surface was laid out in, though a camera before or behind the page may come near to it. Of a
+    camera as good as at infinity the projection does not tell on which side of the page it was: on the side that most
+    faces are turned to.
     """
+    camera = _page_camera(page)
+    if camera is None:
+        return None
+    centre = _centre_of(camera)
+    mirrored = _is_mirrored(_cosines(page, centre))
+    return 2.0 * page.vertices.mean(axis=0) - centre if mirrored and _is_far(page, centre) else centre
+
+
+def _page_camera(page: FlatMesh) -> Floats | None:
+    """(3, 4) the pinhole camera that took the texture of a page, or None when it was not one."""
     if page.texcoords is None or "oversampling" in page.provenance:
         return None
-    centre = pinhole_centre(page.vertices, page.texcoords)
-    if centre is None:
-        return None
-    middle = page.vertices.mean(axis=0)
-    far = np.linalg.norm(centre - middle) > FAR * np.ptp(page.vertices, axis=0).max()
-    return 2.0 * middle - centre if far and _is_mirrored(_cosines(page, centre)) else centre
+    camera = pinhole_camera(page.vertices, page.texcoords)
+    return None if camera is None or _is_chart(page, page.texcoords, camera) else camera
+
+
+def _is_far(page: FlatMesh, centre: Floats) -> bool:
+    return bool(np.linalg.norm(centre - page.vertices.mean(axis=0)) > FAR * np.ptp(page.vertices, axis=0).max())
+
+
+def _is_chart(page: FlatMesh, texcoords: Floats, camera: Floats) -> bool:
+    """Whether the areas of faces in the texture, texcoords (n, 2) pixels, are those on the surface rather than those
+    that a camera (3, 4) sees: then it was laid out, and not photographed. A camera that took it explains them better
+    by far, as noise lies along its rays."""
+    on_surface = np.linalg.norm(face_normals(page.vertices, page.faces), axis=1)
+    in_texture, in_view = (
+        np.abs(signed_areas(pixels, page.faces)) for pixels in (texcoords, _projected(page.vertices, camera))
+    )
+    least = TINY + SAME_AREA * in_texture.mean()
+    as_laid_out, as_seen = (
+        np.log((in_texture + least) / (areas * (in_texture.sum() / max(areas.sum(), TINY)) + least))
+        for areas in (on_surface, in_view)
+    )
+    return bool(on_surface @ np.abs(as_laid_out) < BY_FAR * (on_surface @ np.abs(as_seen)))
 
 
 def _is_scanner_camera(rays: Rays) -> bool:
@@ -267,7 +296,25 @@ def _is_scanner_camera(rays: Rays) -> bool:
 
 
 def pinhole_centre(points: Floats, pixels: Floats) -> Floats | None:
-    """The centre (3,) mm of the pinhole camera that images points (n, 3) mm at pixels (n, 2), or None without one.
+    """The centre (3,) mm of the pinhole camera that images points (n, 3) mm at pixels (n, 2), or None without one."""
+    camera = pinhole_camera(points, pixels)
+    return None if camera is None else _centre_of(camera)
+
+
+def _centre_of(camera: Floats) -> Floats:
+    """(3,) mm the centre of a camera (3, 4)."""
+    *direction, weight = np.linalg.svd(camera)[2][3]  # the null vector, of weight 0 at infinity
+    return np.asarray(direction) / np.copysign(max(abs(weight), NEARLY_PARALLEL), weight)
+
+
+def _projected(points: Floats, camera: Floats) -> Floats:
+    """(n, 2) pixels of points (n, 3) mm in a camera (3, 4)."""
+    projected = np.column_stack([points, np.ones(len(points))]) @ camera.T
+    return np.asarray(projected[:, :2] / projected[:, 2:])
+
+
+def pinhole_camera(points: Floats, pixels: Floats) -> Floats | None:
+    """(3, 4) the pinhole camera that images points (n, 3) mm at pixels (n, 2), or None without one.
 
     Direct linear transformation with normalised coordinates (Hartley & Zisserman, "Multiple View Geometry", 2nd ed.,
     alg. 7.1). It is not determined by coplanar points.
@@ -288,12 +335,8 @@ def pinhole_centre(points: Floats, pixels: Floats) -> Floats | None:
     if values[1] < MIN_SINGULAR_VALUE**2 * values[-1]:
         return None
     camera = np.linalg.inv(to_seen) @ vectors[:, 0].reshape(3, 4) @ to_world
-    projected = np.column_stack([points, np.ones(len(points))]) @ camera.T
-    error = projected[:, :2] / projected[:, 2:] - pixels
-    if np.sqrt((error**2).sum(axis=1).mean()) > MAX_REPROJECTION_PX:
-        return None
-    *direction, weight = np.linalg.svd(camera)[2][3]  # the null vector, of weight 0 at infinity
-    return np.asarray(direction) / np.copysign(max(abs(weight), NEARLY_PARALLEL), weight)
+    error = _projected(points, camera) - pixels
+    return None if np.sqrt((error**2).sum(axis=1).mean()) > MAX_REPROJECTION_PX else camera
 
 
 def _normalised(points: Floats) -> tuple[Floats, Floats]:
@@ -358,6 +401,12 @@ def _is_mirrored(cosines: Floats) -> bool:
 
 
 def mirror_warnings(page: FlatMesh) -> list[str]:
-    """What an operator must know of a page whose picture and surface are mirror images of each other."""
-    centre = viewpoint(page)
-    return [MIRRORED] if centre is not None and _is_mirrored(_cosines(page, centre)) else []
+    """What an operator must know of a page whose picture and surface are mirror images of each other.
+
+    A camera near the page tells it by the side of the faces that it was on; without one the way round that the faces
+    ran in the file does, which `load_scan` and `prepare` note.
+    """
+    camera = _page_camera(page)
+    if camera is not None and not _is_far(page, centre := _centre_of(camera)):
+        return [MIRRORED] if _is_mirrored(_cosines(page, centre)) else []
+    return [MIRRORED] if page.provenance.get("mirrored") else []
