@@ -53,8 +53,29 @@ CODES: Mapping[str, Code] = {
     ),
     "bytes_left_out": Code("note", "{count} bytes behind the {triangles} triangles of the file are left out"),
     "decimal_commas": Code("note", "the numbers of the file have decimal commas"),
-    "corners_joined": Code(
-        "note", "corners of triangles that lay up to {reach:.2g} apart, in the unit of the file, were joined"
+    "seams_joined": Code(
+        "note",
+        "{count} vertices at seams that lay up to {reach:.2g} mm apart were joined, as their places were rounded",
+    ),
+    "map_turned_over": Code(
+        "warning",
+        "{axis}: it is turned over, as the colours of the charts meet at their seams then, and not before",
+    ),
+    "lines_doubled": Code("note", "{lines} of the segment that repeat those before them: {done}"),
+    "fins_cut": Code(
+        "warning",
+        "faces of {area_mm2:.0f} mm², {share:.1%} of the surface, stand on the page along edges that have two others, "
+        "and are cut away: they can be noise of the reconstruction, or leaves of a book",
+        "surface",
+    ),
+    "edges_unclear": Code(
+        "doubt",
+        "{count} edges have more than two faces, and it is not clear which are the page: it may be wrong next to them",
+    ),
+    "debris": Code(
+        "warning",
+        "{share:.0%} of the surface is in small separate pieces, and left out: is the mesh whole?",
+        "surface",
     ),
     "voxel_assumed": Code(
         "doubt",

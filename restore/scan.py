@@ -68,7 +68,7 @@ class SurfaceMesh:
     findings: tuple[Finding, ...] = field(default=(), kw_only=True)
 
 
-Scan = TypeVar("Scan", RangeScan, SurfaceMesh)
+Scan = TypeVar("Scan", bound=RangeScan | SurfaceMesh)
 
 
 def with_findings(scan: Scan, *findings: Finding) -> Scan:

@@ -1,4 +1,4 @@
-"""The centre of a pinhole camera from points and their pixels, by direct linear transformation."""
+"""A pinhole camera from points and their pixels, by direct linear transformation."""
 
 from __future__ import annotations
 
@@ -14,7 +14,25 @@ NEARLY_PARALLEL = 1e-9  # 1/mm: a camera a thousand kilometres away
 
 
 def pinhole_centre(points: Floats, pixels: Floats) -> Floats | None:
-    """The centre (3,) mm of the pinhole camera that images points (n, 3) mm at pixels (n, 2), or None without one.
+    """The centre (3,) mm of the pinhole camera that images points (n, 3) mm at pixels (n, 2), or None without one."""
+    camera = pinhole_camera(points, pixels)
+    return None if camera is None else centre_of(camera)
+
+
+def centre_of(camera: Floats) -> Floats:
+    """(3,) mm the centre of a camera (3, 4)."""
+    *direction, weight = np.linalg.svd(camera)[2][3]  # the null vector, of weight 0 at infinity
+    return np.asarray(direction) / np.copysign(max(abs(weight), NEARLY_PARALLEL), weight)
+
+
+def projected(points: Floats, camera: Floats) -> Floats:
+    """(n, 2) pixels of points (n, 3) mm in a camera (3, 4)."""
+    pixels = np.column_stack([points, np.ones(len(points))]) @ camera.T
+    return np.asarray(pixels[:, :2] / pixels[:, 2:])
+
+
+def pinhole_camera(points: Floats, pixels: Floats) -> Floats | None:
+    """(3, 4) the pinhole camera that images points (n, 3) mm at pixels (n, 2), or None without one.
 
     Direct linear transformation with normalised coordinates (Hartley & Zisserman, "Multiple View Geometry", 2nd ed.,
     alg. 7.1). It is not determined by coplanar points.
@@ -35,12 +53,8 @@ def pinhole_centre(points: Floats, pixels: Floats) -> Floats | None:
     if values[1] < MIN_SINGULAR_VALUE**2 * values[-1]:
         return None
     camera = np.linalg.inv(to_seen) @ vectors[:, 0].reshape(3, 4) @ to_world
-    projected = np.column_stack([points, np.ones(len(points))]) @ camera.T
-    error = projected[:, :2] / projected[:, 2:] - pixels
-    if np.sqrt((error**2).sum(axis=1).mean()) > MAX_REPROJECTION_PX:
-        return None
-    *direction, weight = np.linalg.svd(camera)[2][3]  # the null vector, of weight 0 at infinity
-    return np.asarray(direction) / np.copysign(max(abs(weight), NEARLY_PARALLEL), weight)
+    error = projected(points, camera) - pixels
+    return None if np.sqrt((error**2).sum(axis=1).mean()) > MAX_REPROJECTION_PX else camera
 
 
 def _normalised(points: Floats) -> tuple[Floats, Floats]:

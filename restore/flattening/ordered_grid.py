@@ -37,6 +37,7 @@ JUMP_SIGMAS = 10.0  # beyond the median link: none of millions is so long by cha
 LEAST_JUMP = 1.25  # of the median link, on a regular grid: the next winding is three quarters of a link away
 SAMPLED_ROWS = 200  # tell the noise, by fourth differences: the bend of the surface is gone in them
 FOURTH = sqrt(1.0 + 16.0 + 36.0 + 16.0 + 1.0)  # standard deviations of the noise, in a fourth difference
+NO_LENGTH = 1e-3  # of the mean edge
 SPANNING = 0.5  # of a side of the grid: a piece that goes so far is the sheet, a smaller one lies in its place
 
 
@@ -111,9 +112,11 @@ def flatten_grid(mesh: GridMesh, *most: int) -> list[FlatMesh]:
 def _page_at(mesh: GridMesh, solved: FlatMesh, flat: Floats, surface: Floats) -> FlatMesh:
     """The page at the points of a grid, flat (rows, cols, 2) mm and surface (rows, cols, 3) mm, as it was solved."""
     mesh = replace(mesh, vertices=surface.reshape(-1, 3)[mesh.places])
-    lengths = straight_lengths(mesh.vertices, edges_of(mesh.faces))
-    lengths = np.maximum(lengths, SINGLE_PRECISION * lengths.mean())
-    return FlatMesh.of(mesh, flat.reshape(-1, 2)[mesh.places], lengths, solved.steps, **solved.convergence)
+    edges, on_page = edges_of(mesh.faces), flat.reshape(-1, 2)[mesh.places]
+    lengths = straight_lengths(mesh.vertices, edges)
+    empty = lengths < NO_LENGTH * lengths.mean()  # a point that is there twice: nothing tells how far its places are
+    lengths[empty] = np.maximum(straight_lengths(on_page, edges)[empty], SINGLE_PRECISION * lengths.mean())
+    return FlatMesh.of(mesh, on_page, lengths, solved.steps, **solved.convergence)
 
 
 def points_on_grid(mesh: GridMesh) -> Floats:

@@ -17,9 +17,11 @@ from restore.formats.picture import SUFFIXES as PICTURE_SUFFIXES
 from restore.formats.picture import encode_png, read_picture
 from restore.formats.ply import read_ply, write_ply
 from restore.formats.references import referenced_files
+from restore.formats.rounding import joined_by_rounding
 from restore.formats.seams import without_seams
 from restore.formats.source import is_file, is_folder, read_bytes, scan_stem
 from restore.formats.stl import read_stl
+from restore.formats.texture_map import with_oriented_map
 from restore.formats.tifxyz import is_tifxyz, read_tifxyz
 from restore.formats.unit import AUTO, check_unit, in_millimetres
 from restore.formats.vcps import read_vcps
@@ -143,8 +145,10 @@ def _on_range_grid(mesh: SurfaceMesh) -> RangeScan | SurfaceMesh:
     scan = organise(mesh, colours=colours)
     if scan is not None:
         return scan
+    joined = joined_by_rounding(mesh)
+    mesh = mesh if joined is mesh else merge_copies(joined)
     if isinstance(mesh, PaintedMesh) and colours is not None:
         return with_picture(mesh, colours)
     texture = None if mesh.texcoords is None else mesh.texture
     plain = SurfaceMesh(mesh.vertices, mesh.faces, mesh.texcoords, texture, mesh.provenance, findings=mesh.findings)
-    return without_seams(plain)
+    return without_seams(with_oriented_map(plain))

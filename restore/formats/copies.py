@@ -5,18 +5,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from restore.findings import finding
 from restore.formats.mesh import PaintedMesh
+from restore.mesh.places import STEP, Hashes, first_at_place, first_of_equal, mix
 from restore.scan import Ints, SurfaceMesh, with_findings
-
-Hashes = NDArray[np.uint64]
-
-# Steps of the finaliser of MurmurHash3 (Appleby, public domain): every bit of a key changes half of the hash's. Two
-# different ones of a million get the same hash of 64 bits once in 10⁷ meshes.
-FACTOR, SHIFT = np.uint64(0xFF51AFD7ED558CCD), np.uint64(33)
-STEP = np.uint64(0x9E3779B97F4A7C15)  # between columns, so that (x, y) and (y, x) differ
 
 
 def merge_copies(mesh: SurfaceMesh) -> SurfaceMesh:
@@ -24,7 +17,7 @@ def merge_copies(mesh: SurfaceMesh) -> SurfaceMesh:
 
     A finding counts the others. Vertices that no face uses any more are left out.
     """
-    first = _first_of_equal(_hash_faces(mesh.faces, first_at_place(mesh)))
+    first = first_of_equal(_hash_faces(mesh.faces, first_at_place(mesh.vertices)))
     kept = first == np.arange(len(first))
     if kept.all():
         return mesh
@@ -42,34 +35,7 @@ def merge_copies(mesh: SurfaceMesh) -> SurfaceMesh:
     return with_findings(merged, finding("copies_merged", count=np.count_nonzero(~kept)))
 
 
-def first_at_place(mesh: SurfaceMesh) -> Ints:
-    """(n,) the first of the vertices that lie where each one does."""
-    return _first_of_equal(_hash_places(mesh))
-
-
-def _hash_places(mesh: SurfaceMesh) -> Hashes:
-    """(n,) hashes of the positions of the vertices."""
-    hashes = np.zeros(len(mesh.vertices), np.uint64)
-    for column in np.ascontiguousarray(mesh.vertices.T + 0.0).view(np.uint64):  # −0 becomes 0
-        hashes = _mix(hashes + column + STEP)
-    return hashes
-
-
 def _hash_faces(faces: Ints, places: Ints) -> Hashes:
     """(m,) hashes of the places (n,) of the corners of faces (m, 3), in any order."""
-    hashes: Hashes = _mix(places.astype(np.uint64) + STEP)[faces].sum(axis=1)
+    hashes: Hashes = mix(places.astype(np.uint64) + STEP)[faces].sum(axis=1)
     return hashes
-
-
-def _mix(keys: Hashes) -> Hashes:
-    keys = (keys ^ (keys >> SHIFT)) * FACTOR
-    return keys ^ (keys >> SHIFT)
-
-
-def _first_of_equal(hashes: Hashes) -> Ints:
-    """(k,) index of the first of the hashes (k,) that are equal to each."""
-    ascending = np.sort(hashes)
-    if (ascending[1:] != ascending[:-1]).all():
-        return np.arange(len(hashes))
-    _, first, inverse = np.unique(hashes, return_index=True, return_inverse=True)
-    return first[inverse]

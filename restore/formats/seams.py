@@ -13,16 +13,15 @@ from scipy.ndimage import binary_dilation
 
 from restore.errors import RestoreError
 from restore.flattening.methods import flatten_points
-from restore.formats.copies import first_at_place
 from restore.mesh.adjacency import components
 from restore.mesh.network import edges_of
+from restore.mesh.places import SAME_PIXELS, first_at_place
 from restore.mesh.raster import rasterise
 from restore.mesh.triangulate import compact
 from restore.mesh.validate import validated
 from restore.scan import Bytes, Ints, SurfaceMesh
 from restore.texture.page import MM_PER_INCH, nearest_colours, page_map, sample, sampling_ppi
 
-SAME_PIXELS = 1.0  # of the picture: vertices at one place that differ by less are in one chart
 OVERSAMPLING = 1.5  # of the charts, so that to paint them twice does not blur them
 
 
@@ -33,7 +32,7 @@ def without_seams(mesh: SurfaceMesh) -> SurfaceMesh:
     """
     if mesh.texture is None or mesh.texcoords is None:
         return mesh
-    place = first_at_place(mesh)
+    place = first_at_place(mesh.vertices)
     if (np.abs(mesh.texcoords - mesh.texcoords[place]) < SAME_PIXELS).all():
         return mesh
     try:

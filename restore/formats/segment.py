@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from restore.errors import BadInput
+from restore.formats.doubled_lines import without_doubled_lines
 from restore.formats.grid import samples_in_picture
 from restore.formats.source import DAMAGED
 from restore.mesh.adjacency import used_vertices
@@ -35,18 +36,20 @@ def segment_mesh(
     BadInput for a grid without a cell of three valid points.
     """
     valid = valid & np.isfinite(points).all(axis=2)
+    rows, cols = valid.shape
+    places_in_picture = None if texture is None else samples_in_picture(path, rows, cols, texture)
+    points, valid, places_in_picture, findings = without_doubled_lines(points, valid, places_in_picture)
     faces = grid_faces(valid)
     if len(faces) == 0:
         raise BadInput(f"{path} holds no surface: no three neighbouring points are valid", DAMAGED)
     used = used_vertices(faces, int(valid.sum()))
     places = np.flatnonzero(valid)[used]
     rows, cols = valid.shape
-    texcoords = None
-    if texture is not None:
-        texcoords = samples_in_picture(path, rows, cols, texture).reshape(-1, 2)[places]
+    texcoords = None if places_in_picture is None else places_in_picture.reshape(-1, 2)[places]
     provenance: dict[str, object] = {"file": path.name, "grid": [rows, cols]}
     if voxel_um is not None:
         provenance["voxel_um"] = voxel_um
     corners = (np.cumsum(used) - 1)[faces]
     vertices = points.reshape(-1, 3)[places]
-    return GridMesh(vertices, corners, texcoords, texture, provenance, (rows, cols), places)
+    shape, found = (rows, cols), tuple(findings)
+    return GridMesh(vertices, corners, texcoords, texture, provenance, shape, places, findings=found)

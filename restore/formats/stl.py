@@ -8,14 +8,12 @@ from pathlib import Path
 import numba
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from restore.errors import BadInput
 from restore.findings import Finding, finding
 from restore.formats.mesh import check_counts, check_vertices, checked_mesh
 from restore.formats.source import CUT_SHORT, DAMAGED, parse_numbers, read_bytes, with_newlines, without_mark
-from restore.mesh.adjacency import components
-from restore.scan import Bytes, Floats, Ints, SurfaceMesh
+from restore.scan import Bytes, Floats, SurfaceMesh
 
 HEADER_BYTES = 84  # 80 of any text, then the number of triangles
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
@@ -27,24 +25,18 @@ _END = re.compile(rb"end[ \t]*solid")
 _TEXT = re.compile(rb"solid[^\n]*(\n[ -~\s]*)?")  # its name may have any letters; numbers have other bytes than these
 TEXT_BYTES = 1024  # tell text from numbers
 NEWLINE, BLANK = 10, 32
-APART = 1.5  # vertices for each triangle: a sheet has half as many, triangles that share no corner three
-SAME_CORNER = 0.01  # of the shorter edges: rounded by a program for each triangle, corners lie this near
-SHORTER = 0.05  # of the edges are shorter
 
 
 def read_stl(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     """Read the triangles and join corners at the same place to one vertex; `texture` (h, w, 3). Raises BadInput.
 
-    Where hardly any lie at the same place, those that nearly do are joined, with a finding. So there is for a number of
-    triangles in the header that is not that of the file, and for what stands behind them.
+    There is a finding for a number of triangles in the header that is not that of the file, and for what stands behind
+    them.
     """
     data = read_bytes(path)
     corners, found = _text_corners(path, data) if _is_text(data) else _binary_corners(path, data)
     check_vertices(path, corners)
     vertices, number = _join(corners)
-    if len(vertices) > APART * len(corners) / 3:
-        vertices, number, joined = _join_near(vertices, number)
-        found += joined
     return checked_mesh(path, vertices, number.reshape(-1, 3), texture=texture, findings=found)
 
 
@@ -130,16 +122,3 @@ def _join(corners: Floats) -> tuple[Floats, NDArray[np.int64]]:
     number = np.empty(len(order), np.int64)
     number[order] = np.cumsum(new) - 1
     return ordered[new], number
-
-
-def _join_near(vertices: Floats, number: Ints) -> tuple[Floats, Ints, list[Finding]]:
-    """Vertices (n, 3) mm with those joined that nearly lie at one place, the number of each corner (c,), a finding."""
-    corners = vertices[number.reshape(-1, 3)]
-    edges = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2)
-    reach = SAME_CORNER * float(np.quantile(edges, SHORTER))
-    pairs = cKDTree(vertices).query_pairs(reach, output_type="ndarray") if reach > 0.0 else np.empty((0, 2), np.int64)
-    if not len(pairs):
-        return vertices, number, []
-    place = components(pairs, len(vertices))
-    _, first, joined = np.unique(place, return_index=True, return_inverse=True)
-    return vertices[first], joined.reshape(-1)[number], [finding("corners_joined", reach=reach)]

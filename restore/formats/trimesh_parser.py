@@ -94,6 +94,9 @@ def _pieces(scene: Any, trimesh: Any) -> list[tuple[NDArray[np.float64], Any]]:
     # One mesh may be placed in a file a thousand times.
     if max(sum(len(mesh.vertices) for _, mesh in meshes), sum(len(mesh.faces) for _, mesh in meshes)) > MAX_ITEMS:
         raise ValueError(f"it has more than {MAX_ITEMS} vertices or faces")
+    for matrix, mesh in meshes:
+        if np.linalg.det(matrix[:3, :3]) < 0.0:  # glTF 2.0, section 3.7.4: a mirrored node turns its faces round
+            mesh.faces = mesh.faces[:, ::-1]
     return [(trimesh.transform_points(mesh.vertices, matrix), mesh) for matrix, mesh in meshes]
 
 

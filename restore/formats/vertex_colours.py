@@ -14,9 +14,9 @@ import numpy as np
 from restore.errors import RestoreError
 from restore.findings import finding
 from restore.flattening.methods import flatten_points
-from restore.formats.copies import first_at_place
 from restore.formats.mesh import PaintedMesh
 from restore.mesh.measures import face_normals, signed_areas
+from restore.mesh.places import first_at_place
 from restore.mesh.pose import pose_on_table
 from restore.mesh.triangulate import compact
 from restore.mesh.validate import ValidMesh, validated
@@ -35,7 +35,7 @@ def with_picture(mesh: PaintedMesh, colours: Bytes) -> SurfaceMesh:
     The mesh without them, with a finding, where its surface cannot be laid out.
     """
     bare = SurfaceMesh(mesh.vertices, mesh.faces, provenance=mesh.provenance, findings=mesh.findings)
-    place = first_at_place(bare)
+    place = first_at_place(mesh.vertices)
     used, faces = compact(np.arange(len(mesh.vertices)), place[mesh.faces])
     number = np.zeros(len(mesh.vertices), np.int64)
     number[used] = np.arange(len(used))

@@ -8,14 +8,20 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from restore.errors import NotEnoughSurface
+from restore.findings import Finding, finding
 from restore.mesh.adjacency import components
 from restore.mesh.decimate import decimate, patch_and_smooth
 from restore.mesh.network import make_network, pieces
+from restore.mesh.places import first_at_place, first_in_chart
 from restore.mesh.triangulate import MIN_PIECE_SHARE, compact
-from restore.mesh.validate import ValidMesh
-from restore.scan import Ints, Mask, SurfaceMesh
+from restore.mesh.validate import ValidMesh, validated
+from restore.scan import Ints, SurfaceMesh
 
 RAW_RATIO = 5  # times the points requested: a denser mesh is a scanner's own, a coarser one was decimated before
+
+MAX_PIECES = 500  # of a page: one that was torn up further is put together by hand before
+MAX_DEBRIS = 0.02  # of the area: what a scanner leaves round a page
+MOSTLY = 0.5
 
 
 def clean(mesh: SurfaceMesh, points: int) -> SurfaceMesh:
@@ -37,12 +43,14 @@ def clean(mesh: SurfaceMesh, points: int) -> SurfaceMesh:
 
 def weld(mesh: SurfaceMesh) -> SurfaceMesh:
     """The mesh with coincident vertices of one texture pixel merged: many files repeat them for every triangle."""
-    keys = mesh.vertices if mesh.texcoords is None else np.hstack([mesh.vertices, np.rint(mesh.texcoords)])
-    _, first, index = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    if len(first) == len(keys):
+    place = first_at_place(mesh.vertices)
+    first = place if mesh.texcoords is None else first_in_chart(place, mesh.texcoords)
+    kept = first == np.arange(len(first))
+    if kept.all():
         return mesh
-    texcoords = None if mesh.texcoords is None else mesh.texcoords[first]
-    return replace(mesh, vertices=mesh.vertices[first], faces=index.reshape(-1)[mesh.faces], texcoords=texcoords)
+    texcoords = None if mesh.texcoords is None else mesh.texcoords[kept]
+    number = np.cumsum(kept) - 1
+    return replace(mesh, vertices=mesh.vertices[kept], faces=number[first][mesh.faces], texcoords=texcoords)
 
 
 def select(mesh: SurfaceMesh, faces: Ints) -> SurfaceMesh:
@@ -52,11 +60,42 @@ def select(mesh: SurfaceMesh, faces: Ints) -> SurfaceMesh:
     return replace(mesh, vertices=mesh.vertices[used], faces=faces, texcoords=texcoords)
 
 
-def large_pieces(mesh: ValidMesh) -> list[Mask]:
-    """Masks (m,) of the faces of every connected piece that is no debris, in the order of their first vertices."""
+def large_pieces(mesh: ValidMesh) -> list[Ints]:
+    """The numbers of the faces of every connected piece that is no debris, in the order of their first vertices.
+
+    Raises NotEnoughSurface for more than MAX_PIECES of them: a surface in scraps, which nothing puts together.
+    """
     label = components(mesh.sides.edges, len(mesh.vertices))[mesh.faces[:, 0]]
     sizes = np.bincount(label)
-    return [label == piece for piece in np.flatnonzero(sizes >= max(1.0, MIN_PIECE_SHARE * sizes.max()))]
+    large = np.flatnonzero(sizes >= max(1.0, MIN_PIECE_SHARE * sizes.max()))
+    if len(large) > MAX_PIECES:
+        raise NotEnoughSurface(
+            f"the surface falls apart into {np.count_nonzero(sizes)} pieces: its triangles do not hang together",
+            "join the vertices that lie at one place in a mesh editor, and export it again",
+        )
+    order, ends = np.argsort(label, kind="stable"), np.cumsum(sizes)
+    return [order[ends[piece] - sizes[piece] : ends[piece]] for piece in large]
+
+
+def without_debris(mesh: ValidMesh) -> tuple[ValidMesh, list[Finding]]:
+    """The pieces of a mesh that are no debris, with a finding where that leaves out more than MAX_DEBRIS of its area.
+
+    Raises NotEnoughSurface where it would leave out most.
+    """
+    large = large_pieces(mesh)
+    kept = np.zeros(len(mesh.faces), bool)
+    for piece in large:
+        kept[piece] = True
+    areas = np.linalg.norm(mesh.normals, axis=1)
+    left_out = float(areas[~kept].sum() / areas.sum())
+    if left_out <= MAX_DEBRIS:
+        return mesh, []
+    if left_out > MOSTLY:
+        raise NotEnoughSurface(
+            f"{left_out:.0%} of the surface is in scraps: its triangles do not hang together",
+            "join the vertices that lie at one place in a mesh editor, and export it again",
+        )
+    return validated(select(mesh, mesh.faces[kept])), [finding("debris", left_out)]
 
 
 def _large_pieces(mesh: SurfaceMesh) -> Ints:

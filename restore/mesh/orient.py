@@ -32,6 +32,12 @@ def orient(faces: Ints, texcoords: Floats | None = None, sides: Sides | None = N
     return np.where(better[:, None], faces[:, ::-1], faces)
 
 
+def map_runs_back(faces: Ints, texcoords: Floats) -> bool:
+    """Whether most of the texture, texcoords (n, 2) pixels, is mirrored to the faces (m, 3) as they run."""
+    areas = signed_areas(texcoords, faces)  # its pixels run downwards: negative is as it should be
+    return bool(areas.sum() > 0.0)
+
+
 def _forward(faces: Ints, sides: Sides) -> Mask:
     """(h,) whether each of the sides, edge after edge, runs from the smaller vertex to the larger."""
     forward: Mask = (faces < np.roll(faces, -1, axis=1)).ravel()

@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from restore.camera.rays import find_rays
-from restore.mesh.clean import large_pieces, select, weld
+from restore.mesh.clean import large_pieces, select, weld, without_debris
+from restore.mesh.non_manifold import without_fins
 from restore.mesh.ordered_grid import GridMesh
+from restore.mesh.orient import map_runs_back
 from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import ValidMesh, validated
 from restore.prepared.facet_sheet import FacetSheet
@@ -24,7 +24,7 @@ from restore.range_image.holes import holes_to_mesh, holes_to_table
 from restore.range_image.remove_table import page_and_table
 from restore.range_image.resample import resample
 from restore.range_image.segmentation.segment import SegmentedScan, find_sheet, largest_surface, segment
-from restore.scan import InterpolatedMesh, RangeScan, SurfaceMesh
+from restore.scan import InterpolatedMesh, RangeScan, SurfaceMesh, with_findings
 from restore.scan_check import refuse_unusable
 
 
@@ -61,10 +61,12 @@ def of_mesh(scan: SurfaceMesh) -> FacetSheet | PlainMesh:
     """A mesh, without its table, as one view shows it; a mesh still where none shows all of it, or it is coarse."""
     refuse_unusable(scan)
     mesh = _checked(scan)
+    if scan.texcoords is not None and map_runs_back(scan.faces, scan.texcoords):
+        mesh = replace(mesh, provenance={**mesh.provenance, "mirrored": True})
     page, table = page_and_table(mesh)
     view = resample(page)
     if view is None:
-        alone = mesh if page is mesh else select(page, page.faces[max(large_pieces(page), key=np.count_nonzero)])
+        alone = mesh if page is mesh else select(page, page.faces[max(large_pieces(page), key=len)])
         return PlainMesh(alone)
     sheet = fit_sheet(largest_surface(*view, view[0].measured), precision=MESH_PRECISION, cut_out=True)
     return FacetSheet(sheet if table is None else replace(sheet, holes=holes_to_mesh(sheet, table)))
@@ -82,10 +84,12 @@ def of_interpolated(scan: InterpolatedMesh) -> InterpolatedPage:
 
 
 def _checked(scan: SurfaceMesh) -> ValidMesh:
-    """The valid mesh of a page's size, its seams joined."""
+    """The valid mesh of a page's size: its seams joined, fins and debris left out."""
     mesh = validated(scan)
     check_size(mesh)
-    return validated(weld(mesh))
+    mesh, cut = without_fins(validated(weld(mesh)))
+    mesh, debris = without_debris(mesh)
+    return with_findings(mesh, *cut, *debris)
 
 
 PREPARERS: Mapping[type, Callable[[Any], Prepared]] = {

@@ -5,10 +5,10 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from restore.camera.pinhole import pinhole_centre
+from restore.camera.pinhole import centre_of, pinhole_camera, projected
 from restore.camera.rays import MAX_SLOPE
 from restore.findings import Finding, finding
-from restore.mesh.measures import face_normals
+from restore.mesh.measures import face_normals, signed_areas
 from restore.mesh.raster import rasterise
 from restore.numerics.limits import TINY
 from restore.page import FlatMesh
@@ -19,24 +19,53 @@ from restore.texture.page import crop_or_pad, page_map, rasterise_on_page
 OCCLUSION_MARGIN_MM = 3.0
 OCCLUSION_MARGIN_SHARE = 0.01  # of the range of distances, for surfaces of unknown size
 FAR = 50.0  # sizes of the page: a relief of a tenth of it changes a picture of 640 pixels by one
+BY_FAR = 2.0  # times nearer to the areas in the texture: then a camera saw them
+SAME_AREA = 1e-3  # of the mean face in the picture: what rounding makes of the area of a face
 STEEPEST_COSINE = 1.0 / np.hypot(1.0, MAX_SLOPE)
 
 
 def viewpoint(page: FlatMesh) -> Floats | None:
     """The centre (3,) mm of the camera that took the texture of a page, or None when it was not one pinhole camera.
 
-    A picture that was painted, of charts or of the colours of vertices, is no camera's, be it like one's.
-    Of a camera as good as at infinity the projection does not tell on which side of the page it was: on the side that
+    A picture that was painted, of charts or of the colours of vertices, is not a camera's, however like one's it is.
+    Nor is a chart that the surface was flattened to, though a camera before or behind the page may come near to it. Of
+    a camera as good as at infinity the projection does not determine on which side of the page it was: on the side that
     most faces are turned to.
     """
+    camera = _page_camera(page)
+    if camera is None:
+        return None
+    centre = centre_of(camera)
+    mirrored = _is_mirrored(_cosines(page, centre))
+    return 2.0 * page.vertices.mean(axis=0) - centre if mirrored and _is_far(page, centre) else centre
+
+
+def _page_camera(page: FlatMesh) -> Floats | None:
+    """(3, 4) the pinhole camera that took the texture of a page, or None when it was not one."""
     if page.texcoords is None or "oversampling" in page.provenance:
         return None
-    centre = pinhole_centre(page.vertices, page.texcoords)
-    if centre is None:
-        return None
-    middle = page.vertices.mean(axis=0)
-    far = np.linalg.norm(centre - middle) > FAR * np.ptp(page.vertices, axis=0).max()
-    return 2.0 * middle - centre if far and _is_mirrored(_cosines(page, centre)) else centre
+    camera = pinhole_camera(page.vertices, page.texcoords)
+    return None if camera is None or _is_chart(page, page.texcoords, camera) else camera
+
+
+def _is_far(page: FlatMesh, centre: Floats) -> bool:
+    return bool(np.linalg.norm(centre - page.vertices.mean(axis=0)) > FAR * np.ptp(page.vertices, axis=0).max())
+
+
+def _is_chart(page: FlatMesh, texcoords: Floats, camera: Floats) -> bool:
+    """Whether the areas of faces in the texture, texcoords (n, 2) pixels, are those on the surface rather than those
+    that a camera (3, 4) sees: then it was flattened, and not photographed. A camera that took it explains them better
+    by far, as noise lies along its rays."""
+    on_surface = np.linalg.norm(face_normals(page.vertices, page.faces), axis=1)
+    in_texture, in_view = (
+        np.abs(signed_areas(pixels, page.faces)) for pixels in (texcoords, projected(page.vertices, camera))
+    )
+    least = TINY + SAME_AREA * in_texture.mean()
+    as_flattened, as_seen = (
+        np.log((in_texture + least) / (areas * (in_texture.sum() / max(areas.sum(), TINY)) + least))
+        for areas in (on_surface, in_view)
+    )
+    return bool(on_surface @ np.abs(as_flattened) < BY_FAR * (on_surface @ np.abs(as_seen)))
 
 
 def occluded(fine: FlatMesh, camera_centre: Floats, shape: tuple[int, ...], dpi: float) -> Mask:
@@ -90,6 +119,12 @@ def _is_mirrored(cosines: Floats) -> bool:
 
 
 def mirror_findings(page: FlatMesh) -> list[Finding]:
-    """What is to be reported of a page whose picture and surface are mirror images of each other."""
-    centre = viewpoint(page)
-    return [finding("mirrored")] if centre is not None and _is_mirrored(_cosines(page, centre)) else []
+    """What is to be reported of a page whose picture and surface are mirror images of each other.
+
+    A camera near the page shows it by the side of the faces that it was on; without one the orientation of the faces in
+    the file does, which `load_scan` and `prepare` note.
+    """
+    camera = _page_camera(page)
+    if camera is not None and not _is_far(page, centre := centre_of(camera)):
+        return [finding("mirrored")] if _is_mirrored(_cosines(page, centre)) else []
+    return [finding("mirrored")] if page.provenance.get("mirrored") else []

@@ -169,3 +169,15 @@ def test_a_buffer_in_the_header_is_as_good_as_a_binary_chunk(exported):
 def test_a_buffer_that_is_elsewhere_is_told(exported, uri):
     with pytest.raises(BadInput, match=r"page\.glb holds no binary chunk, and no buffer in its header"):
         load_scan(as_text_in_header(exported(), uri))
+
+
+def test_a_node_that_mirrors_its_mesh_turns_its_faces_round(tmp_path):
+    """glTF 2.0, section 3.7.4: where the determinant of a node is negative, the winding of its faces is reversed."""
+    corners = np.array([[0.0, 0, 0], [0.1, 0, 0], [0.1, 0.1, 0.01], [0, 0.1, 0]])
+    faces = np.array([[0, 1, 2], [0, 2, 3]])
+    scene = trimesh.Scene()
+    scene.add_geometry(trimesh.Trimesh(corners, faces, process=False), transform=np.diag([-1.0, 1.0, 1.0, 1.0]))
+    (tmp_path / "a.glb").write_bytes(scene.export(file_type="glb"))
+    found = load_scan(tmp_path / "a.glb")
+    a, b, c = found.vertices[found.faces[0]]
+    assert np.cross(b - a, c - a)[2] > 0.0

@@ -150,13 +150,3 @@ def test_decimal_commas_are_read_with_a_warning(exported):
     commas = read_stl(path)
     np.testing.assert_array_equal(commas.vertices, whole.vertices)
     assert [one.code for one in commas.findings] == ["decimal_commas"]
-
-
-def test_corners_that_nearly_lie_at_one_place_are_joined_with_a_warning(exported, mesh):
-    path, sheet = exported(), mesh()
-    triangles = np.frombuffer(path.read_bytes(), TRIANGLE, offset=84).copy()
-    triangles["corners"] += np.random.default_rng(0).normal(scale=1e-4, size=triangles["corners"].shape)
-    path.write_bytes(path.read_bytes()[:84] + triangles.tobytes())
-    back = read_stl(path)
-    assert len(back.vertices) == len(np.unique(sheet.faces))
-    assert "were joined" in back.findings[0].text

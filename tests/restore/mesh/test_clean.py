@@ -7,9 +7,10 @@ import pytest
 from scipy.spatial import cKDTree
 
 from restore.errors import NotEnoughSurface
-from restore.mesh.clean import MIN_PIECE_SHARE, RAW_RATIO, clean, select, weld
+from restore.mesh.clean import MAX_PIECES, MIN_PIECE_SHARE, RAW_RATIO, clean, large_pieces, select, weld, without_debris
 from restore.mesh.network import make_network, pieces
 from restore.mesh.triangulate import triangulate
+from restore.mesh.validate import validated
 from restore.scan import SurfaceMesh
 
 POINTS = 0.05  # relative
@@ -129,3 +130,29 @@ def test_welding_keeps_texture_seams_and_welded_meshes_unchanged(camera):
 def test_a_soup_of_disjoint_triangles_is_cleaned_without_a_crash(camera):
     cleaned = clean(soup(raw(replace(camera, rows=10, cols=10))), 10_000)
     assert len(cleaned.faces) == 2 * 9 * 9
+
+
+def test_a_surface_in_scraps_is_refused(camera):
+    mesh = validated(soup(raw(replace(camera, rows=40, cols=40))))
+    assert len(mesh.faces) > MAX_PIECES
+    with pytest.raises(NotEnoughSurface, match="its triangles do not hang together"):
+        large_pieces(mesh)
+
+
+@pytest.mark.parametrize(("loose", "said"), [(0.01, 0), (0.2, 1)])
+def test_debris_that_is_left_out_is_said_where_it_is_much(camera, loose, said):
+    mesh = raw(replace(camera, rows=40, cols=40))
+    count = int(loose * len(mesh.faces))
+    corners = mesh.vertices[mesh.faces[:count].ravel()] + [500.0, 0.0, 0.0]
+    faces = np.concatenate([mesh.faces, len(mesh.vertices) + np.arange(3 * count).reshape(-1, 3)])
+    whole, findings = without_debris(validated(SurfaceMesh(np.concatenate([mesh.vertices, corners]), faces)))
+    assert len(findings) == said
+    assert (len(whole.faces) == len(mesh.faces)) == bool(said)
+
+
+def test_a_mesh_that_is_mostly_debris_is_refused(camera):
+    mesh = raw(replace(camera, rows=40, cols=40))
+    corners = mesh.vertices[mesh.faces.ravel()] * 1.1
+    faces = np.concatenate([mesh.faces, len(mesh.vertices) + np.arange(mesh.faces.size).reshape(-1, 3)])
+    with pytest.raises(NotEnoughSurface, match="in scraps"):
+        without_debris(validated(SurfaceMesh(np.concatenate([mesh.vertices, corners]), faces)))
