@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from restore.findings import finding
+from restore.findings import Finding
 from restore.formats.mesh import PaintedMesh
 from restore.scan import Ints, SurfaceMesh, with_findings
 
@@ -39,7 +39,7 @@ def merge_copies(mesh: SurfaceMesh) -> SurfaceMesh:
         texcoords=None if mesh.texcoords is None else mesh.texcoords[used],
         **colours,
     )
-    return with_findings(merged, finding("copies_merged", count=np.count_nonzero(~kept)))
+    return with_findings(merged, Finding.of("copies_merged", count=np.count_nonzero(~kept)))
 
 
 def first_at_place(mesh: SurfaceMesh) -> Ints:

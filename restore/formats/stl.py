@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from restore.errors import BadInput
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.formats.mesh import check_counts, check_vertices, checked_mesh
 from restore.formats.source import CUT_SHORT, DAMAGED, parse_numbers, read_bytes, with_newlines, without_mark
 from restore.mesh.adjacency import components
@@ -72,14 +72,14 @@ def _count(path: Path, data: bytes) -> tuple[int, list[Finding]]:
     if len(data) >= HEADER_BYTES and len(data) == expected:
         return count, []
     if held > 0 and behind == 0 and (count in UNCOUNTED or count < held):
-        return held, [finding("counts_differ", count=count, held=held)]
+        return held, [Finding.of("counts_differ", count=count, held=held)]
     if len(data) < expected:
         raise BadInput(
             f"{path} seems cut short: it has {len(data)} bytes, {count} triangles need {expected}", CUT_SHORT
         )
     if count == 0:
         raise BadInput(f"{path} has {len(data)} bytes, its {count} triangles need {expected}", DAMAGED)
-    return count, [finding("bytes_left_out", count=len(data) - expected, triangles=count)]
+    return count, [Finding.of("bytes_left_out", count=len(data) - expected, triangles=count)]
 
 
 def _text_corners(path: Path, data: bytes) -> tuple[Floats, list[Finding]]:
@@ -93,7 +93,7 @@ def _text_corners(path: Path, data: bytes) -> tuple[Floats, list[Finding]]:
     used = _vertex_numbers(np.frombuffer(lower, np.uint8), numbers)
     words, found = numbers[:used].tobytes(), list[Finding]()
     if b"," in words and b"." not in words:
-        words, found = words.replace(b",", b"."), [finding("decimal_commas")]
+        words, found = words.replace(b",", b"."), [Finding.of("decimal_commas")]
     values = parse_numbers(words, path, "a vertex")
     if values.size % 9:
         raise BadInput(f"{path} has {values.size} coordinates, triangles have nine each", DAMAGED)
@@ -142,4 +142,4 @@ def _join_near(vertices: Floats, number: Ints) -> tuple[Floats, Ints, list[Findi
         return vertices, number, []
     place = components(pairs, len(vertices))
     _, first, joined = np.unique(place, return_index=True, return_inverse=True)
-    return vertices[first], joined.reshape(-1)[number], [finding("corners_joined", reach=reach)]
+    return vertices[first], joined.reshape(-1)[number], [Finding.of("corners_joined", reach=reach)]

@@ -7,7 +7,7 @@ import numpy as np
 
 from restore.camera.pinhole import pinhole_centre
 from restore.camera.rays import MAX_SLOPE
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.mesh.measures import face_normals
 from restore.mesh.raster import rasterise
 from restore.numerics.limits import TINY
@@ -92,4 +92,4 @@ def _is_mirrored(cosines: Floats) -> bool:
 def mirror_findings(page: FlatMesh) -> list[Finding]:
     """What is to be reported of a page whose picture and surface are mirror images of each other."""
     centre = viewpoint(page)
-    return [finding("mirrored")] if centre is not None and _is_mirrored(_cosines(page, centre)) else []
+    return [Finding.of("mirrored")] if centre is not None and _is_mirrored(_cosines(page, centre)) else []
