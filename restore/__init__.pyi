@@ -9,7 +9,7 @@ from .files import (
     read_regular as read_regular,
     read_toml as read_toml,
 )
-from .findings import Finding as Finding, finding as finding, findings_of as findings_of
+from .findings import Finding as Finding
 from .formats import (
     PICTURE_SUFFIXES as PICTURE_SUFFIXES,
     SCAN_SUFFIXES as SCAN_SUFFIXES,

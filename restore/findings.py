@@ -1,14 +1,14 @@
 """Findings: what a restoration reports about a page, and the one table of their codes and sentences.
 
-Whoever measures makes a finding with `finding(code, …)`; reports, quality checks, batches and the console read its code
-and severity. No code looks into a sentence. The limits above which a finding is made stay with what measures.
+Code that measures makes a finding with `Finding.of(code, …)`; reports, quality checks, batches and the console read
+its code and severity. No code looks into a sentence. The limits above which a finding is made stay with what measures.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple, Self
 
 Severity = Literal["note", "warning", "doubt"]
 """note: done for the operator · warning: act on it · doubt: size or shape is not to be trusted."""
@@ -261,6 +261,12 @@ class Finding:
     severity  note, warning or doubt.
     share     0 to 1, of what the code's entry names; None where it is not a fraction.
     text      one sentence for the operator, with the remedy.
+
+    >>> found = Finding.of("cut_off", 0.12)
+    >>> found.severity, found.text[:27]
+    ('warning', "12% of the page's outline i")
+    >>> Finding.all_in({"findings": [found.as_json()]}) == (found,)
+    True
     """
 
     code: str
@@ -268,36 +274,35 @@ class Finding:
     share: float | None
     text: str
 
+    @classmethod
+    def of(cls, code: str, share: float | None = None, **values: Any) -> Self:
+        """A finding of a code of the table, its sentence filled in with a fraction and other values.
+
+        Raises KeyError for an unknown code or a missing value.
+        """
+        severity, text, _ = CODES[code]
+        return cls(code, severity, share, text.format(share=share, **values))
+
+    @classmethod
+    def from_json(cls, value: Any) -> Self:
+        """The finding of a JSON object as `as_json` writes it, or of a plain sentence of an older record.
+
+        Raises ValueError for anything else.
+        """
+        match value:
+            case str(text):
+                return cls.of(RECORDED, text=text)
+            case {"code": str(code), "severity": "note" | "warning" | "doubt" as severity, "text": str(text)}:
+                share = value.get("share")
+                return cls(code, severity, float(share) if isinstance(share, int | float) else None, text)
+        raise ValueError("not a finding: an object with code, severity, share and text")
+
+    @classmethod
+    def all_in(cls, report: Mapping[str, Any]) -> tuple[Self, ...]:
+        """The findings of a report, also of an older one, whose `warnings` are sentences."""
+        recorded = report.get("findings", report.get("warnings", ()))
+        return tuple(map(cls.from_json, recorded)) if isinstance(recorded, list | tuple) else ()
+
     def as_json(self) -> dict[str, Any]:
         """The finding as plain JSON values, as reports and stored scans hold it."""
         return asdict(self)
-
-
-def finding(code: str, share: float | None = None, **values: Any) -> Finding:
-    """A finding of a code, its sentence filled in with values. Raises KeyError for an unknown code or a missing value.
-
-    >>> finding("cut_off", 0.12).text[:24]
-    "12% of the page's outlin"
-    """
-    severity, text, _ = CODES[code]
-    return Finding(code, severity, share, text.format(share=share, **values))
-
-
-def from_json(value: Any) -> Finding:
-    """The finding of a JSON object as `Finding.as_json` writes it, or of a plain sentence of an older record.
-
-    Raises ValueError for anything else.
-    """
-    match value:
-        case str(text):
-            return finding(RECORDED, text=text)
-        case {"code": str(code), "severity": "note" | "warning" | "doubt" as severity, "text": str(text)}:
-            share = value.get("share")
-            return Finding(code, severity, float(share) if isinstance(share, int | float) else None, text)
-    raise ValueError("not a finding: an object with code, severity, share and text")
-
-
-def findings_of(report: Mapping[str, Any]) -> tuple[Finding, ...]:
-    """The findings of a report, also of an older one, whose `warnings` are sentences."""
-    recorded = report.get("findings", report.get("warnings", ()))
-    return tuple(from_json(value) for value in recorded) if isinstance(recorded, list | tuple) else ()

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.flattening.methods import OnStep
 from restore.page import FlatMesh, RestoredPage
 from restore.photo import (
@@ -136,7 +136,7 @@ def shade(
         balanced = balance_on_paper(image, mask, dpi)
         image, white = balanced.image, {"mode": settings.white, **balanced.report}
     kept = (("light_kept", light), ("white_kept", white))
-    found = tuple(finding(code, reason=report["reason"]) for code, report in kept if "reason" in report)
+    found = tuple(Finding.of(code, reason=report["reason"]) for code, report in kept if "reason" in report)
     return Shaded(image, {"light": light, "white": white}, found)
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.mesh.adjacency import border_of, piece_of_faces
 from restore.mesh.measures import edge_strain, face_signs, flipped_faces, signed_areas, straight_lengths, surface_area
 from restore.mesh.network import edges_of
@@ -99,16 +99,16 @@ def findings_of_page(fine: FlatMesh, report: Mapping[str, Any]) -> list[Finding]
     """What is to be reported of a flat page; report: as `describe` gives it."""
     found = list(fine.findings)
     if fine.texture is None or fine.texcoords is None:
-        found.append(finding("no_colour"))
+        found.append(Finding.of("no_colour"))
     count = connected_pieces(fine.faces)
     if count > 1:
-        found.append(finding("pieces", count=count))
+        found.append(Finding.of("pieces", count=count))
     upside_down = report["flipped_faces"] / len(fine.faces)
     if upside_down > UPSIDE_DOWN:
-        found.append(finding("upside_down", upside_down))
+        found.append(Finding.of("upside_down", upside_down))
     if report["strain"]["smooth_rms"] > NOT_DEVELOPABLE:
-        found.append(finding("not_developable", strain=report["strain"]["smooth_rms"]))
+        found.append(Finding.of("not_developable", strain=report["strain"]["smooth_rms"]))
     estimated = report["strain"]["against_chords"]["estimated_share"]
     if estimated > MOSTLY:
-        found.append(finding("lengths_estimated", estimated))
+        found.append(Finding.of("lengths_estimated", estimated))
     return found

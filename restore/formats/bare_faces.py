@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.scan import Mask
 
 MAX_BARE = 0.5  # of the faces: where more are bare, the surface is kept instead of the picture
@@ -20,5 +20,5 @@ def kept_faces(bare: Mask, *, pictured: bool = True) -> tuple[Mask, tuple[Findin
         return bare | True, ()
     share = count / len(bare)
     if share > MAX_BARE:
-        return bare | True, (finding("picture_left_out", share, count=count, total=len(bare)),)
-    return ~bare, (finding("bare_faces", share, count=count, total=len(bare)),)
+        return bare | True, (Finding.of("picture_left_out", share, count=count, total=len(bare)),)
+    return ~bare, (Finding.of("bare_faces", share, count=count, total=len(bare)),)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from restore.findings import finding
+from restore.findings import Finding
 from restore.formats.mesh import PaintedMesh
 from restore.mesh.places import STEP, Hashes, first_at_place, first_of_equal, mix
 from restore.scan import Ints, SurfaceMesh, with_findings
@@ -32,7 +32,7 @@ def merge_copies(mesh: SurfaceMesh) -> SurfaceMesh:
         texcoords=None if mesh.texcoords is None else mesh.texcoords[used],
         **colours,
     )
-    return with_findings(merged, finding("copies_merged", count=np.count_nonzero(~kept)))
+    return with_findings(merged, Finding.of("copies_merged", count=np.count_nonzero(~kept)))
 
 
 def _hash_faces(faces: Ints, places: Ints) -> Hashes:

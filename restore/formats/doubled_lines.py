@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import label
 
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.scan import Floats, Mask
 
 NO_LENGTH = 1e-3  # of the median link: two lines are one
@@ -18,7 +18,7 @@ def _doubled(axis: int, filled: int, left_out: int) -> Finding:
     """What is to be reported of lines along an axis that were there twice."""
     done = [f"{filled} filled in from beside them"] if filled else []
     done += [f"{left_out} left out"] if left_out else []
-    return finding("lines_doubled", lines=NAMES[axis], done=", ".join(done))
+    return Finding.of("lines_doubled", lines=NAMES[axis], done=", ".join(done))
 
 
 def without_doubled_lines(

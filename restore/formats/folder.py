@@ -21,7 +21,7 @@ import numpy as np
 from pydantic import BaseModel, Field, ValidationError, field_validator
 
 from restore.errors import BadInput
-from restore.findings import Finding, from_json
+from restore.findings import Finding
 from restore.formats.grid import check_grid
 from restore.formats.picture import check_size, decode_picture, encode_png
 from restore.formats.source import DAMAGED, MAX_SAMPLES, is_file, read_bytes
@@ -58,7 +58,7 @@ class Index(BaseModel):
     @classmethod
     def _are_findings(cls, findings: list[dict[str, Any]]) -> list[dict[str, Any]]:
         for one in findings:
-            from_json(one)
+            Finding.from_json(one)
         return findings
 
     def split(self) -> tuple[dict[str, Any], tuple[Finding, ...]]:
@@ -66,7 +66,7 @@ class Index(BaseModel):
         provenance = dict(self.provenance)
         sentences = provenance.pop("warnings", ())
         recorded = [one for one in sentences if isinstance(one, str)] if isinstance(sentences, list) else []
-        return provenance, tuple(from_json(one) for one in [*recorded, *self.findings])
+        return provenance, tuple(Finding.from_json(one) for one in [*recorded, *self.findings])
 
 
 @checks_types

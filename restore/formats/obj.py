@@ -10,7 +10,7 @@ from pathlib import Path, PurePosixPath
 import numpy as np
 
 from restore.errors import BadInput
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.formats.bare_faces import kept_faces
 from restore.formats.mesh import check_vertices, checked_mesh, fan_triangles, split_seams, texture_uv
 from restore.formats.obj_text import ObjText, parse_obj
@@ -101,7 +101,7 @@ def _check_complete(path: Path, data: bytes, text: ObjText, faces: Ints) -> tupl
     if share < (LEAST_USED if large and ended else 0.0 if ended else 1.0):
         raise BadInput(f"{path} seems cut short: its faces use the first {share:.0%} of its vertices", CUT_SHORT)
     if large and share < 1.0 - UNUSED_TAIL:
-        return (finding("unused_vertices", share),)
+        return (Finding.of("unused_vertices", share),)
     return ()
 
 

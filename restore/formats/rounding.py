@@ -12,7 +12,7 @@ from math import sqrt
 import numpy as np
 from scipy.spatial import cKDTree
 
-from restore.findings import finding
+from restore.findings import Finding
 from restore.mesh.adjacency import border_of, components
 from restore.mesh.places import first_at_place
 from restore.scan import Floats, SurfaceMesh, with_findings
@@ -56,7 +56,7 @@ def joined_by_rounding(mesh: SurfaceMesh) -> SurfaceMesh:
     moved[border] = means[group]
     moved = moved[place]
     count = int((np.bincount(group)[group] > 1).sum())
-    found = finding("seams_joined", count=count, reach=float(apart[apart <= reach].max()))
+    found = Finding.of("seams_joined", count=count, reach=float(apart[apart <= reach].max()))
     return with_findings(replace(mesh, vertices=moved), found)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.errors import BadInput
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.formats.mesh import check_counts, check_vertices, checked_mesh
 from restore.formats.source import CUT_SHORT, DAMAGED, parse_numbers, read_bytes, with_newlines, without_mark
 from restore.scan import Bytes, Floats, SurfaceMesh
@@ -64,14 +64,14 @@ def _count(path: Path, data: bytes) -> tuple[int, list[Finding]]:
     if len(data) >= HEADER_BYTES and len(data) == expected:
         return count, []
     if held > 0 and behind == 0 and (count in UNCOUNTED or count < held):
-        return held, [finding("counts_differ", count=count, held=held)]
+        return held, [Finding.of("counts_differ", count=count, held=held)]
     if len(data) < expected:
         raise BadInput(
             f"{path} seems cut short: it has {len(data)} bytes, {count} triangles need {expected}", CUT_SHORT
         )
     if count == 0:
         raise BadInput(f"{path} has {len(data)} bytes, its {count} triangles need {expected}", DAMAGED)
-    return count, [finding("bytes_left_out", count=len(data) - expected, triangles=count)]
+    return count, [Finding.of("bytes_left_out", count=len(data) - expected, triangles=count)]
 
 
 def _text_corners(path: Path, data: bytes) -> tuple[Floats, list[Finding]]:
@@ -85,7 +85,7 @@ def _text_corners(path: Path, data: bytes) -> tuple[Floats, list[Finding]]:
     used = _vertex_numbers(np.frombuffer(lower, np.uint8), numbers)
     words, found = numbers[:used].tobytes(), list[Finding]()
     if b"," in words and b"." not in words:
-        words, found = words.replace(b",", b"."), [finding("decimal_commas")]
+        words, found = words.replace(b",", b"."), [Finding.of("decimal_commas")]
     values = parse_numbers(words, path, "a vertex")
     if values.size % 9:
         raise BadInput(f"{path} has {values.size} coordinates, triangles have nine each", DAMAGED)

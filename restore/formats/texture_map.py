@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 from scipy.ndimage import map_coordinates
 
-from restore.findings import finding
+from restore.findings import Finding
 from restore.mesh.orient import map_runs_back
 from restore.mesh.places import SAME_PIXELS, first_at_place
 from restore.numerics.limits import TINY
@@ -33,7 +33,7 @@ def with_oriented_map(mesh: SurfaceMesh) -> SurfaceMesh:
     axis = _axis_to_turn(mesh, mesh.texture, mesh.texcoords)
     if axis is not None:
         texcoords = _turned_over(mesh.texcoords, mesh.texture, axis)
-        mesh = with_findings(replace(mesh, texcoords=texcoords), finding("map_turned_over", axis=AXES[axis]))
+        mesh = with_findings(replace(mesh, texcoords=texcoords), Finding.of("map_turned_over", axis=AXES[axis]))
     if mesh.texcoords is not None and map_runs_back(mesh.faces, mesh.texcoords):
         return replace(mesh, provenance={**mesh.provenance, "mirrored": True})
     return mesh

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from restore.errors import BadInput
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.mesh.ordered_grid import GridMesh
 from restore.runtime.arguments import checks_types
 from restore.scan import SurfaceMesh, with_findings
@@ -77,10 +77,10 @@ def _own_unit(path: Path, mesh: SurfaceMesh, largest: float) -> tuple[str, str, 
     if isinstance(mesh, GridMesh):
         if voxel_um := mesh.provenance.get("voxel_um"):
             return f"{voxel_um:.9f}um", BY_FORMAT, []
-        return ASSUMED_VOXEL, ASSUMED, [finding("voxel_assumed", voxel=ASSUMED_VOXEL)]
+        return ASSUMED_VOXEL, ASSUMED, [Finding.of("voxel_assumed", voxel=ASSUMED_VOXEL)]
     standard = STANDARD.get(path.suffix.lower())
     if standard is None:
         return UNSTATED, ASSUMED, []
     if largest * UNIT_MM[standard] > MAX_COORDINATE_MM:
-        return UNSTATED, ASSUMED, [finding("unit_too_large", standard=standard, unit=UNSTATED)]
+        return UNSTATED, ASSUMED, [Finding.of("unit_too_large", standard=standard, unit=UNSTATED)]
     return standard, BY_FORMAT, []

@@ -12,7 +12,7 @@ from math import sqrt
 import numpy as np
 
 from restore.errors import RestoreError
-from restore.findings import finding
+from restore.findings import Finding
 from restore.flattening.methods import flatten_points
 from restore.formats.mesh import PaintedMesh
 from restore.mesh.measures import face_normals, signed_areas
@@ -43,7 +43,7 @@ def with_picture(mesh: PaintedMesh, colours: Bytes) -> SurfaceMesh:
         joined = validated(replace(bare, vertices=mesh.vertices[used], faces=faces))
         return _painted(joined, bare, _means(colours, number[place], len(used)))
     except RestoreError as error:
-        return with_findings(bare, finding("colours_left_out", reason=error))
+        return with_findings(bare, Finding.of("colours_left_out", reason=error))
 
 
 def _means(colours: Bytes, number: Ints, count: int) -> Floats:

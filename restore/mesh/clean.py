@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from restore.errors import NotEnoughSurface
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.mesh.adjacency import components
 from restore.mesh.decimate import decimate, patch_and_smooth
 from restore.mesh.network import make_network, pieces
@@ -95,7 +95,7 @@ def without_debris(mesh: ValidMesh) -> tuple[ValidMesh, list[Finding]]:
             f"{left_out:.0%} of the surface is in scraps: its triangles do not hang together",
             "join the vertices that lie at one place in a mesh editor, and export it again",
         )
-    return validated(select(mesh, mesh.faces[kept])), [finding("debris", left_out)]
+    return validated(select(mesh, mesh.faces[kept])), [Finding.of("debris", left_out)]
 
 
 def _large_pieces(mesh: SurfaceMesh) -> Ints:

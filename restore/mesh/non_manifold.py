@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.mesh.adjacency import Sides, components
 from restore.mesh.clean import select
 from restore.mesh.validate import ValidMesh, validated
@@ -39,10 +39,10 @@ def without_fins(mesh: ValidMesh) -> tuple[ValidMesh, list[Finding]]:
     kept = largest[sheet]
     findings, lost = list[Finding](), float(areas[~kept].sum())
     if not kept.all():
-        findings.append(finding("fins_cut", lost / float(areas.sum()), area_mm2=lost))
+        findings.append(Finding.of("fins_cut", lost / float(areas.sum()), area_mm2=lost))
         mesh = validated(select(mesh, mesh.faces[kept]))
     if left := int((np.diff(mesh.sides.first) > 2).sum()):
-        findings.append(finding("edges_unclear", count=left))
+        findings.append(Finding.of("edges_unclear", count=left))
     return mesh, findings
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from restore.camera.photo_camera import PhotoCamera
 from restore.errors import BadInput, NotEnoughSurface
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.mesh.clean import large_pieces, select, weld
 from restore.mesh.measures import surface_area, vertex_normals
 from restore.mesh.validate import validated
@@ -79,7 +79,7 @@ def load_phone_capture(path: Path | str) -> PhoneCapture:
     page, photographs = _upright(*_page_of(mesh, photographs))
     facts = {"device": program, "unit": "m", "unit_source": "given", "frames": len(frames)}
     facts |= {"photographs": [photograph.name for photograph in photographs]}
-    findings = (*findings, finding("coarse_mesh"))
+    findings = (*findings, Finding.of("coarse_mesh"))
     return PhoneCapture(replace(page, provenance=facts, findings=findings), tuple(photographs))
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from restore.errors import BadInput
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.formats.glb import read_glb
 from restore.formats.source import DAMAGED, is_file, is_folder
 from restore.phones.arkit import MM_PER_METRE, Frame, camera_of, world_to_mm
@@ -94,4 +94,4 @@ def read_frames(folder: Path) -> tuple[list[Frame], tuple[Finding, ...]]:
             intrinsics = (found.fx, found.fy, found.cx, found.cy)
             camera = camera_of(path, found.pose, intrinsics, (found.width, found.height))
             frames.append(Frame(picture, camera, found.blur_score))
-    return frames, () if optimised else (finding("lens_unknown"),)
+    return frames, () if optimised else (Finding.of("lens_unknown"),)

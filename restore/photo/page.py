@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from restore.errors import BadInput
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.mesh.measures import signed_areas
 from restore.mesh.raster import rasterise
 from restore.page import FlatMesh
@@ -148,12 +148,12 @@ def photo_findings(registered: Sequence[Registered], reports: Sequence[dict[str,
     reports: those that `paint_registered` gave.
     """
     refused = [
-        finding("photo_refused", name=one.photograph.name, reason="; ".join(filter(None, (one.reason, one.hint))))
+        Finding.of("photo_refused", name=one.photograph.name, reason="; ".join(filter(None, (one.reason, one.hint))))
         for one in registered
         if one.registration is None
     ]
     covered = [
-        finding("photo_covered", one["covered_share"], name=one["name"], area_cm2=one["covered_mm2"] / 100)
+        Finding.of("photo_covered", one["covered_share"], name=one["name"], area_cm2=one["covered_mm2"] / 100)
         for one in reports
         if one.get("covered_mm2", 0.0) > 0
     ]

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from restore.camera.photo_camera import PhotoCamera
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.photo.photograph import Photograph
 from restore.photogrammetry.align import LEAST_COMMON, views_that_agree
 from restore.photogrammetry.bundle import ROUGHLY, Adjusted, Tracks, adjust
@@ -40,7 +40,7 @@ def check_found(found: Mask, in_frame: Mask, views: Sequence[int]) -> None:
     """
     known = found.any(axis=0)
     shares = (found & known).sum(axis=1) / np.maximum((in_frame & known).sum(axis=1), 1)
-    _raise_for(views, shares < LEAST_SHARE * np.median(shares), finding("other_page"))
+    _raise_for(views, shares < LEAST_SHARE * np.median(shares), Finding.of("other_page"))
 
 
 def check_residuals(residuals: Floats, sigma: Floats, view: Ints, views: Sequence[int]) -> None:
@@ -49,7 +49,7 @@ def check_residuals(residuals: Floats, sigma: Floats, view: Ints, views: Sequenc
     sigma: (m,) their standard deviations; view: (m,) the row of `views` that each belongs to.
     """
     medians = _medians(residuals, sigma, view, len(views))
-    _raise_for(views, medians > MOST_RATIO * np.median(medians), finding("other_shape"))
+    _raise_for(views, medians > MOST_RATIO * np.median(medians), Finding.of("other_shape"))
 
 
 def check_optics(adjusted: Adjusted, tracks: Tracks, views: Sequence[int]) -> None:
@@ -66,9 +66,9 @@ def check_optics(adjusted: Adjusted, tracks: Tracks, views: Sequence[int]) -> No
     apart = {}
     for row in np.flatnonzero(after < EXPLAINED * before).tolist():
         if abs(by[row]) > SAME_FOCAL:
-            apart[views[row]] = finding("zoomed", change=by[row])
+            apart[views[row]] = Finding.of("zoomed", change=by[row])
         elif off[row] > SAME_CENTRE:
-            apart[views[row]] = finding("cropped", shift=off[row])
+            apart[views[row]] = Finding.of("cropped", shift=off[row])
     if apart:
         raise ViewsApart(apart)
 
@@ -152,7 +152,7 @@ def card_findings(
     cameras = {number: photograph.camera for number, photograph in enumerate(photographs) if photograph.camera}
     showing = [number for number in cameras if len(seen.get(number, {})) >= LEAST_COMMON]
     if len(showing) < LEAST_VIEWS:
-        return (finding("card_in_few"),)
+        return (Finding.of("card_in_few"),)
     agreeing = views_that_agree(cameras, seen)
     if len(agreeing) < LEAST_VIEWS:
         raise CardApart(
@@ -169,7 +169,7 @@ def card_findings(
     found = []
     apart = [photographs[number].name for number in showing if number not in agreeing]
     if apart:
-        found.append(finding("card_moved", names=", ".join(apart)))
+        found.append(Finding.of("card_moved", names=", ".join(apart)))
     if off > MOST_CARD_MM:
-        found.append(finding("card_uneven", distance_mm=off))
+        found.append(Finding.of("card_uneven", distance_mm=off))
     return tuple(found)

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from restore.camera.photo_camera import PhotoCamera
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.photo.orientation import turned_like
 from restore.photo.photograph import Photograph
 from restore.photogrammetry.agreement import card_findings, find_markers, with_blur, without
@@ -199,21 +199,21 @@ def _described(surface: PageSurface, stiffness: float) -> dict[str, Any]:
 
 def _findings(report: Mapping[str, Any], left_out: Mapping[str, Finding]) -> tuple[Finding, ...]:
     """What is to be reported of a page; report as `PhotographedPage` has it, left_out: photograph's name → why."""
-    found = [finding("view_apart", name=name, reason=why.text) for name, why in left_out.items()]
+    found = [Finding.of("view_apart", name=name, reason=why.text) for name, why in left_out.items()]
     if len(report["views"]) < ENOUGH_VIEWS:
-        found.append(finding("few_views", count=len(report["views"]), enough=ENOUGH_VIEWS))
+        found.append(Finding.of("few_views", count=len(report["views"]), enough=ENOUGH_VIEWS))
     if any(why.code in ("zoomed", "cropped") for why in left_out.values()):
-        found.append(finding("views_zoomed"))
+        found.append(Finding.of("views_zoomed"))
     if report["scale"]["from"] == "none":
-        found.append(finding("no_scale"))
+        found.append(Finding.of("no_scale"))
     if report["edge_measured"] < LEAST_EDGE:
-        found.append(finding("edge_unseen", report["edge_measured"]))
+        found.append(Finding.of("edge_unseen", report["edge_measured"]))
     if report["surface_off_mm"] > MOST_OFF_MM:
-        found.append(finding("surface_off", distance_mm=report["surface_off_mm"]))
+        found.append(Finding.of("surface_off", distance_mm=report["surface_off_mm"]))
     if report["stretch"] is not None and abs(report["stretch"]) > MOST_STRETCH:
-        found.append(finding("area_gained", change=report["stretch"]))
+        found.append(Finding.of("area_gained", change=report["stretch"]))
     if report["uncovered_paper"] > MOST_UNCOVERED:
-        found.append(finding("paper_uncovered", report["uncovered_paper"]))
+        found.append(Finding.of("paper_uncovered", report["uncovered_paper"]))
     return tuple(found)
 
 

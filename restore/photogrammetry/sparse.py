@@ -20,7 +20,7 @@ import cv2
 import numpy as np
 
 from restore.camera.photo_camera import PhotoCamera
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.photo.photograph import Photograph
 from restore.photogrammetry.errors import ExtraMissing, MixedLenses, TooFewViews
 from restore.photogrammetry.sharpness import sharpness
@@ -238,7 +238,7 @@ def _reasons(greys: Sequence[Bytes], matched: dict[int, int], joined: set[int]) 
             reasons[number] = "it is taken from the same place as the others, or its print does not agree with theirs"
         else:
             reasons[number] = "its print does not agree with that of the others"
-    return {number: finding("not_joined", reason=reason) for number, reason in reasons.items()}
+    return {number: Finding.of("not_joined", reason=reason) for number, reason in reasons.items()}
 
 
 def _check_parallax(cameras: dict[int, PhotoCamera], points: Floats) -> None:

@@ -9,7 +9,7 @@ from typing import Any
 import cv2
 import numpy as np
 
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.flattening.methods import OnStep, flatten_points
 from restore.mesh.decimate import decimate
 from restore.mesh.network import edges_of
@@ -59,7 +59,7 @@ class FacetSheet(Prepared):
     def findings(self) -> tuple[Finding, ...]:
         """Where its border may go on, unseen."""
         shares = {name: getattr(self.sheet, name) for name in BORDERS}
-        return tuple(finding(name, share) for name, share in shares.items() if share > BORDERS[name])
+        return tuple(Finding.of(name, share) for name, share in shares.items() if share > BORDERS[name])
 
     def normals_on(self, fine: FlatMesh, dpi: float, axes: Floats) -> PageMap:
         """Of the nearest facet: those that meet at a crease must not be mixed."""

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.ndimage import distance_transform_edt
 
-from restore.findings import finding
+from restore.findings import Finding
 from restore.runtime.threads import in_threads
 from restore.scan import Bytes, Floats, Ints, Mask, RangeScan, SurfaceMesh, with_findings
 from restore.vivid import FOCAL_PX, TEXTURE_COLS, TEXTURE_ROWS
@@ -198,7 +198,7 @@ def _lens(lattice: Lattice) -> tuple[str, int] | None:
 def _mirrored(mesh: SurfaceMesh) -> SurfaceMesh:
     """The mirror image of a surface, left for right, with a warning."""
     turned = replace(mesh, vertices=mesh.vertices * [-1.0, 1.0, 1.0], faces=mesh.faces[:, ::-1])
-    return with_findings(turned, finding("mirrored"))
+    return with_findings(turned, Finding.of("mirrored"))
 
 
 def _affine(texcoords: Floats, lattice: Lattice) -> Floats:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.errors import BadInput, NotEnoughSurface
-from restore.findings import finding
+from restore.findings import Finding
 from restore.numerics.robust import robust_sigma
 from restore.scan import Bytes, Floats, Mask, RangeScan
 from restore.structured_light.decode import REACH, Axis, decode_axis, projected_light
@@ -61,7 +61,7 @@ def scan_captures(pictures: Sequence[Bytes], colour: Bytes, rig: Rig) -> RangeSc
     frame = _frame(kept)
     facts = _provenance(rig, len(pictures), light.lit, kept, residual)
     clipped = float((white[light.lit] >= CLIPPED).mean())
-    findings = (finding("overexposed", clipped),) if clipped > MOST_CLIPPED else ()
+    findings = (Finding.of("overexposed", clipped),) if clipped > MOST_CLIPPED else ()
     return RangeScan(np.ascontiguousarray(points[frame]), colour, grid.pixels[frame].copy(), facts, findings=findings)
 
 

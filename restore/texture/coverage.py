@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.page import FlatMesh
 from restore.scan import Bytes, Floats, Mask
 from restore.texture.occlusion import occluded
@@ -61,7 +61,7 @@ class Coverage:
     def findings(self) -> list[Finding]:
         """What is to be reported of a page that is white in large part."""
         hidden = self.shares()["hidden"]
-        return [finding("hidden", hidden)] if hidden > MAX_HIDDEN else []
+        return [Finding.of("hidden", hidden)] if hidden > MAX_HIDDEN else []
 
 
 def cover(fine: FlatMesh, painting: Painting, kinds: Bytes, camera_centre: Floats | None, dpi: float) -> Coverage:
@@ -95,7 +95,7 @@ def seen_part(painting: Painting, coverage: Coverage) -> Painting:
 def hole_findings(page: Mask, kinds: Bytes, dpi: float) -> list[Finding]:
     """What is to be reported of a page (h, w) whose kinds (h, w) are OUTSIDE in its holes."""
     area = float((page & (kinds == Seen.OUTSIDE)).sum()) * (MM_PER_INCH / dpi) ** 2
-    return [finding("holes", area_mm2=area)] if area else []
+    return [Finding.of("holes", area_mm2=area)] if area else []
 
 
 def distance_to(measured: Floats, points: Floats) -> Floats:
@@ -124,11 +124,11 @@ def cut_share(page: Mask, page_map: NDArray[np.float32], size: tuple[int, int]) 
 
 def cut_findings(share: float) -> list[Finding]:
     """What is to be reported of a page that has a fraction of its outline at the edge of the picture."""
-    return [finding("cut_off", share)] if share > MAX_CUT else []
+    return [Finding.of("cut_off", share)] if share > MAX_CUT else []
 
 
 def filled_findings(seen: Bytes, dpi: float) -> list[Finding]:
     """What is to be reported of a page (h, w), values of `Seen`, that gave no range over a broad area."""
     filled = np.pad(seen == Seen.FILLED, 1).astype(np.uint8)
     across = 2.0 * float(cv2.distanceTransform(filled, cv2.DIST_L2, cv2.DIST_MASK_5).max()) * MM_PER_INCH / dpi
-    return [finding("filled", across_mm=across)] if across > MAX_FILLED_MM else []
+    return [Finding.of("filled", across_mm=across)] if across > MAX_FILLED_MM else []

@@ -7,7 +7,7 @@ import numpy as np
 
 from restore.camera.pinhole import centre_of, pinhole_camera, projected
 from restore.camera.rays import MAX_SLOPE
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.mesh.measures import face_normals, signed_areas
 from restore.mesh.raster import rasterise
 from restore.numerics.limits import TINY
@@ -126,5 +126,5 @@ def mirror_findings(page: FlatMesh) -> list[Finding]:
     """
     camera = _page_camera(page)
     if camera is not None and not _is_far(page, centre := centre_of(camera)):
-        return [finding("mirrored")] if _is_mirrored(_cosines(page, centre)) else []
-    return [finding("mirrored")] if page.provenance.get("mirrored") else []
+        return [Finding.of("mirrored")] if _is_mirrored(_cosines(page, centre)) else []
+    return [Finding.of("mirrored")] if page.provenance.get("mirrored") else []

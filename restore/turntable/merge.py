@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from restore.errors import BadInput
-from restore.findings import Finding, finding
+from restore.findings import Finding
 from restore.runtime.arguments import checks_types
 from restore.scan import Floats, RangeScan
 from restore.turntable.axis import RotationAxis
@@ -64,7 +64,7 @@ class MergedViews:
     def findings(self) -> tuple[Finding, ...]:
         """One for each view that was left out."""
         left_out = (view for view in self.views if view.refused)
-        return tuple(finding("view_left_out", turn_deg=view.turn_deg, reason=view.refused) for view in left_out)
+        return tuple(Finding.of("view_left_out", turn_deg=view.turn_deg, reason=view.refused) for view in left_out)
 
 
 @checks_types

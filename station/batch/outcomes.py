@@ -9,7 +9,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from restore import findings_of, read_regular
+from restore import Finding, read_regular
 from station.batch.plan import Plan
 from station.intake import records
 from station.intake.arrival import Arrival
@@ -40,7 +40,7 @@ FIGURES = (
         "{:.0f}",
         less_is_worse=True,
     ),
-    Figure("warnings", lambda report: sum(one.severity != "note" for one in findings_of(report)), "{:.0f}"),
+    Figure("warnings", lambda report: sum(one.severity != "note" for one in Finding.all_in(report)), "{:.0f}"),
 )
 """The figures that order the pages; a page without one (None) is not compared by it."""
 
@@ -115,7 +115,7 @@ def concerns(findings: Iterable[Mapping[str, Any]]) -> tuple[str, ...]:
 def texts_of(report: Mapping[str, Any]) -> tuple[str, ...]:
     """The sentences of the findings of a report; none where it was changed into something else."""
     with suppress(ValueError):
-        return tuple(one.text for one in findings_of(report))
+        return tuple(one.text for one in Finding.all_in(report))
     return ()
 
 

@@ -8,18 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from restore import (
-    PICTURE_SUFFIXES,
-    BadInput,
-    Bytes,
-    Finding,
-    Settings,
-    finding,
-    load_scan,
-    read_picture,
-    read_regular,
-    restore,
-)
+from restore import PICTURE_SUFFIXES, BadInput, Bytes, Finding, Settings, load_scan, read_picture, read_regular, restore
 from station.colour.chart import find_chart
 from station.colour.figures import UNMEASURED, mean_differences, quality_figures
 from station.colour.fit import ColourFit, fit_colours
@@ -77,7 +66,7 @@ def summary_line(run: ColourRun) -> str:
 
 
 def _findings(fit: ColourFit) -> list[Finding]:
-    return [finding("uneven_light", fit.fall_off)] if fit.fall_off else []
+    return [Finding.of("uneven_light", fit.fall_off)] if fit.fall_off else []
 
 
 def _read_target(target: Path) -> tuple[Bytes, float | None]:

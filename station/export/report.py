@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from restore import findings_of
+from restore import Finding
 
 Report = Mapping[str, Any]
 
@@ -39,7 +39,7 @@ def summary(report: Report, files: Iterable[Path]) -> str:
         ("seconds", ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in report["seconds"].items())),
         *(("photo", _photo(photo)) for photo in report.get("photos", ()) if photo["accepted"]),
         ("memory", f"{report['peak_memory_mb']:.0f} MB at most"),
-        *((one.severity, one.text) for one in findings_of(report)),
+        *((one.severity, one.text) for one in Finding.all_in(report)),
         *(("file", str(path)) for path in files),
     ]
     return "\n".join(f"{name:<10} {text}" for name, text in rows)

@@ -14,7 +14,6 @@ from restore import (
     ScannedSheet,
     SegmentedScan,
     SurfaceMesh,
-    finding,
     is_rectangular,
     separate_sheets,
 )
@@ -67,7 +66,7 @@ def _is_rectangular(sheet: ScannedSheet) -> bool:
 
 def _largest(sheets: list[ScannedSheet]) -> Selected:
     *others, largest = sorted(sheets, key=lambda sheet: sheet.size)
-    found = finding("largest_of_pieces", others[-1].size / largest.size, count=len(sheets))
+    found = Finding.of("largest_of_pieces", others[-1].size / largest.size, count=len(sheets))
     return Selected(largest.scan, largest.segmented, findings=(found,))
 
 

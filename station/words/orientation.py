@@ -7,7 +7,7 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from restore import Bytes, Finding, RestoredPage, finding, turn_page
+from restore import Bytes, Finding, RestoredPage, turn_page
 from station.choices import Turn
 from station.errors import StationError
 from station.images.png import encode_png
@@ -23,7 +23,7 @@ def turned(page: RestoredPage, turn: Turn, which: Which = shutil.which) -> tuple
     Raises ProgramMissing for AUTO without Tesseract.
     """
     degrees = upright_turn(page.image, page.dpi, which=which) if turn == Turn.AUTO else int(turn)
-    return (page, (finding("turn_undecided"),)) if degrees is None else (turn_page(page, degrees), ())
+    return (page, (Finding.of("turn_undecided"),)) if degrees is None else (turn_page(page, degrees), ())
 
 
 def upright_turn(image: Bytes, dpi: float, *, which: Which = shutil.which) -> int | None:

@@ -8,7 +8,7 @@ import string
 
 import pytest
 
-from restore.findings import CODES, RECORDED, finding, findings_of, from_json
+from restore.findings import CODES, RECORDED, Finding
 
 
 def placeholders(text):
@@ -22,36 +22,36 @@ def test_a_code_that_prints_a_share_says_of_what(code):
 
 
 def test_a_finding_comes_back_from_its_json_values():
-    one = finding("hidden", 0.25)
-    assert from_json(json.loads(json.dumps(one.as_json()))) == one
+    one = Finding.of("hidden", 0.25)
+    assert Finding.from_json(json.loads(json.dumps(one.as_json()))) == one
     assert one.text.startswith("25% of the page is hidden")
 
 
 def test_an_unknown_code_or_a_missing_value_is_an_error_of_the_program():
     with pytest.raises(KeyError):
-        finding("no such code")
+        Finding.of("no such code")
     with pytest.raises(KeyError):
-        finding("holes")
+        Finding.of("holes")
 
 
 def test_findings_of_a_report_and_of_an_older_one():
-    one = finding("no_colour")
-    assert findings_of({"findings": [one.as_json()]}) == (one,)
-    (old,) = findings_of({"warnings": ["the page is cut off"]})
+    one = Finding.of("no_colour")
+    assert Finding.all_in({"findings": [one.as_json()]}) == (one,)
+    (old,) = Finding.all_in({"warnings": ["the page is cut off"]})
     assert (old.code, old.severity, old.text) == (RECORDED, "warning", "the page is cut off")
-    assert findings_of({}) == ()
+    assert Finding.all_in({}) == ()
 
 
 @pytest.mark.parametrize("value", [3, None, {"code": "hidden"}, {"code": "hidden", "severity": "grave", "text": "a"}])
 def test_what_is_not_a_finding_is_refused(value):
     with pytest.raises(ValueError, match="not a finding"):
-        from_json(value)
+        Finding.from_json(value)
 
 
 def made(tree):
-    """The codes of all calls of finding() in a module; None for one that is not a literal."""
+    """The codes of all calls of Finding.of() in a module; None for one that is not a literal."""
     for node in ast.walk(tree):
-        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "finding":
+        if isinstance(node, ast.Call) and ast.unparse(node.func) == "Finding.of":
             first = node.args[0]
             yield first.value if isinstance(first, ast.Constant) else None
 

@@ -13,7 +13,7 @@ from scipy.ndimage import binary_erosion, binary_fill_holes
 
 from restore.camera.rays import MAX_GAP, MAX_SLOPE, SHADOW_SLOPE, Rays
 from restore.errors import NotEnoughSurface
-from restore.findings import finding
+from restore.findings import Finding
 from restore.range_image.gaps import gaps_of_rows
 from restore.range_image.segmentation.outline import frame_of
 from restore.range_image.segmentation.table import find_table
@@ -99,7 +99,7 @@ def largest_surface(scan: RangeScan, rays: Rays, samples: Mask) -> SegmentedScan
 
 def _with_others(scan: RangeScan, others: int) -> RangeScan:
     surfaces = "another surface" if others == 1 else f"{others} other surfaces"
-    return with_findings(scan, finding("other_surfaces", surfaces=surfaces))
+    return with_findings(scan, Finding.of("other_surfaces", surfaces=surfaces))
 
 
 def find_pieces(scan: RangeScan, rays: Rays) -> list[SegmentedScan]:
@@ -121,7 +121,7 @@ def _find_table(scan: RangeScan) -> tuple[RangeScan, Mask]:
     """A scanner's picture with what its table warns of, and (rows, cols) the samples on that."""
     table, touching = find_table(scan, inverse_depths(scan), scan.measured)
     if touching > MAX_TOUCHING:
-        scan = with_findings(scan, finding("unseen_edge", touching))
+        scan = with_findings(scan, Finding.of("unseen_edge", touching))
     return scan, table
 
 

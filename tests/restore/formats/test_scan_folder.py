@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from restore.errors import BadInput
-from restore.findings import finding
+from restore.findings import Finding
 from restore.formats import load_scan, save_scan
 from restore.formats.folder import _sha256
 from restore.scan import RangeScan
@@ -231,7 +231,7 @@ def test_provenance_that_is_read_is_checked(shot, tmp_path, provenance):
 
 
 def test_findings_are_stored_with_the_scan(shot, tmp_path):
-    found = (finding("cut_off", 0.25), finding("other_surfaces", surfaces="another surface"))
+    found = (Finding.of("cut_off", 0.25), Finding.of("other_surfaces", surfaces="another surface"))
     save_scan(replace(shot(), findings=found), tmp_path / "a")
     assert load_scan(tmp_path / "a").findings == found
 

@@ -11,7 +11,7 @@ import pytest
 from oracles.table_cameras import FOCAL_PX, cameras
 from restore import Photograph
 from restore.camera.photo_camera import PhotoCamera
-from restore.findings import finding
+from restore.findings import Finding
 from restore.photogrammetry import SCALE_CARD
 from restore.photogrammetry.agreement import (
     card_findings,
@@ -44,7 +44,7 @@ def test_a_view_of_another_page_is_named():
     everywhere = np.ones((len(VIEWS), PATCHES), bool)
     with pytest.raises(ViewsApart) as apart:
         check_found(found(0.1), everywhere, VIEWS)
-    assert apart.value.reasons == {5: finding("other_page")}
+    assert apart.value.reasons == {5: Finding.of("other_page")}
     check_found(found(0.6), everywhere, VIEWS)  # a hand over a part of the page
 
 
@@ -64,7 +64,7 @@ def test_a_view_of_the_page_bent_otherwise_is_named():
     residuals[view == 3] *= 8
     with pytest.raises(ViewsApart) as apart:
         check_residuals(residuals, sigma, view, VIEWS)
-    assert apart.value.reasons == {7: finding("other_shape")}
+    assert apart.value.reasons == {7: Finding.of("other_shape")}
 
 
 def test_a_zoomed_view_is_named():
@@ -124,9 +124,9 @@ def test_points_beside_a_picture_are_not_within_it():
 
 def test_three_views_must_be_left():
     names = [f"{number}.jpg" for number in range(9)]
-    apart = ViewsApart({5: finding("other_page")})
-    failed = {1: finding("not_joined", reason="blurred")}
-    assert without(failed, apart, 4, names) == {**failed, 5: finding("other_page")}
+    apart = ViewsApart({5: Finding.of("other_page")})
+    failed = {1: Finding.of("not_joined", reason="blurred")}
+    assert without(failed, apart, 4, names) == {**failed, 5: Finding.of("other_page")}
     with pytest.raises(TooFewViews, match=r"2 photographs show one page .* 1\.jpg: blurred; 5\.jpg: it shows") as fault:
         without(failed, apart, 3, names)
     assert fault.value.exit_code == 5

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from restore.findings import finding
+from restore.findings import Finding
 from restore.photogrammetry.reconstruct import _findings
 
 GOOD = {
@@ -22,11 +22,11 @@ GOOD = {
     [
         ({}, []),
         (
-            {"left_out": {"IMG_7.jpg": finding("not_joined", reason="no features")}},
+            {"left_out": {"IMG_7.jpg": Finding.of("not_joined", reason="no features")}},
             ["IMG_7.jpg is left out: no features"],
         ),
         (
-            {"left_out": {"7.jpg": finding("zoomed", change=0.03)}},
+            {"left_out": {"7.jpg": Finding.of("zoomed", change=0.03)}},
             ["7.jpg is left out", "photographs were zoomed"],
         ),
         ({"views": ["1.jpg", "2.jpg", "3.jpg", "4.jpg"]}, ["the page is made of 4 photographs only"]),

@@ -12,7 +12,7 @@ import pytest
 import tifffile
 from PIL import Image
 
-from restore import SurfaceMesh, finding
+from restore import Finding, SurfaceMesh
 from station.export import outputs
 from station.export.mesh import encode_flat, encode_warped
 from station.export.report import ASSURANCES, encode_report, finite, summary
@@ -131,7 +131,7 @@ def test_report_holds_any_file_name():
 
 def test_summary_without_colour_and_with_a_warning(page, tmp_path):
     report = dict(page.report) | {"effective_ppi": 0.0, "sampling_ppi": 0.0, "peak_memory_mb": 512.3}
-    report["findings"] = [finding("hidden", 0.2).as_json()]
+    report["findings"] = [Finding.of("hidden", 0.2).as_json()]
     text = summary(report, [tmp_path / "page.png"])
     assert "no colour image" in text
     assert "20% of the page is hidden" in text
@@ -156,7 +156,7 @@ def test_summary_tells_what_a_photograph_gave(page):
     photos = [{"name": "window.jpg", **used}, {"name": "other.jpg", "accepted": False, "reason": "it is blank"}]
     said = {
         "photos": photos,
-        "findings": [finding("photo_refused", name="other.jpg", reason="it is blank").as_json()],
+        "findings": [Finding.of("photo_refused", name="other.jpg", reason="it is blank").as_json()],
         "peak_memory_mb": 512.0,
     }
     text = summary({**page.report, **said}, [])
