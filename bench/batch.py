@@ -20,7 +20,7 @@ from pathlib import Path
 from bench.memory import status_mb
 from drivers.simulated import Binding, Curl, MultiFold, shoot
 from restore import save_scan
-from station.batch.page import Done, restore_task
+from station.batch.page import TaskDone, restore_task
 from station.batch.plan import plan_folder
 from station.batch.run_tasks import run
 from station.run.options import Options
@@ -82,7 +82,7 @@ def measure(folder: Path, out: Path, workers: int) -> Measured:
     start, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
     plan = plan_folder(folder, out, Options())
     planned = time.perf_counter() - start
-    results: list[Done] = []
+    results: list[TaskDone] = []
     with local_workers(workers, Limits()) as places:
         for task, done in run(plan.tasks, places, restore_task):
             assert [one.state for one in done.settled] == ["restored"], (task.name, done)

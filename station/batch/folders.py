@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from station.batch.outcomes import PageOutcome, outcomes
-from station.batch.page import Done, Task, restore_task
+from station.batch.page import Task, TaskDone, restore_task
 from station.batch.plan import check_names, plan_folder
-from station.batch.progress import Event, Pace, Show
+from station.batch.progress import Done, Event, Pace, Show
 from station.batch.run_tasks import run
 from station.errors import UsageError
 from station.intake.folders import batch_instead, check_folders
@@ -30,18 +30,17 @@ class FolderBatch:
         self._limits = limits
         self._plans = [plan_folder(folder, out, options) for folder, out in _places(folders, output).items()]
 
-    def run(self, workers: Workers, show: Show, *, work: Work[Done] = restore_task) -> None:
+    def run(self, workers: Workers, show: Show, *, work: Work[TaskDone] = restore_task) -> None:
         """Restore or set aside what is still to do; tell of sessions that are left out.
 
         Raises as `station.batch.run_tasks.run` does.
         """
         for session in (session for plan in self._plans for session in plan.sessions):
-            show(Event("left out", str(session), batch_instead(session), ""))
+            show(Event("left out", str(session), batch_instead(session)))
         tasks = sorted((task for plan in self._plans for task in plan.tasks), key=lambda task: -task.size)
         pace = Pace(task.size for task in tasks)
         for task, done in run(tasks, workers, work):
-            progress = pace.done(task.size, done.seconds, workers.threads())
-            for event in _events(task, done, progress):
+            for event in _events(task, done, pace.done(task.size, done.seconds, workers.threads())):
                 show(event)
 
     def pages(self) -> Iterator[PageOutcome]:
@@ -61,7 +60,7 @@ def _places(folders: Sequence[Path], output: Path) -> dict[Path, Path]:
     return places
 
 
-def _events(task: Task, done: Done, progress: str) -> Iterator[Event]:
+def _events(task: Task, done: TaskDone, batch: Done) -> Iterator[Event]:
     for arrival, settled in zip(task.arrivals, done.settled, strict=True):
         text = f"{settled.reason} ({settled.place})" if settled.reason else str(settled.place)
-        yield Event(settled.state, str(arrival.source), text, progress)
+        yield Event(settled.state, str(arrival.source), text, batch)

@@ -44,7 +44,7 @@ class Task:
 
 
 @dataclass(frozen=True)
-class Done:
+class TaskDone:
     """What became of a task: one result for each of its scans.
 
     seconds   wall time. memory_mib: peak of the process that did it, so far. pid, host: of that process.
@@ -64,7 +64,7 @@ def restore_task(
     restore: Restore = RESTORE,
     clock: Callable[[], float] = time.perf_counter,
     sleep: Callable[[float], None] = time.sleep,
-) -> Done:
+) -> TaskDone:
     """Restore or set aside the scans of a task. What an earlier run or another worker has done is not done again.
 
     causes: how the processes ended that tried before. Raises what is not the scan's fault: of the disk, the settings,
@@ -72,7 +72,7 @@ def restore_task(
     """
     start = clock()
     settled = tuple(_settle(arrival, task, causes, restore, sleep) for arrival in task.arrivals)
-    return Done(settled, clock() - start, peak_memory_mib(), os.getpid(), os.uname().nodename)
+    return TaskDone(settled, clock() - start, peak_memory_mib(), os.getpid(), os.uname().nodename)
 
 
 def _settle(

@@ -12,16 +12,39 @@ from station.intake import records
 
 
 @dataclass(frozen=True)
+class Done:
+    """How many pages of a batch are done by `now`, and between which local times it ends, once that is known."""
+
+    done: int
+    total: int
+    now: datetime
+    ends: tuple[datetime, datetime] | None = None
+
+    @property
+    def share(self) -> float:
+        """The fraction of the pages that is done."""
+        return self.done / self.total
+
+    def __str__(self) -> str:
+        """The end to the minute, with its day when it is more than a day away."""
+        if self.ends is None:
+            return f"{self.done} of {self.total}"
+        day = "%a %H:%M" if self.ends[1] - self.now > timedelta(days=1) else "%H:%M"
+        first, last = (end.strftime(day) for end in self.ends)
+        return f"{self.done} of {self.total}, ends {first}" + (f" to {last}" if last != first else "")
+
+
+@dataclass(frozen=True)
 class Event:
     """A page that was settled, or a session that is left out.
 
-    state, its name, where the result is or why there is none, how far the batch is.
+    state, its name, where the result is or why there is none, how far the batch is when a page was settled.
     """
 
     state: str
     name: str
     text: str
-    progress: str
+    done: Done | None = None
 
 
 Show = Callable[[Event], None]
@@ -35,19 +58,11 @@ class Pace:
         self._total = self._left.total()
         self._estimate, self._now = Estimate(), now
 
-    def done(self, size: int, seconds: float, workers: int) -> str:
-        """Take a page that is done. Returns how many are, and the local times between which the batch ends."""
+    def done(self, size: int, seconds: float, workers: int) -> Done:
+        """Take a page that is done. Returns how far the batch is."""
         self._left[size] -= 1
         self._estimate.add(size, seconds)
         remaining = self._estimate.remaining_s(list(self._left.elements()), workers)
-        return f"{self._total - self._left.total()} of {self._total}{self._end(remaining)}"
-
-    def _end(self, remaining: tuple[float, float] | None) -> str:
-        """To the minute; nothing while it is not known."""
-        if remaining is None:
-            return ""
         now = self._now().astimezone()
-        early, late = (now + timedelta(seconds=seconds) for seconds in remaining)
-        day = "%a %H:%M" if late - now > timedelta(days=1) else "%H:%M"
-        first, last = early.strftime(day), late.strftime(day)
-        return f", ends {first}" if first == last else f", ends {first} to {last}"
+        ends = remaining and (now + timedelta(seconds=remaining[0]), now + timedelta(seconds=remaining[1]))
+        return Done(self._total - self._left.total(), self._total, now, ends)

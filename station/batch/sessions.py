@@ -15,7 +15,7 @@ from typing import Any
 
 from restore import LibraryMissing
 from station.batch.outcomes import PageOutcome, concerns, figures_of, texts_of
-from station.batch.progress import Event, Pace, Show
+from station.batch.progress import Done, Event, Pace, Show
 from station.batch.run_tasks import run
 from station.errors import StationError, explain
 from station.intake.once import is_range_image
@@ -107,14 +107,14 @@ class SessionBatch:
             for position, page in enumerate(writer.history.pages(), 1):
                 yield _outcome(writer.session, page, position)
 
-    def _settle(self, task: SessionTask, done: SessionDone, progress: str) -> Event:
+    def _settle(self, task: SessionTask, done: SessionDone, batch: Done) -> Event:
         writer = self._writers[task.session]
         name = f"{writer.session.volume.title}, page {task.page}"
         event = _record(writer, task, done.run)
         if ERROR in done.run.result:
-            return Event("set aside", name, str(done.run.result[ERROR]), progress)
+            return Event("set aside", name, str(done.run.result[ERROR]), batch)
         level = record_verdict(writer, event).facts["result"]["level"]
-        return Event("restored", name, f"{level}, {writer.session.path(event, PAGE)}", progress)
+        return Event("restored", name, f"{level}, {writer.session.path(event, PAGE)}", batch)
 
 
 def plan_session(name: str, writer: Writer, options: Options) -> Iterator[SessionTask]:

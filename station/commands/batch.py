@@ -90,7 +90,7 @@ def batch(
 
         def show(event: Event) -> None:
             counts[event.state] += 1
-            progress = f"  [{event.progress}]" if event.progress else ""
+            progress = f"  [{event.done}]" if event.done else ""
             print_result(f"{event.state:<10} {event.name}: {event.text}{progress}")
 
         report = run_batch(

@@ -80,7 +80,8 @@ def batch(task: Mapping[str, Any], progress: Progress, tell: Tell) -> Result:
     def show(event: Event) -> None:
         counts[event.state] = counts.get(event.state, 0) + 1
         tell({"item": {"name": event.name, "state": event.state, "text": event.text}})
-        progress(event.progress, _share(event.progress))
+        if event.done is not None:
+            progress(str(event.done), event.done.share)
 
     sessions = [Path(session) for session in task["sessions"]]
     report = run_batch(sessions, Path(task["out"]), Options(), local_workers(count, limits), show)
@@ -104,13 +105,6 @@ KINDS: Mapping[str, Callable[[Mapping[str, Any], Progress, Tell], Result]] = {
     "batch": batch,
     "verify": check,
 }
-
-
-def _share(progress: str) -> float:
-    """How much of a batch is done, by its text `3 of 12, ends 14:05`."""
-    done, _, rest = progress.partition(" of ")
-    total = rest.partition(",")[0]
-    return int(done) / max(int(total), 1) if done.isdecimal() and total.isdecimal() else 0.0
 
 
 def main() -> None:

@@ -11,6 +11,7 @@ from pathlib import Path
 import psutil
 import pytest
 
+from station.batch.progress import Done, Event
 from station.console import work
 from station.console.faults import ConsoleFault
 from station.console.state.jobs import MAX_WAITING, Job, Jobs
@@ -149,3 +150,16 @@ def test_a_fault_of_the_work_is_told(root):
     work.run({"kind": "magic"}, told.append)
     assert "is no session" in told[0]["error"]["text"]
     assert "magic" in told[1]["error"]["text"]
+
+
+def test_a_batch_reports_each_page_and_how_far_it_is(root, monkeypatch):
+    def run_batch(_sessions, out, _options, _workers, show):
+        show(Event("restored", "Missale, page 2", "green", Done(3, 12, datetime.now(UTC))))
+        return out / "report.html"
+
+    monkeypatch.setattr(work, "run_batch", run_batch)
+    told = []
+    work.run({"kind": "batch", "sessions": [], "out": str(root)}, told.append)
+    item = {"name": "Missale, page 2", "state": "restored", "text": "green"}
+    assert told[:2] == [{"item": item}, {"progress": ["3 of 12", 0.25]}]
+    assert told[2]["result"]["restored"] == 1
