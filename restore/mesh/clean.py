@@ -61,7 +61,7 @@ def select(mesh: SurfaceMesh, faces: Ints) -> SurfaceMesh:
 
 
 def large_pieces(mesh: ValidMesh) -> list[Ints]:
-    """The numbers of the faces of every connected piece that is no debris, in the order of their first vertices.
+    """The numbers (k,) of the faces of every connected piece that is no debris, in the order of their first vertices.
 
     Raises NotEnoughSurface for more than MAX_PIECES of them: a surface in scraps, which nothing puts together.
     """

@@ -62,7 +62,7 @@ class FacetSheet(Prepared):
         return tuple(Finding.of(name, share) for name, share in shares.items() if share > BORDERS[name])
 
     def normals_on(self, fine: FlatMesh, dpi: float, axes: Floats) -> PageMap:
-        """Of the nearest facet: those that meet at a crease must not be mixed."""
+        """Of the nearest facet: those that meet at a crease must not be mixed. See Prepared."""
         rows, cols = self.sheet.rays.grid(fine.vertices)
         at = np.ascontiguousarray(page_map(fine.flat, fine.faces, np.column_stack([cols, rows]), dpi))
         nearest = cv2.remap(facet_normals(self.sheet), at, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
@@ -71,7 +71,7 @@ class FacetSheet(Prepared):
         return normals
 
     def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:
-        """MEASURED or FILLED as the samples are, OUTSIDE in the holes through which the table was measured."""
+        """MEASURED or FILLED as the samples are, OUTSIDE where the table was measured through it. See Prepared."""
         grid_xy = np.stack(self.sheet.rays.grid(fine.vertices), axis=1)[:, ::-1]
         at = rasterise_on_page(fine, grid_xy, page.shape, dpi)
         samples = self.sheet.measured.astype(np.uint8)
@@ -82,12 +82,12 @@ class FacetSheet(Prepared):
         return kinds
 
     def camera_centre(self, fine: FlatMesh) -> Floats | None:
-        """The lens of the scanner; for the virtual view of a mesh that of its own picture."""
+        """The lens of the scanner; for the virtual view of a mesh that of its own picture. See Prepared."""
         origin = self.sheet.rays.origin
         return viewpoint(fine) if origin.any() else origin
 
     def cut_fraction(self, painting: Painting, coverage: Coverage, texture: Bytes | None) -> float:
-        """By its picture; without one, by its samples in the first and last rows and columns."""
+        """By its picture; without one, by its samples in the first and last rows and columns. See Prepared."""
         if texture is None and self.is_one_shot and painting.page_source is None:
             return self.sheet.cut
         return super().cut_fraction(painting, coverage, texture)

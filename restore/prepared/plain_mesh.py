@@ -58,15 +58,15 @@ class InterpolatedPage(Prepared):
         return self.page.findings
 
     def normals_on(self, fine: FlatMesh, dpi: float, axes: Floats) -> PageMap:
-        """As of its mesh."""
+        """As of its mesh. See Prepared."""
         return self.page.normals_on(fine, dpi, axes)
 
     def camera_centre(self, fine: FlatMesh) -> Floats | None:
-        """As of its mesh."""
+        """As of its mesh. See Prepared."""
         return self.page.camera_centre(fine)
 
     def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:
-        """As of its mesh, and FILLED farther from all measured points than `reach_mm`."""
+        """As of its mesh, and FILLED farther from all measured points than `reach_mm`. See Prepared."""
         kinds = self.page.kinds_on(fine, page, dpi)
         distance = distance_to(self.scan.measured, fine.vertices)
         near = rasterise_on_page(fine, distance[:, None], page.shape, dpi)[..., 0] <= self.scan.reach_mm
