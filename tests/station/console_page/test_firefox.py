@@ -47,6 +47,7 @@ def show(browser: Firefox, screen: str, sign: str) -> None:
     browser.wait_for(there(sign))
 
 
+@pytest.mark.slow
 def test_the_smoke_path(browser: Firefox, console: Console) -> None:
     browser.go(console.start())
     browser.wait_for("document.documentElement.dataset.ready")

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 WAIT_MS = 120_000  # for a restoration, on a machine with many at work: the first compiles or loads the kernels
 LONG_SHOT_S = "3"  # that the laser is on: time to pull a cable, on a machine with many at work
+ASLEEP = ("server asleep", "browser asleep")
 ASLEEP_S = 6.0  # longer than the page takes as a hitch
 # The picture of the first shot is drawn, and the page says what becomes of it.
 WAITING = """() => {
@@ -85,7 +86,9 @@ def test_the_first_shot_is_on_the_screen_at_once(browser: Any, console: Console)
         assert "/page/full" in str(page.locator(".shot-link img").get_attribute("src"))
 
 
-@pytest.mark.parametrize("way", ["network pulled", "window closed", "server asleep", "browser asleep"])
+@pytest.mark.parametrize(
+    "way", ["window closed", *(pytest.param(way, marks=pytest.mark.slow) for way in ("network pulled", *ASLEEP))]
+)
 def test_a_shot_is_kept_whatever_becomes_of_the_window(browser: Any, console: Console, way: str) -> None:
     """The laser goes off and the frame is stored: the server does not need the page for either."""
     with ExitStack() as stack:

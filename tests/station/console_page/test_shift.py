@@ -8,6 +8,7 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
 import psutil
+import pytest
 
 from oracles.console.browser import window
 from oracles.console.process import Console
@@ -44,6 +45,7 @@ def accept(page: Page, number: int) -> None:
     page.wait_for_selector(f"#strip-{number}[aria-label*=accepted]")
 
 
+@pytest.mark.slow
 def test_a_shift_with_a_crash_in_the_middle(browser: Any, console: Console) -> None:
     with ExitStack() as stack:
         page = stack.enter_context(window(browser, console.start()))
