@@ -5,6 +5,8 @@ The names, and the modules that hold them, are in `__init__.pyi`; each module is
 
 import lazy_loader
 
-from restore.runtime import kernel_cache  # noqa: F401 - before any kernel is imported: it says where they are kept
+from restore.runtime.kernel_cache import use_cache_folder
+
+use_cache_folder()  # before a kernel is imported: numba asks then where it may be kept
 
 __getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -1,135 +1,114 @@
-"""Keeps compiled kernels between runs where numba's own rules do not: across changes, and in read-only installations.
+"""Chooses numba's cache folder for this process: one for each state of the kernels' sources.
 
-numba looks at the file of a kernel alone, so a change in a kernel of another file that it calls goes unnoticed; and it
-refuses to import a kernel where it can write neither beside the sources nor in a home. Once this module is imported,
-numba asks here first about the kernels of these packages; all others it looks after itself, as before.
+numba looks at the file of a kernel alone, so it would not notice a change in a kernel of another file that it calls;
+and it refuses to import a kernel where it can write neither beside the sources nor in a home. `use_cache_folder` comes
+before numba is imported, and answers both with the name and the place of one folder.
 """
 
 from __future__ import annotations
 
+import atexit
 import hashlib
 import os
 import re
-import shutil
-import tempfile
+import sys
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from functools import cache
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from types import FunctionType
-from typing import Any, Self
+from typing import Any
 
-from numba.core import config, event
-from numba.core.caching import CacheImpl
-
-ROOT = Path(__file__).parents[2]
-PACKAGES = ("drivers", "restore", "station")
-INDEX = ".nbi"  # numba's file of what is compiled of one kernel; what is compiled is beside it
-_IMPORT = re.compile(
-    r"^[ \t]*(?:from[ \t]+([\w.]+)[ \t]+import[ \t]+(\([^)]*\)|.*)|import[ \t]+([\w.]+))", re.MULTILINE
-)
+PACKAGE = Path(__file__).parents[1]
+VARIABLE = "NUMBA_CACHE_DIR"
+NAME = "planish-kernels-"
+KEPT_SECONDS = 30 * 86_400  # of folders for other sources: a branch or an installation may be used again
+_IMPORT = re.compile(rb"^from restore\.([\w.]+) import", re.MULTILINE)
 
 
-class KernelLocator:
-    """Where the compiled code of one kernel is kept, and the stamp of the sources it was made of: numba's protocol."""
-
-    def __init__(self, kernel: FunctionType, source: Path) -> None:
-        self._py_file = str(source)  # numba's messages name it
-        self._source, self._line = source, kernel.__code__.co_firstlineno
-
-    @classmethod
-    def from_function(cls, kernel: FunctionType, file: str) -> Self | None:
-        """A locator for a kernel of these packages; None for those of others, which numba looks after itself."""
-        source = Path(file)
-        ours = any(source.is_relative_to(ROOT / package) for package in PACKAGES)
-        return cls(kernel, source) if ours and source.is_file() else None
-
-    def get_cache_path(self) -> str:
-        """The folder."""
-        return str(folder_for(self._source.parent))
-
-    def ensure_cache_path(self) -> None:
-        """Make the folder."""
-        folder_for(self._source.parent).mkdir(parents=True, exist_ok=True)
-
-    def get_source_stamp(self) -> str:
-        """Changes with all that the kernel is compiled from."""
-        return stamp(self._source)
-
-    def get_disambiguator(self) -> str:
-        """Tells kernels of the same name in one file apart."""
-        return str(self._line)
+def use_cache_folder() -> None:
+    """Let numba keep what it compiles in this process, and in those that it starts, in `cache_folder()`."""
+    folder = cache_folder()
+    if numba := sys.modules.get("numba"):  # it has read the environment already, and reads it again when that changes
+        numba.config.CACHE_DIR = str(folder)
+    else:
+        os.environ[VARIABLE] = str(folder)
 
 
-@cache
-def stamp(source: Path) -> str:
-    """SHA-256 over a source file and all files of these packages that it imports, directly or through others.
+def cache_folder() -> Path:
+    """The folder for the compiled kernels.
 
-    Constants of imported modules are compiled into kernels, so these files count although they may hold no kernel.
+    In this order, the first that can be written to: under NUMBA_CACHE_DIR where that is set, in the package, in the
+    user's cache, in a temporary folder that is removed at exit. One outside the package begins with what is compiled
+    inside, so that an administrator can compile for all users of a read-only installation.
     """
-    reached, waiting = {source}, [source]
-    while waiting:
-        new = imported(waiting.pop()) - reached
-        reached |= new
-        waiting += new
-    digest = hashlib.sha256()
-    for file in sorted(reached):
-        digest.update(hashlib.sha256(file.read_bytes()).digest())
-    return digest.hexdigest()
-
-
-@cache
-def imported(source: Path) -> frozenset[Path]:
-    """The files of these packages that a source file imports by name."""
-    files = set()
-    for module, names, plain in _IMPORT.findall(source.read_text("utf-8")):
-        modules = [plain] if plain else [module, *(f"{module}.{name}" for name in re.findall(r"\w+", names))]
-        files |= {file for file in map(_file_of, modules) if file is not None}
-    return frozenset(files - {source})
-
-
-@cache
-def _file_of(module: str) -> Path | None:
-    if module.partition(".")[0] not in PACKAGES:
-        return None
-    place = ROOT.joinpath(*module.split("."))
-    candidates = (place.with_suffix(".py"), place / "__init__.py")
-    return next((file for file in candidates if file.is_file()), None)
-
-
-@cache
-def folder_for(sources: Path) -> Path:
-    """The folder for the compiled kernels of one folder of sources.
-
-    In this order, the first that can be written to: under NUMBA_CACHE_DIR where that is set, beside the sources, in the
-    user's cache, in a temporary folder that is removed at exit. One that is not beside the sources begins with what is
-    compiled there, so that an administrator can compile for all users of a read-only installation.
-    """
-    beside = sources / "__pycache__"
-    for base in _bases():
-        folder = beside if base is None else base / str(sources.relative_to(ROOT))
-        if _can_write(folder):
-            if folder != beside:
-                _begin_with(beside, folder)
-            return folder
+    name = NAME + stamp()
+    compiled = PACKAGE / "__pycache__" / name
+    for base in _bases(compiled.parent):
+        folder = base / name
+        if _can_write(base):
+            if not folder.exists():
+                _remove_old(base)
+                _copy(compiled, folder)
+            if _can_write(folder):
+                return folder
     raise RuntimeError("unreachable: a temporary folder can be written to")
 
 
-def _bases() -> Iterator[Path | None]:
-    """Where to keep what is compiled, the best first; None is beside the sources."""
-    here = hashlib.sha256(str(ROOT).encode()).hexdigest()[:16]  # installations do not get into each other's way
-    if config.CACHE_DIR:
-        yield Path(config.CACHE_DIR) / f"planish-{here}"
-    yield None
+def stamp() -> str:
+    """Changes with every file that kernels are compiled from."""
+    digest = hashlib.sha256()
+    for _, text in sorted(kernel_sources().items()):
+        digest.update(hashlib.sha256(text).digest())
+    return digest.hexdigest()[:16]
+
+
+def kernel_sources() -> dict[str, bytes]:
+    """The files of the package that hold kernels, and all that those import from it, directly or through others.
+
+    Constants of imported modules are compiled into kernels, so these files count although they may hold no kernel.
+    """
+    files = dict(_python_files(str(PACKAGE)))
+    waiting = [path for path, text in files.items() if b"import numba" in text]
+    reached: dict[str, bytes] = {}
+    while waiting:
+        path = waiting.pop()
+        if path in files and path not in reached:
+            reached[path] = files[path]
+            for module in _IMPORT.findall(files[path]):
+                place = os.path.join(PACKAGE, *module.decode().split("."))  # noqa: PTH118 - a third of Path's time
+                waiting += [f"{place}.py", os.path.join(place, "__init__.py")]  # noqa: PTH118
+    return reached
+
+
+def _python_files(folder: str) -> Iterator[tuple[str, bytes]]:
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.name.endswith(".py"):
+                with open(entry.path, "rb") as file:  # noqa: PTH123
+                    yield entry.path, file.read()
+            elif entry.is_dir() and entry.name != "__pycache__":
+                yield from _python_files(entry.path)
+
+
+def _bases(package: Path) -> Iterator[Path]:
+    """Where the folder may be, the best first."""
+    if named := os.environ.get(VARIABLE):
+        place = Path(named)
+        yield place.parent if place.name.startswith(NAME) else place  # a process that started this one chose it
+    yield package
     users = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")  # noqa: PTH111 - Path raises without a home
     if os.path.isabs(users):  # noqa: PTH117 - as it may be no path
-        yield Path(users) / "planish" / f"kernels-{here}"
-    yield Path(_temporary().name)
+        yield Path(users) / "planish"
+    yield _temporary()
 
 
-@cache
-def _temporary() -> tempfile.TemporaryDirectory[str]:
-    return tempfile.TemporaryDirectory(prefix="planish-kernels-")
+def _temporary() -> Path:
+    import shutil
+    import tempfile
+
+    folder = tempfile.mkdtemp(prefix="planish-")
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return Path(folder)
 
 
 def _can_write(folder: Path) -> bool:
@@ -140,25 +119,34 @@ def _can_write(folder: Path) -> bool:
     return os.access(folder, os.W_OK | os.X_OK)
 
 
-def _begin_with(compiled: Path, folder: Path) -> None:
-    """Copy what is compiled beside the sources, where that is newer than what the folder has."""
-    for index in compiled.glob(f"*{INDEX}"):
-        mine = folder / index.name
-        if not mine.exists() or mine.stat().st_mtime < index.stat().st_mtime:
-            for file in (*compiled.glob(f"{index.stem}.*.nbc"), index):  # the index last: it names the others
-                _copy(file, folder / file.name)
+def _remove_old(base: Path) -> None:
+    """Remove what was compiled of other sources long ago."""
+    import shutil  # takes as long as all the rest of this module, and is rarely needed
+
+    for folder in base.glob(f"{NAME}*"):
+        if folder.stat().st_mtime < time.time() - KEPT_SECONDS:
+            shutil.rmtree(folder, ignore_errors=True)
 
 
-def _copy(source: Path, target: Path) -> None:
-    """Copy a file so that another process sees all of it or nothing."""
-    with tempfile.NamedTemporaryFile(dir=target.parent, delete=False) as file:
-        file.write(source.read_bytes())
-    shutil.move(file.name, target)
+def _copy(compiled: Path, folder: Path) -> None:
+    """Copy a folder so that another process sees all of it or nothing; what cannot be copied is compiled."""
+    if not compiled.is_dir():
+        return
+    import shutil
+    import tempfile
+
+    with suppress(OSError), tempfile.TemporaryDirectory(dir=folder.parent, ignore_cleanup_errors=True) as half:
+        for file in compiled.glob("*/*"):
+            place = Path(half, "whole", file.relative_to(compiled))
+            place.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(file, place)
+        Path(half, "whole").rename(folder)
 
 
 @contextmanager
 def notify_when_compiling(notify: Callable[[], None]) -> Iterator[None]:
     """Call notify() whenever a kernel has to be compiled while the block runs, as it begins."""
+    from numba.core import event  # imported with the first kernel, not with the package
 
     class Listener(event.Listener):
         def on_start(self, _event: Any) -> None:
@@ -169,6 +157,3 @@ def notify_when_compiling(notify: Callable[[], None]) -> Iterator[None]:
 
     with event.install_listener("numba:compile", Listener()):
         yield
-
-
-CacheImpl._locator_classes.insert(0, KernelLocator)

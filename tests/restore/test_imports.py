@@ -19,7 +19,7 @@ def modules_after(statement: str) -> set[str]:
 
 
 def test_importing_the_package_imports_none_of_its_work():
-    assert modules_after("import restore").isdisjoint({"cv2", "restore.pipeline"})
+    assert modules_after("import restore").isdisjoint({"cv2", "numba", "scipy", "restore.pipeline"})
 
 
 @pytest.mark.parametrize("statement", ["from restore import load_scan, restore", "import station.run.one_page"])
