@@ -5,13 +5,19 @@ WARM := .venv/.warm
 PAGE := station/console/page
 VENDORED := $(PAGE)/vendor/stamp.json
 
-.PHONY: demo test lint docs bench setup system browsers clean
+.PHONY: demo test test-slow lint docs bench setup system browsers clean
 
 demo: setup
 	$(BIN)/planish scan --config configs/simulated.toml -o out/demo --force
 
+PYTEST := $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal --durations=10
+
 test: lint setup browsers
-	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal
+	$(PYTEST)
+
+# Long runs, and the further cases of short ones.
+test-slow: setup browsers
+	$(PYTEST) -m slow
 
 lint: $(READY)
 	$(BIN)/ruff check .
