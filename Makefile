@@ -5,7 +5,7 @@ COMPILED := .venv/.compiled
 PAGE := station/console/page
 VENDORED := $(PAGE)/vendor/stamp.json
 
-.PHONY: demo serve test lint docs bench setup system browsers clean
+.PHONY: demo serve test test-slow lint docs bench setup system browsers clean
 
 demo: setup
 	$(BIN)/planish scan --config configs/simulated.toml -o out/demo --force
@@ -15,8 +15,14 @@ serve: setup .venv/.extra-console $(VENDORED)
 	mkdir -p out/sessions
 	$(BIN)/planish serve out/sessions --config simulated
 
+PYTEST := $(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal --durations=10
+
 test: lint setup $(VENDORED) browsers
-	$(BIN)/python -m pytest -n auto --maxprocesses 4 --dist worksteal
+	$(PYTEST)
+
+# Long runs, and the further cases of short ones.
+test-slow: setup .venv/.extra-test $(VENDORED) browsers
+	$(PYTEST) -m slow
 
 lint: .venv/.extra-test
 	$(BIN)/ruff check .

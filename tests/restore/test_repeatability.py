@@ -6,6 +6,8 @@ import shutil
 import subprocess
 import sys
 
+import pytest
+
 PROGRAM = """
 import hashlib
 from restore import Settings, restore
@@ -15,6 +17,7 @@ print(hashlib.sha256(page.image.tobytes() + page.page_map.tobytes() + page.fine.
 """
 
 
+@pytest.mark.slow
 def test_a_page_does_not_depend_on_whether_its_kernels_were_kept(tmp_path, repository):
     for package in ("drivers", "restore", "station"):
         without_kernels = shutil.ignore_patterns("__pycache__", "configs")

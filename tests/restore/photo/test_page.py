@@ -105,6 +105,7 @@ def test_ink_has_steeper_edges_than_the_scanner_gives_it(figure, close_up):
     assert report["sampling_ppi"] > FINER * plain.resolution.sampling_ppi
 
 
+@pytest.mark.slow
 def test_two_photographs_by_different_light_make_one_page(text):
     left = View((-90.0, 0.0, 330.0), 1.45, 0.0, -0.1, 0.0)
     right = View((90.0, 0.0, 330.0), 1.45, 0.0, 0.05, 0.0)
@@ -117,6 +118,7 @@ def test_two_photographs_by_different_light_make_one_page(text):
     assert np.ptp(tint) < 0.12  # one light; those of the two photographs differ by 0.2
 
 
+@pytest.mark.slow
 def test_a_glare_is_painted_from_the_other_photograph_or_the_scanner(text):
     lamp = Exposure(lamp=np.array([0.0, 0.0, 1.0]), falloff=0.0)
     images = [text.photograph(view, lamp, gloss=1.0) for view in ("above", "from the left")]
@@ -162,6 +164,7 @@ def test_what_covers_the_page_is_painted_from_the_scan_and_said(text, thumbed):
     assert (page.page_source[page.coverage == Seen.COVERED] == 0).mean() > 0.9
 
 
+@pytest.mark.slow
 def test_what_covers_the_page_in_one_photograph_is_painted_from_the_other(text, thumbed):
     image, hidden = thumbed
     outcome = register_photographs(text.page, [image, text.photograph("from the left")])

@@ -71,6 +71,7 @@ def refusal(reference, image):
     return str(refused.value)
 
 
+@pytest.mark.slow
 def test_another_page_of_the_same_book_is_refused(text):
     other = take_photograph(scan_page(SHEETS["binding"], Text(seed=9))[0], text.camera())
     assert "does not show this page" in refusal(text.reference, other)
