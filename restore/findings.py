@@ -40,6 +40,19 @@ CODES: Mapping[str, Code] = {
         "editor have none",
         "faces",
     ),
+    "faces_not_finite": Code(
+        "warning",
+        "{count} faces have a vertex that is not a number, and are left out: the page has holes there",
+        "faces",
+    ),
+    "no_picture": Code(
+        "warning", "the file has texture coordinates and no picture: --texture gives one, and paints the page with it"
+    ),
+    "pictures_packed": Code("note", "the file textures its surface from {count} pictures: they were packed into one"),
+    "material_missing": Code("warning", "its material file {name} is missing, and with it the name of its picture"),
+    "material_lacking": Code(
+        "warning", "the faces use a material that the material file lacks: the one picture of that file is taken"
+    ),
     "picture_left_out": Code(
         "warning", "{count} of {total} faces have no texture coordinates: the picture is left out", "faces"
     ),

@@ -10,7 +10,7 @@ from restore.formats.abs import read_abs, write_abs
 from restore.formats.captures import is_captures, read_captures
 from restore.formats.copies import merge_copies
 from restore.formats.folder import read_folder, save_scan
-from restore.formats.glb import read_glb
+from restore.formats.glb import read_glb, read_gltf
 from restore.formats.mesh import PaintedMesh
 from restore.formats.obj import read_obj, write_obj
 from restore.formats.picture import SUFFIXES as PICTURE_SUFFIXES
@@ -55,6 +55,7 @@ READERS: dict[str, Reader] = {
     ".abs": read_abs,
     ".abs.gz": read_abs,
     ".glb": read_glb,
+    ".gltf": read_gltf,
     ".obj": read_obj,
     ".ply": read_ply,
     ".stl": read_stl,

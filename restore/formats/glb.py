@@ -1,35 +1,41 @@
-"""`.glb`: binary glTF 2.0, all in one file. `restore.formats.unit` brings its metres to millimetres."""
+"""`.glb` and `.gltf`: glTF 2.0, binary, or text with files beside.
+
+`restore.formats.unit` brings its metres to millimetres.
+"""
 
 from __future__ import annotations
 
-import base64
-import json
 import struct
 from pathlib import Path
 from typing import TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ValidationError
 
 from restore.errors import BadInput
+from restore.findings import Finding
 from restore.formats.bare_faces import kept_faces
 from restore.formats.glb_attributes import plain_attributes
 from restore.formats.glb_layout import Layout, Requirements
+from restore.formats.gltf_buffers import PLAIN, gathered
 from restore.formats.mesh import checked_mesh
+from restore.formats.packing import pack
 from restore.formats.picture import decode_picture
-from restore.formats.source import CUT_SHORT, DAMAGED, MISSING, ONE_SHOT, read_bytes
-from restore.formats.trimesh_parser import parse_mesh
-from restore.scan import Bytes, SurfaceMesh
+from restore.formats.source import CUT_SHORT, DAMAGED, MISSING, read_bytes, without_mark
+from restore.formats.trimesh_parser import MeshArrays, parse_mesh
+from restore.scan import Bytes, Ints, SurfaceMesh
 
 # glTF 2.0 specification, "GLB file format specification" and "Accessors".
 MAGIC, VERSION, JSON_CHUNK, BINARY_CHUNK = b"glTF", 2, b"JSON", b"BIN\0"
 # Interleaved and shared views may be read more than once; a file that multiplies its bytes further is crafted.
 MAX_EXPANSION = 8
-# The header of one textured mesh is a page of text with a node or two; an editor adds some dozens.
-MAX_HEADER_BYTES = 2**20
-# The reader applies the first two; the others change how a viewer lights the surface.
+# The reader applies the first four; the others change how a viewer lights the surface.
 KNOWN_EXTENSIONS = {
     "KHR_mesh_quantization",
     "KHR_texture_transform",
+    "EXT_texture_webp",
+    "KHR_materials_pbrSpecularGlossiness",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_ior",
@@ -37,34 +43,46 @@ KNOWN_EXTENSIONS = {
     "KHR_materials_unlit",
 }
 MAX_NAME = 80  # characters of an extension's name in a message
-PLAIN = "export it as a plain, uncompressed .glb"
 Model = TypeVar("Model", bound=BaseModel)
 
 
 def read_glb(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
-    """Read a mesh with its embedded picture, which `texture` (h, w, 3) replaces. Raises BadInput."""
-    data = read_bytes(path)
-    if len(chunks := _all_chunks(path, data)) == 1:  # as open3d writes it
-        data = _file(*_embedded(path, chunks[0][1]))
-    header, binary = _chunks(path, data)
+    """Read a mesh with its picture, inside or beside it, which `texture` (h, w, 3) replaces. Raises BadInput."""
+    return _read(path, *_chunks(path, read_bytes(path)), texture)
+
+
+def read_gltf(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
+    """Read a mesh whose header is a file of its own, as `read_glb`. Raises BadInput."""
+    return _read(path, without_mark(read_bytes(path)), None, texture)
+
+
+def _read(path: Path, header: bytes, binary: bytes | None, texture: Bytes | None) -> SurfaceMesh:
+    header, binary = gathered(path, header, binary)
     layout = _layout(path, header, len(binary))
     changed = plain_attributes(path, header, binary, layout)
-    arrays = parse_mesh(path, data if changed is None else _file(*changed), "glb")
-    if texture is None and arrays.uv is not None:
-        texture = _picture(path, layout, binary)
+    arrays = parse_mesh(path, _file(*(changed or (header, binary))), "glb")
+    uv, found = arrays.uv, list[Finding]()
+    if texture is None and uv is not None:
+        texture, uv, found = _packed(path, layout, binary, arrays)
     kept, findings = kept_faces(arrays.bare, pictured=texture is not None)
-    uv = None if arrays.bare[kept].any() else arrays.uv
+    uv = None if arrays.bare[kept].any() else uv
     return checked_mesh(
-        path, arrays.vertices, arrays.faces[kept], uv=uv, texture=texture, colours=arrays.colours, findings=findings
+        path,
+        arrays.vertices,
+        arrays.faces[kept],
+        uv=uv,
+        texture=texture,
+        colours=arrays.colours,
+        findings=(*found, *findings),
     )
 
 
-def _chunks(path: Path, data: bytes) -> tuple[bytes, bytes]:
-    """The JSON and the binary chunk."""
+def _chunks(path: Path, data: bytes) -> tuple[bytes, bytes | None]:
+    """The JSON and the binary chunk, None where there is none."""
     chunks = _all_chunks(path, data)
-    if [kind for kind, _ in chunks[:2]] != [JSON_CHUNK, BINARY_CHUNK] or len(chunks[0][1]) > MAX_HEADER_BYTES:
+    if [kind for kind, _ in chunks[:2]] not in ([JSON_CHUNK, BINARY_CHUNK], [JSON_CHUNK]):
         raise BadInput(f"{path} is not made of a JSON header and a binary chunk", DAMAGED)
-    return chunks[0][1], chunks[1][1]
+    return chunks[0][1], chunks[1][1] if len(chunks) > 1 else None
 
 
 def _all_chunks(path: Path, data: bytes) -> list[tuple[bytes, bytes]]:
@@ -82,19 +100,6 @@ def _all_chunks(path: Path, data: bytes) -> list[tuple[bytes, bytes]]:
     if at != len(data):
         raise BadInput(f"{path} is not made of a JSON header and a binary chunk", DAMAGED)
     return chunks
-
-
-def _embedded(path: Path, header: bytes) -> tuple[bytes, bytes]:
-    """The header and the binary chunk of a file that has its one buffer as text in the header (a data URI)."""
-    try:
-        described = json.loads(header)
-        (buffer,) = described["buffers"]
-        kind, _, text = buffer.pop("uri").partition(",")
-        if not (kind.startswith("data:") and kind.endswith(";base64")):
-            raise ValueError(f"a buffer is {kind[:MAX_NAME]!r}")
-        return json.dumps(described).encode(), base64.b64decode(text, validate=True)
-    except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
-        raise BadInput(f"{path} holds no binary chunk, and no buffer in its header: {error}", PLAIN) from error
 
 
 def _file(header: bytes, binary: bytes) -> bytes:
@@ -135,18 +140,39 @@ def _check_reads(path: Path, layout: Layout, binary: int) -> None:
         raise BadInput(f"{path} reads the same bytes again and again", DAMAGED)
 
 
-def _picture(path: Path, layout: Layout, binary: bytes) -> Bytes | None:
-    uses = {material.shading.base.index for material in layout.materials if material.shading.base}
-    if len(uses) > 1:
-        raise BadInput(f"{path} uses {len(uses)} pictures, a scan has one", ONE_SHOT)
-    if not uses:
-        return None
-    try:
-        source = layout.textures[uses.pop()].source
-        view = None if source is None else layout.images[source].view
-        place = None if view is None else layout.views[view]
-    except IndexError as error:
-        raise BadInput(f"{path}: a material uses a picture that is not there", DAMAGED) from error
-    if place is None:
-        raise BadInput(f"{path} does not hold its picture", MISSING)
-    return decode_picture(binary[place.start : place.start + place.length], f"{path}: the picture inside")
+def _pictures(path: Path, layout: Layout, binary: bytes, used: Ints) -> dict[int, Bytes]:
+    """The picture of each of the used materials (k,) that has one; the same array where they have the same."""
+    images: dict[int, Bytes] = {}
+    found: dict[int, Bytes] = {}
+    for material in used:
+        base = layout.materials[material].shading.base if 0 <= material < len(layout.materials) else None
+        if base is None:
+            continue
+        try:
+            source = layout.textures[base.index].image
+            view = None if source is None else layout.images[source].view
+            place = None if view is None else layout.views[view]
+        except IndexError as error:
+            raise BadInput(f"{path}: a material uses a picture that is not there", DAMAGED) from error
+        if source is None or place is None:
+            raise BadInput(f"{path} does not hold its picture", MISSING)
+        if source not in images:
+            data = binary[place.start : place.start + place.length]
+            images[source] = decode_picture(data, f"{path}: the picture inside")
+        found[int(material)] = images[source]
+    return found
+
+
+def _packed(
+    path: Path, layout: Layout, binary: bytes, arrays: MeshArrays
+) -> tuple[Bytes | None, NDArray[np.float64] | None, list[Finding]]:
+    """The picture of a mesh, of several packed into one, its texture coordinates (n, 2) there, and findings."""
+    assert arrays.uv is not None
+    of_materials = _pictures(path, layout, binary, np.unique(arrays.materials))
+    pictures = list({id(picture): picture for picture in of_materials.values()}.values())
+    if len(pictures) < 2:
+        return (pictures[0] if pictures else None), arrays.uv, []
+    number = {material: [id(one) for one in pictures].index(id(picture)) for material, picture in of_materials.items()}
+    picture_of = np.array([number.get(int(material), 0) for material in range(int(arrays.materials.max()) + 1)])
+    texture, uv = pack(path, pictures, arrays.uv, picture_of[np.maximum(arrays.materials, 0)], arrays.faces)
+    return texture, uv, [Finding.of("pictures_packed", count=len(pictures))]

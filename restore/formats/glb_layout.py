@@ -43,10 +43,28 @@ class Image(BaseModel):
     view: int | None = Field(default=None, alias="bufferView", ge=0)
 
 
+class TextureSource(BaseModel):
+    """The picture of a texture in a format of its own."""
+
+    source: int | None = Field(default=None, ge=0)
+
+
+class TextureFormats(BaseModel):
+    """The formats of pictures that the reader knows besides PNG and JPEG."""
+
+    webp: TextureSource = Field(default=TextureSource(), alias="EXT_texture_webp")
+
+
 class Texture(BaseModel):
     """A use of a picture."""
 
     source: int | None = Field(default=None, ge=0)
+    extensions: TextureFormats = TextureFormats()
+
+    @property
+    def image(self) -> int | None:
+        """The number of its picture, of the plain format where it has both."""
+        return self.extensions.webp.source if self.source is None else self.source
 
 
 class TextureTransform(BaseModel):

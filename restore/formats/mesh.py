@@ -17,7 +17,7 @@ from restore.formats.picture import adjacent_picture
 from restore.formats.source import DAMAGED, MAX_SAMPLES, ONE_SHOT
 from restore.formats.tiles import in_first_tile
 from restore.mesh.adjacency import used_vertices
-from restore.scan import Bytes, Floats, Ints, SurfaceMesh
+from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
 from restore.units import MAX_COORDINATE_MM
 
 # Vertices of the largest range grid: six times MAX_SAMPLES, as STL repeats each sample for its triangles.
@@ -26,6 +26,7 @@ MAX_ITEMS = 6 * MAX_SAMPLES
 MAX_FACES = 3 * 2**20
 MAX_CORNERS = 256  # of a face; scanners write triangles and quads, editors no more than some dozens
 Numbers = NDArray[np.int32]  # of vertices or corners, half as large as Ints
+MOST_BROKEN = 0.5  # of the faces may have a vertex that is not a number
 MAX_TEXCOORD = 100.0  # tiles of a picture that repeats; UDIM has ten in a row, and files few rows
 
 
@@ -53,14 +54,16 @@ def checked_mesh(
 
     vertices (n, 3) mm, faces (m, 3), uv (n, 2) with the origin at the lower left of the texture, which may repeat,
     colours (n, 3) RGB.
+    Faces with a vertex that is not a number are left out, with a finding, as a hole.
     Without texture and colours, or with one colour alone, the picture beside the file is taken. A texture without uv is
-    kept: its place may follow from the scanner's geometry. uv without a texture mean nothing and are dropped. Raises
-    BadInput.
+    kept: its place may follow from the scanner's geometry. uv without a texture mean nothing and are dropped, with a
+    finding. Raises BadInput.
     """
     points: Floats = _columns(path, "vertices", vertices, 3).astype(np.float64, copy=False)
     corners: Ints = _columns(path, "faces", faces, 3).astype(np.int64, copy=False)
-    check_vertices(path, points)
+    check_counts(path, len(points), 0)
     _check_faces(path, corners, len(points))
+    corners, holes = _finite_faces(path, points, corners)
     collapsed = (corners[:, 0] == corners[:, 1]) | (corners[:, 1] == corners[:, 2]) | (corners[:, 2] == corners[:, 0])
     if collapsed.any():
         corners = corners[~collapsed]
@@ -70,13 +73,34 @@ def checked_mesh(
     if not used.all():
         corners = (np.cumsum(used) - 1)[corners]
         points, uv, colours = points[used], None if uv is None else uv[used], None if colours is None else colours[used]
+    check_vertices(path, points)
     if colours is not None and (colours == colours[0]).all():  # what programs write for want of colours
         colours = None
     if texture is None and colours is None:
         texture = adjacent_picture(path)
     texcoords = None if uv is None or texture is None else _texcoords(path, uv, texture, points, corners)
     facts = provenance(path)
-    return PaintedMesh(points, corners, texcoords, texture, facts, colours=colours, findings=tuple(findings))
+    unpainted = [Finding.of("no_picture")] if uv is not None and texture is None and colours is None else []
+    found = (*findings, *holes, *unpainted)
+    return PaintedMesh(points, corners, texcoords, texture, facts, colours=colours, findings=found)
+
+
+def _finite_faces(path: Path, vertices: Floats, faces: Ints) -> tuple[Ints, list[Finding]]:
+    """The faces (m, 3) whose vertices (n, 3) are all numbers, and a finding of those that are left out.
+
+    Raises BadInput where these are most.
+    """
+    broken = ~np.isfinite(vertices).all(axis=1)
+    if not broken.any():
+        return faces, []
+    lost: Mask = np.any(broken[faces], axis=1)
+    if lost.sum() > MOST_BROKEN * len(lost):
+        first = int(np.argmax(broken))
+        x, y, z = vertices[first]
+        raise BadInput(f"{path}: vertex {first} lies at ({x:g}, {y:g}, {z:g}) mm, and most faces have such", DAMAGED)
+    return faces[~lost], [
+        Finding.of("faces_not_finite", int(lost.sum()) / len(lost), count=int(lost.sum()))
+    ] if lost.any() else []
 
 
 def provenance(path: Path) -> dict[str, Any]:

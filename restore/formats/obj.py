@@ -12,16 +12,16 @@ import numpy as np
 from restore.errors import BadInput
 from restore.findings import Finding
 from restore.formats.bare_faces import kept_faces
-from restore.formats.mesh import check_vertices, checked_mesh, fan_triangles, split_seams, texture_uv
+from restore.formats.mesh import checked_mesh, fan_triangles, split_seams, texture_uv
 from restore.formats.obj_text import ObjText, parse_obj
+from restore.formats.packing import pack
 from restore.formats.picture import adjacent_picture, encode_png, read_picture
 from restore.formats.source import (
     CUT_SHORT,
     MISSING,
     ONE_SHOT,
-    is_file,
+    find_reference,
     read_bytes,
-    resolve_reference,
     with_newlines,
     without_mark,
 )
@@ -34,6 +34,10 @@ UNUSED_TAIL = 0.01  # of the vertices: the faces of a truncated file do not reac
 # Of the vertices: where the faces use fewer, though the last line has an end, more were lost than an editor deletes.
 LEAST_USED = 0.5
 UNMOVED = {b"-s": 1.0, b"-o": 0.0}  # scale and offset that leave the texture coordinates as they are
+MAPS = (b"map_kd", b"map_ka", b"map_ke")
+_COMMAS = re.compile(rb"^[ \t]*v[ \t]+[-+]?\d*,\d", re.MULTILINE)
+_NUMBERS = re.compile(rb"^[ \t]*v[tn]?[ \t].*$", re.MULTILINE)
+_FACES_AND_MATERIALS = re.compile(rb"^[ \t]*(?:f[ \t]|usemtl[ \t]+([^\n]*))", re.MULTILINE)
 _NUMBER = re.compile(rb"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 
 
@@ -42,27 +46,38 @@ def read_obj(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
 
     Raises BadInput.
     """
-    data = with_newlines(without_mark(read_bytes(path)))
+    data, commas = _with_points(with_newlines(without_mark(read_bytes(path))))
     text = parse_obj(path, data)
     starts = np.cumsum(text.sizes) - text.sizes
     faces, uv_faces = fan_triangles(text.corners, starts, text.sizes), fan_triangles(text.uvs, starts, text.sizes)
-    check_vertices(path, text.vertices)
     unused = _check_complete(path, data, text, faces)
     colours = _colours(text)
     bare: Mask = np.any(uv_faces < 0, axis=1)
-    if not bare.all():
-        texture = _picture(path, text) if texture is None else texture
-        texture = adjacent_picture(path) if texture is None and colours is None else texture
-    kept, findings = kept_faces(bare, pictured=texture is not None)
-    findings = (*unused, *findings)
+    pictures, of_faces, notes = list[Bytes](), np.zeros(len(faces), np.int64), list[Finding]()
+    if not bare.all() and texture is None:
+        pictures, of_faces, notes = _pictures(path, data, text)
+        if not pictures and colours is None and (beside := adjacent_picture(path)) is not None:
+            pictures = [beside]
+    elif texture is not None:
+        pictures = [texture]
+    kept, findings = kept_faces(bare, pictured=bool(pictures))
+    findings = (*commas, *unused, *notes, *findings)
+    texture = pictures[0] if pictures else None
     if bare[kept].any():
         return checked_mesh(path, text.vertices, faces, texture=texture, colours=colours, findings=findings)
-    take, take_uv, faces = split_seams(faces[kept], uv_faces[kept], len(text.uv))
+    uv_count = len(text.uv)
+    take, take_uv, faces = split_seams(
+        faces[kept], uv_faces[kept] + of_faces[kept, None] * uv_count, uv_count * max(len(pictures), 1)
+    )
+    uv = text.uv[take_uv % uv_count]
+    if len(pictures) > 1:
+        texture, uv = pack(path, pictures, uv, take_uv // uv_count, faces)
+        findings = (*findings, Finding.of("pictures_packed", count=len(pictures)))
     return checked_mesh(
         path,
         text.vertices[take],
         faces,
-        uv=text.uv[take_uv],
+        uv=uv,
         texture=texture,
         colours=None if colours is None or texture is not None else colours[take],
         findings=findings,
@@ -113,35 +128,78 @@ def _colours(text: ObjText) -> Bytes | None:
     return np.clip(np.rint(scale * text.colours), 0, 255).astype(np.uint8)
 
 
-def _picture(path: Path, text: ObjText) -> Bytes | None:
-    """The picture of the materials that the faces use, None when no material names one."""
+def _with_points(data: bytes) -> tuple[bytes, tuple[Finding, ...]]:
+    """The text with decimal points where its numbers have commas, and a finding then."""
+    if not _COMMAS.search(data):
+        return data, ()
+    return _NUMBERS.sub(lambda line: line[0].replace(b",", b"."), data), (Finding.of("decimal_commas"),)
+
+
+def _pictures(path: Path, data: bytes, text: ObjText) -> tuple[list[Bytes], Ints, list[Finding]]:
+    """The pictures of the materials that the faces use, none when no material names one; which of them each triangle
+    (m,) has; and findings."""
     if len(text.libraries) > MAX_LIBRARIES:
         raise BadInput(f"{path} uses {len(text.libraries)} material files, a scan has one", ONE_SHOT)
-    pictures: dict[bytes, tuple[bytes, str]] = {}
+    named: dict[bytes, tuple[bytes, str]] = {}
+    found, one = list[Finding](), np.zeros(int(np.maximum(text.sizes - 2, 0).sum()), np.int64)
     for library in text.libraries:
-        pictures |= _materials(path, file_name(library))
+        for name in _library_names(path, file_name(library)):
+            file = find_reference(path, name)
+            if file is None:
+                found.append(Finding.of("material_missing", name=repr(name)))
+            else:
+                named |= _materials(file, name)
     used = set(text.materials)
-    values = [value for material, value in pictures.items() if material in used or not used]
-    for value, _ in values:
+    values = {material: value for material, value in named.items() if material in used or not used}
+    if used and not values and len(set(named.values())) == 1:
+        values = dict.fromkeys(used, next(iter(named.values())))
+        found.append(Finding.of("material_lacking"))
+    for value, _ in values.values():
         _check_options(path, value)
-    names = {(picture_name(value), folder) for value, folder in values}
-    if len(names) > 1:
-        raise BadInput(f"{path} uses {len(names)} pictures, a scan has one", ONE_SHOT)
-    return _read(path, *names.pop()) if names else None
+    files = {material: _picture_file(path, picture_name(value), folder) for material, (value, folder) in values.items()}
+    distinct = sorted(set(files.values()))
+    pictures = [read_picture(file) for file in distinct]
+    if len(pictures) < 2:
+        return pictures, one, found
+    if not used:
+        raise BadInput(f"{path} has {len(pictures)} pictures, and no face names one", ONE_SHOT)
+    of_polygons = _picture_of_polygons(data, {name: distinct.index(file) for name, file in files.items()})
+    return pictures, np.repeat(of_polygons, np.maximum(text.sizes - 2, 0)), found
 
 
-def _materials(path: Path, name: str) -> dict[bytes, tuple[bytes, str]]:
-    """The options and the picture of each material of a material file that has one, with the folder of that file."""
-    file = resolve_reference(path, name)
-    if not is_file(file):
-        raise BadInput(f"{path}: its material file {name!r} is missing", MISSING)
-    pictures, material = {}, b""
+def _picture_of_polygons(data: bytes, pictures: dict[bytes, int]) -> Ints:
+    """(p,) the number of the picture of each face line, 0 before any material that has one."""
+    current, found = 0, []
+    for line in _FACES_AND_MATERIALS.finditer(data):
+        if line[1] is None:
+            found.append(current)
+        else:
+            current = pictures.get(line[1].strip(), current)
+    return np.array(found, np.int64)
+
+
+def _library_names(path: Path, name: str) -> list[str]:
+    """The material files that a line names: one, whose name may have blanks, or several."""
+    several = name.split()
+    if len(several) < 2 or find_reference(path, name) is not None:
+        return [name]
+    return several if any(find_reference(path, one) is not None for one in several) else [name]
+
+
+def _materials(file: Path, name: str) -> dict[bytes, tuple[bytes, str]]:
+    """The options and the picture of each material of a material file that has one, with the folder of that file.
+
+    The picture of the diffuse colour goes before that of the ambient, and that before the emissive one.
+    """
+    found: dict[bytes, dict[bytes, bytes]] = {}
+    material = b""
     for key, value in _settings(read_bytes(file, MAX_MATERIAL_BYTES)):
         if key == b"newmtl":
             material = value
-        elif key == b"map_kd":
-            pictures[material] = value, str(PurePosixPath(name).parent)
-    return pictures
+        elif key in MAPS:
+            found.setdefault(material, {})[key] = value
+    folder = str(PurePosixPath(name.replace("\\", "/")).parent)
+    return {of: (maps[next(key for key in MAPS if key in maps)], folder) for of, maps in found.items()}
 
 
 def _settings(text: bytes) -> Iterator[tuple[bytes, bytes]]:
@@ -186,10 +244,10 @@ def _is_argument(word: bytes) -> bool:
     return word in (b"", b"on", b"off") or not word.strip(b"-+.0123456789eE")
 
 
-def _read(path: Path, name: str, folder: str) -> Bytes:
-    """The picture of a name beside the mesh, or else in the folder of the material file."""
-    places = (resolve_reference(path, place) for place in (name, f"{folder}/{name}"))
-    file = next(filter(is_file, places), None)
+def _picture_file(path: Path, name: str, folder: str) -> Path:
+    """The file of a picture's name beside the mesh, or else in the folder of the material file."""
+    places = (find_reference(path, place) for place in (name, f"{folder}/{name}"))
+    file = next((place for place in places if place is not None), None)
     if file is None:
         raise BadInput(f"{path}: its picture {name!r} is missing", MISSING)
-    return read_picture(file)
+    return file.resolve()

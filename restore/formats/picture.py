@@ -24,9 +24,9 @@ BAND_ROWS = 256
 # Runs of one byte only: a fifth of the default's time for no more bytes, measured on pages of text and on the scanner's
 # pictures. Pixels are like those beside them, not like those further away.
 STRATEGY = zlib.Z_RLE
-KINDS = ("PNG", "PPM", "JPEG", "TIFF", "BMP")
+KINDS = ("PNG", "PPM", "JPEG", "TIFF", "BMP", "WEBP")
 # In the order of preference when several lie beside a scan: lossless first.
-SUFFIXES = (".png", ".ppm", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg")
+SUFFIXES = (".png", ".ppm", ".tif", ".tiff", ".bmp", ".jpg", ".jpeg", ".webp")
 
 # TIFF 6.0, section 8: numbers of the tags, and their values where white is 0 and where every colour is stored apart.
 BITS, PHOTOMETRIC, PLANES, SAMPLE_FORMAT = 258, 262, 284, 339

@@ -14,9 +14,10 @@ from restore.formats.bare_faces import kept_faces
 from restore.formats.grid import check_grid, grid_polygons
 from restore.formats.mesh import check_polygons, checked_mesh, colours_from, fan_triangles, split_seams, texture_uv
 from restore.formats.obj import file_name
+from restore.formats.packing import MAX_PICTURES, pack
 from restore.formats.picture import encode_png, read_picture
 from restore.formats.ply_data import PlyData, parse_ply
-from restore.formats.source import DAMAGED, MISSING, ONE_SHOT, is_file, read_bytes, resolve_reference
+from restore.formats.source import DAMAGED, MISSING, ONE_SHOT, find_reference, read_bytes
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
 
 # Names that are in use.
@@ -36,12 +37,16 @@ def read_ply(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     vertices = _columns(columns, "xyz")
     if vertices is None:
         raise BadInput(f"{path} has no vertices with x, y and z", DAMAGED)
-    faces, uv_faces, uv = _faces(path, content)
+    faces, uv_faces, uv, of_faces = _faces(path, content)
     if uv is None:
         uv = next((found for names in TEXCOORDS if (found := _columns(columns, names)) is not None), None)
-    colours = _colours(content)
+    colours = _colours(content, "vertex")
+    if colours is None:
+        colours = _colours_of_faces(content, len(vertices))
+    pictures = [] if texture is None else [texture]
     if texture is None and uv is not None:
-        texture = _picture(path, content.header.comments)
+        pictures = _pictures(path, content.header.comments)
+        texture = pictures[0] if pictures else None
     findings: tuple[Finding, ...] = ()
     if uv_faces is not None and uv is not None:
         bare: Mask = np.any(uv_faces < 0, axis=1)
@@ -49,8 +54,14 @@ def read_ply(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
         if bare[kept].any():
             uv = None
         else:
-            take, take_uv, faces = split_seams(faces[kept], uv_faces[kept], len(uv))
-            vertices, uv, colours = vertices[take], uv[take_uv], None if colours is None else colours[take]
+            count = len(uv)
+            several = len(pictures) > 1
+            chosen = np.clip(of_faces[kept, None], 0, len(pictures) - 1) * count if several else 0
+            take, take_uv, faces = split_seams(faces[kept], uv_faces[kept] + chosen, count * max(len(pictures), 1))
+            vertices, uv, colours = vertices[take], uv[take_uv % count], None if colours is None else colours[take]
+            if several:
+                texture, uv = pack(path, pictures, uv, take_uv // count, faces)
+                findings = (*findings, Finding.of("pictures_packed", count=len(pictures)))
     return checked_mesh(path, vertices, faces, uv=uv, texture=texture, colours=colours, findings=findings)
 
 
@@ -79,12 +90,10 @@ def _columns(columns: dict[str, NDArray[Any]], names: str | tuple[str, ...]) -> 
         return np.column_stack([columns[name].astype(np.float64, copy=False) for name in names])
 
 
-def _colours(content: PlyData) -> Bytes | None:
-    """The colours (n, 3) of the vertices, under any name that is in use, and of the type that the header says."""
-    columns = content.columns["vertex"]
-    kinds = {
-        p.name: p.kind for element in content.header.elements if element.name == "vertex" for p in element.properties
-    }
+def _colours(content: PlyData, of: str) -> Bytes | None:
+    """The colours (n, 3) of the elements of a name, under any name that is in use, of the type that the header says."""
+    columns = content.columns.get(of, {})
+    kinds = {p.name: p.kind for element in content.header.elements if element.name == of for p in element.properties}
     for names in COLOURS:
         if all(name in columns for name in names) and len(columns[names[0]]):
             with np.errstate(invalid="ignore"):  # of a NaN that signals, or a text of other numbers than its header
@@ -92,29 +101,67 @@ def _colours(content: PlyData) -> Bytes | None:
     return None
 
 
-def _faces(path: Path, content: PlyData) -> tuple[Ints, Ints | None, Floats | None]:
+def _colours_of_faces(content: PlyData, count: int) -> Bytes | None:
+    """The mean colours (count, 3) of the faces round each vertex, where the file gives a colour to each face."""
+    colours = _colours(content, "face")
+    corners = next(
+        (lists[name] for lists in [content.lists.get("face", {})] for name in CORNERS if name in lists), None
+    )
+    if colours is None or corners is None or not len(corners.values):
+        return None
+    vertex, spread = corners.values.astype(np.int64), np.repeat(colours, corners.sizes, axis=0).astype(np.float64)
+    if vertex.min() < 0 or vertex.max() >= count:
+        return None
+    share = 1.0 / np.maximum(np.bincount(vertex, minlength=count), 1)
+    means = [np.bincount(vertex, channel, count) * share for channel in spread.T]
+    return np.rint(np.stack(means, axis=1)).astype(np.uint8)
+
+
+def _strips(path: Path, content: PlyData) -> Ints | None:
+    """Triangles (m, 3) of strips, as the Stanford repository and MeshLab write them; −1 parts one from the next."""
+    lists = content.lists.get("tristrips", {})
+    found = next((lists[name] for name in CORNERS if name in lists), None)
+    if found is None:
+        return None
+    parted = np.full(len(found.values) + len(found.sizes), -1)
+    parted[np.arange(len(found.values)) + np.repeat(np.arange(len(found.sizes)), found.sizes)] = found.values
+    _check_indices(path, parted[parted != -1], len(content.columns["vertex"]["x"]))
+    places = np.arange(len(parted))
+    begin = np.maximum.accumulate(np.where(parted < 0, places + 1, 0))
+    corners = np.stack([parted[:-2], parted[1:-1], parted[2:]], axis=1)
+    whole = (corners >= 0).all(axis=1)
+    odd = ((places - begin)[:-2] % 2 == 1)[:, None]
+    return np.where(odd, corners[:, [1, 0, 2]], corners)[whole].astype(np.int64)
+
+
+def _faces(path: Path, content: PlyData) -> tuple[Ints, Ints | None, Floats | None, Ints]:
     """Triangles (m, 3); with texture coordinates of corners also their numbers (m, 3) and the coordinates (t, 2).
 
-    The numbers are −1 for a face whose list is empty.
+    The numbers are −1 for a face whose list is empty. The last is the number of the picture of each triangle.
     """
     lists = content.lists.get("face", {})
     corners = next((lists[name] for name in CORNERS if name in lists), None)
+    none = np.empty(0, np.int64)
     if corners is None:
-        return _range_grid(path, content), None, None
+        strips = _strips(path, content)
+        return _range_grid(path, content) if strips is None else strips, None, None, none
     check_polygons(path, corners.sizes)
     _check_indices(path, corners.values, len(content.columns["vertex"]["x"]))
     faces = fan_triangles(corners.values, corners.starts, corners.sizes)
     pairs = lists.get("texcoord")
     if pairs is None or not len(faces) or not len(pairs.values):
-        return faces, None, None
+        return faces, None, None, none
     textured = pairs.sizes > 0
     if (pairs.sizes != 2 * corners.sizes)[textured].any():
-        return faces, None, None
+        return faces, None, None, none
+    picture = content.columns.get("face", {}).get("texnumber", np.zeros(len(corners.sizes)))
+    of_faces = np.repeat(np.nan_to_num(picture.astype(np.float64)), np.maximum(corners.sizes - 2, 0)).astype(np.int64)
     coordinates = np.ascontiguousarray(pairs.values, np.float64).view(np.complex128)  # each compared as one number
     uv, number = np.unique(coordinates, return_inverse=True)
     numbers = np.full(len(corners.values), -1)
     numbers[np.repeat(textured, corners.sizes)] = number
-    return faces, fan_triangles(numbers, corners.starts, corners.sizes), uv.view(np.float64).reshape(-1, 2)
+    of_corners = fan_triangles(numbers, corners.starts, corners.sizes)
+    return faces, of_corners, uv.view(np.float64).reshape(-1, 2), of_faces
 
 
 def _range_grid(path: Path, content: PlyData) -> Ints:
@@ -151,14 +198,21 @@ def _check_indices(path: Path, indices: NDArray[Any], count: int) -> None:
         raise BadInput(f"{path}: a face uses vertex {indices[np.argmax(wrong)]:g} of {count}", DAMAGED)
 
 
-def _picture(path: Path, comments: tuple[bytes, ...]) -> Bytes | None:
+def _pictures(path: Path, comments: tuple[bytes, ...]) -> list[Bytes]:
+    """The pictures that the file names, in the order of their numbers."""
     texture_files = (comment.partition(b" ") for comment in comments)
-    names = {file_name(name.strip()) for key, _, name in texture_files if key.lower() == PICTURE}
-    if len(names) > 1:
-        raise BadInput(f"{path} uses {len(names)} pictures, a scan has one", ONE_SHOT)
-    if not names:
-        return None
-    file = resolve_reference(path, name := names.pop())
-    if not is_file(file):
-        raise BadInput(f"{path}: its picture {name!r} is missing", MISSING)
-    return read_picture(file)
+    names = [file_name(name.strip()) for key, _, name in texture_files if key.lower() == PICTURE]
+    if len(names) > MAX_PICTURES:
+        raise BadInput(f"{path} names {len(names)} pictures, a scan has one or some", ONE_SHOT)
+    found = []
+    for name in names:
+        file = find_reference(path, own_name(path, name))
+        if file is None:
+            raise BadInput(f"{path}: its picture {name!r} is missing", MISSING)
+        found.append(read_picture(file))
+    return found
+
+
+def own_name(path: Path, name: str) -> str:
+    """The name of a picture, in which <this> stands for the name of the file itself."""
+    return name.replace("<this>", path.stem)

@@ -168,13 +168,13 @@ def _element(
         record = np.dtype([(p.name, p.kind) for p in element.properties])
         table = np.frombuffer(content, record, element.count, at) if least else np.empty(0, record)
         return {name: table[name] for name in names}, {}, at + element.count * least
-    return {}, *_lists(path, content, at, element, promised)
+    return _lists(path, content, at, element, promised)
 
 
 def _lists(
     path: Path, content: NDArray[np.uint8], at: int, element: Element, promised: int
-) -> tuple[dict[str, Lists], int]:
-    """The lists of an element, and where it ends. Its other numbers are left out."""
+) -> tuple[dict[str, NDArray[Any]], dict[str, Lists], int]:
+    """The numbers and the lists of an element that has lists, and where it ends."""
     sizes = np.array([np.dtype(p.kind).itemsize for p in element.properties])
     length_kinds = [p.length_kind for p in element.properties]
     lengths = np.array([0 if kind is None else np.dtype(kind).itemsize for kind in length_kinds])
@@ -190,7 +190,25 @@ def _lists(
         values = np.empty(int(lasts.sum(dtype=np.int64)) * width, np.uint8)
         gather(content, begins, lasts, width, values)
         found[p.name] = Lists(values.view(p.kind), np.cumsum(lasts, dtype=np.int32) - lasts, lasts)
-    return found, end
+    return _between_lists(content, element, starts, counts), found, end
+
+
+def _between_lists(
+    content: NDArray[np.uint8], element: Element, starts: Numbers, counts: Numbers
+) -> dict[str, NDArray[Any]]:
+    """The numbers (n,) of an element that stand before, between and behind its lists, which begin at starts (l, n)."""
+    sizes = [np.dtype(p.kind).itemsize for p in element.properties]
+    first = next(k for k, p in enumerate(element.properties) if p.length_kind)
+    before = sum(sizes[:first]) + np.dtype(element.properties[first].length_kind).itemsize
+    at, lists, found = starts[0].astype(np.int64) - before, 0, {}
+    for p, size in zip(element.properties, sizes, strict=True):
+        if p.length_kind:
+            at = starts[lists].astype(np.int64) + counts[lists].astype(np.int64) * size
+            lists += 1
+            continue
+        found[p.name] = content[at[:, None] + np.arange(size)].reshape(-1).view(p.kind)
+        at = at + size
+    return found
 
 
 def _cut(path: Path, promised: int) -> BadInput:

@@ -8,12 +8,13 @@ from pathlib import Path
 
 from restore.errors import BadInput
 from restore.formats.obj import picture_name
-from restore.formats.source import is_file, read_bytes, resolve_reference, with_newlines, without_mark
+from restore.formats.ply import own_name
+from restore.formats.source import find_reference, is_file, read_bytes, with_newlines, without_mark
 from restore.runtime.arguments import checks_types
 
 # By the end of a file's name: where the name of another file stands in it.
 _REFERENCES = {
-    ".mtl": re.compile(rb"^[ \t]*map_Kd[ \t]+([^\r\n]*)", re.MULTILINE | re.IGNORECASE),
+    ".mtl": re.compile(rb"^[ \t]*map_(?:Kd|Ka|Ke)[ \t]+([^\r\n]*)", re.MULTILINE | re.IGNORECASE),
     ".obj": re.compile(rb"^[ \t]*mtllib[ \t]+([^\r\n]*)", re.MULTILINE),
     ".ply": re.compile(rb"^comment[ \t]+TextureFile[ \t]+([^\r\n]*)", re.MULTILINE | re.IGNORECASE),
     ".wrl": re.compile(rb'\bfilename\s+"([^"]*)"'),
@@ -40,8 +41,9 @@ def _referred_by(path: Path, base: Path) -> Iterator[Path]:
     pattern = _REFERENCES.get(path.suffix.lower())
     for match in pattern.finditer(with_newlines(without_mark(read_bytes(path)))) if pattern and is_file(path) else ():
         try:
-            file = resolve_reference(base, picture_name(match[1].strip()))
+            name = own_name(base, picture_name(match[1].strip()))
+            several = name.split()
+            files = [find_reference(base, name), *(find_reference(base, one) for one in several if len(several) > 1)]
         except BadInput:
             continue  # the reader tells what is wrong with it
-        if is_file(file):
-            yield file
+        yield from (file.resolve() for file in files if file is not None)

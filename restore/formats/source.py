@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import errno
 import re
+import unicodedata
 import warnings
 from pathlib import Path
 
@@ -105,6 +106,49 @@ def resolve_reference(path: Path, name: str) -> Path:
     if not inside:
         raise BadInput(f"{path} refers to {name!r} outside its own folder", MISSING)
     return target
+
+
+def find_reference(path: Path, name: str) -> Path | None:
+    """The file that `path` refers to by `name`, None where there is none.
+
+    A name may differ from the file's in case or in how its letters are composed. One of another computer's folder, or
+    of one outside, is looked for beside the scan: only files inside its own folder are ever opened.
+    Raises BadInput for one outside that is not there either.
+    """
+    try:
+        file = resolve_reference(path, name)
+    except BadInput:
+        if len(name) > MAX_NAME:
+            raise
+        outside = True
+    else:
+        if is_file(file):
+            return file
+        outside = False
+    folder, words = (
+        path.parent.resolve(),
+        [word for word in name.replace("\\", "/").split("/") if word not in (".", "")],
+    )
+    for parts in (words, words[-1:]):
+        found: Path | None = folder
+        for part in parts:
+            found = None if found is None or part == ".." else _alike(found, part)
+        if found is not None and is_file(found) and found.resolve().is_relative_to(folder):
+            return found
+    if outside:
+        resolve_reference(path, name)  # raises what is wrong with it
+    return None
+
+
+def _alike(folder: Path, name: str) -> Path | None:
+    """The entry of a folder whose name differs at most in case and composition."""
+    wanted = unicodedata.normalize("NFC", name).casefold()
+    try:
+        names = sorted(entry.name for entry in folder.iterdir())
+    except (OSError, ValueError):
+        return None
+    found = [one for one in names if unicodedata.normalize("NFC", one).casefold() == wanted]
+    return folder / (name if name in found else found[0]) if found else None
 
 
 def parse_numbers(text: bytes, path: Path, what: str) -> Floats:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from restore.errors import BadInput
 from restore.findings import Finding
-from restore.formats.mesh import check_counts, check_vertices, checked_mesh
+from restore.formats.mesh import check_counts, checked_mesh
 from restore.formats.source import CUT_SHORT, DAMAGED, parse_numbers, read_bytes, with_newlines, without_mark
 from restore.scan import Bytes, Floats, SurfaceMesh
 
@@ -35,7 +35,6 @@ def read_stl(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
     """
     data = read_bytes(path)
     corners, found = _text_corners(path, data) if _is_text(data) else _binary_corners(path, data)
-    check_vertices(path, corners)
     vertices, number = _join(corners)
     return checked_mesh(path, vertices, number.reshape(-1, 3), texture=texture, findings=found)
 

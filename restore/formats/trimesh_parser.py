@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from restore.errors import BadInput
 from restore.formats.mesh import MAX_ITEMS, colours_from
 from restore.formats.source import DAMAGED, ONE_SHOT
-from restore.scan import Bytes, Mask
+from restore.scan import Bytes, Ints, Mask
 
 # A full 640 × 480 shot has 1.5 million lines with normals and texture coordinates. A parser takes 100 bytes a line, be
 # it empty.
@@ -33,6 +33,7 @@ class MeshArrays:
     """One mesh as trimesh gives it, its values not checked yet: (n, 3), (m, 3), (n, 2) or None, (n, 3) or None.
 
     bare  (m,) True for the faces of parts without texture coordinates, whose uv are 0.
+    materials  (n,) the number that is the name of each vertex's material, −1 where that is none.
     """
 
     vertices: NDArray[np.float64]
@@ -40,6 +41,7 @@ class MeshArrays:
     uv: NDArray[np.float64] | None
     colours: Bytes | None
     bare: Mask
+    materials: Ints
 
 
 class NoFileResolver:
@@ -113,6 +115,7 @@ def _concatenate(path: Path, pieces: list[tuple[NDArray[np.float64], Any]]) -> M
         _concatenate_uv(pieces),
         _concatenate_attribute(pieces, _colours),
         np.concatenate([np.full(len(mesh.faces), not _has_uv(vertices, mesh)) for vertices, mesh in pieces]),
+        np.concatenate([np.full(len(vertices), _material(mesh)) for vertices, mesh in pieces]),
     )
 
 
@@ -139,6 +142,11 @@ def _concatenate_attribute(pieces: list[Any], attribute: Callable[[Any], Any]) -
 
 def _uv(mesh: Any) -> Any:
     return getattr(mesh.visual, "uv", None)
+
+
+def _material(mesh: Any) -> int:
+    name = str(getattr(getattr(mesh.visual, "material", None), "name", ""))
+    return int(name) if name.isdigit() and len(name) < 6 else -1
 
 
 def _colours(mesh: Any) -> Any:

@@ -20,7 +20,7 @@ ASSUMED_VOXEL = "10um"  # between the 3 and 25 µm of the scrolls that have been
 MAX_UNIT_MM = 1e4
 AUTO = "auto"
 _EDGE = re.compile(r"([0-9]+(?:\.[0-9]+)?|\.[0-9]+) ?([a-zµ]+)", re.ASCII | re.IGNORECASE)
-STANDARD = {".glb": "m"}  # glTF 2.0, section 3.4 "Coordinate System and Units"
+STANDARD = {".glb": "m", ".gltf": "m"}  # glTF 2.0, section 3.4 "Coordinate System and Units"
 
 
 @checks_types

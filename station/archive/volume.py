@@ -41,6 +41,7 @@ MEDIA_TYPES = {
     ".mtl": "model/mtl",
     ".ply": "model/ply",
     ".glb": "model/gltf-binary",
+    ".gltf": "model/gltf+json",
     ".stl": "model/stl",
     ".npz": "application/zip",
     ".gz": "application/gzip",

@@ -81,8 +81,8 @@ def restore(
         Path,
         typer.Argument(
             metavar="SCAN",
-            help="A scan: .abs[.gz], .obj, .ply, .stl, .glb, .wrl, .vvd, a scan folder or one of captured patterns; "
-            "a segment: .vcps or tifxyz.",
+            help="A scan: .abs[.gz], .obj, .ply, .stl, .glb, .gltf, .wrl, .vvd, a scan folder or one of captured "
+            "patterns; a segment: .vcps or tifxyz.",
         ),
     ],
     output: Out,
