@@ -52,7 +52,7 @@ def read_glb(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
 
 
 def read_gltf(path: Path, texture: Bytes | None = None) -> SurfaceMesh:
-    """Read a mesh whose header is a file of its own, as `read_glb`. Raises BadInput."""
+    """Read a mesh whose header is a separate file, as `read_glb`; `texture` (h, w, 3). Raises BadInput."""
     return _read(path, without_mark(read_bytes(path)), None, texture)
 
 

@@ -90,7 +90,7 @@ def _finite_faces(path: Path, vertices: Floats, faces: Ints) -> tuple[Ints, list
 
     Raises BadInput where these are most.
     """
-    broken = ~np.isfinite(vertices).all(axis=1)
+    broken: Mask = ~np.all(np.isfinite(vertices), axis=1)
     if not broken.any():
         return faces, []
     lost: Mask = np.any(broken[faces], axis=1)

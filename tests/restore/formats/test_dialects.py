@@ -42,7 +42,7 @@ def obj(tmp_path):
 
 
 def said(mesh):
-    return " ".join(mesh.provenance.get("warnings", []))
+    return " ".join(one.text for one in mesh.findings)
 
 
 def test_two_spellings_of_one_picture_are_one(obj):

@@ -161,7 +161,7 @@ def test_a_mesh_of_any_other_thing_stays_a_mesh(tmp_path):
 def test_nothing_is_fetched_from_the_net(mesh, tmp_path, monkeypatch):
     monkeypatch.setattr(socket, "socket", None)
     write_obj(mesh(), tmp_path / "a.obj")
-    (tmp_path / "a.mtl").write_text("newmtl page\nmap_Kd http://localhost/a.png\n")
+    (tmp_path / "a.mtl").write_text("newmtl page\nmap_Kd http://localhost/b.png\n")
     with pytest.raises(BadInput, match="outside its own folder"):
         load_scan(tmp_path / "a.obj")
 
