@@ -23,7 +23,7 @@ from restore import save_scan
 from station.batch.page import TaskDone, restore_task
 from station.batch.plan import plan_folder
 from station.batch.run_tasks import run
-from station.run.options import Options
+from station.run.options import RunOptions
 from station.workers.executors import local_workers
 from station.workers.process import Limits
 
@@ -80,7 +80,7 @@ def make_scans(folder: Path, count: int) -> None:
 def measure(folder: Path, out: Path, workers: int) -> Measured:
     """Restore all scans of a folder on so many workers."""
     start, before = time.perf_counter(), resource.getrusage(resource.RUSAGE_CHILDREN)
-    plan = plan_folder(folder, out, Options())
+    plan = plan_folder(folder, out, RunOptions())
     planned = time.perf_counter() - start
     results: list[TaskDone] = []
     with local_workers(workers, Limits()) as places:
@@ -90,7 +90,7 @@ def measure(folder: Path, out: Path, workers: int) -> Measured:
         wall = time.perf_counter() - start
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     start = time.perf_counter()
-    assert not plan_folder(folder, out, Options()).tasks
+    assert not plan_folder(folder, out, RunOptions()).tasks
     return Measured(
         wall,
         after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime,

@@ -28,12 +28,12 @@ import numpy as np
 
 from drivers.simulated.scene.sheets import Curl
 from oracles.exact import exact_sheet
-from restore import SurfaceMesh
+from restore import Settings, SurfaceMesh
 from restore.formats import write_obj, write_ply
 from station.intake.loop import Pace, Watch
 from station.intake.presets import Presets
 from station.run.one_page import Destination, restore_file
-from station.run.options import Options
+from station.run.options import RunOptions
 
 ARRIVALS, INTERRUPTIONS, SEED = 200, 5, 1
 PACE = Pace(poll_s=0.2, settle_s=2.0, pair_s=8.0)
@@ -41,7 +41,7 @@ GROWTH_S, PIECES = 3.0, 12  # of a file that grows: each piece comes well before
 LATER_S = PACE.settle_s + 3.0  # when the watch has taken a first half for the whole
 BETWEEN_S = 0.15  # from one arrival to the next
 MESH_POINTS, TEXTURE = 150, (60, 80, 3)
-QUICK = Options({"points": 100, "dpi": 40})
+QUICK = RunOptions(Settings(points=100, dpi=40))
 
 Action = Callable[[], object]
 Steps = Iterator[tuple[float, Action]]
@@ -198,9 +198,7 @@ class Rig:
 
         The kernels are compiled before: otherwise everything has arrived by then.
         """
-        restore_file(
-            next((self.root / "made").glob("*.obj")), Destination(self.root / "first"), settings=QUICK.build("")
-        )
+        restore_file(next((self.root / "made").glob("*.obj")), Destination(self.root / "first"), QUICK)
         courier = threading.Thread(target=self.deliver)
         courier.start()
         while courier.is_alive():

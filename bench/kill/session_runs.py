@@ -21,7 +21,7 @@ from station.archive.deliver import Format, deliver
 from station.archive.from_session import volume_of
 from station.batch.runner import REPORT, run_batch
 from station.batch.sessions import SessionDone, SessionTask
-from station.run.options import Options
+from station.run.options import RunOptions
 from station.session import Volume, Writer, add_scan, create_session, decide, open_session, read_session, redo, undo
 from station.session import record_run as record
 from station.session.adding import add_original
@@ -165,7 +165,9 @@ def _batch(folder: Path, acknowledge: Acknowledge) -> None:
         return future
 
     workers = nullcontext(Workers(submit, lambda: 1, lambda: 1))
-    run_batch([folder / VOLUME], folder / RESULTS, Options(), workers, lambda _event: acknowledge(), now=lambda: NOON)
+    run_batch(
+        [folder / VOLUME], folder / RESULTS, RunOptions(), workers, lambda _event: acknowledge(), now=lambda: NOON
+    )
 
 
 def _check_batch(folder: Path, _acknowledged: int) -> str:

@@ -12,7 +12,7 @@ from station.batch.progress import Done, Event, Pace, Show
 from station.batch.run_tasks import run
 from station.errors import UsageError
 from station.intake.folders import batch_instead, check_folders
-from station.run.options import Options
+from station.run.options import RunOptions
 from station.storage.folder_lock import recover
 from station.verdict.thresholds import Thresholds
 from station.workers.executors import Workers
@@ -26,7 +26,7 @@ class FolderBatch:
     folder cannot be read.
     """
 
-    def __init__(self, folders: Sequence[Path], output: Path, options: Options, limits: Thresholds) -> None:
+    def __init__(self, folders: Sequence[Path], output: Path, options: RunOptions, limits: Thresholds) -> None:
         self._limits = limits
         self._plans = [plan_folder(folder, out, options) for folder, out in _places(folders, output).items()]
 

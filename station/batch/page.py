@@ -14,7 +14,7 @@ from station.errors import FolderInUse, OverwriteError
 from station.intake.arrival import Arrival, Changed
 from station.intake.once import Restore, Settled, restore_once
 from station.run.one_page import restore_file
-from station.run.options import Options
+from station.run.options import RunOptions
 from station.run.peak_memory import peak_memory_mib
 from station.verdict.measures import measured
 
@@ -30,7 +30,7 @@ class Task:
 
     arrivals: tuple[Arrival, ...]
     out: Path
-    options: Options
+    options: RunOptions
 
     @property
     def size(self) -> int:

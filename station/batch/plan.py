@@ -15,7 +15,7 @@ from station.intake.arrival import BLOCK, Arrival
 from station.intake.companions import Pairing, is_scan
 from station.intake.listing import Listing, list_files
 from station.intake.presets import Presets
-from station.run.options import Options
+from station.run.options import RunOptions
 
 SCAN_FOLDER = {"scan.json", "points.npz"}  # the files that every scan folder of Planish's own has
 
@@ -36,7 +36,7 @@ class Plan:
     sessions: tuple[Path, ...] = ()
 
 
-def plan_folder(folder: Path, out: Path, base: Options) -> Plan:
+def plan_folder(folder: Path, out: Path, base: RunOptions) -> Plan:
     """The plan for a folder of scans and its sub-folders.
 
     Raises OSError when the folder cannot be read, UsageError for a preset with a mistake.

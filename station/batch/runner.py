@@ -15,7 +15,7 @@ from station.batch.report import encode_report
 from station.batch.sessions import SessionBatch
 from station.errors import UsageError
 from station.intake import records
-from station.run.options import Options
+from station.run.options import RunOptions
 from station.session import open_session
 from station.storage.atomic import lock_output_folder, write_all
 from station.storage.session_folder import is_session, refuse_session
@@ -37,7 +37,7 @@ class Part(Protocol):
 def run_batch(
     sources: Sequence[Path],
     output: Path,
-    options: Options,
+    options: RunOptions,
     workers: AbstractContextManager[Workers],
     show: Show,
     *,

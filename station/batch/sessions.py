@@ -19,7 +19,7 @@ from station.batch.progress import Done, Event, Pace, Show
 from station.batch.run_tasks import run
 from station.errors import StationError, explain
 from station.intake.once import is_range_image
-from station.run.options import AUTO, Options
+from station.run.options import AUTO, RunOptions
 from station.run.peak_memory import peak_memory_mib
 from station.session import Event as SessionEvent
 from station.session import Page, Session, Writer, record_run, scan_path
@@ -87,7 +87,7 @@ class SessionBatch:
     options: those that are given win over the session's preset.
     """
 
-    def __init__(self, writers: Mapping[str, Writer], options: Options) -> None:
+    def __init__(self, writers: Mapping[str, Writer], options: RunOptions) -> None:
         self._writers, self._options = writers, options
 
     def run(self, workers: Workers, show: Show, *, work: Work[SessionDone] = restore_session_page) -> None:
@@ -117,7 +117,7 @@ class SessionBatch:
         return Event("restored", name, f"{level}, {writer.session.path(event, PAGE)}", batch)
 
 
-def plan_session(name: str, writer: Writer, options: Options) -> Iterator[SessionTask]:
+def plan_session(name: str, writer: Writer, options: RunOptions) -> Iterator[SessionTask]:
     """The pages of a session that have a scan and no restoration of it."""
     session = writer.session
     preset = _preset(preset_of(session), options)
@@ -132,9 +132,9 @@ def plan_session(name: str, writer: Writer, options: Options) -> Iterator[Sessio
         yield SessionTask(name, page.number, source, parameters, writer.staging(f"batch-{page.number:04}"), size)
 
 
-def _preset(preset: Preset, options: Options) -> Preset:
+def _preset(preset: Preset, options: RunOptions) -> Preset:
     """The preset with the options that were given on the command line."""
-    settings = {**preset.settings, **options.settings}
+    settings = {**preset.settings, **options.settings.model_dump(exclude_unset=True)}
     return preset.model_copy(
         update={"settings": settings, "outputs": tuple(sorted({*preset.outputs, *options.outputs}))}
     )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from station.commands.options import MOST_S, Debug, Kinds, Out, Restoration, Unit, colours_of, grouped
+from station.commands.options import MOST_S, Debug, Kinds, Out, Restoration, Unit, grouped, run_options
 from station.commands.terminal import print_result, report_faults
 from station.errors import UsageError
 
@@ -64,10 +64,7 @@ def batch(
 ) -> None:
     """Restore all scans of folders and sessions with several workers; started again, it goes on where it was."""
     with report_faults(debug=debug):
-        from restore import Settings
         from station.batch.runner import run_batch
-        from station.config import build_model
-        from station.run.options import Options
         from station.session.presets import load_preset
         from station.workers.executors import cluster_workers, local_workers
         from station.workers.process import Limits
@@ -76,8 +73,7 @@ def batch(
             raise UsageError("--workers is the cluster's business", "leave --workers out with --scheduler")
         if memory is not None and 0 < memory < LEAST_MIB:
             raise UsageError(f"--memory: in {memory} MiB no page is restored", f"give {LEAST_MIB} or more, or 0")
-        options = Options(chosen.given, kinds.wanted, kinds.language, **colours_of(kinds, chosen), unit=unit)
-        build_model(Settings, chosen.given, name=chosen.option, hint="see planish batch --help")
+        options = run_options("batch", kinds, chosen, unit=unit)
         limits = load_preset(judge_as).thresholds
         count = workers or len(os.sched_getaffinity(0))
         if memory is None and scheduler is None:

@@ -33,17 +33,17 @@ def compile_kernels() -> int:
     from station.export.outputs import OUTPUTS
     from station.run.destination import Destination
     from station.run.one_page import restore_file
+    from station.run.options import RunOptions
 
     compiled: list[None] = []
     with tempfile.TemporaryDirectory() as name, notify_when_compiling(lambda: compiled.append(None)):
         folder = Path(name)
         save_scan(small_page(), folder / "page.scan")
         kinds = frozenset(output.kind for output in OUTPUTS) - {"ocr"}
-        destination = Destination(folder, kinds, force=True)
         for method in get_args(Settings.model_fields["method"].annotation):
             settings = Settings(points=POINTS, method=method, shading="remove", fill_hidden_mm=1.0)
             for source in ("page.scan", "page-warped.obj"):  # the first leaves the second
-                restore_file(folder / source, destination, settings=settings)
+                restore_file(folder / source, Destination(folder, force=True), RunOptions(settings, kinds))
         (folder / "triangle.ply").write_text(TRIANGLE)
         load_scan(folder / "triangle.ply")
     return len(compiled)

@@ -11,13 +11,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, fields, is_dataclass
 from functools import wraps
 from pathlib import Path
-from typing import Annotated, Any, get_type_hints
+from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
 from station.choices import FLAGS, Pieces, Turn
 from station.errors import UsageError
 from station.storage.session_folder import refuse_session, session_around
+
+if TYPE_CHECKING:
+    from station.run.options import RunOptions
 
 
 def output_path(text: str) -> Path:
@@ -159,9 +162,18 @@ class Restoration:
         return "--fill-hidden" if setting == "fill_hidden_mm" else f"--{setting.replace('_', '-')}"
 
 
-def colours_of(kinds: Kinds, chosen: Restoration) -> dict[str, Any]:
-    """The fields `colours` and `to_srgb` of a destination. Raises BadInput for an unusable profile, UsageError for two
-    of them."""
+def run_options(command: str, kinds: Kinds, chosen: Restoration, **others: Any) -> RunOptions:
+    """The options of a command's run. others: of its fields. Raises BadInput for an unusable profile, UsageError."""
+    from restore import Settings
+    from station.config import build_model
+    from station.run.options import RunOptions
+
+    settings = build_model(Settings, chosen.given, name=chosen.option, hint=f"see planish {command} --help")
+    return RunOptions(settings, kinds.wanted, kinds.language, **_colours(kinds, chosen), **others)
+
+
+def _colours(kinds: Kinds, chosen: Restoration) -> dict[str, Any]:
+    """The fields `colours` and `to_srgb` of run options."""
     from station.images.icc import read_profile
 
     path = chosen.white_profile

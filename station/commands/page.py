@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from station.commands.options import Config, Kinds, Out, Pictures, Reading, Restoration, Run, colours_of, grouped
+from station.commands.options import Config, Kinds, Out, Pictures, Reading, Restoration, Run, grouped, run_options
 from station.commands.terminal import print_result, report_faults
 from station.progress import progress_on
 
 if TYPE_CHECKING:
-    from station.run.destination import Destination, Outcome
+    from station.run.destination import Outcome
 
 
 @grouped
@@ -33,17 +33,19 @@ def scan(
     """Capture a page, store the scan, restore the page."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.config import load_config
+        from station.run.destination import Destination
         from station.run.one_page import scan_page
         from station.run.turntable import scan_views
 
         station = load_config(config)
         if average is not None:
             station = station.model_copy(update={"capture": replace(station.capture, average=average)})
-        destination = _destination(output, replace(kinds, review=True), run)
+        destination = Destination(output, run.force)
+        options = run_options("scan", replace(kinds, review=True), Restoration(), turn=run.turn, anyway=run.anyway)
         if turns is None:
-            outcome = scan_page(station, destination, shots=shots or 1, progress=progress)
+            outcome = scan_page(station, destination, options, shots=shots or 1, progress=progress)
         else:
-            outcome = scan_views(station, destination, turns=turns, progress=progress)
+            outcome = scan_views(station, destination, options, turns=turns, progress=progress)
     _print_report(outcome, run)
 
 
@@ -52,10 +54,11 @@ def demo(output: Out, run: Run) -> None:
     """Scan a simulated page and restore it: nothing else is needed."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.config import DEMONSTRATION, load_config
+        from station.run.destination import Destination
         from station.run.one_page import scan_page
 
-        destination = _destination(output, Kinds(review=True), run)
-        outcome = scan_page(load_config(DEMONSTRATION), destination, progress=progress)
+        options = run_options("demo", Kinds(review=True), Restoration(), turn=run.turn, anyway=run.anyway)
+        outcome = scan_page(load_config(DEMONSTRATION), Destination(output, run.force), options, progress=progress)
     _print_report(outcome, run)
 
 
@@ -67,11 +70,11 @@ def merge(
 ) -> None:
     """Merge the views of a rotary stage and restore the page."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
-        from restore import Settings
+        from station.run.destination import Destination
         from station.run.turntable import merge_files
 
-        destination = _destination(output, Kinds(review=True), run)
-        outcome = merge_files(views, destination, settings=Settings(), progress=progress)
+        options = run_options("merge", Kinds(review=True), Restoration(), turn=run.turn, anyway=run.anyway)
+        outcome = merge_files(views, Destination(output, run.force), options, progress=progress)
     _print_report(outcome, run)
 
 
@@ -94,18 +97,17 @@ def restore(
 ) -> None:
     """Restore the page from a stored scan."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
-        from restore import Settings
-        from station.config import build_model
+        from station.run.destination import Destination
         from station.run.one_page import restore_file
 
+        read = {"unit": reading.unit, "pieces": reading.pieces}
         outcome = restore_file(
             scan,
-            replace(_destination(output, kinds, run), pieces=reading.pieces, **colours_of(kinds, chosen)),
-            settings=build_model(Settings, chosen.given, name=chosen.option, hint="see planish restore --help"),
+            Destination(output, run.force),
+            run_options("restore", kinds, chosen, **read, turn=run.turn, anyway=run.anyway),
             texture=pictures.texture,
             photos=pictures.photo,
             shots=pictures.shot,
-            unit=reading.unit,
             progress=progress,
         )
     _print_report(outcome, run)
@@ -130,27 +132,12 @@ def photos(
 ) -> None:
     """Restore a page from photographs of it alone: no scanner (extra `photos`)."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
-        from restore import Settings
-        from station.config import build_model
-        from station.run.photos import Scale, photographed_page
+        from station.run.destination import Destination
+        from station.run.photos import photographed_page
 
-        outcome = photographed_page(
-            pictures,
-            replace(_destination(output, kinds, run), **colours_of(kinds, chosen)),
-            settings=build_model(Settings, chosen.given, name=chosen.option, hint="see planish photos --help"),
-            scale=Scale.parse(scale),
-            progress=progress,
-        )
+        options = run_options("photos", kinds, chosen, scale=scale, turn=run.turn, anyway=run.anyway)
+        outcome = photographed_page(pictures, Destination(output, run.force), options, progress=progress)
     _print_report(outcome, run)
-
-
-def _destination(folder: Path, kinds: Kinds, run: Run) -> Destination:
-    """The destination of a run from its options. Raises BadInput for an unusable profile."""
-    from station.images.icc import read_profile
-    from station.run.destination import Destination
-
-    colours = None if kinds.profile is None else read_profile(kinds.profile)
-    return Destination(folder, kinds.wanted, run.force, kinds.language, colours, turn=run.turn, anyway=run.anyway)
 
 
 def _print_report(outcome: Outcome, run: Run) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from station.commands.options import MOST_S, Debug, Kinds, Out, Restoration, Unit, colours_of, grouped
+from station.commands.options import MOST_S, Debug, Kinds, Out, Restoration, Unit, grouped, run_options
 from station.commands.terminal import print_result, report_faults
 from station.progress import progress_on
 
@@ -44,16 +44,12 @@ def watch(
 ) -> None:
     """Restore every scan that arrives in a folder, until Ctrl-C; a file planish.toml in a sub-folder sets options."""
     with report_faults(debug=debug), progress_on(sys.stderr) as progress:
-        from restore import Settings
-        from station.config import build_model
         from station.intake.loop import Pace, Watch
         from station.intake.presets import Presets
         from station.run.one_page import restore_file
-        from station.run.options import Options
 
         folder, output = folder.resolve(), output.resolve()
-        options = Options(chosen.given, kinds.wanted, kinds.language, **colours_of(kinds, chosen), unit=unit)
-        build_model(Settings, chosen.given, name=chosen.option, hint="see planish watch --help")
+        options = run_options("watch", kinds, chosen, unit=unit)
         watching = Watch(
             folder,
             output,

@@ -21,7 +21,7 @@ from station.batch.progress import Event
 from station.batch.runner import run_batch
 from station.console.faults import problem_of
 from station.progress import Progress
-from station.run.options import Options
+from station.run.options import RunOptions
 from station.session import read_session
 from station.session.verify import verify
 from station.workers.background import prepare_worker
@@ -84,7 +84,7 @@ def batch(task: Mapping[str, Any], progress: Progress, tell: Tell) -> Result:
             progress(str(event.done), event.done.share)
 
     sessions = [Path(session) for session in task["sessions"]]
-    report = run_batch(sessions, Path(task["out"]), Options(), local_workers(count, limits), show)
+    report = run_batch(sessions, Path(task["out"]), RunOptions(), local_workers(count, limits), show)
     return {
         "restored": counts.get("restored", 0),
         "set_aside": counts.get("set aside", 0),

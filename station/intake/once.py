@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal, Protocol
 
-from restore import LibraryMissing, Settings
+from restore import LibraryMissing
 from station.errors import StationError, explain
 from station.intake import records
 from station.intake.arrival import Arrival
 from station.run.one_page import Destination, Outcome
-from station.run.options import AUTO, Options
+from station.run.options import AUTO, RunOptions
 from station.workers.process import MAX_ATTEMPTS
 
 RANGE_IMAGES = (".abs", ".abs.gz")
@@ -31,7 +31,7 @@ class Restore(Protocol):
     """Restores a scan file; see `station.run.one_page.restore_file`."""
 
     def __call__(
-        self, source: Path, destination: Destination, *, settings: Settings, unit: str, facts: Mapping[str, Any]
+        self, source: Path, destination: Destination, options: RunOptions, *, facts: Mapping[str, Any]
     ) -> Outcome: ...
 
 
@@ -52,7 +52,7 @@ class Settled:
 def restore_once(
     arrival: Arrival,
     out: Path,
-    options: Options,
+    options: RunOptions,
     staged: Path,
     restore: Restore,
     *,
@@ -62,7 +62,7 @@ def restore_once(
     """Copy a scan to the empty folder `staged` and restore the copy, or set the scan aside when it cannot be restored.
 
     causes: how earlier processes that restored it ended, where that is known.
-    Raises Changed, UsageError for settings that are not usable, OSError and other faults that are not the scan's.
+    Raises Changed, OSError and other faults that are not the scan's.
     """
     try:
         digest = arrival.copy(staged)
@@ -80,14 +80,11 @@ def restore_once(
         return _set_aside(arrival, out, digest, [reason], now())
     folder = records.free_folder(out, arrival)
     original = arrival.folder / arrival.source
-    settings = options.build(str(original))
-    destination = Destination(
-        folder, options.outputs, language=options.language, colours=options.colours, to_srgb=options.to_srgb
-    )
     facts = {"scan": str(original), "arrival": arrival.as_data(digest)}
-    unit = AUTO if is_range_image(original) else options.unit
+    if is_range_image(original):
+        options = replace(options, unit=AUTO)
     try:
-        restore(staged / arrival.source.name, destination, settings=settings, unit=unit, facts=facts)
+        restore(staged / arrival.source.name, Destination(folder), options, facts=facts)
     except (OSError, StationError, LibraryMissing):  # a fault of the disk, the results or this computer
         records.end_attempt(out, arrival)
         raise

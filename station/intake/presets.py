@@ -14,9 +14,10 @@ from station.choices import FLAGS
 from station.config import build_model
 from station.errors import UsageError
 from station.intake.listing import Listing, Stamp
-from station.run.options import AUTO, HINT, Options
+from station.run.options import AUTO, RunOptions
 
 PRESET = "planish.toml"
+HINT = f"settings are those of `planish restore`, and outputs = [{', '.join(map(repr, FLAGS))}], language, unit"
 
 
 class _Preset(Settings):
@@ -46,7 +47,7 @@ class _Preset(Settings):
 class Presets:
     """The options for each sub-folder; files are read again when they change."""
 
-    def __init__(self, folder: Path, base: Options) -> None:
+    def __init__(self, folder: Path, base: RunOptions) -> None:
         self._folder, self._base = folder, base
         self._read: dict[Path, tuple[Stamp, Mapping[str, Any]]] = {}
         self._listing: Listing = {}
@@ -55,7 +56,7 @@ class Presets:
         """Take a new listing."""
         self._listing = listing
 
-    def options(self, sub: Path) -> Options:
+    def options(self, sub: Path) -> RunOptions:
         """The options of a sub-folder: those of the presets from the watched folder down to it, over the base.
 
         Raises UsageError that names the file and the key.
@@ -66,19 +67,15 @@ class Presets:
                 options = self._with_preset(options, place / PRESET, self._listing[place / PRESET])
         return options
 
-    def _with_preset(self, options: Options, preset: Path, stamp: Stamp) -> Options:
+    def _with_preset(self, options: RunOptions, preset: Path, stamp: Stamp) -> RunOptions:
         path = self._folder / preset
         table = self._table(preset, stamp)
-        given = build_model(_Preset, table, name=lambda key: f"{path}: {key}", hint=HINT)
-        settings = {key: value for key, value in table.items() if key in Settings.model_fields}
-        options = replace(options, settings={**options.settings, **settings})
-        if given.outputs is not None:
-            options = replace(options, outputs=frozenset(given.outputs))
-        if given.language is not None:
-            options = replace(options, language=given.language)
-        if given.unit is not None:
-            options = replace(options, unit=given.unit)
-        return options
+        checked = build_model(_Preset, table, name=lambda key: f"{path}: {key}", hint=HINT)
+        given = checked.model_dump(exclude_unset=True)
+        settings = {key: given.pop(key) for key in Settings.model_fields if key in given}
+        if "outputs" in given:
+            given["outputs"] = frozenset(given["outputs"])
+        return replace(options, settings=options.settings.model_copy(update=settings), **given)
 
     def _table(self, preset: Path, stamp: Stamp) -> Mapping[str, Any]:
         known = self._read.get(preset)

@@ -1,52 +1,29 @@
-"""Where a run writes and what, and what became of it."""
+"""Where a run writes, and what became of it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from restore import Finding, Settings
-from station.choices import Pieces, Turn
+from restore import Finding
 from station.export import outputs
+from station.run.options import RunOptions
 
 Clock = Callable[[], float]
 
 
 @dataclass(frozen=True)
 class Destination:
-    """Output folder and options of a run.
-
-    kinds     those of `outputs.OUTPUTS` on top of the page and its report.
-    language  of the words, as Tesseract calls it, when they are read.
-    colours   ICC profile of the colour image, as `planish colour` writes it; None for sRGB.
-    to_srgb   convert the page from that profile to sRGB; the master keeps codes and profile.
-    pieces    what becomes of several sheets in one scan.
-    turn      right angles by which the page is turned.
-    anyway    write a page whose surface is no page's, too.
-    """
+    """Output folder of a run. force: replace what an earlier run wrote there."""
 
     folder: Path
-    kinds: frozenset[str] = frozenset()
     force: bool = False
-    language: str = "eng"
-    colours: bytes | None = None
-    to_srgb: bool = False
-    pieces: Pieces = Pieces.AUTO
-    turn: Turn = Turn.NONE
-    anyway: bool = False
 
-    def files(self, stem: str, *, colour: bool = True) -> list[Path]:
+    def files(self, stem: str, options: RunOptions, *, colour: bool = True) -> list[Path]:
         """The files that a run writes, the report last. colour: whether the scan has a colour image."""
-        return [self.folder / name for name in outputs.names(stem, self.kinds, colour=colour)]
-
-    def with_implied_outputs(self, settings: Settings) -> Destination:
-        """The destination with the outputs that the settings imply: the master when light or colours
-        change, the coverage when hidden places are filled."""
-        changed = settings.shading == "remove" or settings.white != "keep" or self.to_srgb
-        implied = {"master": changed, "coverage": settings.fill_hidden_mm > 0}
-        return replace(self, kinds=self.kinds | {kind for kind, on in implied.items() if on})
+        return [self.folder / name for name in outputs.names(stem, options.outputs, colour=colour)]
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,6 @@ from restore import (
     RangeScan,
     RestoredPage,
     RestoreError,
-    Settings,
     SurfaceMesh,
     finer_scan,
     is_phone_capture,
@@ -38,6 +37,7 @@ from station.images.conversion import convert_to_srgb
 from station.pictures.frames import Recorder
 from station.progress import Progress, silent
 from station.run.destination import Clock, Destination, Outcome, SourceRecord
+from station.run.options import RunOptions
 from station.run.overwrite_check import check_outputs, superseded, superseded_pieces
 from station.run.peak_memory import peak_memory_mib
 from station.run.pieces import Selected, select_sheets
@@ -64,12 +64,11 @@ def nothing(_page: RestoredPage, _scan: RangeScan | SurfaceMesh) -> Mapping[str,
 def restore_file(
     source: Path,
     destination: Destination,
+    options: RunOptions,
     *,
-    settings: Settings,
     texture: Path | None = None,
     photos: Sequence[Path] = (),
     shots: Sequence[Path] = (),
-    unit: str = "auto",
     facts: Mapping[str, Any] | None = None,
     stem: str | None = None,
     examine: Examine = nothing,
@@ -78,19 +77,19 @@ def restore_file(
 ) -> Outcome:
     """Restore a stored scan, painted from photographs of the page where there are any that can be used.
 
-    Further shots of the same page make its colour image finer. unit: of a mesh's coordinates, as for `load_scan`.
+    Further shots of the same page make its colour image finer.
     facts: further fields of the report, which replace those of the same name.
     stem: first part of the files' names; that of the scan's own name by default.
     examine: looks at each page before it is written, and returns further fields of its report.
     Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
     """
-    _check_programs(destination)
+    _check_programs(options)
     recover(destination.folder)
-    stem, destination = stem or stem_of(source), destination.with_implied_outputs(settings)
+    stem, options = stem or stem_of(source), options.with_implied_outputs()
     input_files = [source, *([] if texture is None else [texture]), *photos, *shots]
     if destination.force:  # without it nothing at all is overwritten
         input_files += [file for scan in (source, *shots) for file in referenced_files(scan)]
-    check_outputs(destination.files(stem), input_files, force=destination.force)
+    check_outputs(destination.files(stem, options), input_files, force=destination.force)
     start = clock()
     try:
         photographs = [read_photograph(path) for path in photos]
@@ -100,7 +99,7 @@ def restore_file(
             scan, photographs = capture.mesh, [*capture.photographs, *photographs]
         else:
             scan = _combined_shots(
-                [load_scan(source, texture=texture, unit=unit), *(load_scan(shot) for shot in shots)]
+                [load_scan(source, texture=texture, unit=options.unit), *(load_scan(shot) for shot in shots)]
             )
     except OSError as error:
         raise BadInput(f"cannot read {error.filename or source}: {error.strerror}", "check the path") from error
@@ -112,10 +111,10 @@ def restore_file(
         return restore_scan(
             scan,
             destination,
+            options,
             stem,
             source_record,
             lock=lock,
-            settings=settings,
             photos=photographs,
             input_files=input_files,
             examine=examine,
@@ -127,6 +126,7 @@ def restore_file(
 def scan_page(
     config: StationConfig,
     destination: Destination,
+    options: RunOptions,
     *,
     shots: int = 1,
     progress: Progress = silent,
@@ -136,28 +136,21 @@ def scan_page(
 
     Of several shots, which make the colour image finer, the further ones are stored in `<stem>-2.scan` and so on.
     A scan of an earlier run is never replaced: where there is one, the new one is stored in `<stem>.2.scan`.
+    The settings are those of the configuration.
 
     Raises OverwriteError or UsageError before any work, ScannerError, NotEnoughSurface, OSError when the disk refuses.
     """
-    _check_programs(destination)
-    stem, destination = config.output.stem, destination.with_implied_outputs(config.restore)
+    _check_programs(options)
+    stem, options = config.output.stem, replace(options, settings=config.restore).with_implied_outputs()
     recover(destination.folder)
     places = scan_folders(destination, [stem, *(f"{stem}-{i + 1}" for i in range(1, shots))])
-    refuse_existing(destination.files(stem), force=destination.force)
+    refuse_existing(destination.files(stem, options), force=destination.force)
     with lock_output_folder(destination.folder) as lock:
         start = clock()
         scans = _capture(config, shots, progress)
         source_record = SourceRecord({}, {"load": 0.0, "capture": clock() - start})
         return store_and_restore(
-            scans,
-            places,
-            destination,
-            stem,
-            source_record,
-            lock=lock,
-            settings=config.restore,
-            progress=progress,
-            clock=clock,
+            scans, places, destination, options, stem, source_record, lock=lock, progress=progress, clock=clock
         )
 
 
@@ -165,11 +158,11 @@ def store_and_restore(
     scans: Sequence[RangeScan],
     stored: Sequence[Path],
     destination: Destination,
+    options: RunOptions,
     stem: str,
     source_record: SourceRecord,
     *,
     lock: FolderLock,
-    settings: Settings,
     progress: Progress,
     clock: Clock,
 ) -> Outcome:
@@ -189,7 +182,7 @@ def store_and_restore(
     try:
         scan = _combined_shots(scans)
         outcome = restore_scan(
-            scan, destination, stem, source_record, lock=lock, settings=settings, progress=progress, clock=clock
+            scan, destination, options, stem, source_record, lock=lock, progress=progress, clock=clock
         )
     except BaseException as error:
         force = ["--force"] if destination.force else []
@@ -217,10 +210,10 @@ def stem_of(source: Path) -> str:
     return scan_stem(source)
 
 
-def _check_programs(destination: Destination) -> None:
-    if "ocr" in destination.kinds:
-        check_language(find_tesseract(), destination.language)
-    if destination.turn == Turn.AUTO:
+def _check_programs(options: RunOptions) -> None:
+    if "ocr" in options.outputs:
+        check_language(find_tesseract(), options.language)
+    if options.turn == Turn.AUTO:
         find_tesseract()
 
 
@@ -265,11 +258,11 @@ def _capture(config: StationConfig, shots: int, progress: Progress) -> list[Rang
 def restore_scan(
     scan: RangeScan | SurfaceMesh,
     destination: Destination,
+    options: RunOptions,
     stem: str,
     source_record: SourceRecord,
     *,
     lock: FolderLock,
-    settings: Settings,
     photos: Sequence[Photograph] = (),
     input_files: Sequence[Path] = (),
     examine: Examine = nothing,
@@ -278,10 +271,10 @@ def restore_scan(
 ) -> Outcome:
     """Restore the sheets of a scan and write them, with the photographs that they are painted from."""
     start = clock()
-    sheets = select_sheets(scan, destination.pieces)
+    sheets = select_sheets(scan, options.pieces)
     source_record = replace(source_record, seconds={**source_record.seconds, "separate": clock() - start})
     if len(sheets) > 1:
-        planned = [path for sheet in sheets for path in destination.files(stem + sheet.suffix)]
+        planned = [path for sheet in sheets for path in destination.files(stem + sheet.suffix, options)]
         check_outputs(planned, input_files, force=destination.force)
     pages: list[Outcome] = []
     failures: list[tuple[Selected, RestoreError]] = []
@@ -292,9 +285,9 @@ def restore_scan(
                 restoration = _restore_sheet(
                     sheet,
                     destination,
+                    options,
                     stem,
                     source_record,
-                    settings=settings,
                     photos=photos,
                     examine=examine,
                     progress=progress,
@@ -303,9 +296,9 @@ def restore_scan(
             except RestoreError as error:
                 failures.append((sheet, error))
                 continue
-            files = destination.files(restoration.stem, colour=restoration.page.flat.texture is not None)
+            files = destination.files(restoration.stem, options, colour=restoration.page.flat.texture is not None)
             pages.append(Outcome(restoration.report, tuple(files)))
-            yield from zip(files, outputs.encode_outputs(restoration, destination.kinds), strict=True)
+            yield from zip(files, outputs.encode_outputs(restoration, options.outputs), strict=True)
         if not pages:
             raise failures[0][1]
 
@@ -324,37 +317,37 @@ def restore_scan(
 def _restore_sheet(
     sheet: Selected,
     destination: Destination,
+    options: RunOptions,
     stem: str,
     source_record: SourceRecord,
     *,
-    settings: Settings,
     photos: Sequence[Photograph],
     examine: Examine,
     progress: Progress,
     clock: Clock,
 ) -> outputs.Restoration:
     """One sheet restored, its words read when they are asked for, with its report."""
-    recorder = Recorder() if destination.kinds & {"frames", "model"} else None
+    recorder = Recorder() if options.outputs & {"frames", "model"} else None
     start, stem = clock(), stem + sheet.suffix
-    page = restore(sheet.segmented or sheet.scan, settings, photos=photos, progress=progress, on_step=recorder)
-    if not destination.anyway:
+    page = restore(sheet.segmented or sheet.scan, options.settings, photos=photos, progress=progress, on_step=recorder)
+    if not options.anyway:
         check_plausible_page(page.report, len(page.fine.faces))
-    if destination.to_srgb and destination.colours is not None and page.flat.texture is not None:
-        page = convert_to_srgb(page, destination.colours)
-    page, turn_findings = turned(page, destination.turn)
+    if options.to_srgb and options.colours is not None and page.flat.texture is not None:
+        page = convert_to_srgb(page, options.colours)
+    page, turn_findings = turned(page, options.turn)
     seconds = {**source_record.seconds, **page.report["seconds"]}
     words = None
-    if "ocr" in destination.kinds:
+    if "ocr" in options.outputs:
         before = clock()
-        words = recognise(page.image, page.dpi, name=f"{stem}.png", language=destination.language)
+        words = recognise(page.image, page.dpi, name=f"{stem}.png", language=options.language)
         seconds["ocr"] = clock() - before
     seconds["total"] = sum(source_record.seconds.values()) + clock() - start
-    names = [path.name for path in destination.files(stem, colour=page.flat.texture is not None)]
+    names = [path.name for path in destination.files(stem, options, colour=page.flat.texture is not None)]
     run_fields = {"seconds": seconds, "peak_memory_mb": peak_memory_mib(), "files": names, **sheet.report_fields}
     found = [*page.findings, *source_record.findings, *sheet.findings, *turn_findings]
     run_fields["findings"] = [one.as_json() for one in found]
     fields = {**page.report, **source_record.report_fields, **run_fields, **examine(page, sheet.scan)}
     report = finite(fields)
     frames = recorder.frames() if recorder else ()
-    colours = None if destination.to_srgb else destination.colours
-    return outputs.Restoration(stem, page, sheet.scan, frames, report, words, colours, destination.colours)
+    colours = None if options.to_srgb else options.colours
+    return outputs.Restoration(stem, page, sheet.scan, frames, report, words, colours, options.colours)

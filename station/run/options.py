@@ -2,34 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
 
 from restore import Settings
-from station.choices import FLAGS
-from station.config import build_model
+from station.choices import Pieces, Turn
 
-HINT = f"settings are those of `planish restore`, and outputs = [{', '.join(map(repr, FLAGS))}], language, unit"
 AUTO = "auto"
 
 
 @dataclass(frozen=True)
-class Options:
-    """How scans are restored.
+class RunOptions:
+    """How scans are restored and which files are written.
 
-    settings  those that are given; the rest is by default.
-    outputs, language, colours, to_srgb  as the kinds, language, colours and to_srgb of a `Destination`.
-    unit  of the meshes' coordinates, as for `restore_file`; range images have their own.
+    settings  of the restoration; those that were given are its `model_fields_set`.
+    outputs   kinds of `outputs.OUTPUTS` on top of the page and its report.
+    language  of the words, as Tesseract calls it, when they are read.
+    colours   ICC profile of the colour image, as `planish colour` writes it; None for sRGB.
+    to_srgb   convert the page from that profile to sRGB; the master keeps codes and profile.
+    unit      of a mesh's coordinates, as for `load_scan`; range images have their own.
+    scale     of photographs, as `planish photos` has it; None for a scan.
+    pieces    what becomes of several sheets in one scan.
+    turn      right angles by which the page is turned.
+    anyway    write a page whose surface is no page's, too.
     """
 
-    settings: Mapping[str, Any] = field(default_factory=dict)
+    settings: Settings = field(default_factory=Settings)
     outputs: frozenset[str] = frozenset()
     language: str = "eng"
     colours: bytes | None = None
     to_srgb: bool = False
     unit: str = AUTO
+    scale: str | None = None
+    pieces: Pieces = Pieces.AUTO
+    turn: Turn = Turn.NONE
+    anyway: bool = False
 
-    def build(self, where: str) -> Settings:
-        """The settings, checked. where: the file or option that they come from. Raises UsageError."""
-        return build_model(Settings, self.settings, name=lambda key: f"{where}: {key}", hint=HINT)
+    def with_implied_outputs(self) -> RunOptions:
+        """The options with the outputs that they imply: the master when light or colours change, the coverage when
+        hidden places are filled."""
+        changed = self.settings.shading == "remove" or self.settings.white != "keep" or self.to_srgb
+        implied = {"master": changed, "coverage": self.settings.fill_hidden_mm > 0}
+        return replace(self, outputs=self.outputs | {kind for kind, on in implied.items() if on})

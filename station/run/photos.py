@@ -26,6 +26,7 @@ from station.errors import UsageError
 from station.progress import Progress, silent
 from station.run.destination import Clock, Destination, Outcome, SourceRecord
 from station.run.one_page import Examine, nothing, restore_scan
+from station.run.options import RunOptions
 from station.run.overall_progress import expected_of_photographs, with_whole
 from station.run.overwrite_check import check_outputs
 from station.storage.atomic import lock_output_folder
@@ -57,9 +58,8 @@ class Scale:
 def photographed_page(
     pictures: Sequence[Path],
     destination: Destination,
+    options: RunOptions,
     *,
-    settings: Settings,
-    scale: Scale | None = None,
     stem: str | None = None,
     examine: Examine = nothing,
     progress: Progress = silent,
@@ -70,10 +70,10 @@ def photographed_page(
     pictures: the photographs, or one video. stem, examine: as `restore_file` has them.
     Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
     """
-    scale = scale or Scale()
-    stem, destination = stem or pictures[0].stem, destination.with_implied_outputs(settings)
+    scale = Scale() if options.scale is None else Scale.parse(options.scale)
+    stem, options = stem or pictures[0].stem, options.with_implied_outputs()
     recover(destination.folder)
-    check_outputs(destination.files(stem), list(pictures), force=destination.force)
+    check_outputs(destination.files(stem, options), list(pictures), force=destination.force)
     start = clock()
     photographs = read_pictures(pictures, progress)
     loaded = clock()
@@ -91,10 +91,10 @@ def photographed_page(
         return restore_scan(
             page.mesh,
             destination,
+            options,
             stem,
             record,
             lock=lock,
-            settings=settings,
             photos=page.photographs,
             input_files=pictures,
             examine=examine,

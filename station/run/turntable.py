@@ -20,7 +20,6 @@ from restore import (
     BadInput,
     RangeScan,
     RotationAxis,
-    Settings,
     board_corners,
     fit_axis,
     load_scan,
@@ -32,6 +31,7 @@ from station.errors import UsageError
 from station.progress import Progress, silent
 from station.run.destination import Clock, Destination, Outcome, SourceRecord
 from station.run.one_page import scan_folders, stem_of, store_and_restore
+from station.run.options import RunOptions
 from station.storage.atomic import lock_output_folder, new_folder, refuse_existing, write_all
 from station.storage.folder_lock import FolderLock, recover
 
@@ -54,6 +54,7 @@ class Views:
 def scan_views(
     config: StationConfig,
     destination: Destination,
+    options: RunOptions,
     *,
     turns: int,
     progress: Progress = silent,
@@ -63,34 +64,26 @@ def scan_views(
 
     Raises UsageError or OverwriteError before any work, ScannerError, NotEnoughSurface, OSError when the disk refuses.
     """
-    stem, destination = config.output.stem, destination.with_implied_outputs(config.restore)
+    stem, options = config.output.stem, replace(options, settings=config.restore).with_implied_outputs()
     settings = _require_axis(_require_stage(config))
     recover(destination.folder)
     scan_folders(destination, [stem])
-    refuse_existing(destination.files(stem), force=destination.force)
+    refuse_existing(destination.files(stem, options), force=destination.force)
     start = clock()
     with lock_output_folder(destination.folder) as lock:
         views = capture_views(config, destination, stem, lock=lock, turns=turns, progress=progress)
         seconds = {"load": 0.0, "capture": clock() - start}
         axis = _rotation_axis(settings.point_mm, settings.direction)
         return _merge_and_restore(
-            views,
-            axis,
-            destination,
-            stem,
-            seconds,
-            lock=lock,
-            settings=config.restore,
-            progress=progress,
-            clock=clock,
+            views, axis, destination, options, stem, seconds, lock=lock, progress=progress, clock=clock
         )
 
 
 def merge_files(
     folders: Sequence[Path],
     destination: Destination,
+    options: RunOptions,
     *,
-    settings: Settings,
     progress: Progress = silent,
     clock: Clock = perf_counter,
 ) -> Outcome:
@@ -101,7 +94,7 @@ def merge_files(
     stem = stem_of(folders[0]).split(VIEW)[0]
     recover(destination.folder)
     scan_folders(destination, [stem])
-    refuse_existing(destination.files(stem), force=destination.force)
+    refuse_existing(destination.files(stem, options), force=destination.force)
     start = clock()
     scans = [_stored_view(folder) for folder in folders]
     turned = [scan.provenance["turn"] for scan in scans]
@@ -110,7 +103,7 @@ def merge_files(
     seconds = {"load": clock() - start}
     with lock_output_folder(destination.folder) as lock:
         return _merge_and_restore(
-            views, axis, destination, stem, seconds, lock=lock, settings=settings, progress=progress, clock=clock
+            views, axis, destination, options, stem, seconds, lock=lock, progress=progress, clock=clock
         )
 
 
@@ -187,11 +180,11 @@ def _merge_and_restore(
     views: Views,
     axis: RotationAxis,
     destination: Destination,
+    options: RunOptions,
     stem: str,
     seconds: Mapping[str, float],
     *,
     lock: FolderLock,
-    settings: Settings,
     progress: Progress,
     clock: Clock,
 ) -> Outcome:
@@ -209,10 +202,10 @@ def _merge_and_restore(
         [merged.scan],
         scan_folders(destination, [stem]),
         destination,
+        options,
         stem,
         source_record,
         lock=lock,
-        settings=settings,
         progress=progress,
         clock=clock,
     )

@@ -16,7 +16,8 @@ from station.choices import Pieces, Turn
 from station.progress import Progress, silent
 from station.run.destination import Destination
 from station.run.one_page import restore_file
-from station.run.photos import Scale, photographed_page
+from station.run.options import RunOptions
+from station.run.photos import photographed_page
 from station.session.photographs import pictures_in
 from station.verdict.judge import as_result, judge
 from station.verdict.measures import measured
@@ -45,6 +46,11 @@ class RestoreParameters(BaseModel):
     turn: Turn = Turn.NONE
     anyway: bool = False
 
+    def options(self) -> RunOptions:
+        """The options of the run."""
+        outputs = frozenset({*self.outputs, "coverage"})
+        return RunOptions(**{**dict(self), "outputs": outputs, "pieces": Pieces.LARGEST})
+
 
 @dataclass(frozen=True)
 class Run:
@@ -66,22 +72,12 @@ def run_restore(source: Path, parameters: Mapping[str, Any], folder: Path, *, pr
 
     A scan that cannot be restored gives a result with `error` and no files. Raises OSError when the disk refuses.
     """
-    wanted = RestoreParameters.model_validate(dict(parameters))
-    destination = Destination(
-        folder,
-        frozenset({*wanted.outputs, "coverage"}),
-        language=wanted.language,
-        pieces=Pieces.LARGEST,
-        turn=wanted.turn,
-        anyway=wanted.anyway,
-    )
+    options = RestoreParameters.model_validate(dict(parameters)).options()
     try:
         restored = (
-            partial(restore_file, source, unit=wanted.unit)
-            if wanted.scale is None
-            else partial(photographed_page, pictures_in(source), scale=Scale.parse(wanted.scale))
+            partial(restore_file, source) if options.scale is None else partial(photographed_page, pictures_in(source))
         )
-        outcome = restored(destination, settings=wanted.settings, stem=STEM, examine=measured, progress=progress)
+        outcome = restored(Destination(folder), options, stem=STEM, examine=measured, progress=progress)
     except RestoreError as error:  # of the scan, and so the same on the next run
         folder.mkdir(parents=True, exist_ok=True)
         return Run({"error": str(error), "hint": error.hint})

@@ -12,13 +12,13 @@ import pytest
 
 from drivers.simulated.scene.sheets import Curl
 from oracles.exact import exact_sheet
-from restore import SurfaceMesh
+from restore import Settings, SurfaceMesh
 from restore.formats import write_ply
-from station.run.options import Options
+from station.run.options import RunOptions
 from station.workers import executors
 from station.workers.process import Isolation
 
-QUICK = Options({"points": 100, "dpi": 40})
+QUICK = RunOptions(Settings(points=100, dpi=40))
 MESH_POINTS, TEXTURE = 150, (60, 80, 3)
 
 

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from restore import Settings
 from station.archive.from_session import volume_of
 from station.archive.volume import Role
 from station.batch.runner import REPORT, run_batch
@@ -94,7 +95,7 @@ def test_the_settings_of_the_preset_hold_where_none_is_given(session) -> None:
         return future
 
     with open_session(session) as writer:
-        SessionBatch({"book": writer}, type(QUICK)({"dpi": 80}, frozenset({"mesh"}))).run(
+        SessionBatch({"book": writer}, type(QUICK)(Settings(dpi=80), frozenset({"mesh"}))).run(
             Workers(keep, lambda: 1, lambda: 1), lambda _: None
         )
     assert {task.parameters["settings"]["dpi"] for task in tasks} == {80.0}

@@ -39,11 +39,11 @@ def test_it_is_restored_whole_without_libraries_of_the_system(monkeypatch):
 def test_every_method_restores_a_scan_and_a_mesh(monkeypatch):
     runs = []
 
-    def restore_file(source, destination, *, settings):
-        runs.append((settings.method, source.name))
+    def restore_file(source, _destination, options):
+        runs.append((options.settings.method, source.name))
         if source.name == "page.scan":
             assert len(load_scan(source).points) == ROWS
-        assert "ocr" not in destination.kinds
+        assert "ocr" not in options.outputs
 
     read = []
     monkeypatch.setattr(one_page, "restore_file", restore_file)

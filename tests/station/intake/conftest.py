@@ -15,7 +15,7 @@ from restore import BadInput, Settings
 from station.intake.loop import Event, Pace, Watch
 from station.intake.presets import Presets
 from station.run.one_page import Destination, Outcome, stem_of
-from station.run.options import Options
+from station.run.options import RunOptions
 from station.storage.atomic import lock_output_folder, write_all
 
 PACE = Pace(poll_s=1.0, settle_s=3.0, pair_s=10.0)
@@ -31,12 +31,12 @@ class Library:
     units: dict[str, str] = field(default_factory=dict)
 
     def __call__(
-        self, source: Path, destination: Destination, *, settings: Settings, unit: str, facts: Mapping[str, Any]
+        self, source: Path, destination: Destination, options: RunOptions, *, facts: Mapping[str, Any]
     ) -> Outcome:
         data = source.read_bytes()
         beside = tuple(sorted(str(path.relative_to(source.parent)) for path in source.parent.rglob("*.*")))
-        self.calls.append((source.name, destination.kinds, settings, beside))
-        self.units[source.name] = unit
+        self.calls.append((source.name, options.outputs, options.settings, beside))
+        self.units[source.name] = options.unit
         if self.fault is not None:
             raise self.fault
         if not data.endswith(b"END\n"):
@@ -59,7 +59,7 @@ class Station:
 
     def watch(self, **options: Any) -> Watch:
         """A new watch, as after a start of the program."""
-        presets = Presets(self.folder, options.pop("base", Options()))
+        presets = Presets(self.folder, options.pop("base", RunOptions()))
         notify = options.pop("notify", lambda event, path, text: self.events.append((event, str(path), text)))
         return Watch(
             self.folder,

@@ -10,7 +10,7 @@ from station.intake import records
 from station.intake.arrival import Arrival
 from station.intake.listing import list_files
 from station.intake.once import restore_once
-from station.run.options import Options
+from station.run.options import RunOptions
 
 ROUNDS, THREADS = 50, 8
 
@@ -57,7 +57,7 @@ def test_the_reason_names_how_earlier_processes_ended(tmp_path) -> None:
     settled = restore_once(
         arrival,
         tmp_path / "out",
-        Options(),
+        RunOptions(),
         tmp_path / "staged",
         restore,
         now=lambda: datetime(2026, 3, 4, tzinfo=UTC),

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from restore import Settings
 from station.errors import UsageError
-from station.run.options import Options
+from station.run.options import RunOptions
 
 
 def test_sub_folders_have_their_own_settings(station) -> None:
@@ -13,7 +14,7 @@ def test_sub_folders_have_their_own_settings(station) -> None:
     station.put("fine/planish.toml", b'dpi = 300\noutputs = ["tiff", "map"]\nlanguage = "deu"\n')
     for name in ("a.glb", "fine/b.glb", "fine/deep/c.glb", "plain/d.glb"):
         station.put(name)
-    station.run(station.watch(base=Options({"dpi": 40, "method": "sticks"}, frozenset({"review"}))))
+    station.run(station.watch(base=RunOptions(Settings(dpi=40, method="sticks"), frozenset({"review"}))))
     calls = {
         name: (settings.points, settings.dpi, settings.method, outputs)
         for name, outputs, settings, _ in station.library.calls
@@ -27,7 +28,7 @@ def test_the_unit_is_that_of_meshes_alone(station) -> None:
     station.put("fine/planish.toml", b'unit = "7.91um"\n')
     for name in ("a.obj", "b.abs.gz", "fine/c.ply", "fine/d.abs"):
         station.put(name)
-    station.run(station.watch(base=Options(unit="cm")))
+    station.run(station.watch(base=RunOptions(unit="cm")))
     assert station.library.units == {"a.obj": "cm", "b.abs.gz": "auto", "c.ply": "7.91um", "d.abs": "auto"}
 
 

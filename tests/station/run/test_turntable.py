@@ -23,6 +23,7 @@ from station.config import AxisSettings, StageSettings, StationConfig
 from station.errors import OverwriteError, UsageError
 from station.run import turntable
 from station.run.one_page import Destination
+from station.run.options import RunOptions
 from station.run.turntable import axis_table, merge_files, scan_views, view_angles
 
 DIGITS = 1e-5  # relative: what the written axis keeps
@@ -84,7 +85,7 @@ def merged(monkeypatch) -> list[tuple[list[RangeScan], list[float], RotationAxis
 
 
 def test_views_are_taken_kept_merged_and_restored(tmp_path, library, stage, merged) -> None:
-    outcome = scan_views(CONFIG, Destination(tmp_path), turns=4)
+    outcome = scan_views(CONFIG, Destination(tmp_path), RunOptions(), turns=4)
     assert stage.did == ["start", 0.0, 90.0, 180.0, 270.0, "finish", "stop"]
     ((scans, turns, axis),) = merged
     assert (len(scans), turns) == (4, [0.0, 90.0, 180.0, 270.0])
@@ -100,7 +101,7 @@ def test_views_are_taken_kept_merged_and_restored(tmp_path, library, stage, merg
 def test_what_was_captured_before_a_fault_is_kept_and_told_of(tmp_path, library, stage, merged, merges) -> None:
     stage.fault_at = 2 if merges else 1
     with pytest.raises(DeviceError, match="stuck") as told:
-        scan_views(CONFIG, Destination(tmp_path), turns=3)
+        scan_views(CONFIG, Destination(tmp_path), RunOptions(), turns=3)
     kept = sorted(path.name for path in tmp_path.iterdir())
     assert kept == [f"page-view-{number}.scan" for number in range(1, stage.fault_at + 1)]
     assert stage.did[-1] == "stop"
@@ -109,9 +110,9 @@ def test_what_was_captured_before_a_fault_is_kept_and_told_of(tmp_path, library,
 
 
 def test_stored_views_are_merged_as_they_would_have_been(tmp_path, library, stage, merged) -> None:
-    scan_views(CONFIG, Destination(tmp_path), turns=2)
+    scan_views(CONFIG, Destination(tmp_path), RunOptions(), turns=2)
     folders = [tmp_path / f"page-view-{number}.scan" for number in (1, 2)]
-    merge_files(folders, Destination(tmp_path / "again"), settings=CONFIG.restore)
+    merge_files(folders, Destination(tmp_path / "again"), RunOptions(CONFIG.restore))
     first, again = merged
     assert first[1] == again[1]
     np.testing.assert_array_equal(first[2].point, again[2].point)
@@ -120,17 +121,17 @@ def test_stored_views_are_merged_as_they_would_have_been(tmp_path, library, stag
 
 
 def test_only_views_of_a_stage_can_be_merged(tmp_path, library, stage, merged) -> None:
-    scan_views(CONFIG, Destination(tmp_path), turns=2)
+    scan_views(CONFIG, Destination(tmp_path), RunOptions(), turns=2)
     lone = load_scan(tmp_path / "page-view-1.scan")
     turntable.save_scan(replace(lone, provenance={}), tmp_path / "lone.scan")
     with pytest.raises(BadInput, match="not a view"):
-        merge_files([tmp_path / "lone.scan"], Destination(tmp_path / "again"), settings=CONFIG.restore)
+        merge_files([tmp_path / "lone.scan"], Destination(tmp_path / "again"), RunOptions(CONFIG.restore))
 
 
 def test_nothing_moves_before_it_is_sure_that_nothing_is_overwritten(tmp_path, library, stage, merged) -> None:
     (tmp_path / "page-view-2.scan").mkdir(parents=True)
     with pytest.raises(OverwriteError):
-        scan_views(CONFIG, Destination(tmp_path), turns=2)
+        scan_views(CONFIG, Destination(tmp_path), RunOptions(), turns=2)
     assert stage.did == []
 
 
@@ -140,7 +141,7 @@ def test_nothing_moves_before_it_is_sure_that_nothing_is_overwritten(tmp_path, l
 def test_a_stage_and_its_axis_must_be_told(tmp_path, stage_settings, missing) -> None:
     config = CONFIG.model_copy(update={"stage": stage_settings})
     with pytest.raises(UsageError, match=missing):
-        scan_views(config, Destination(tmp_path / "out"), turns=2)
+        scan_views(config, Destination(tmp_path / "out"), RunOptions(), turns=2)
     assert not (tmp_path / "out").exists()
 
 

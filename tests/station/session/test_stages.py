@@ -6,7 +6,9 @@ import json
 
 import pytest
 
-from restore import save_scan
+from restore import Settings, save_scan
+from station.choices import Pieces, Turn
+from station.run.options import RunOptions
 from station.run.small_page import small_page
 from station.session.stages import RestoreParameters, run_restore
 from station.session.store import file_digests
@@ -30,3 +32,18 @@ def test_two_runs_in_two_places_give_the_same(tmp_path):
 def test_unknown_parameters_are_refused():
     with pytest.raises(ValueError, match="extra"):
         RestoreParameters.model_validate({"colour": "red"})
+
+
+def test_recorded_parameters_are_those_of_a_run():
+    recorded = {"settings": {"dpi": 60}, "outputs": ["tiff"], "language": "lat", "unit": "cm", "turn": "90"}
+    recorded |= {"scale": "148x210", "anyway": True}
+    assert RestoreParameters.model_validate(recorded).options() == RunOptions(
+        Settings(dpi=60),
+        frozenset({"coverage", "tiff"}),
+        "lat",
+        unit="cm",
+        scale="148x210",
+        pieces=Pieces.LARGEST,
+        turn=Turn.QUARTER,
+        anyway=True,
+    )
