@@ -14,7 +14,7 @@ import numpy as np
 
 from restore.mesh.adjacency import Adjacency, faces_around, neighbours_of
 from restore.mesh.measures import face_normals, face_signs, norms
-from restore.numerics.limits import SQUARE_TINY
+from restore.numerics.limits import SQUARE_TINY, overflows_silently
 from restore.scan import Floats, Ints
 
 MOST_NEIGHBOURS = 32  # two rings have 18 on average; of more the nearest count, whatever numbers they have
@@ -45,6 +45,7 @@ class Rings(NamedTuple):
     planes: Floats
 
 
+@overflows_silently
 def rings_of(vertices: Floats, faces: Ints, edges: Ints) -> Rings:
     """The rings of vertices (n, 3) with faces (m, 3) and edges (e, 2)."""
     count, planes = len(vertices), face_normals(vertices, faces)

@@ -8,18 +8,20 @@ import numba
 import numpy as np
 
 from restore.mesh.adjacency import Sides
-from restore.numerics.limits import TINY, sum_in_order
+from restore.numerics.limits import TINY, overflows_silently, sum_in_order
 from restore.scan import Floats, Ints
 
 MIN_HEIGHT_RATIO = 1e-4  # of the base: least height of a face; the weights of a thinner one would have no bound
 
 
+@overflows_silently
 def straight_lengths(vertices: Floats, edges: Ints) -> Floats:
     """(e,) mm: straight distances between the ends of edges (e, 2), for vertices (n, 3) or flat positions (n, 2) mm."""
     apart = vertices.take(edges[:, 0], axis=0) - vertices.take(edges[:, 1], axis=0)
     return norms(apart)
 
 
+@overflows_silently
 def norms(vectors: Floats) -> Floats:
     """(k,) lengths of vectors (k, 2) or (k, 3): the squares are added axis by axis, in single precision as well."""
     squares = np.square(vectors).astype(np.float64, copy=False)
@@ -77,6 +79,7 @@ def _set_angles(edge: Ints, lengths: Floats, angles: Floats) -> None:
             angles[first + corner] = acos(min(max(cosine, -1.0), 1.0))
 
 
+@overflows_silently
 def signed_areas(flat: Floats, faces: Ints) -> Floats:
     """(m,) mm², negative where a face is flipped."""
     first, second, third = np.ascontiguousarray(faces.T)
@@ -87,6 +90,7 @@ def signed_areas(flat: Floats, faces: Ints) -> Floats:
     return np.asarray(0.5 * areas, np.float64)
 
 
+@overflows_silently
 def flipped_faces(flat: Floats, faces: Ints) -> int:
     """The number of inverted faces (m, 3) over flat (n, 2): those of the orientation with less area.
 
@@ -96,6 +100,7 @@ def flipped_faces(flat: Floats, faces: Ints) -> int:
     return int((areas < 0.0).sum() if areas.sum() >= 0.0 else (areas > 0.0).sum())
 
 
+@overflows_silently
 def face_normals(vertices: Floats, faces: Ints) -> Floats:
     """(m, 3) normals of faces (m, 3) over vertices (n, 3) mm, twice as long as their areas."""
     first, second, third = (vertices.take(faces[:, corner], axis=0) for corner in range(3))
@@ -107,6 +112,7 @@ def vertex_normals(vertices: Floats, faces: Ints) -> Floats:
     return _mean_normals(face_normals(vertices, faces), faces, len(vertices))
 
 
+@overflows_silently
 def face_signs(vertices: Floats, faces: Ints, known: Floats | None = None) -> Floats:
     """(m,) −1 where a face is folded over in space, as decimators leave them: it runs against its corners' normals.
 
@@ -123,6 +129,7 @@ def face_signs(vertices: Floats, faces: Ints, known: Floats | None = None) -> Fl
     return signs
 
 
+@overflows_silently
 def _mean_normals(planes: Floats, faces: Ints, count: int) -> Floats:
     """(count, 3) unit vectors: the mean of the normals (m, 3) of the faces (m, 3) at each of `count` vertices."""
     corners = faces.ravel()

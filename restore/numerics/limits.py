@@ -14,7 +14,11 @@ SMALL = 1e-12  # of lengths in mm and their squares: particles at one place
 SINGLE_PRECISION = 2.0**-23  # of a length: files of meshes hold no more digits
 SINGLE_TINY = 1e-6  # of light, shares and areas in pixels in single precision, whose least step near 1 is 1e-7
 
+# Decorates what takes coordinates of any size: the infinity or NaN that it returns is looked for, as a kernel's is.
+overflows_silently = np.errstate(over="ignore", invalid="ignore")
 
+
+@overflows_silently
 def sum_in_order(values: Floats) -> float:
     """Sum of values (n,), added one after the other.
 

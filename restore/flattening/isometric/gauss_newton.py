@@ -19,7 +19,7 @@ from restore.flattening.solution import Solution
 from restore.mesh.adjacency import Sides
 from restore.mesh.measures import edge_strain, straight_lengths
 from restore.mesh.network import Network
-from restore.numerics.limits import SMALL, TINY, sum_in_order
+from restore.numerics.limits import SMALL, TINY, overflows_silently, sum_in_order
 from restore.numerics.robust import robust_sigma
 from restore.scan import Floats, Ints
 
@@ -33,6 +33,7 @@ MOST_STRAIN = 0.03  # rms: no paper stretches so far. What does is not developab
 INEXACTNESS = 0.03  # of the gradient, by its work, may be left by a linear solve: with more, bends of the page are left
 
 
+@overflows_silently
 def minimise_strain(
     flat: Floats, network: Network, most: int = MOST_ITERATIONS, *, corner: float = np.inf, other: Floats | None = None
 ) -> Solution:
@@ -76,6 +77,7 @@ def strained_less(flat: Floats, other: Floats, network: Network) -> bool:
     return mean_strain(flat, network) < mean_strain(other, network) - GRADIENT_TOLERANCE
 
 
+@overflows_silently
 def rest_areas(sides: Sides, lengths: Floats) -> Floats:
     """(m,) mm² areas of faces whose edges have lengths (e,) mm; 0 for one that has no two different corners."""
     own = sides.edge.reshape(-1, 3).T
@@ -85,6 +87,7 @@ def rest_areas(sides: Sides, lengths: Floats) -> Floats:
     return np.where(own.min(axis=0) >= 0, areas, 0.0)
 
 
+@overflows_silently
 def edge_areas(sides: Sides, lengths: Floats) -> Floats:
     """(e,) a third of the areas of the faces at each edge, from edge lengths (e,) mm, with a mean of 1; none is less
     than SHORTEST but of shorter edges, or no step would be too long for a vertex that slivers alone hold."""

@@ -14,7 +14,7 @@ from restore.errors import BadInput, NotEnoughSurface
 from restore.mesh.adjacency import sides_of
 from restore.mesh.measures import face_normals, straight_lengths
 from restore.mesh.ordered_grid import grid_faces
-from restore.mesh.validate import ValidMesh, validated
+from restore.mesh.validate import ValidMesh, _improper, validated
 from restore.scan import SurfaceMesh
 
 QUAD = np.array([[0.0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]])
@@ -59,6 +59,15 @@ def test_a_face_that_names_a_vertex_twice_is_left_out():
 def test_of_several_faces_with_the_same_vertices_the_first_is_kept(copy):
     mesh = validated(SurfaceMesh(QUAD, np.concatenate([TWO, [copy]])))
     np.testing.assert_array_equal(mesh.faces, TWO)
+
+
+@given(st.lists(st.tuples(*[st.integers(0, 4)] * 3), min_size=1, max_size=12))
+def test_of_any_faces_those_with_a_vertex_twice_and_all_copies_but_the_first_are_left_out(faces):
+    met, wanted = set(), []
+    for face in map(frozenset, faces):
+        wanted.append(len(face) < 3 or face in met)
+        met.add(face)
+    np.testing.assert_array_equal(_improper(np.array(faces), sides_of(np.array(faces))), wanted)
 
 
 @pytest.mark.parametrize("fold_deg", [70.0, 110.0, 170.0])

@@ -1,7 +1,11 @@
 """From edge lengths alone to the page: exact where the lengths are those of a flat page, wherever it hangs together."""
 
+from heapq import heappop, heappush
+
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from restore.flattening.isometric.angle_synchronisation import along_tree, flat_from_lengths
 from restore.flattening.isometric.fans import angle_fans
@@ -73,6 +77,28 @@ def test_turns_are_told_by_many_short_joints_and_not_by_a_long_one_that_is_wrong
     turn, variances = np.array([0.1, 0.2, -0.4, 3.0, 0.3]), np.array([1.0, 1.0, 1.0, 25.0, 1.0])
     around = adjacency(frames.ravel(), np.repeat(np.arange(len(frames)), 2), 6)
     np.testing.assert_allclose(along_tree(frames, turn, variances, around), [0.0, 0.1, 0.3, 0.7, 0.0, -0.3])
+
+
+JOINTS = st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9), st.integers(0, 3), st.integers(-9, 9)), max_size=40)
+
+
+@given(JOINTS)
+def test_the_tree_is_that_of_a_queue_from_which_the_least_variance_comes_first(joints):
+    """Of two ways with the same variance the one to the frame of less number, then the one that turns less."""
+    frames = np.array([joint[:2] for joint in joints], np.int64).reshape(-1, 2)
+    variances, turn = np.array([joint[2:] for joint in joints], float).reshape(-1, 2).T
+    around = adjacency(frames.ravel(), np.repeat(np.arange(len(frames)), 2), 10)
+    wanted: dict[int, float] = {}
+    for root in range(10):
+        queue = [(0.0, root, 0.0)]
+        while queue:
+            variance, frame, turned = heappop(queue)
+            if wanted.setdefault(frame, turned) is not turned:
+                continue
+            for (a, b), own, way in zip(frames.tolist(), variances, turn, strict=True):
+                if a == frame or b == frame:
+                    heappush(queue, (variance + own, a + b - frame, turned + (way if a == frame else -way)))
+    np.testing.assert_array_equal(along_tree(frames, turn, variances, around), [wanted[i] for i in range(10)])
 
 
 def test_lengths_with_errors_give_a_page_near_the_truth(warped):

@@ -3,8 +3,10 @@
 from importlib import import_module
 
 import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
 
-from restore.flattening.isometric.fans import angle_fans
+from restore.flattening.isometric.fans import _joints, _opposite, angle_fans
 from restore.mesh.adjacency import components, sides_of
 from restore.mesh.measures import signed_areas, straight_lengths
 
@@ -63,12 +65,27 @@ def test_an_edge_of_three_faces_joins_each_of_them_to_the_next():
     assert components(fans.fans, len(fans.owner)).max() == 0
 
 
+@given(st.lists(st.tuples(*[st.integers(0, 6)] * 3), min_size=1, max_size=12))
+def test_each_side_is_joined_to_the_one_before_it_at_its_edge(faces):
+    """And one that no side runs back along, or that is not the first of its edge, to itself as well."""
+    sides = sides_of(np.array(faces))
+    begins = [vertex for face in faces for vertex in face]
+    opposite, joints = [-1] * len(begins), []
+    groups = [sides.at[a:b].tolist() for a, b in zip(sides.first[:-1], sides.first[1:], strict=True)]
+    for group in groups:
+        if len(group) == 2 and begins[group[0]] != begins[group[1]]:
+            opposite[group[0]], opposite[group[1]] = group[1], group[0]
+    for edge, group in enumerate(groups):
+        for q, side in enumerate(group):
+            if q == 0 or opposite[side] < 0:
+                joints += [(edge, side, other) for other in group[max(0, q - 1) : q + 1]]
+    np.testing.assert_array_equal(_opposite(np.array(faces), sides), opposite)
+    np.testing.assert_array_equal(np.transpose(_joints(sides, np.array(opposite))), np.reshape(joints, (-1, 3)))
+
+
 def test_compiled_and_plain_python_agree(warped, plain):
     page = warped("fold", count=80)
     compiled = fans_of(page.flat, page.mesh.faces)
-    assert {"angle_fans", "_laid_out"} <= set(plain(import_module("restore.flattening.isometric.fans")))
-    sides = sides_of(page.mesh.faces)
-    lengths = straight_lengths(page.flat, sides.edges)
-    plainly = angle_fans.py_func(page.mesh.faces, sides, lengths, np.ones(len(page.mesh.faces)))
-    for one, other in zip(compiled, plainly, strict=True):
+    assert "_lay_out" in plain(import_module("restore.flattening.isometric.fans"))
+    for one, other in zip(compiled, fans_of(page.flat, page.mesh.faces), strict=True):
         np.testing.assert_allclose(one, other, atol=ROUNDING)

@@ -139,7 +139,7 @@ def test_compiled_and_plain_python_agree(warped, plain):
     page = warped("fold", count=60)
     askew = page.flat + np.random.default_rng(0).normal(0, 1.0, page.flat.shape)
     compiled = minimise_strain(askew, network_of(page)).flat
-    assert "_minimise" in plain(import_module("restore.flattening.isometric.gauss_newton"))
+    assert {"_go_on", "_linearise"} <= set(plain(import_module("restore.flattening.isometric.gauss_newton")))
     np.testing.assert_allclose(minimise_strain(askew, network_of(page)).flat, compiled, atol=PARITY)
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from restore.range_image.facets.facet_model import WIDE_RADIUS
 from restore.range_image.facets.quadratic_fit import MIN_SAMPLES, fit_quadratics
-from restore.range_image.facets.tangent_fit import CUBIC, _on_line_of_sight, _tangent_axes, fit_over_tangents
+from restore.range_image.facets.tangent_fit import CUBIC, _on_line_of_sight, _set_axes, fit_over_tangents
 
 RADIUS_MM = 50.0  # of a cylinder that the camera sees up to a slope of 83°
 STEEP = 1.0  # slope from which the quadratics are compared
@@ -104,7 +104,8 @@ def test_where_the_surface_turns_too_far_nothing_is_told_at_all(camera, steep):
 
 
 def test_a_surface_that_is_seen_edge_on_has_no_facet():
-    axes, surface = _tangent_axes(1.0, 0.0, WIDE_RADIUS), np.zeros(CUBIC)
+    axes, surface = np.empty((3, 3)), np.zeros(CUBIC)
+    _set_axes(1.0, 0.0, WIDE_RADIUS, axes)
     assert _on_line_of_sight(0, 0, axes, surface) == pytest.approx((0.0, 1.0, 0.0))
     surface[1] = 1.0  # another 45°, away from the plane
     assert np.isnan(_on_line_of_sight(0, 0, axes, surface)).all()
