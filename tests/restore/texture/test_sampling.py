@@ -1,5 +1,7 @@
 """Pictures are sampled without aliasing and without artefacts."""
 
+from importlib import import_module
+
 import numpy as np
 import pytest
 
@@ -50,10 +52,12 @@ def test_nan_positions_give_zero_and_the_border_pixel_is_replicated(rng):
     assert np.isfinite(sample_scaled(picture, grid(3, 3, 1.0, 50.0))).all()
 
 
-def test_the_compiled_sampling_agrees_with_plain_python(rng):
+def test_the_compiled_sampling_agrees_with_plain_python(rng, plain):
     picture = rng.integers(0, 256, (12, 14, 3), np.uint8)
     source = rng.uniform(-1, 14, (4, 5, 2)).astype(np.float32)
-    np.testing.assert_allclose(sample_scaled(picture, source), sample_scaled.py_func(picture, source), atol=ROUNDED)
+    compiled = sample_scaled(picture, source)
+    assert {"_sample", "_kernel", "_fill_taps"} <= set(plain(import_module("restore.texture.sampling")))
+    np.testing.assert_allclose(sample_scaled(picture, source), compiled, atol=ROUNDED)
 
 
 def test_a_jump_to_another_chart_widens_no_kernel():
