@@ -7,7 +7,7 @@ VENDORED := $(PAGE)/vendor/stamp.json
 
 .PHONY: demo serve test test-slow lint docs bench setup system browsers clean
 
-demo: setup
+demo: system
 	$(BIN)/planish scan --config configs/simulated.toml -o out/demo --force
 
 # The station in a browser, on the simulated scanner.
@@ -37,7 +37,8 @@ docs: .venv/.extra-docs
 bench: setup .venv/.extra-bench
 	$(BIN)/python -m bench
 
-# What `make demo` needs, and with it all that restores a page: no extra, no browser, no program that reads words.
+# All that restores a page, its kernels compiled: no extra, no browser, no program that reads words. `make demo` compiles
+# those that it uses as it goes.
 setup: $(COMPILED)
 
 # System packages: libraries that open3d and pymeshlab load; for the tests also Tesseract and the browsers that open the

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 from pathlib import Path
-from typing import Annotated, get_args
+from typing import Annotated
 
 import typer
 
@@ -12,25 +12,15 @@ from station.commands.terminal import print_result, report_faults
 from station.run.small_page import small_page
 
 POINTS = 10_000  # more than there are: all are kept, which needs no library of the system
-# The mesh of a format whose reader has kernels of its own.
-TRIANGLE = """ply
-format ascii 1.0
-element vertex 3
-property float x
-property float y
-property float z
-element face 1
-property list uchar int vertex_indices
-end_header
-0 0 -900 9 0 -900 0 9 -900
-3 0 1 2
-"""
+OUTPUTS = frozenset({"mesh", "review"})  # the mesh is restored in its turn
 
 
 def compile_kernels() -> int:
-    """Restore a small page by every method, as a scan and as a mesh. Returns the number of functions compiled."""
-    from restore import Settings, load_scan, notify_when_compiling, save_scan
-    from station.export.outputs import OUTPUTS
+    """Restore a small page as a scan and as a mesh. Returns the number of functions compiled.
+
+    Those of other methods, formats and outputs are compiled when they are first used; progress says so.
+    """
+    from restore import Settings, notify_when_compiling, save_scan
     from station.run.destination import Destination
     from station.run.one_page import restore_file
     from station.run.options import RunOptions
@@ -39,20 +29,16 @@ def compile_kernels() -> int:
     with tempfile.TemporaryDirectory() as name, notify_when_compiling(lambda: compiled.append(None)):
         folder = Path(name)
         save_scan(small_page(), folder / "page.scan")
-        kinds = frozenset(output.kind for output in OUTPUTS) - {"ocr"}
-        for method in get_args(Settings.model_fields["method"].annotation):
-            settings = Settings(points=POINTS, method=method, shading="remove", fill_hidden_mm=1.0)
-            for source in ("page.scan", "page-warped.obj"):  # the first leaves the second
-                restore_file(folder / source, Destination(folder, force=True), RunOptions(settings, kinds))
-        (folder / "triangle.ply").write_text(TRIANGLE)
-        load_scan(folder / "triangle.ply")
+        for source in ("page.scan", "page-warped.obj"):  # the first leaves the second
+            options = RunOptions(Settings(points=POINTS), OUTPUTS)
+            restore_file(folder / source, Destination(folder, force=True), options)
     return len(compiled)
 
 
 def warm_up(
     debug: Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")] = False,
 ) -> None:
-    """Compile the numerical kernels, once, so that no restoration has to wait for them."""
+    """Compile the numerical kernels of the default method, once, so that no restoration has to wait for them."""
     with report_faults(debug=debug):
         count = compile_kernels()
         print_result(f"{count} functions compiled" if count else "all kernels are compiled already")

@@ -1,8 +1,7 @@
-"""Kernels are compiled with a small page, which is one, by every method."""
+"""Kernels are compiled with a small page, which is one."""
 
 from __future__ import annotations
 
-import itertools
 import sys
 
 import numpy as np
@@ -36,27 +35,18 @@ def test_it_is_restored_whole_without_libraries_of_the_system(monkeypatch):
     assert page.report["page_mm"][0] == pytest.approx(width, abs=2 * sample)  # the border may be one beyond each side
 
 
-def test_every_method_restores_a_scan_and_a_mesh(monkeypatch):
+def test_the_page_is_restored_as_a_scan_and_as_the_mesh_that_it_leaves(monkeypatch):
     runs = []
 
     def restore_file(source, _destination, options):
         runs.append((options.settings.method, source.name))
         if source.name == "page.scan":
             assert len(load_scan(source).points) == ROWS
-        assert "ocr" not in options.outputs
+            assert "mesh" in options.outputs
 
-    read = []
     monkeypatch.setattr(one_page, "restore_file", restore_file)
-    monkeypatch.setattr("restore.load_scan", lambda path: read.append(path.read_text()))
     assert warm_up.compile_kernels() == 0
-    assert read == [warm_up.TRIANGLE]
-    methods = Settings.model_json_schema()["properties"]["method"]["enum"]
-    assert runs == list(itertools.product(methods, ("page.scan", "page-warped.obj")))
-
-
-def test_the_triangle_is_one(tmp_path):
-    (tmp_path / "a.ply").write_text(warm_up.TRIANGLE)
-    assert load_scan(tmp_path / "a.ply").faces.tolist() == [[0, 1, 2]]
+    assert runs == [("isometric", "page.scan"), ("isometric", "page-warped.obj")]
 
 
 @pytest.mark.parametrize(("count", "told"), [(0, "compiled already"), (7, "7 functions compiled")])
