@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import restore.runtime.kernel_cache  # noqa: F401 - before the kernels: it says where they are kept
 from restore.errors import BadInput
 from restore.formats.abs import read_abs, write_abs
 from restore.formats.captures import is_captures, read_captures

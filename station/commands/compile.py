@@ -29,7 +29,8 @@ end_header
 
 def compile_kernels() -> int:
     """Restore a small page by every method, as a scan and as a mesh. Returns the number of functions compiled."""
-    from restore import Settings, load_scan, notify_when_compiling, save_scan
+    from restore import Settings, load_scan, save_scan
+    from restore.runtime import notify_when_compiling
     from station.export.outputs import OUTPUTS
     from station.run.destination import Destination
     from station.run.one_page import restore_file
