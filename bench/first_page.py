@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 
 from drivers.simulated import Binding, Pose, Text, shoot
-from restore import Bytes, Settings, restore
+from restore import Settings, restore
+from restore.scan import Bytes
 from station.images.png import encode_png
 from station.pictures.panels import Panel, resize_to_fit, side_by_side
 from station.pictures.strain import strain_picture

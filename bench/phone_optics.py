@@ -19,7 +19,7 @@ from drivers.simulated import Text, Wave
 from oracles.simulation.camera import Camera, Exposure, photograph_scene
 from oracles.simulation.photographs import PhotographSet, Shots, photograph_page
 from oracles.simulation.rolling import RollingCamera
-from restore import SCALE_CARD
+from restore.photogrammetry import SCALE_CARD
 
 CARD_DPI = 177.8  # seven pixels to a millimetre
 BREATHING = 1e-3  # standard deviation of the focal length, as a share

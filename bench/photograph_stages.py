@@ -25,7 +25,9 @@ from bench.photographs import compared, photographed
 from drivers.simulated import Curl, Wave
 from oracles.markers import rigid_residual
 from oracles.simulation.photographs import PhotographSet, Shots, views_from
-from restore import PhotographedPage, RestoredPage, Settings, read_photograph, reconstruct_page, restore
+from restore import RestoredPage, Settings, reconstruct_page, restore
+from restore.photo import read_photograph
+from restore.photogrammetry import PhotographedPage
 from restore.texture.resolution import print_or_outline_mtf50
 
 WARM_WIDTH, WARM_VIEWS = 1000, 4

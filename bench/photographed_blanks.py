@@ -25,7 +25,8 @@ from drivers.simulated.scene.artwork.printed import PAPER
 from drivers.simulated.scene.sheets import PageSize, Sheet
 from oracles.markers import rigid_residual
 from oracles.simulation.photographs import PhotographSet, Shots, photograph_page
-from restore import SCALE_CARD, Photograph, RestoreError, Settings, reconstruct_page, restore
+from restore import Photograph, RestoreError, Settings, reconstruct_page, restore
+from restore.photogrammetry import SCALE_CARD
 from restore.texture.coverage import Seen
 from restore.texture.page import MM_PER_INCH
 

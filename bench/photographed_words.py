@@ -24,7 +24,8 @@ from bench.photographs import CARD_DPI, MARGIN_MM, SHEETS
 from drivers.simulated import Text
 from drivers.simulated.scene.sheets import Sheet
 from oracles.simulation.photographs import PhotographSet, Shots, photograph_page
-from restore import SCALE_CARD, Photograph, RestoreError, Settings, reconstruct_page, restore
+from restore import Photograph, RestoreError, Settings, reconstruct_page, restore
+from restore.photogrammetry import SCALE_CARD
 from restore.scan import Bytes
 from restore.texture.page import MM_PER_INCH
 from station.images.png import encode_png

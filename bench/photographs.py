@@ -22,7 +22,8 @@ from drivers.simulated import Cone, Crumpled, Curl, Miura, MultiFold, Spread, Te
 from drivers.simulated.scene.sheets import Sheet
 from oracles.markers import rigid_residual
 from oracles.simulation.photographs import PhotographSet, Shots, photograph_page, views_from
-from restore import SCALE_CARD, Photograph, RestoredPage, RestoreError, Settings, reconstruct_page, restore
+from restore import Photograph, RestoredPage, RestoreError, Settings, reconstruct_page, restore
+from restore.photogrammetry import SCALE_CARD
 from restore.scan import Floats
 from restore.texture.page import MM_PER_INCH
 

@@ -19,7 +19,8 @@ from drivers.simulated.scene.sheets import Sheet
 from oracles.simulation.camera import Camera, Exposure, photograph_scene
 from oracles.simulation.mishaps import moved_card, moved_page
 from oracles.simulation.photographs import PhotographSet, Shots, photograph_page
-from restore import SCALE_CARD, Photograph
+from restore import Photograph
+from restore.photogrammetry import SCALE_CARD
 from restore.scan import Bytes, Floats, Mask
 
 PAGE_MM = (160.0, 110.0)

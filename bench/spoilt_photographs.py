@@ -23,7 +23,8 @@ from bench.spoils import KINDS, MARGIN_MM, PAGE_MM, Views, given, good_set, trut
 from drivers.simulated import Cone, Curl, Wave
 from drivers.simulated.scene.sheets import Sheet
 from oracles.markers import rigid_residual
-from restore import SCALE_CARD, RestoredPage, RestoreError, Settings, reconstruct_page, restore
+from restore import RestoredPage, RestoreError, Settings, reconstruct_page, restore
+from restore.photogrammetry import SCALE_CARD
 from restore.scan import Floats
 from restore.texture.page import MM_PER_INCH
 

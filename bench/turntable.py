@@ -21,7 +21,7 @@ from drivers.vivid900.geometry.lenses import FINE, LENSES
 from oracles.markers import marker_error
 from restore import RangeScan, Settings, restore
 from restore.scan import Floats, Mask
-from restore.turntable import RotationAxis, board_corners, fit_axis, merge_views
+from restore.turntable import RotationAxis, fit_axis, merge_views
 from restore.turntable.register import register
 
 LENS, DISTANCE_MM, PAGE_MM = LENSES["MIDDLE"], 900.0, (220.0, 180.0)
@@ -115,7 +115,7 @@ def _axis() -> None:
     print("\naxis from a flat board of markers: degrees and mm off the truth, rms of the corners in mm")
     for turns in ((0.0, 120.0, 240.0), (0.0, 90.0, 180.0, 270.0), (0.0, 20.0, -20.0)):
         scans, _ = _views(_scene(Flat(), Pose(), Markers()), turns)
-        fit, true = fit_axis([board_corners(scan) for scan in scans], turns), _axis_of(AXLE)
+        fit, true = fit_axis(scans, turns), _axis_of(AXLE)
         distances = fit.axis.point - true.point
         tilt_deg = np.degrees(np.arcsin(np.linalg.norm(np.cross(fit.axis.direction, true.direction))))
         offset_mm = np.linalg.norm(distances - true.direction * (distances @ true.direction))

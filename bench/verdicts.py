@@ -17,7 +17,8 @@ import numpy as np
 
 from bench.shift import page_scan
 from drivers.simulated import Text
-from restore import Bytes, RangeScan, save_scan
+from restore import RangeScan, save_scan
+from restore.scan import Bytes
 from station.session.presets import load_preset
 from station.session.stages import run_restore
 from station.verdict.same_page import fingerprint, similarity

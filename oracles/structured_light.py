@@ -13,7 +13,7 @@ from PIL import Image
 from oracles.simulation.camera import Camera
 from oracles.simulation.projector import SimulatedRig
 from restore.scan import Bytes, Floats, RangeScan
-from restore.structured_light import Lens, Projector, Rig, draw_patterns
+from restore.structured_light import Lens, Projector, Rig
 
 
 def lens_of(camera: Camera) -> Lens:
@@ -31,7 +31,7 @@ def rig_of(simulated: SimulatedRig) -> Rig:
 
 def captured(simulated: SimulatedRig, seed: int) -> list[Bytes]:
     """The pictures (h, w, 3) uint8 RGB of all patterns."""
-    patterns = draw_patterns(Projector(*simulated.plan.projector))
+    patterns = Projector(*simulated.plan.projector).patterns()
     return list(simulated.captures(patterns, np.random.default_rng(seed)))
 
 

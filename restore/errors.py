@@ -8,7 +8,14 @@ RestoreError           anything below; carries the exit code and what to do now
 
 
 class RestoreError(Exception):
-    """A restoration that cannot go on. `hint` says what to do now; `exit_code` is the command's."""
+    """A restoration that cannot go on. `hint` says what to do now; `exit_code` is the command's.
+
+    >>> try:
+    ...     load_scan("gone.obj")
+    ... except RestoreError as error:
+    ...     print(f"{error}: {error.hint} (exit code {error.exit_code})")
+    gone.obj does not exist: check the name and the folder (exit code 3)
+    """
 
     exit_code = 1
 
@@ -18,13 +25,25 @@ class RestoreError(Exception):
 
 
 class BadInput(RestoreError):
-    """Raised when a file is damaged or an argument is out of range; the message names the file and the fault."""
+    """Raised when a file is damaged or an argument is out of range; the message names the file and the fault.
+
+    >>> Projector(1, 1)
+    Traceback (most recent call last):
+        ...
+    restore.errors.BadInput: a projector of 1 × 1 pixels cannot be
+    """
 
     exit_code = 3
 
 
 class NotEnoughSurface(RestoreError):
-    """Raised when no connected piece of surface is large enough to be a page."""
+    """Raised when no connected piece of surface is large enough to be a page.
+
+    >>> restore(RangeScan(np.full((48, 64, 3), np.nan), None, np.zeros((48, 64, 2))))
+    Traceback (most recent call last):
+        ...
+    restore.errors.NotEnoughSurface: the scan holds 0 samples, a page takes 50 and more
+    """
 
     exit_code = 5
 

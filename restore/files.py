@@ -9,6 +9,8 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+VIDEO_SUFFIXES = (".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm", ".3gp")
+"""How the names of videos end, in lower case."""
 MAX_TOML_BYTES = 2**16  # a configuration or a command profile is a screen or two of text
 # tomllib takes memory by the square of a dotted key's parts, of which a line holds half as many as bytes.
 MAX_TOML_LINE = 1000

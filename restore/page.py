@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from restore.findings import Finding
-from restore.scan import Bytes, Floats, Mask, SurfaceMesh
+from restore.mesh.network import edges_of
+from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,9 +21,14 @@ class FlatMesh(SurfaceMesh):
 
     flat       (n, 2) float64 mm, x right, y up, never mirrored, upright as in the scanner's view.
     steps      iterations or time steps that the flattening took.
-    lengths    (e,) float64 mm: rest lengths along the surface, in the order of `restore.mesh.network.edges_of`.
+    lengths    (e,) float64 mm: rest lengths along the surface, in the order of `edges`.
     residual   rms strain that a single vertex could still be relieved of when the solver stopped.
     converged  whether the solver reached its tolerance on every piece.
+
+    >>> corners = np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0, 10.0, 0.0], [0.0, 10.0, 0.0]])
+    >>> page = flatten(SurfaceMesh(corners, np.array([[0, 1, 2], [0, 2, 3]])))
+    >>> page.edges.tolist(), page.lengths.round(1).tolist()
+    ([[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]], [10.0, 14.1, 10.0, 10.0, 10.0])
     """
 
     flat: Floats = field(default_factory=lambda: np.empty((0, 2)))
@@ -29,6 +36,11 @@ class FlatMesh(SurfaceMesh):
     lengths: Floats = field(default_factory=lambda: np.empty(0))
     residual: float = 0.0
     converged: bool = True
+
+    @cached_property
+    def edges(self) -> Ints:
+        """(e, 2): each edge of its faces once, the smaller vertex first, in ascending order."""
+        return edges_of(self.faces)
 
     @property
     def convergence(self) -> dict[str, Any]:
@@ -61,6 +73,11 @@ class RestoredPage:
     page_source  (h, w) uint8, with photographs: the picture that page_map's pixel is in. 0 is the texture, k the k-th
                  photograph, 255 outside the page. None without photographs.
     findings  what is to be reported of the page; `report["findings"]` has the same as JSON values.
+
+    >>> corners = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [100.0, 50.0, 0.0], [0.0, 50.0, 0.0]])
+    >>> page = restore(SurfaceMesh(corners, np.array([[0, 1, 2], [0, 2, 3]])), Settings(dpi=30))
+    >>> [round(side) for side in page.report["page_mm"]], [found.code for found in page.findings]
+    ([100, 50], ['no_colour'])
     """
 
     image: Bytes

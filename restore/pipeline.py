@@ -19,10 +19,9 @@ from restore.photo import (
     remove_registered_shading,
 )
 from restore.prepared.prepare import prepare
-from restore.range_image.segmentation.segment import SegmentedScan
 from restore.report import describe, findings_of_page
 from restore.runtime.arguments import checks_types
-from restore.scan import Bytes, RangeScan, SurfaceMesh
+from restore.scan import Bytes, RangeScan, ScannedSheet, SurfaceMesh
 from restore.settings import Settings
 from restore.shading.relief import NormalsOn, relief_of
 from restore.shading.remove import LIGHT_DPI
@@ -39,7 +38,7 @@ Progress = Callable[[str, float], None]
 
 @checks_types
 def restore(
-    scan: RangeScan | SurfaceMesh | SegmentedScan,
+    scan: RangeScan | SurfaceMesh | ScannedSheet,
     settings: Settings | None = None,
     *,
     photos: Sequence[Photograph | Bytes] = (),
@@ -48,9 +47,9 @@ def restore(
 ) -> RestoredPage:
     """Turn a scan of a warped page into the flat page.
 
-    scan: one that `load_scan` or a scanner gave, or the `segmented` of a sheet that `separate_sheets` found in it.
-    photos: photographs of the same page by any camera, (h, w, 3) uint8 RGB or as `read_photograph` gives them. The page
-    is painted from those whose registration to the scan is certain; the report lists all.
+    scan: one that `load_scan` or a scanner gave, or a sheet that `separate_sheets` found in one.
+    photos: photographs of the same page by any camera, (h, w, 3) uint8 RGB or as `read_photographs` gives them. The
+    page is painted from those whose registration to the scan is certain; the report lists all.
     progress(stage, fraction done) is called at the start and end of each stage;
     on_step(step, positions (n, 3) mm, faces (m, 3)) after every time step of the flattening.
     Raises NotEnoughSurface when there is no page in the scan, BadInput when the scan cannot be used.
@@ -65,6 +64,7 @@ def restore(
     clock = Stopwatch(progress)
     with clock("prepare"):
         prepared = prepare(scan)
+        source = scan.scan if isinstance(scan, ScannedSheet) else scan
     unrolled = prepared.unroll(settings, clock, on_step)
     fine, dpi = unrolled.fine, settings.dpi
     registered: list[Registered] = []
@@ -88,10 +88,10 @@ def restore(
         *hole_findings(painted.mask, kinds, dpi),
         *shaded.findings,
         *coverage.findings(),
-        *prepared.findings_on(fine, painting, coverage, dpi),
+        *prepared.findings_on(painting, coverage, dpi),
         *photo_findings(registered, photo_report),
     ]
-    report |= {"coverage": coverage.shares(), "source": dict(scan.provenance), "seconds": clock.seconds}
+    report |= {"coverage": coverage.described(), "source": dict(source.provenance), "seconds": clock.seconds}
     report |= {"photos": photo_report} if photos else {}
     report["findings"] = [one.as_json() for one in found]
     return RestoredPage(

@@ -6,6 +6,7 @@ Texture pixels: (x right, y down), the centre of the top left pixel is (0, 0).
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeVar
@@ -58,6 +59,10 @@ class SurfaceMesh:
     texcoords  (n, 2) float64 texture pixels, or None.
     texture    (h, w, 3) uint8 RGB, or None.
     findings   of its file, which go into the report of its page.
+
+    >>> corners = np.array([[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [10.0, 10.0, 0.0], [0.0, 10.0, 0.0]])
+    >>> SurfaceMesh(corners, np.array([[0, 1, 2], [0, 2, 3]])).faces.shape
+    (2, 3)
     """
 
     vertices: Floats
@@ -74,6 +79,23 @@ Scan = TypeVar("Scan", bound=RangeScan | SurfaceMesh)
 def with_findings(scan: Scan, *findings: Finding) -> Scan:
     """The scan with further findings."""
     return replace(scan, findings=scan.findings + findings) if findings else scan
+
+
+@dataclass(frozen=True, eq=False)
+class ScannedSheet(ABC):
+    """One sheet of a scan, as `separate_sheets` finds it and `restore` takes it.
+
+    scan  the scan without the other sheets.
+    size  area of the sheet in the scan: mm² of a mesh, samples of a range image.
+    """
+
+    scan: RangeScan | SurfaceMesh
+    size: float
+
+    @property
+    @abstractmethod
+    def is_rectangular(self) -> bool:
+        """Whether the sheet, laid flat, is a rectangle: a whole page, not a fragment of a torn one."""
 
 
 @dataclass(frozen=True, eq=False)

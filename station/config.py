@@ -10,7 +10,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from drivers import DRIVERS, CaptureSettings, SettingsError
 from drivers.shipped import CONFIGS
-from restore import Settings, read_toml
+from restore import Settings
+from restore.files import read_toml
 from station.errors import UsageError
 
 Model = TypeVar("Model", bound=BaseModel)

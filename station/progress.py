@@ -45,7 +45,7 @@ def progress_on(stream: TextIO | None) -> Iterator[Progress]:
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TaskID, TaskProgressColumn, TextColumn, TimeElapsedColumn
 
-    from restore import notify_when_compiling
+    from restore.runtime import notify_when_compiling
 
     start = monotonic()
     columns = TextColumn("{task.description:<12}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn()

@@ -12,8 +12,10 @@ from random import Random
 
 from bench.hostile import samples
 from bench.hostile.mutations import mutate
-from restore import load_scan, read_photograph, read_picture
+from restore import load_scan
+from restore.formats import read_picture
 from restore.formats.folder import INDEX, POINTS, _sha256
+from restore.photo import read_photograph
 from station.images.icc import read_profile, srgb_profile
 from station.images.pages import read_page
 from station.run.overwrite_check import superseded

@@ -71,10 +71,18 @@ class Index(BaseModel):
 
 @checks_types
 def save_scan(scan: RangeScan, folder: Path | str, *, overwrite: bool = False) -> None:
-    """Write a scan folder; `read_folder` returns an identical scan.
+    """Write a scan folder; `load_scan` returns an identical scan.
 
     Raises BadInput when the folder holds a scan already (without `overwrite`), the arrays are not those of a range scan
     that can be read back, or the provenance is not valid JSON, and OSError when the disk refuses.
+
+    >>> from tempfile import TemporaryDirectory
+    >>> scan = RangeScan(np.full((2, 3, 3), -900.0), None, np.zeros((2, 3, 2)), {"device": "mine"})
+    >>> with TemporaryDirectory() as folder:
+    ...     save_scan(scan, Path(folder) / "page.scan")
+    ...     stored = load_scan(Path(folder) / "page.scan")
+    >>> stored.points.shape, stored.provenance["device"]
+    ((2, 3, 3), 'mine')
     """
     folder = Path(folder)
     if folder.exists() and not folder.is_dir():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Protocol
 
@@ -18,11 +18,10 @@ from restore.mesh.measures import surface_area, vertex_normals
 from restore.mesh.validate import validated
 from restore.phones import polycam, scanner_app
 from restore.phones.arkit import Frame
-from restore.phones.detect import is_polycam, is_scanner_app
+from restore.phones.detect import is_polycam
 from restore.photo import Photograph, read_photograph
 from restore.photogrammetry.align import Similarity
 from restore.photogrammetry.page import CardInView, PaperMasks, find_paper
-from restore.runtime.arguments import checks_types
 from restore.scan import Mask, SurfaceMesh
 
 MOST_FRAMES = 12  # that are read: as many as of a video
@@ -48,29 +47,13 @@ class Reader(Protocol):
         ...
 
 
-@dataclass(frozen=True, eq=False)
-class PhoneCapture:
-    """A page of a phone's capture.
+def load_phone_capture(folder: Path) -> tuple[SurfaceMesh, tuple[Photograph, ...]]:
+    """The page of a folder that Polycam (raw data) or 3d Scanner App (all data) exported, and its photographs.
 
-    mesh         its surface, z up, with the photograph that faces it most as its texture.
-    photographs  with their cameras in the frame of the mesh.
-    """
-
-    mesh: SurfaceMesh
-    photographs: tuple[Photograph, ...]
-
-
-@checks_types
-def load_phone_capture(path: Path | str) -> PhoneCapture:
-    """The page of a folder that Polycam (raw data) or 3d Scanner App (all data) exported.
-
+    The surface is z up, with the photograph that faces it most as its texture; the cameras are in its frame.
     Raises BadInput for a damaged export, NotEnoughSurface when its photographs show no paper on its mesh.
     """
-    folder = Path(path)
-    found = _reader(folder)
-    if found is None:
-        raise BadInput(f"{folder} is no capture of a phone with photographs and cameras", "give a mesh file by itself")
-    program, reader = found
+    program, reader = _reader(folder)
     mesh = reader.read_mesh(folder)
     frames, findings = reader.read_frames(folder)
     if not frames:
@@ -80,16 +63,12 @@ def load_phone_capture(path: Path | str) -> PhoneCapture:
     facts = {"device": program, "unit": "m", "unit_source": "given", "frames": len(frames)}
     facts |= {"photographs": [photograph.name for photograph in photographs]}
     findings = (*findings, Finding.of("coarse_mesh"))
-    return PhoneCapture(replace(page, provenance=facts, findings=findings), tuple(photographs))
+    return replace(page, provenance=facts, findings=findings), tuple(photographs)
 
 
-def _reader(folder: Path) -> tuple[str, Reader] | None:
-    """The program's name and the reader of a folder."""
-    if is_polycam(folder):
-        return "Polycam", polycam
-    if is_scanner_app(folder):
-        return "3d Scanner App", scanner_app
-    return None
+def _reader(folder: Path) -> tuple[str, Reader]:
+    """The program's name and the reader of a folder that one of them exported."""
+    return ("Polycam", polycam) if is_polycam(folder) else ("3d Scanner App", scanner_app)
 
 
 def _chosen(frames: Sequence[Frame]) -> list[Frame]:

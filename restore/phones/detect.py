@@ -8,17 +8,15 @@ from __future__ import annotations
 from pathlib import Path
 
 from restore.formats.source import is_file, is_folder
-from restore.runtime.arguments import checks_types
 
 POLYCAM_CAMERAS = ("keyframes/cameras", "keyframes/corrected_cameras")
 SCANNER_APP_MESHES = ("textured_output.obj", "export.obj", "export_refined.obj")
 SCANNER_APP_FRAMES = "frame_*.json"
 
 
-@checks_types
-def is_phone_capture(path: Path | str) -> bool:
+def is_phone_capture(path: Path) -> bool:
     """Whether a path is a folder that a phone's scanning program exported with photographs and their cameras."""
-    return is_polycam(Path(path)) or is_scanner_app(Path(path))
+    return is_polycam(path) or is_scanner_app(path)
 
 
 def is_polycam(folder: Path) -> bool:

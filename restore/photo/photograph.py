@@ -16,7 +16,6 @@ from restore.camera.photo_camera import PhotoCamera
 from restore.errors import BadInput, LibraryMissing
 from restore.files import read_regular
 from restore.photo.heif import FILE_BOX, HeifPicture, is_heif
-from restore.runtime.arguments import checks_types
 from restore.scan import Bytes
 
 # 240 megapixels are 0.7 GB; medium-format backs have 150.
@@ -46,6 +45,9 @@ class Photograph:
     focal_px     its focal length in pixels, None when the file does not tell.
     camera       that took it, in the frame of the scan, where it is known.
     orientation  EXIF tag by which the sensor's picture was turned to be upright, 1 to 8.
+
+    >>> Photograph(np.zeros((90, 120, 3), np.uint8), "IMG_1.jpg").focal_px is None
+    True
     """
 
     image: Bytes
@@ -55,14 +57,12 @@ class Photograph:
     orientation: int = UPRIGHT
 
 
-@checks_types
-def read_photograph(path: Path | str) -> Photograph:
+def read_photograph(path: Path) -> Photograph:
     """Read a photograph: turned as EXIF says, its colours brought to sRGB.
 
     Raises BadInput when the file is missing, damaged, cut short, too large or no picture, LibraryMissing for a HEIC
     picture without pi-heif.
     """
-    path = Path(path)
     _check(path)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # Pillow warns of odd tags; unreadable pixels are an error all the same

@@ -9,11 +9,10 @@ import cv2
 import numpy as np
 
 from restore.errors import BadInput
+from restore.files import VIDEO_SUFFIXES
 from restore.photo.photograph import MAX_PIXELS, MIN_SIDE, Photograph
-from restore.runtime.arguments import checks_types
 from restore.scan import Bytes, Floats, Ints
 
-ENDINGS = (".mp4", ".mov", ".m4v", ".avi", ".mkv", ".webm", ".3gp")
 FRAMES = 12  # out of a video: pairs grow with the square, and ten views are as good as twenty
 MOST_FRAMES = 18_000  # five minutes at 60 a second
 LOOKED_AT = 600  # frames in which sharpness and motion are measured
@@ -26,10 +25,9 @@ Progress = Callable[[str, float], None]
 
 def is_video(path: Path) -> bool:
     """Whether a file has the ending of a video."""
-    return path.suffix.lower() in ENDINGS
+    return path.suffix.lower() in VIDEO_SUFFIXES
 
 
-@checks_types
 def read_video(path: Path, progress: Progress, *, frames: int = FRAMES) -> list[Photograph]:
     """The sharpest frames of a video, one of each of so many equal shares of its motion.
 

@@ -26,6 +26,9 @@ class ScaleCard:
     marker_mm  side of a marker.
     pitch_mm   from one marker to the next.
     margin_mm  of paper beyond the markers.
+
+    >>> ScaleCard().size_mm
+    (172.0, 60.0)
     """
 
     columns: int = 6
@@ -77,7 +80,7 @@ class ScaleCard:
 
 
 SCALE_CARD = ScaleCard()
-"""The card that `planish card` prints."""
+"""The card that `planish card` prints, the default."""
 
 
 def detect_markers(image: Bytes, card: ScaleCard = SCALE_CARD) -> Mapping[int, Floats]:

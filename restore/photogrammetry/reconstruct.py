@@ -65,21 +65,23 @@ class PhotographedPage:
     report: Mapping[str, Any]
     findings: tuple[Finding, ...] = ()
 
+    def rescaled(self, factor: float, source: Mapping[str, Any]) -> PhotographedPage:
+        """The page made larger by a factor, as its scale was not known, without findings.
 
-def rescaled(page: PhotographedPage, factor: float, source: Mapping[str, Any]) -> PhotographedPage:
-    """A page whose scale was not known, made larger by a factor; source: what tells it, for the report."""
-    larger = Similarity(factor, np.eye(3), np.zeros(3))
-    photographs = tuple(
-        replace(photograph, camera=photograph.camera and larger.camera(photograph.camera))
-        for photograph in page.photographs
-    )
-    mesh = replace(
-        page.mesh,
-        vertices=larger.points(page.mesh.vertices),
-        measured=larger.points(page.mesh.measured),
-        reach_mm=factor * page.mesh.reach_mm,
-    )
-    return PhotographedPage(mesh, photographs, {**page.report, "scale": dict(source)})
+        source: what the factor was taken from, for the report.
+        """
+        larger = Similarity(factor, np.eye(3), np.zeros(3))
+        photographs = tuple(
+            replace(photograph, camera=photograph.camera and larger.camera(photograph.camera))
+            for photograph in self.photographs
+        )
+        mesh = replace(
+            self.mesh,
+            vertices=larger.points(self.mesh.vertices),
+            measured=larger.points(self.mesh.measured),
+            reach_mm=factor * self.mesh.reach_mm,
+        )
+        return PhotographedPage(mesh, photographs, {**self.report, "scale": dict(source)})
 
 
 @checks_types
@@ -89,7 +91,11 @@ def reconstruct_page(
     """The surface of a page on a table, out of photographs of one lens from all round.
 
     card: that lies beside the page, to take the scale from; it is needed in three of them. None for no scale.
+    The result has the `mesh`, the `photographs` that joined, with their cameras, a `report` and `findings`; its method
+    `rescaled(factor, source)` gives it another size.
     Raises MixedLenses, Mirrored, TooFewViews, NoPage, CardApart, or ExtraMissing without pycolmap.
+
+    `examples/photographs.py` makes a page of a folder of photographs.
     """
     if len(photographs) < LEAST_VIEWS:
         raise TooFewViews(

@@ -22,9 +22,9 @@ from restore.range_image.facets.normals import facet_normals
 from restore.range_image.facets.sheet import PageOnGrid, Sheet, depth_distance
 from restore.scan import Bytes, Floats, Mask, SurfaceMesh
 from restore.settings import Settings
-from restore.texture.coverage import Coverage, Seen
+from restore.texture.coverage import Seen
 from restore.texture.occlusion import viewpoint
-from restore.texture.page import PageMap, Painting, page_map, rasterise_on_page
+from restore.texture.page import PageMap, page_map, rasterise_on_page
 
 MAX_SOLVED_POINTS = 10_000  # vertices; more gain no accuracy and cost seconds
 # Samples from node to node of the lattice that is decimated → nodes for each requested point, at least. The facets
@@ -62,7 +62,7 @@ class FacetSheet(Prepared):
         return tuple(Finding.of(name, share) for name, share in shares.items() if share > BORDERS[name])
 
     def normals_on(self, fine: FlatMesh, dpi: float, axes: Floats) -> PageMap:
-        """Of the nearest facet: those that meet at a crease must not be mixed. See Prepared."""
+        """(h, w, 3) of the nearest facet: those that meet at a crease must not be mixed. axes: (3, 3)."""
         rows, cols = self.sheet.rays.grid(fine.vertices)
         at = np.ascontiguousarray(page_map(fine.flat, fine.faces, np.column_stack([cols, rows]), dpi))
         nearest = cv2.remap(facet_normals(self.sheet), at, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
@@ -71,7 +71,7 @@ class FacetSheet(Prepared):
         return normals
 
     def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:
-        """MEASURED or FILLED as the samples are, OUTSIDE where the table was measured through it. See Prepared."""
+        """(h, w) MEASURED or FILLED as the samples are, OUTSIDE in the holes through which the table was measured."""
         grid_xy = np.stack(self.sheet.rays.grid(fine.vertices), axis=1)[:, ::-1]
         at = rasterise_on_page(fine, grid_xy, page.shape, dpi)
         samples = self.sheet.measured.astype(np.uint8)
@@ -82,15 +82,13 @@ class FacetSheet(Prepared):
         return kinds
 
     def camera_centre(self, fine: FlatMesh) -> Floats | None:
-        """The lens of the scanner; for the virtual view of a mesh that of its own picture. See Prepared."""
+        """(3,) mm: the lens of the scanner; for the virtual view of a mesh that of its own picture."""
         origin = self.sheet.rays.origin
         return viewpoint(fine) if origin.any() else origin
 
-    def cut_fraction(self, painting: Painting, coverage: Coverage, texture: Bytes | None) -> float:
-        """By its picture; without one, by its samples in the first and last rows and columns. See Prepared."""
-        if texture is None and self.is_one_shot and painting.page_source is None:
-            return self.sheet.cut
-        return super().cut_fraction(painting, coverage, texture)
+    def cut_by_samples(self) -> float:
+        """That in the first and last rows and columns of the range image."""
+        return self.sheet.cut
 
 
 def unroll(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:

@@ -58,21 +58,21 @@ class InterpolatedPage(Prepared):
         return self.page.findings
 
     def normals_on(self, fine: FlatMesh, dpi: float, axes: Floats) -> PageMap:
-        """As of its mesh. See Prepared."""
+        """(h, w, 3) as of its mesh; axes: (3, 3)."""
         return self.page.normals_on(fine, dpi, axes)
 
     def camera_centre(self, fine: FlatMesh) -> Floats | None:
-        """As of its mesh. See Prepared."""
+        """(3,) mm, as of its mesh."""
         return self.page.camera_centre(fine)
 
     def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:
-        """As of its mesh, and FILLED farther from all measured points than `reach_mm`. See Prepared."""
+        """(h, w) as of its mesh, and FILLED farther from all measured points than `reach_mm`."""
         kinds = self.page.kinds_on(fine, page, dpi)
         distance = distance_to(self.scan.measured, fine.vertices)
         near = rasterise_on_page(fine, distance[:, None], page.shape, dpi)[..., 0] <= self.scan.reach_mm
         kinds[~near & (kinds == Seen.MEASURED)] = Seen.FILLED
         return kinds
 
-    def findings_on(self, _fine: FlatMesh, _painting: Painting, _coverage: Coverage, _dpi: float) -> list[Finding]:
+    def findings_on(self, _painting: Painting, _coverage: Coverage, _dpi: float) -> list[Finding]:
         """None: its reconstruction has reported what is not measured."""
         return []

@@ -17,6 +17,7 @@ from restore.prepared.facet_sheet import FacetSheet
 from restore.prepared.ordered_grid import OrderedGrid
 from restore.prepared.plain_mesh import InterpolatedPage, PlainMesh
 from restore.prepared.prepared import Prepared
+from restore.prepared.separate import SeparateSheet
 from restore.prepared.size import check_size
 from restore.range_image.border import turned_border
 from restore.range_image.fit_sheet import MESH_PRECISION, fit_sheet
@@ -24,11 +25,11 @@ from restore.range_image.holes import holes_to_mesh, holes_to_table
 from restore.range_image.remove_table import page_and_table
 from restore.range_image.resample import resample
 from restore.range_image.segmentation.segment import SegmentedScan, find_sheet, largest_surface, segment
-from restore.scan import InterpolatedMesh, RangeScan, SurfaceMesh, with_findings
+from restore.scan import InterpolatedMesh, RangeScan, ScannedSheet, SurfaceMesh, with_findings
 from restore.scan_check import refuse_unusable
 
 
-def prepare(scan: RangeScan | SurfaceMesh | SegmentedScan) -> Prepared:
+def prepare(scan: RangeScan | SurfaceMesh | ScannedSheet) -> Prepared:
     """The page of a scan: on its range grid, as a mesh where no single view shows all of it, or as an ordered grid.
 
     Raises NotEnoughSurface when the scan holds no piece of surface that could be a page, BadInput for a broken one.
@@ -55,6 +56,11 @@ def of_segmented(segmented: SegmentedScan) -> FacetSheet:
     holes = holes_to_table(sheet, segmented)
     turned = turned_border(sheet)
     return FacetSheet(replace(sheet, holes=holes, cut=segmented.cut, turned_border=turned), is_one_shot=True)
+
+
+def of_sheet(sheet: SeparateSheet) -> Prepared:
+    """A sheet of a scan; what was found of it in its range image need not be looked for again."""
+    return prepare(sheet.scan) if sheet.segmented is None else of_segmented(sheet.segmented)
 
 
 def of_mesh(scan: SurfaceMesh) -> FacetSheet | PlainMesh:
@@ -94,7 +100,7 @@ def _checked(scan: SurfaceMesh) -> ValidMesh:
 
 PREPARERS: Mapping[type, Callable[[Any], Prepared]] = {
     RangeScan: of_range_image,
-    SegmentedScan: of_segmented,
+    SeparateSheet: of_sheet,
     SurfaceMesh: of_mesh,
     InterpolatedMesh: of_interpolated,
     GridMesh: OrderedGrid,

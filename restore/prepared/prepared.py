@@ -19,7 +19,7 @@ from restore.outline.rectangle import squaring_rotation
 from restore.page import FlatMesh
 from restore.scan import Bytes, Floats, Mask
 from restore.settings import Settings
-from restore.texture.coverage import Coverage, Seen, cut_findings, cut_share, filled_findings
+from restore.texture.coverage import Coverage, Seen, cut_findings, filled_findings
 from restore.texture.occlusion import viewpoint
 from restore.texture.page import PageMap, Painting, page_map
 
@@ -77,16 +77,16 @@ class Prepared(ABC):
         """The centre (3,) mm of the camera that took the texture; None where it is not one camera's picture."""
         return viewpoint(fine)
 
-    def cut_fraction(self, painting: Painting, coverage: Coverage, texture: Bytes | None) -> float:
-        """The fraction of the outline of a painted page that is at the edge of the scanner's picture (h, w, 3)."""
-        if texture is None or not self.is_one_shot or painting.page_source is not None:
-            return 0.0
-        return cut_share(coverage.seen != Seen.OUTSIDE, painting.source, texture.shape[:2])
+    def cut_by_samples(self) -> float:
+        """The fraction of the border of the surface beyond which it may go on, where there is no picture to tell."""
+        return 0.0
 
-    def findings_on(self, fine: FlatMesh, painting: Painting, coverage: Coverage, dpi: float) -> list[Finding]:
+    def findings_on(self, painting: Painting, coverage: Coverage, dpi: float) -> list[Finding]:
         """What is to be reported of a painted page: where it ends, and where its shape is not measured."""
-        cut = self.cut_fraction(painting, coverage, fine.texture)
-        return [*cut_findings(cut), *filled_findings(coverage.seen, dpi)]
+        filled = filled_findings(coverage.seen, dpi)
+        if not self.is_one_shot or painting.page_source is not None:
+            return filled
+        return [*cut_findings(self.cut_by_samples() if coverage.cut is None else coverage.cut), *filled]
 
 
 def square_to_picture(flat: FlatMesh) -> FlatMesh:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -13,6 +14,7 @@ from restore.errors import RestoreError
 from restore.mesh.adjacency import border_of, components
 from restore.mesh.clean import clean, large_pieces, select, weld
 from restore.mesh.measures import signed_areas, straight_lengths, surface_area
+from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.pose import pose_on_table
 from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import ValidMesh, validated
@@ -21,47 +23,64 @@ from restore.prepared.flatten import flatten
 from restore.range_image.remove_table import remove_table
 from restore.range_image.segmentation.segment import SegmentedScan, find_pieces
 from restore.runtime.arguments import checks_types
-from restore.scan import Floats, InterpolatedMesh, Ints, Mask, RangeScan, SurfaceMesh
+from restore.scan import Floats, InterpolatedMesh, Ints, Mask, RangeScan, ScannedSheet, SurfaceMesh
 from restore.scan_check import refuse_unusable
 
 OUTLINE_POINTS = 300  # of a sheet that is flattened for its outline alone: ten on each side of a page
 
 
 @dataclass(frozen=True, eq=False)
-class ScannedSheet:
-    """One sheet of a scan.
+class SeparateSheet(ScannedSheet):
+    """A sheet with what is known of it already.
 
-    scan       the scan without the other sheets.
-    size       area of the sheet in the scan: mm² of a mesh, samples of a range image.
-    segmented  the sheet found in the range image: `restore` takes it, and need not look for it again.
+    segmented  the sheet in its range image, which need not be looked for again; None for a mesh or an empty scan.
     """
 
-    scan: RangeScan | SurfaceMesh
-    size: float
     segmented: SegmentedScan | None = None
+
+    @cached_property
+    def is_rectangular(self) -> bool:
+        """Whether the sheet, laid flat, is a rectangle: a whole page, not a fragment of a torn one."""
+        if isinstance(self.scan, SurfaceMesh):
+            return _is_rectangular(self.scan)
+        alone = self.scan if self.segmented is None else _without(self.scan, [~self.segmented.samples])
+        return bool(alone.measured.any()) and _is_rectangular(triangulate(alone))
 
 
 @checks_types
 def separate_sheets(scan: RangeScan | SurfaceMesh) -> list[ScannedSheet]:
     """The sheets of a scan, left to right as the scanner saw them; one, the scan itself, where it holds one.
 
+    A segment of a CT volume is one sheet: what its order joins is one, also over gaps.
+
     Connected pieces nearer to each other than MAX_GAP samples or edges are of one sheet: drop-outs part it so. So are
     those between which a range image has only lost samples, as many as `find_pieces` goes on over.
     Raises NotEnoughSurface when there is no surface, BadInput for a broken mesh.
+
+    >>> rows, cols = np.indices((11, 11)).astype(float)
+    >>> points = np.dstack([10.0 * cols, 10.0 * rows, np.zeros((11, 11))]).reshape(-1, 3)
+    >>> first = np.arange(110).reshape(10, 11)[:, :-1].ravel()
+    >>> square = np.concatenate([first[:, None] + [0, 1, 12], first[:, None] + [0, 12, 11]])
+    >>> two = SurfaceMesh(np.concatenate([points, points + [300.0, 0.0, 0.0]]), np.concatenate([square, square + 121]))
+    >>> [round(sheet.size) for sheet in separate_sheets(two)]
+    [10000, 10000]
     """
     refuse_unusable(scan)
+    if isinstance(scan, GridMesh):
+        return [SeparateSheet(scan, surface_area(scan.vertices, scan.faces))]
     if isinstance(scan, SurfaceMesh):
         return _sheets_of_mesh(scan)
     rays = find_rays(scan)
     if rays is None:
-        return _sheets_of_mesh(triangulate(scan)) if scan.measured.any() else [ScannedSheet(scan, 0.0)]
+        sheets = _sheets_of_mesh(triangulate(scan)) if scan.measured.any() else []
+        return sheets if len(sheets) > 1 else [SeparateSheet(scan, float(scan.measured.sum()))]
     found = find_pieces(scan, rays)
     if not found:
-        return [ScannedSheet(scan, 0.0)]
+        return [SeparateSheet(scan, 0.0)]
     found.sort(key=lambda piece: float(np.nonzero(piece.samples)[1].mean()))
     alone = [_without(piece.scan, [other.samples for other in found if other is not piece]) for piece in found]
     return [
-        ScannedSheet(one, float(piece.samples.sum()), replace(piece, scan=one))
+        SeparateSheet(one, float(piece.samples.sum()), replace(piece, scan=one))
         for one, piece in zip(alone, found, strict=True)
     ]
 
@@ -73,9 +92,7 @@ def _without(scan: RangeScan, others: list[Mask]) -> RangeScan:
     return replace(scan, points=np.where(np.logical_or.reduce(others)[..., None], np.nan, scan.points))
 
 
-@checks_types
-def is_rectangular(mesh: SurfaceMesh) -> bool:
-    """True when a connected mesh, laid flat, is a rectangle: a sheet of its own, no fragment of a torn one."""
+def _is_rectangular(mesh: SurfaceMesh) -> bool:
     try:
         page = flatten(clean(mesh, OUTLINE_POINTS))
     except RestoreError:  # closed, one-sided: no sheet of any shape
@@ -92,10 +109,10 @@ def _sheets_of_mesh(scan: SurfaceMesh) -> list[ScannedSheet]:
         pieces = [mesh.faces[member] for member in large_pieces(mesh)]
     sheets = _joined_over_gaps(mesh, pieces) if len(pieces) > 1 else pieces
     if len(sheets) < 2:
-        return [ScannedSheet(scan, surface_area(mesh.vertices, mesh.faces))]
+        return [SeparateSheet(scan, surface_area(mesh.vertices, mesh.faces))]
     seen = pose_on_table(mesh.vertices, mesh.faces).seen
     sheets.sort(key=lambda faces: float(seen[np.unique(faces), 0].mean()))
-    return [ScannedSheet(select(mesh, faces), surface_area(mesh.vertices, faces)) for faces in sheets]
+    return [SeparateSheet(select(mesh, faces), surface_area(mesh.vertices, faces)) for faces in sheets]
 
 
 def _joined_over_gaps(mesh: ValidMesh, pieces: list[Ints]) -> list[Ints]:

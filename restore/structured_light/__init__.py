@@ -1,7 +1,7 @@
 """A range image from a camera and a projector: Gray-code patterns, what they say of each pixel, and triangulation."""
 
-from restore.structured_light.patterns import Projector, draw_patterns
+from restore.structured_light.patterns import Projector
 from restore.structured_light.rig import Lens, Rig
 from restore.structured_light.scan import scan_captures
 
-__all__ = ["Lens", "Projector", "Rig", "draw_patterns", "scan_captures"]
+__all__ = ["Lens", "Projector", "Rig", "scan_captures"]

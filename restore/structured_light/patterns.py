@@ -14,7 +14,6 @@ import cv2
 import numpy as np
 
 from restore.errors import BadInput
-from restore.runtime.arguments import checks_types
 from restore.scan import Bytes
 
 MIN_SIDE, MAX_SIDE = 16, 8192  # pixels: below it no page is resolved, above it no projector is built
@@ -22,7 +21,12 @@ MIN_SIDE, MAX_SIDE = 16, 8192  # pixels: below it no page is resolved, above it 
 
 @dataclass(frozen=True)
 class Projector:
-    """The picture of a projector, in pixels. Raises BadInput for a size that none has."""
+    """The picture of a projector, in pixels. Raises BadInput for a size that none has.
+
+    >>> projector = Projector(64, 32)
+    >>> projector.count, next(projector.patterns()).shape
+    (24, (32, 64))
+    """
 
     width: int
     height: int
@@ -43,13 +47,11 @@ class Projector:
         """The number of its patterns, the white and the black picture included."""
         return 2 * sum(self.bits) + 2
 
-
-@checks_types
-def draw_patterns(projector: Projector) -> Iterator[Bytes]:
-    """The patterns (height, width) uint8, 0 or 255, in the order in which they are to be shown."""
-    generator = cv2.structured_light.GrayCodePattern.create(projector.width, projector.height)
-    _, patterns = generator.generate()
-    yield from patterns
-    shape = (projector.height, projector.width)
-    yield np.full(shape, 255, np.uint8)
-    yield np.zeros(shape, np.uint8)
+    def patterns(self) -> Iterator[Bytes]:
+        """The patterns (height, width) uint8, 0 or 255, in the order in which they are to be shown."""
+        generator = cv2.structured_light.GrayCodePattern.create(self.width, self.height)
+        _, patterns = generator.generate()
+        yield from patterns
+        shape = (self.height, self.width)
+        yield np.full(shape, 255, np.uint8)
+        yield np.zeros(shape, np.uint8)

@@ -38,7 +38,7 @@ CALIBRATION_HINT = "calibrate camera and projector as they stand now, in millime
 def scan_captures(pictures: Sequence[Bytes], colour: Bytes, rig: Rig) -> RangeScan:
     """The range image of a surface that a projector lit with its patterns.
 
-    pictures  (h, w) uint8 brightness of each pattern, in the order of `draw_patterns`.
+    pictures  (h, w) uint8 brightness of each pattern, in the order of `Projector.patterns`.
     colour    (h, w, 3) uint8 RGB of the white pattern: the texture.
     Raises BadInput for another number of pictures, or a calibration that does not belong to them, NotEnoughSurface when
     they show too little of the patterns.

@@ -31,7 +31,12 @@ NO_PICTURE = 255  # in page_source, off the page
 
 
 class Seen(IntEnum):
-    """The kind of a page pixel."""
+    """The kind of a page pixel, as `RestoredPage.coverage` has it.
+
+    >>> coverage = np.array([[0, 1, 1], [0, 2, 3]], np.uint8)
+    >>> int((coverage == Seen.MEASURED).sum())
+    2
+    """
 
     OUTSIDE = 0  # off the page
     MEASURED = 1  # seen by the camera, its shape measured
@@ -43,9 +48,14 @@ class Seen(IntEnum):
 
 @dataclass(frozen=True, eq=False)
 class Coverage:
-    """The kinds of the pixels of a page: seen (h, w) uint8, values of `Seen`."""
+    """The kinds of the pixels of a page.
+
+    seen  (h, w) uint8, values of `Seen`.
+    cut   fraction of the page's outline that is at the edge of the source's picture; None without a picture.
+    """
 
     seen: Bytes
+    cut: float | None = None
 
     @property
     def mask(self) -> Mask:
@@ -57,6 +67,10 @@ class Coverage:
         count = {kind: np.count_nonzero(self.seen == kind) for kind in Seen if kind is not Seen.OUTSIDE}
         page = max(sum(count.values()), 1)
         return {kind.name.lower(): number / page for kind, number in count.items()}
+
+    def described(self) -> dict[str, float | None]:
+        """The coverage as the report has it: the shares of the kinds, and `cut`."""
+        return {**self.shares(), "cut": self.cut}
 
     def findings(self) -> list[Finding]:
         """What is to be reported of a page that is white in large part."""
@@ -78,7 +92,8 @@ def cover(fine: FlatMesh, painting: Painting, kinds: Bytes, camera_centre: Float
         hidden = on_page & occluded(fine, camera_centre, on_page.shape, dpi)
         # Pixels painted from a photograph need not be visible to the scanner's camera.
         seen[hidden if painting.page_source is None else hidden & (painting.page_source == 0)] = Seen.HIDDEN
-    return Coverage(seen)
+    cut = None if fine.texture is None else cut_share(seen != Seen.OUTSIDE, painting.source, fine.texture.shape[:2])
+    return Coverage(seen, cut)
 
 
 def seen_part(painting: Painting, coverage: Coverage) -> Painting:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +43,7 @@ def inpaint_hidden(image: Bytes, coverage: Coverage, dpi: float, widest_mm: floa
     unknown = (~coverage.mask).astype(np.uint8)
     filled = _inpaint(_close_strokes(image, unknown, dpi), unknown, selected)
     seen = np.where(selected, np.uint8(Seen.INVENTED), coverage.seen)
-    return np.where(selected[..., None], filled, image), Coverage(seen)
+    return np.where(selected[..., None], filled, image), replace(coverage, seen=seen)
 
 
 def _close_strokes(image: Bytes, unknown: NDArray[np.uint8], dpi: float) -> Bytes:

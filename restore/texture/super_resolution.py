@@ -49,7 +49,16 @@ class SuperResolution:
 
 @checks_types
 def finer_scan(shots: Sequence[RangeScan]) -> RangeScan:
-    """The first scan with the super-resolved texture of all shots. Raises BadInput as `super_resolve`."""
+    """The first scan with the super-resolved texture of all shots. Raises BadInput as `super_resolve`.
+
+    >>> import cv2
+    >>> noise = np.random.default_rng(1).integers(0, 256, (256, 256, 3), np.uint8)
+    >>> page = cv2.GaussianBlur(noise, (0, 0), 2.0) * np.uint8(2)
+    >>> halves = [page[y : 240 + y : 2, x : 240 + x : 2] for x, y in ((0, 0), (0, 1), (1, 0), (1, 1))]
+    >>> shots = [RangeScan(np.zeros((2, 2, 3)), picture, np.zeros((2, 2, 2))) for picture in halves]
+    >>> finer_scan(shots).texture.shape
+    (240, 240, 3)
+    """
     if not shots:
         raise BadInput("there is no shot", "give two shots of the page or more")
     first = shots[0]

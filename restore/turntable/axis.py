@@ -15,7 +15,8 @@ from scipy.spatial.transform import Rotation
 
 from restore.errors import BadInput
 from restore.runtime.arguments import checks_types
-from restore.scan import Floats
+from restore.scan import Floats, RangeScan
+from restore.turntable.board import board_corners
 
 MIN_CORNERS = 8  # two markers: the four corners of one are too close together to determine a tilt
 MAX_TURN_ERROR_DEG = 0.5  # a stage is accurate to a hundredth of a degree; more means wrong angles
@@ -24,7 +25,12 @@ MIN_TURN_DEG = 5.0  # from 0° and 180°: below, position and direction of the a
 
 @dataclass(frozen=True, eq=False)
 class RotationAxis:
-    """An axis through point (3,) mm along the unit vector direction (3,); angles follow the right-hand rule."""
+    """An axis through point (3,) mm along the unit vector direction (3,); angles follow the right-hand rule.
+
+    >>> upright = RotationAxis(np.array([0.0, 0.0, -900.0]), np.array([0.0, 1.0, 0.0]))
+    >>> (upright.turn(90.0) @ [10.0, 0.0, -900.0, 1.0]).round(6).tolist()
+    [0.0, 0.0, -910.0, 1.0]
+    """
 
     point: Floats
     direction: Floats
@@ -48,7 +54,22 @@ class AxisFit:
 
 
 @checks_types
-def fit_axis(views: Sequence[Mapping[int, Floats]], turns_deg: Sequence[float]) -> AxisFit:
+def fit_axis(scans_of_board: Sequence[RangeScan], turns_deg: Sequence[float]) -> AxisFit:
+    """Find the axis from scans of a flat board of markers that the stage turned, and the angles of the stage.
+
+    The board has ArUco markers of the dictionary 4×4; each scan is one shot with colour. The result has the `axis`, the
+    residual `rms_mm` and the angle of each view as the markers have it, `turned_deg`.
+    Raises BadInput when a scan shows no such board, the views share too few markers, turn too little, or by other
+    angles than stated.
+
+    `examples/turntable.py` finds an axis and merges views about it.
+    """
+    if len(scans_of_board) != len(turns_deg):
+        raise BadInput(f"{len(scans_of_board)} views and {len(turns_deg)} angles", "give one angle for each view")
+    return axis_of_corners([board_corners(scan) for scan in scans_of_board], turns_deg)
+
+
+def axis_of_corners(views: Sequence[Mapping[int, Floats]], turns_deg: Sequence[float]) -> AxisFit:
     """Find the axis from the corners of markers in two or more views, and the angles of the stage.
 
     views  for each view, marker → its corners (4, 3) mm in the scanner's frame.

@@ -10,14 +10,12 @@ import numpy as np
 from restore.camera.rays import Rays, find_rays
 from restore.errors import BadInput
 from restore.numerics.robust import robust_sigma
-from restore.runtime.arguments import checks_types
 from restore.scan import Bytes, Floats, RangeScan
 
 OUTLIER_SIGMAS, ITERATIONS = 3.0, 5  # samples this far off the board's plane do not belong to it
 NO_BOARD = "put a flat board with ArUco markers (DICT_4X4) on the stage, in the depth window and evenly lit"
 
 
-@checks_types
 def board_corners(scan: RangeScan) -> Mapping[int, Floats]:
     """Marker → its corners (4, 3) mm in the scanner's frame, of the detected markers of the dictionary 4×4.
 

@@ -75,7 +75,8 @@ def merge_views(
 
     turns_deg  angle of the stage at each shot; the merged page is upright as in the view nearest to 0°.
     reference  index of the view to complete; None chooses that nearest to 0°, or one with clearly more of the page.
-    A view that cannot be registered is left out, with a finding.
+    A view that cannot be registered is left out, with a finding. The result has the `scan`, upright, the index of the
+    `reference`, a report of each of the `views` and `findings`. `examples/turntable.py` merges views.
     Raises BadInput when there is no view, or a view is not one shot of a scanner, NotEnoughSurface for an empty one.
     """
     if not scans or len(scans) != len(turns_deg):

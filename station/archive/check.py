@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Literal
 
-from restore import BadInput, read_regular
+from restore import BadInput
+from restore.files import read_regular
 from station.session.bag import MANIFEST, PAYLOAD, TAG_MANIFEST
 from station.session.events import FOLDER
 from station.session.tree import place_of, tree_digests

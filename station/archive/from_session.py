@@ -8,7 +8,8 @@ from contextlib import suppress
 from datetime import datetime
 from typing import Any
 
-from restore import BadInput, RangeScan, SurfaceMesh, load_scan, read_regular
+from restore import BadInput, RangeScan, SurfaceMesh, load_scan
+from restore.files import read_regular
 from station.archive.volume import Event, Page, Role, StoredFile, Volume
 from station.session import Event as SessionEvent
 from station.session import History, Session, scan_path

@@ -16,7 +16,7 @@ from urllib.parse import urlsplit
 
 from PIL import Image
 
-from restore import Bytes
+from restore.scan import Bytes
 from station.archive.volume import Page, Volume
 from station.errors import UsageError
 from station.images.icc import srgb_profile

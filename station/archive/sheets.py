@@ -9,7 +9,8 @@ import numpy as np
 import trimesh
 from PIL import Image
 
-from restore import Bytes, Floats, Ints, RangeScan, SurfaceMesh
+from restore import RangeScan, SurfaceMesh
+from restore.scan import Bytes, Floats, Ints
 from station.export.mesh import encode_material, encode_warped, unit_square
 from station.images.png import encode_png
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.special import stdtrit
 
-from restore import Floats
+from restore.scan import Floats
 
 MIN_PAGES = 5  # before that the scatter is not known, and no end is named
 COVERED = 0.95

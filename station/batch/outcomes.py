@@ -9,7 +9,8 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from restore import Finding, read_regular
+from restore import Finding
+from restore.files import read_regular
 from station.batch.plan import Plan
 from station.intake import records
 from station.intake.arrival import Arrival

@@ -12,7 +12,8 @@ from pathlib import Path
 
 from PIL import Image
 
-from restore import BadInput, read_picture
+from restore import BadInput
+from restore.formats import read_picture
 from station.batch.outcomes import FIGURES, PageOutcome, Ranked, worst_first
 from station.verdict.judge import LEVELS
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from restore import LibraryMissing
+from restore.runtime import LibraryMissing
 from station.batch.outcomes import PageOutcome, concerns, figures_of, texts_of
 from station.batch.progress import Done, Event, Pace, Show
 from station.batch.run_tasks import run

@@ -8,7 +8,8 @@ from typing import Any
 import cv2
 import numpy as np
 
-from restore import BadInput, Bytes, Floats
+from restore import BadInput
+from restore.scan import Bytes, Floats
 
 PATCHES = 24
 GREYS = slice(18, 24)  # white to black, the last row

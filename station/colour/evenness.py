@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import fdtrc
 
-from restore import Floats
+from restore.scan import Floats
 
 COLUMNS, ROWS = 6, 4
 LEAST_RANGE = 0.05  # of the light: below it, half a unit of L*, fit and lamp cannot be told apart

@@ -9,7 +9,8 @@ import cv2
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from restore import BadInput, Floats
+from restore import BadInput
+from restore.scan import Floats
 from station.colour.chart import Chart
 from station.colour.evenness import EVEN, measure_evenness
 from station.colour.lab import difference, lab_of_linear, luminance, luminance_of_lab

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from restore import Floats
+from restore.scan import Floats
 from station.images.icc import D50, srgb_matrix
 
 BEND = 6 / 29  # below this cube root the lightness curve is straight (CIE 15:2004, 8.2.1.1)

@@ -8,7 +8,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from restore import PICTURE_SUFFIXES, BadInput, Bytes, Finding, Settings, load_scan, read_picture, read_regular, restore
+from restore import BadInput, Finding, Settings, load_scan, restore
+from restore.files import read_regular
+from restore.formats import PICTURE_SUFFIXES, read_picture
+from restore.scan import Bytes
 from station.colour.chart import find_chart
 from station.colour.figures import UNMEASURED, mean_differences, quality_figures
 from station.colour.fit import ColourFit, fit_colours

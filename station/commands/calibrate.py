@@ -103,10 +103,10 @@ def axis(
     with report_faults(debug=debug), progress_on(sys.stderr) as progress:
         from station.config import load_config
         from station.run.destination import Destination
-        from station.run.turntable import axis_table, find_axis
+        from station.run.turntable import find_axis
 
-        fit, path = find_axis(load_config(config), Destination(output, force=force), turns=turns, progress=progress)
-        print_result(f"{path}\n{axis_table(fit).rstrip()}")
+        table, path = find_axis(load_config(config), Destination(output, force=force), turns=turns, progress=progress)
+        print_result(f"{path}\n{table.rstrip()}")
 
 
 def _board(columns: int, rows: int, marker_mm: float, pitch_mm: float) -> Board:

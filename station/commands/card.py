@@ -39,11 +39,11 @@ def card(
 ) -> None:
     """Draw the scale card to print at 100 % and to lay beside a page that is photographed."""
     with report_faults(debug=debug):
-        from restore import SCALE_CARD
+        from restore import ScaleCard
         from station.storage.atomic import write_all
 
         require_suffix(output, ".pdf")
-        write_all([(output, encode_card(SCALE_CARD))], force=force)
+        write_all([(output, encode_card(ScaleCard()))], force=force)
         print_result(f"{output}: print it at 100 %, and lay it beside the page for `planish photos`")
 
 

@@ -20,7 +20,8 @@ def compile_kernels() -> int:
 
     Those of other methods, formats and outputs are compiled when they are first used; progress says so.
     """
-    from restore import Settings, notify_when_compiling, save_scan
+    from restore import Settings, save_scan
+    from restore.runtime import notify_when_compiling
     from station.run.destination import Destination
     from station.run.one_page import restore_file
     from station.run.options import RunOptions

@@ -19,7 +19,7 @@ from station.commands.terminal import print_result, report_faults
 
 if TYPE_CHECKING:
     from drivers.vivid900.discovery import Host, NameFilter
-    from restore import SystemLibrary
+    from restore.runtime import SystemLibrary
 
 PROBLEM_CODE = 4  # a device cannot be used
 
@@ -84,7 +84,7 @@ def run_checks(
 
 
 def _libraries(missing: Sequence[SystemLibrary]) -> Iterator[Check]:
-    from restore import SYSTEM_LIBRARIES
+    from restore.runtime import SYSTEM_LIBRARIES
 
     for library in SYSTEM_LIBRARIES:
         if library in missing:
@@ -196,9 +196,9 @@ def tesseract_languages() -> Sequence[str] | None:
 
 def missing_libraries() -> Sequence[SystemLibrary]:
     """The native libraries that this computer lacks."""
-    import restore
+    from restore import runtime
 
-    return restore.missing_libraries()
+    return runtime.missing_libraries()
 
 
 def missing_packages(missing: Sequence[SystemLibrary]) -> list[str]:

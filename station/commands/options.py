@@ -48,7 +48,8 @@ def require_suffix(output: Path, suffix: str) -> None:
 
 def unit_name(text: str) -> str:
     """The unit that an option names. Raises BadParameter for another text."""
-    from restore import BadInput, check_unit
+    from restore import BadInput
+    from restore.formats import check_unit
 
     try:
         check_unit(text)

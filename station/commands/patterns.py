@@ -62,10 +62,11 @@ def pattern_files(folder: Path, width: int, height: int) -> Iterator[tuple[Path,
     """The files of the patterns: pictures in the order in which they are shown, and the index."""
     import numpy as np
 
-    from restore import Projector, draw_patterns, encode_png
+    from restore import Projector
+    from restore.formats import encode_png
 
     projector = Projector(width, height)
-    for number, pattern in enumerate(draw_patterns(projector)):
+    for number, pattern in enumerate(projector.patterns()):
         yield folder / f"pattern_{number:02d}.png", encode_png(np.repeat(pattern[..., None], 3, axis=2))
     index = {"projector": [width, height], "patterns": projector.count}
     yield folder / INDEX, (json.dumps(index) + "\n").encode()

@@ -6,7 +6,9 @@ import io
 
 import numpy as np
 
-from restore import FlatMesh, Floats, SurfaceMesh, average_at_vertices, edges_of, face_strain
+from restore import FlatMesh, SurfaceMesh
+from restore.drawing import average_at_vertices, face_strain
+from restore.scan import Floats
 
 
 def encode_flat(mesh: FlatMesh, material_file: str) -> bytes:
@@ -26,7 +28,7 @@ def encode_material(texture_file: str) -> bytes:
 
 def encode_strain(mesh: FlatMesh) -> bytes:
     """The flat page as binary PLY, mm, with the stretch and shear at every vertex."""
-    strain = face_strain(mesh.flat, mesh.faces, edges_of(mesh.faces), mesh.lengths)
+    strain = face_strain(mesh.flat, mesh.faces, mesh.edges, mesh.lengths)
     columns = [mesh.flat, np.zeros((len(mesh.flat), 1)), average_at_vertices(strain, mesh.faces, len(mesh.flat))]
     header = (
         f"ply\nformat binary_little_endian 1.0\nelement vertex {len(mesh.flat)}\n"

@@ -13,7 +13,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restore import FlatMesh, Floats, RestoredPage, average_at_vertices, edges_of, face_strain
+from restore import FlatMesh, RestoredPage
+from restore.drawing import average_at_vertices, face_strain
+from restore.scan import Floats
 from station.export.mesh import unit_square
 from station.pictures.frames import Frame
 
@@ -29,7 +31,7 @@ Arrays = Mapping[str, NDArray[Any]]
 def encode_model(page: RestoredPage, frames: Sequence[Frame]) -> bytes:
     """The model of a page. frames: steps of the flattening, kept where the sheet moves through space."""
     mesh = page.fine
-    strain = face_strain(mesh.flat, mesh.faces, edges_of(mesh.faces), mesh.lengths)[:, :1]
+    strain = face_strain(mesh.flat, mesh.faces, mesh.edges, mesh.lengths)[:, :1]
     arrays: dict[str, NDArray[Any]] = {
         "vertices": centred(mesh.vertices),
         "faces": mesh.faces,

@@ -11,7 +11,7 @@ import struct
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from restore import Bytes
+from restore.scan import Bytes
 from station.images.icc import srgb_profile
 from station.images.image_metadata import software
 from station.images.png import encode_png

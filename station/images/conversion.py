@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 from PIL import Image, ImageCms
 
-from restore import BadInput, Bytes, RestoredPage
+from restore import BadInput, RestoredPage
+from restore.scan import Bytes
 from station.images.icc import srgb_profile
 
 

@@ -8,7 +8,8 @@ from PIL import Image
 
 # White as paper, the page in two greens, what is missing red, what was invented violet, what was covered in a
 # photograph yellow: apart for the colour-blind too.
-from restore import Bytes, Seen
+from restore import Seen
+from restore.scan import Bytes
 
 COLOURS = {
     Seen.OUTSIDE: (255, 255, 255),

@@ -11,7 +11,9 @@ from typing import Literal
 
 import numpy as np
 
-from restore import BadInput, Floats, read_bytes
+from restore import BadInput
+from restore.formats import read_bytes
+from restore.scan import Floats
 
 # D50, the white that all profiles share (ICC.1:2010, 7.2.16), and D65 as CIE 15 gives it, X and Z for Y = 1.
 D50 = np.array([0.9642, 1.0, 0.8249])

@@ -8,7 +8,9 @@ from pathlib import Path
 
 from PIL import Image
 
-from restore import BadInput, Bytes, read_picture
+from restore import BadInput
+from restore.formats import read_picture
+from restore.scan import Bytes
 
 KINDS = (".png", ".tif", ".tiff")
 NO_SCALE = "give a page that `planish restore` wrote: it has its true resolution in the file"

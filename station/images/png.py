@@ -6,8 +6,8 @@ from typing import Any
 
 from PIL.PngImagePlugin import PngInfo
 
-import restore
-from restore import Bytes
+from restore import formats
+from restore.scan import Bytes
 from station.images.image_metadata import ImageMetadata
 
 
@@ -21,4 +21,4 @@ def encode_png(image: Bytes, dpi: float | None = None, metadata: ImageMetadata |
         texts = PngInfo()
         texts.add_itxt("XML:com.adobe.xmp", metadata.xmp().decode("utf-8"))
         tags |= {"icc_profile": metadata.profile, "exif": metadata.exif(), "pnginfo": texts}
-    return restore.encode_png(image, **tags)
+    return formats.encode_png(image, **tags)

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from restore import Bytes, RestoredPage
+from restore import RestoredPage
+from restore.scan import Bytes
 from station.images.image_metadata import ImageMetadata, exif_time
 
 MODEL, XMP = 272, 700  # tags of TIFF 6.0, section 8, and of XMP specification part 3, 2.1

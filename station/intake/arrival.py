@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from restore import scan_stem
+from restore.formats import scan_stem
 from station.intake.listing import Listing, Stamp
 from station.run.one_page import SCAN_SUFFIX
 

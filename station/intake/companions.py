@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from restore import PICTURE_SUFFIXES, SCAN_SUFFIXES, scan_stem
+from restore.formats import PICTURE_SUFFIXES, SCAN_SUFFIXES, scan_stem
 from station.intake.listing import Listing, Stamp
 
 # How each format names other files; `restore.formats` reads them, here they are only waited for.

@@ -8,7 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, Literal, Protocol
 
-from restore import LibraryMissing
+from restore.runtime import LibraryMissing
 from station.errors import StationError, explain
 from station.intake import records
 from station.intake.arrival import Arrival

@@ -9,7 +9,9 @@ from typing import Any
 
 from pydantic import field_validator
 
-from restore import BadInput, Settings, check_unit, read_toml
+from restore import BadInput, Settings
+from restore.files import read_toml
+from restore.formats import check_unit
 from station.choices import FLAGS
 from station.config import build_model
 from station.errors import UsageError

@@ -15,7 +15,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from restore import read_regular
+from restore.files import read_regular
 from station.intake.arrival import Arrival
 from station.storage.disk import sync_folder, write_file
 

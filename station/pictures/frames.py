@@ -9,7 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from restore import Bytes, FlatMesh, Floats, Ints, SurfaceMesh
+from restore import FlatMesh, SurfaceMesh
+from restore.scan import Bytes, Floats, Ints
 from station.pictures.panels import FAINT_INK, blank_picture, draw_text
 from station.pictures.view import oblique_camera, render_mesh
 

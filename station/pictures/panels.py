@@ -11,7 +11,7 @@ import font_source_sans_pro as typeface
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from restore import Bytes
+from restore.scan import Bytes
 from station.pictures.view import BACKGROUND
 
 INK, FAINT_INK = (244, 244, 242), (176, 181, 188)

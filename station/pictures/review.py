@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from restore import Bytes, RestoredPage, Seen
+from restore import RestoredPage, Seen
+from restore.scan import Bytes
 from station.pictures.panels import Panel, resize_to_fit, side_by_side
 from station.pictures.view import oblique_camera, render_mesh
 

@@ -8,7 +8,9 @@ from math import log10
 import cv2
 import numpy as np
 
-from restore import Bytes, FlatMesh, Floats, RestoredPage, edges_of, face_strain, rasterise
+from restore import FlatMesh, RestoredPage
+from restore.drawing import face_strain, rasterise
+from restore.scan import Bytes, Floats
 from station.pictures.panels import FAINT_INK, GAP, TITLE_SIZE, blank_picture, draw_text
 
 HEIGHT, WIDTH = 900, 900  # the page fits into this
@@ -26,7 +28,7 @@ UNSIGNED = np.array([[244, 244, 242], [214, 180, 214], [160, 96, 168], [92, 28, 
 def strain_picture(page: RestoredPage) -> Bytes:
     """Stretch and shear of every face over the page, each with a scale and numbers: (h, w, 3) uint8 RGB."""
     mesh = page.fine
-    stretch, shear = face_strain(mesh.flat, mesh.faces, edges_of(mesh.faces), mesh.lengths).T
+    stretch, shear = face_strain(mesh.flat, mesh.faces, mesh.edges, mesh.lengths).T
     ends = [round_up(float(np.percentile(np.abs(values), SHOWN))) for values in (stretch, shear)]
     maps = (
         _map(page, stretch / ends[0] / 2 + 0.5, "Stretch", SIGNED, (-ends[0], ends[0]), stretch),

@@ -8,7 +8,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from restore import Bytes, Floats, Mask, SurfaceMesh, rasterise, vertex_normals
+from restore import SurfaceMesh
+from restore.drawing import rasterise, vertex_normals
+from restore.scan import Bytes, Floats, Mask
 
 BACKGROUND = np.array([58.0, 63.0, 70.0])  # darker than any paper, so that the page stands out
 UNPAINTED = np.array([205.0, 203.0, 198.0])  # paper of a mesh without colour, and the back of any page

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from restore import BadInput, read_bytes
+from restore import BadInput
+from restore.formats import read_bytes
 from station.export.pdf import encode_pdf
 from station.images.pages import find_pages, read_page
 from station.progress import Progress, silent

@@ -9,7 +9,7 @@ from dataclasses import replace
 from itertools import count
 from pathlib import Path
 from time import perf_counter
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import drivers
 from restore import (
@@ -20,14 +20,13 @@ from restore import (
     RestoreError,
     SurfaceMesh,
     finer_scan,
-    is_phone_capture,
+    load_capture,
     load_scan,
-    read_photograph,
-    referenced_files,
+    read_photographs,
     restore,
     save_scan,
-    scan_stem,
 )
+from restore.formats import referenced_files, scan_stem
 from station.choices import Turn
 from station.config import StationConfig
 from station.errors import UsageError
@@ -46,9 +45,6 @@ from station.storage.atomic import lock_output_folder, new_folder, refuse_captur
 from station.storage.folder_lock import FolderLock, recover
 from station.words.orientation import turned
 from station.words.words import check_language, find_tesseract, recognise
-
-if TYPE_CHECKING:
-    from restore import PhoneCapture
 
 SCAN_SUFFIX = ".scan"
 
@@ -92,15 +88,11 @@ def restore_file(
     check_outputs(destination.files(stem, options), input_files, force=destination.force)
     start = clock()
     try:
-        photographs = [read_photograph(path) for path in photos]
-        scan: RangeScan | SurfaceMesh
-        if is_phone_capture(source):
-            capture = _phone_capture(source, texture, shots)
-            scan, photographs = capture.mesh, [*capture.photographs, *photographs]
-        else:
-            scan = _combined_shots(
-                [load_scan(source, texture=texture, unit=options.unit), *(load_scan(shot) for shot in shots)]
-            )
+        photographs = read_photographs(photos)
+        capture = load_capture(source, texture, unit=options.unit)
+        if shots and capture.photographs:
+            raise UsageError(f"{source} has its own photographs", "leave --shot out; --photo adds another")
+        scan = _combined_shots([capture.scan, *(load_scan(shot) for shot in shots)])
     except OSError as error:
         raise BadInput(f"cannot read {error.filename or source}: {error.strerror}", "check the path") from error
     report_fields: dict[str, Any] = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
@@ -115,7 +107,7 @@ def restore_file(
             stem,
             source_record,
             lock=lock,
-            photos=photographs,
+            photos=[*capture.photographs, *photographs],
             input_files=input_files,
             examine=examine,
             progress=progress,
@@ -192,14 +184,6 @@ def store_and_restore(
         error.add_note(f"the scan is safe in {stored[0]}; restore it with: {again}")
         raise
     return replace(outcome, files=(*stored, *outcome.files))
-
-
-def _phone_capture(source: Path, texture: Path | None, shots: Sequence[Path]) -> PhoneCapture:
-    if texture is not None or shots:
-        raise UsageError(f"{source} brings its own photographs", "leave --texture and --shot out; --photo adds another")
-    from restore import load_phone_capture
-
-    return load_phone_capture(source)
 
 
 def stem_of(source: Path) -> str:
@@ -329,7 +313,7 @@ def _restore_sheet(
     """One sheet restored, its words read when they are asked for, with its report."""
     recorder = Recorder() if options.outputs & {"frames", "model"} else None
     start, stem = clock(), stem + sheet.suffix
-    page = restore(sheet.segmented or sheet.scan, options.settings, photos=photos, progress=progress, on_step=recorder)
+    page = restore(sheet.sheet or sheet.scan, options.settings, photos=photos, progress=progress, on_step=recorder)
     if not options.anyway:
         check_plausible_page(page.report, len(page.fine.faces))
     if options.to_srgb and options.colours is not None and page.flat.texture is not None:

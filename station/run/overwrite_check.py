@@ -10,7 +10,7 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
-from restore import read_regular
+from restore.files import read_regular
 from station.errors import OverwriteError
 from station.export import outputs
 from station.storage.atomic import refuse_existing

@@ -9,19 +9,7 @@ from math import sqrt
 from pathlib import Path
 from time import perf_counter
 
-from restore import (
-    SCALE_CARD,
-    BadInput,
-    Photograph,
-    PhotographedPage,
-    Settings,
-    is_video,
-    read_photograph,
-    read_video,
-    reconstruct_page,
-    rescaled,
-    restore,
-)
+from restore import BadInput, ScaleCard, Settings, SurfaceMesh, read_photographs, reconstruct_page, restore
 from station.errors import UsageError
 from station.progress import Progress, silent
 from station.run.destination import Clock, Destination, Outcome, SourceRecord
@@ -75,13 +63,14 @@ def photographed_page(
     recover(destination.folder)
     check_outputs(destination.files(stem, options), list(pictures), force=destination.force)
     start = clock()
-    photographs = read_pictures(pictures, progress)
+    photographs = read_photographs(pictures, progress)
     loaded = clock()
     progress = with_whole(progress, expected_of_photographs(len(photographs)))
-    page = reconstruct_page(photographs, card=SCALE_CARD if scale.card else None, progress=progress)
+    page = reconstruct_page(photographs, card=ScaleCard() if scale.card else None, progress=progress)
     findings = page.findings
     if scale.page_mm is not None:
-        page, findings = _to_size(page, scale.page_mm), ()
+        factor = _factor_to(page.mesh, scale.page_mm)
+        page, findings = page.rescaled(factor, {"from": "page", "page_mm": list(scale.page_mm)}), ()
     record = SourceRecord(
         {"photographs": [str(path) for path in pictures], "photogrammetry": dict(page.report)},
         {"load": loaded - start, "reconstruct": clock() - loaded},
@@ -103,26 +92,16 @@ def photographed_page(
         )
 
 
-def read_pictures(pictures: Sequence[Path], progress: Progress) -> list[Photograph]:
-    """The photographs of files, or the frames of one video. Raises UsageError for a video among others, BadInput."""
-    videos = [path for path in pictures if is_video(path)]
-    if not videos:
-        return [read_photograph(path) for path in pictures]
-    if len(pictures) > 1:
-        raise UsageError(f"{videos[0]} is a video", "give a video by itself: its frames are the photographs")
-    return read_video(videos[0], progress)
-
-
-def _to_size(page: PhotographedPage, wanted: tuple[float, float]) -> PhotographedPage:
-    """The page made as large as it is known to be, width × height mm either way round.
+def _factor_to(page: SurfaceMesh, wanted: tuple[float, float]) -> float:
+    """The factor by which a page is to be larger, to be width × height mm either way round.
 
     Raises BadInput when its sides have another ratio.
     """
-    width, height = restore(page.mesh, MEASURED).report["page_mm"]
+    width, height = restore(page, MEASURED).report["page_mm"]
     ratio, known = max(width, height) / min(width, height), max(wanted) / min(wanted)
     if abs(ratio / known - 1) > OTHER_SHAPE:
         raise BadInput(
             f"the page's sides are as {ratio:.3f} to 1, and those of {wanted[0]:g} × {wanted[1]:g} mm as {known:.3f}",
             "measure the page, or give --scale card or none",
         )
-    return rescaled(page, sqrt(wanted[0] * wanted[1] / (width * height)), {"from": "page", "page_mm": list(wanted)})
+    return sqrt(wanted[0] * wanted[1] / (width * height))

@@ -6,17 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from restore import (
-    BadInput,
-    Finding,
-    GridMesh,
-    RangeScan,
-    ScannedSheet,
-    SegmentedScan,
-    SurfaceMesh,
-    is_rectangular,
-    separate_sheets,
-)
+from restore import BadInput, Finding, RangeScan, SurfaceMesh, separate_sheets
+from restore.scan import ScannedSheet
 from station.choices import Pieces
 
 
@@ -24,13 +15,13 @@ from station.choices import Pieces
 class Selected:
     """A sheet that a run restores.
 
-    segmented      its samples in a range image, where they were found already.
+    sheet          as it was found in the scan; None for a scan that is restored as a whole.
     suffix         of its results' stem.
     report_fields  that it adds to the report.
     """
 
     scan: RangeScan | SurfaceMesh
-    segmented: SegmentedScan | None = None
+    sheet: ScannedSheet | None = None
     suffix: str = ""
     report_fields: Mapping[str, Any] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
@@ -41,38 +32,32 @@ def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Pieces) -> list[Selecte
 
     Raises BadInput for a range image whose pieces are to be laid out TOGETHER, NotEnoughSurface without any surface.
     """
-    if isinstance(scan, GridMesh):  # what its order joins is one sheet, also over gaps
-        return [Selected(scan)]
     is_mesh = isinstance(scan, SurfaceMesh)
     if pieces == Pieces.TOGETHER and is_mesh:
         return [Selected(scan)]
     sheets = separate_sheets(scan)
     if len(sheets) < 2:
-        return [Selected(scan, sheet.segmented) for sheet in sheets]
+        return [Selected(scan, sheet) for sheet in sheets]
     if pieces == Pieces.TOGETHER:
         raise BadInput(
             f"a range image of {len(sheets)} pieces cannot be laid out in one picture", "use --pieces each or largest"
         )
     if pieces == Pieces.AUTO:
-        if is_mesh and not all(_is_rectangular(sheet) for sheet in sheets):
+        if is_mesh and not all(sheet.is_rectangular for sheet in sheets):
             return [Selected(scan)]
         pieces = Pieces.EACH if is_mesh else Pieces.LARGEST
     return [_largest(sheets)] if pieces == Pieces.LARGEST else _each(sheets)
 
 
-def _is_rectangular(sheet: ScannedSheet) -> bool:
-    return isinstance(sheet.scan, SurfaceMesh) and is_rectangular(sheet.scan)
-
-
 def _largest(sheets: list[ScannedSheet]) -> Selected:
     *others, largest = sorted(sheets, key=lambda sheet: sheet.size)
     found = Finding.of("largest_of_pieces", others[-1].size / largest.size, count=len(sheets))
-    return Selected(largest.scan, largest.segmented, findings=(found,))
+    return Selected(largest.scan, largest, findings=(found,))
 
 
 def _each(sheets: list[ScannedSheet]) -> list[Selected]:
     count = len(sheets)
     return [
-        Selected(sheet.scan, sheet.segmented, f"-{number}", {"piece": {"number": number, "of": count}})
+        Selected(sheet.scan, sheet, f"-{number}", {"piece": {"number": number, "of": count}})
         for number, sheet in enumerate(sheets, start=1)
     ]

@@ -15,17 +15,7 @@ import numpy as np
 import drivers
 from drivers import Scanner
 from drivers.stage import RotaryStage
-from restore import (
-    AxisFit,
-    BadInput,
-    RangeScan,
-    RotationAxis,
-    board_corners,
-    fit_axis,
-    load_scan,
-    merge_views,
-    save_scan,
-)
+from restore import BadInput, RangeScan, RotationAxis, fit_axis, load_scan, merge_views, save_scan
 from station.config import AxisSettings, StageSettings, StationConfig
 from station.errors import UsageError
 from station.progress import Progress, silent
@@ -109,8 +99,10 @@ def merge_files(
 
 def find_axis(
     config: StationConfig, destination: Destination, *, turns: int, progress: Progress = silent
-) -> tuple[AxisFit, Path]:
-    """Find the axis of the stage from views of a board with markers, and write it to `axis.toml`. Returns its path.
+) -> tuple[str, Path]:
+    """Find the axis of the stage from views of a board with markers, and write it to `axis.toml`.
+
+    Returns it as a table of the configuration, and the path.
 
     Raises as `scan_views`, and BadInput when the board cannot be found or the stage did not reach the commanded angles.
     """
@@ -119,15 +111,16 @@ def find_axis(
     refuse_existing([path], force=destination.force)
     with lock_output_folder(destination.folder) as lock:
         views = capture_views(config, destination, "axis", lock=lock, turns=turns, progress=progress)
-        fit = fit_axis([board_corners(scan) for scan in views.scans], views.turns_deg)
-        write_all([(path, axis_table(fit).encode())], force=destination.force, lock=lock)
-    return fit, path
+        fit = fit_axis(views.scans, views.turns_deg)
+        table = axis_table(fit.axis, fit.rms_mm)
+        write_all([(path, table.encode())], force=destination.force, lock=lock)
+    return table, path
 
 
-def axis_table(fit: AxisFit) -> str:
-    """The axis as a table of the configuration."""
-    point, direction = (", ".join(f"{x:.6g}" for x in vector) for vector in (fit.axis.point, fit.axis.direction))
-    return f"[stage.axis]  # corners lie {fit.rms_mm:.3f} mm rms off\npoint_mm = [{point}]\ndirection = [{direction}]\n"
+def axis_table(axis: RotationAxis, rms_mm: float) -> str:
+    """An axis as a table of the configuration; rms_mm: the residual of its fit."""
+    point, direction = (", ".join(f"{x:.6g}" for x in vector) for vector in (axis.point, axis.direction))
+    return f"[stage.axis]  # corners lie {rms_mm:.3f} mm rms off\npoint_mm = [{point}]\ndirection = [{direction}]\n"
 
 
 def view_angles(turns: int, arc_deg: float) -> list[float]:

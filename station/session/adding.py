@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from restore import SCAN_SUFFIXES, BadInput, load_scan
+from restore import BadInput, load_scan
+from restore.formats import SCAN_SUFFIXES
 from station.intake.companions import Pairing, is_scan
 from station.intake.listing import list_files
 from station.session.events import Event

@@ -7,7 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from restore import BadInput, Photograph, is_video, read_photograph
+from restore import BadInput, Photograph, read_photographs
+from restore.files import VIDEO_SUFFIXES
 from station.run.photos import Scale
 from station.session.events import Event
 from station.session.steps import add_files
@@ -52,14 +53,18 @@ def pictures_in(folder: Path) -> list[Path]:
 def first_picture(folder: Path) -> Photograph:
     """The first photograph of a stored set. Raises BadInput when it is damaged, or the set is a video."""
     first = pictures_in(folder)[0]
-    if is_video(first):
+    if _is_video(first):
         raise BadInput(f"{first.name} is a video, which is not shown", "look at the restored page")
-    return read_photograph(first)
+    return read_photographs([first])[0]
 
 
 def is_set(facts: Mapping[str, Any]) -> bool:
     """Whether a capture of such facts is a set of photographs."""
     return SCALE in facts
+
+
+def _is_video(path: Path) -> bool:
+    return path.suffix.lower() in VIDEO_SUFFIXES
 
 
 def _by_name(paths: Sequence[Path]) -> dict[str, Path]:
@@ -81,4 +86,4 @@ def _by_name(paths: Sequence[Path]) -> dict[str, Path]:
 
 def _size(path: Path) -> list[int] | None:
     """Width and height of a photograph; None for a video. Raises BadInput when it cannot be read."""
-    return None if is_video(path) else [*read_photograph(path).image.shape[1::-1]]
+    return None if _is_video(path) else [*read_photographs([path])[0].image.shape[1::-1]]

@@ -11,7 +11,8 @@ from typing import Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, field_validator
 
 from drivers.shipped import CONFIGS
-from restore import Settings, read_toml
+from restore import Settings
+from restore.files import read_toml
 from station.choices import FLAGS
 from station.config import build_model, not_there
 from station.errors import UsageError

@@ -11,7 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from restore import BadInput, read_regular
+from restore import BadInput
+from restore.files import read_regular
 from station.errors import DISK, StationError
 from station.session import bag
 from station.session.events import FOLDER, MAX_RECORD_BYTES, RECORD, Event, EventDamaged, decode

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from restore import read_regular
+from restore.files import read_regular
 from station.session import bag
 from station.session.events import FOLDER, MAX_RECORD_BYTES, RECORD, Event, EventDamaged, decode
 from station.session.reading import MAX_TAG_FILE_BYTES

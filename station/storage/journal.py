@@ -15,7 +15,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
-from restore import read_regular
+from restore.files import read_regular
 from station.errors import JournalDamaged
 from station.storage.disk import sync_folder, write_file
 

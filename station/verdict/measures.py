@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.vivid900.geometry.lenses import FAST, FINE, LENSES, depth_window
-from restore import Bytes, Mask, RangeScan, RestoredPage, Seen, SurfaceMesh, cut_share
+from restore import RangeScan, RestoredPage, Seen, SurfaceMesh
+from restore.scan import Bytes, Mask
 from station.verdict.same_page import fingerprint
 
 MM_PER_INCH = 25.4
@@ -32,7 +33,7 @@ def measure(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> Measures:
     return {
         "covered_share": float(measured.sum() / max(inside.sum(), 1)),
         "hole_mm": widest_place(inside & ~measured) * MM_PER_INCH / page.dpi,
-        "cut_share": None if texture is None else cut_share(inside, page.page_map, texture.shape[:2]),
+        "cut_share": report["coverage"]["cut"],
         "depth_share": depth_share(scan) if isinstance(scan, RangeScan) else None,
         "strain_rms": float(report["strain"]["smooth_rms"]),
         "effective_ppi": None if texture is None else report["sampling_ppi"],

@@ -10,7 +10,7 @@ from functools import lru_cache
 import cv2
 import numpy as np
 
-from restore import Bytes, Floats
+from restore.scan import Bytes, Floats
 
 SIDE = 192  # pixels of a fingerprint's side: a word still differs from another one
 BLOCKS = 4  # along each side; each is found by itself, as two restorations of a page differ by a millimetre

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import cv2
 import numpy as np
 
-from restore import Bytes
+from restore.scan import Bytes
 
 X_HEIGHT = 4  # pixels of the small letters in the copy in which gutters are sought: words are still apart there
 INKED = 0.1  # share of a pixel of that copy that makes it ink

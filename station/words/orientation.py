@@ -7,7 +7,8 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from restore import Bytes, Finding, RestoredPage, turn_page
+from restore import Finding, RestoredPage, turn_page
+from restore.scan import Bytes
 from station.choices import Turn
 from station.errors import StationError
 from station.images.png import encode_png

@@ -16,7 +16,7 @@ from xml.etree import ElementTree
 import cv2
 import numpy as np
 
-from restore import Bytes
+from restore.scan import Bytes
 from station.errors import StationError, UsageError
 from station.images.png import encode_png
 from station.words.columns import Gutter, find_gutters, with_rules

@@ -24,11 +24,12 @@ from restore import (
     flatten,
     load_scan,
     restore,
+    separate_sheets,
 )
 from restore.formats import write_abs, write_obj, write_ply, write_vrml
 from restore.mesh.ordered_grid import grid_faces
 from restore.mesh.triangulate import triangulate
-from restore.texture.coverage import Seen
+from restore.texture.coverage import Seen, cut_share
 from restore.texture.page import MM_PER_INCH
 
 SIZE_TOLERANCE = 0.001  # of the page: the outline is known to a quarter of a sample, 0.12 mm, on either side
@@ -271,6 +272,24 @@ def test_a_relief_without_colour_keeps_its_shading():
     scan = replace(shot("curl")[0], texture=None)
     image = restore(scan, Settings(shading="remove")).image
     assert np.ptp(image[image < 255]) > 50
+
+
+def test_the_report_has_the_cut_of_the_page_that_its_maps_show():
+    scan, restored = shot("curl")[0], page("curl")
+    cut = cut_share(restored.coverage != Seen.OUTSIDE, restored.page_map, scan.texture.shape[:2])
+    assert restored.report["coverage"]["cut"] == cut < 0.01
+    narrow = replace(scan, points=scan.points[:, 200:], texture_xy=scan.texture_xy[:, 200:] - [200.0, 0.0])
+    narrow = replace(narrow, texture=scan.texture[:, 200:])
+    assert restore(narrow, Settings(dpi=50)).report["coverage"]["cut"] > 0.1
+    assert restore(replace(scan, texture=None), Settings(dpi=50)).report["coverage"]["cut"] is None
+
+
+def test_a_sheet_of_a_scan_is_the_page_of_the_scan():
+    scan = shot("curl")[0]
+    (sheet,) = separate_sheets(scan)
+    alone, whole = (restore(one, Settings(dpi=50)) for one in (sheet, scan))
+    np.testing.assert_array_equal(alone.image, whole.image)
+    assert alone.report["source"] == whole.report["source"]
 
 
 def test_a_bare_table_raises_not_enough_surface():

@@ -17,6 +17,8 @@ import typer
 from drivers import CaptureSettings
 from restore import FlatMesh, Photograph, RangeScan, RestoredPage, Settings
 from restore.mesh.network import make_network
+from restore.phones.load import Capture
+from restore.scan import ScannedSheet
 from station import cli
 from station.commands import terminal
 from station.commands.terminal import print_fault
@@ -98,6 +100,7 @@ def restored(scan: RangeScan, settings: Settings) -> RestoredPage:
         "strain": {"rms": 0.002, "smooth_rms": 0.001, "max": 0.012},
         "page_mm": [WIDTH_MM, HEIGHT_MM],
         "effective_ppi": 20.3,
+        "coverage": {"measured": 1.0, "cut": 0.0},
         "seconds": dict.fromkeys(("prepare", "decimate", "flatten", "texture", "shade"), 0.5),
     }
     mask = np.ones((height, width), bool)
@@ -107,7 +110,10 @@ def restored(scan: RangeScan, settings: Settings) -> RestoredPage:
 
 @dataclass
 class Library:
-    """Stands in for load_scan and restore. `fault` is raised by the restoration, `calls` tells what was asked for."""
+    """Stands in for load_scan, load_capture and restore.
+
+    `fault` is raised by the restoration, `calls` has the settings that were asked for.
+    """
 
     fault: BaseException | None = None
     load_fault: BaseException | None = None
@@ -119,9 +125,12 @@ class Library:
             raise self.load_fault
         return curl_scan()
 
+    def load_capture(self, path: Path, texture: Path | None = None, *, unit: str = "auto") -> Capture:
+        return Capture(self.load_scan(path, texture, unit=unit))
+
     def restore(
         self,
-        scan: RangeScan,
+        scan: RangeScan | ScannedSheet,
         settings: Settings,
         *,
         photos: Sequence[Photograph] = (),
@@ -133,7 +142,7 @@ class Library:
         progress("flatten", 0.5)
         if self.fault:
             raise self.fault
-        page = restored(scan, settings)
+        page = restored(scan.scan if isinstance(scan, ScannedSheet) else scan, settings)
         for step in range(1, 41):
             if on_step:
                 on_step(step, page.flat.vertices * (1, 1, 1 - step / 40), page.flat.faces)
@@ -165,8 +174,8 @@ def _hints_name_options_of_the_command(monkeypatch: pytest.MonkeyPatch) -> None:
 def library(monkeypatch: pytest.MonkeyPatch) -> Library:
     """The station with stand-ins in the library's place."""
     library = Library()
-    monkeypatch.setattr(one_page, "load_scan", library.load_scan)
-    monkeypatch.setattr(one_page, "restore", library.restore)
+    for name in ("load_capture", "load_scan", "restore"):
+        monkeypatch.setattr(one_page, name, getattr(library, name))
     return library
 
 

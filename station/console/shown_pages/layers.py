@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from restore import BadInput, Bytes, Floats, RangeScan, Seen, load_scan, rasterise
+from restore import BadInput, RangeScan, Seen, load_scan
+from restore.drawing import rasterise
+from restore.scan import Bytes, Floats
 from station.console.faults import ConsoleFault
 from station.export.model import decode_arrays
 from station.images.coverage import COLOURS

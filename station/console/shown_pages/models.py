@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 from scipy.ndimage import distance_transform_edt, map_coordinates
 
-from restore import Floats, RangeScan, rasterise
+from restore import RangeScan
+from restore.drawing import rasterise
+from restore.scan import Floats
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.layers import end_of_scale, read_model, scan_of
 from station.export.mesh import unit_square

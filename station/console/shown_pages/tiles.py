@@ -11,7 +11,7 @@ from math import ceil, log2
 import cv2
 import numpy as np
 
-from restore import Bytes
+from restore.scan import Bytes
 from station.console.faults import ConsoleFault
 
 TILE, OVERLAP = 256, 1  # pixels, as OpenSeadragon expects them

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-from restore import read_regular
+from restore.files import read_regular
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.layers import stored_file
 from station.console.shown_pages.rows import ALTO, Row

@@ -12,7 +12,8 @@ import numpy as np
 from PIL import Image
 
 from drivers.vivid900.geometry.lenses import LENSES, MODES, depth_window
-from restore import Bytes, Floats, Mask, RangeScan
+from restore import RangeScan
+from restore.scan import Bytes, Floats, Mask
 from station.verdict.judge import level_of
 from station.verdict.measures import BLACK, WHITE, blur_px
 from station.verdict.thresholds import Thresholds

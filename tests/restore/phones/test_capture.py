@@ -11,11 +11,12 @@ from PIL import Image
 
 from oracles.markers import rigid_residual
 from oracles.phones import to_arkit, write_polycam, write_scanner_app
-from restore import Settings, is_phone_capture, load_phone_capture, load_scan, restore
+from restore import Settings, load_capture, load_scan, restore
 from restore.errors import BadInput, NotEnoughSurface
 from restore.mesh.measures import surface_area
 from restore.phones import capture, polycam, scanner_app
 from restore.phones.arkit import world_to_mm
+from restore.phones.detect import is_phone_capture
 from restore.texture.page import MM_PER_INCH
 from station.cli import main
 from tests.restore.phones.conftest import PAGE_MM
@@ -60,12 +61,12 @@ def test_the_mesh_lies_in_the_frame_of_the_cameras(tmp_path, program, taken, mes
 
 
 def test_the_page_is_cut_out_and_painted_true_to_scale(folder, program, taken):
-    capture = load_phone_capture(folder)
-    assert capture.mesh.provenance["device"] == program
-    assert any("some millimetres" in one.text for one in capture.mesh.findings)
-    area = surface_area(capture.mesh.vertices, capture.mesh.faces)
+    capture = load_capture(folder)
+    assert capture.scan.provenance["device"] == program
+    assert any("some millimetres" in one.text for one in capture.scan.findings)
+    area = surface_area(capture.scan.vertices, capture.scan.faces)
     assert abs(area / np.prod(PAGE_MM) - 1) < AREA
-    page = restore(capture.mesh, Settings(points=500, dpi=100), photos=capture.photographs)
+    page = restore(capture.scan, Settings(points=500, dpi=100), photos=capture.photographs)
     np.testing.assert_allclose(page.report["page_mm"], PAGE_MM, atol=SIZE_MM)
     assert all(photo["accepted"] for photo in page.report["photos"])
     rows, cols = np.nonzero((page.page_source > 0) & (page.page_source < 255))
@@ -86,8 +87,8 @@ def test_the_page_is_cut_out_and_painted_true_to_scale(folder, program, taken):
 def test_a_folder_of_something_else_is_no_capture(tmp_path):
     assert not is_phone_capture(tmp_path)
     assert not is_phone_capture(tmp_path / "gone")
-    with pytest.raises(BadInput, match="no capture"):
-        load_phone_capture(tmp_path)
+    with pytest.raises(BadInput, match=r"scan\.json"):
+        load_capture(tmp_path)
 
 
 def one_camera(folder: Path) -> Path:
@@ -99,7 +100,7 @@ def test_a_damaged_camera_is_named(folder, text):
     path = one_camera(folder)
     path.write_text(text)
     with pytest.raises(BadInput, match=path.name):
-        load_phone_capture(folder)
+        load_capture(folder)
 
 
 def test_a_pose_that_is_no_motion_is_refused(folder):
@@ -111,24 +112,24 @@ def test_a_pose_that_is_no_motion_is_refused(folder):
         fields["cameraPoseARFrame"][0] += 0.5
     path.write_text(json.dumps(fields))
     with pytest.raises(BadInput, match="no rotation"):
-        load_phone_capture(folder)
+        load_capture(folder)
 
 
 def test_a_mesh_that_no_photograph_shows_is_refused(tmp_path, program, taken, mesh):
     WRITERS[program](tmp_path, taken, (mesh[0] + [5000.0, 0.0, 0.0], mesh[1]))
     with pytest.raises(NotEnoughSurface, match="no paper on the mesh"):
-        load_phone_capture(tmp_path)
+        load_capture(tmp_path)
 
 
 def test_a_mesh_larger_than_any_page_is_refused(folder, monkeypatch):
     monkeypatch.setattr(capture, "MOST_FACES", 1000)
     with pytest.raises(BadInput, match="more paper than any page"):
-        load_phone_capture(folder)
+        load_capture(folder)
 
 
 def test_without_corrected_images_the_distortion_is_warned_of(tmp_path, taken, mesh):
     write_polycam(tmp_path, taken, mesh, corrected=False)
-    assert "distortion" in load_phone_capture(tmp_path).mesh.findings[0].text
+    assert "distortion" in load_capture(tmp_path).scan.findings[0].text
 
 
 def test_a_picture_of_another_size_is_refused(tmp_path, taken, mesh):
@@ -136,7 +137,7 @@ def test_a_picture_of_another_size_is_refused(tmp_path, taken, mesh):
     path = sorted(tmp_path.glob("keyframes/corrected_images/*.jpg"))[2]
     Image.new("RGB", (320, 240)).save(path)
     with pytest.raises(BadInput, match="320 × 240"):
-        load_phone_capture(tmp_path)
+        load_capture(tmp_path)
 
 
 def test_the_command_restores_a_folder(tmp_path, taken, mesh, capsys):
@@ -147,7 +148,8 @@ def test_the_command_restores_a_folder(tmp_path, taken, mesh, capsys):
     report = json.loads(capsys.readouterr().out)
     assert report["source"]["device"] == "3d Scanner App"
     assert len(report["photos"]) == len(taken.cameras)
-    assert main(["restore", str(folder), "-o", str(tmp_path / "b"), "--texture", str(folder / "frame_00000.jpg")]) == 2
+    assert main(["restore", str(folder), "-o", str(tmp_path / "b"), "--texture", str(folder / "frame_00000.jpg")]) == 3
+    assert "has its own photographs" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(("name", "word"), [("a.r3d", "Record3D"), ("a.usdz", "GLB"), ("a.zip", "unpack")])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from PIL import ExifTags, Image
 
-from restore import read_photograph
+from restore.photo import read_photograph
 from restore.photo.orientation import turned_like
 from restore.photo.photograph import Photograph
 

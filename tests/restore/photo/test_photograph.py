@@ -10,9 +10,9 @@ import pytest
 import tifffile
 from PIL import Image, ImageCms
 
-from restore import BadInput, Photograph, read_photograph
+from restore import BadInput, Photograph
 from restore.errors import LibraryMissing
-from restore.photo import register_photographs
+from restore.photo import read_photograph, register_photographs
 from restore.photo.photograph import FILM_DIAGONAL_MM
 
 JPEG_CODES = 6  # smooth colours through JPEG at quality 95

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from restore import BadInput
+from restore import BadInput, read_photographs
 from restore.photo.video import is_video, read_video, spread
 
 SIZE = (320, 240)
@@ -73,6 +73,16 @@ def test_what_is_no_video_is_refused(tmp_path, content, capfd):
 def test_a_missing_video_is_named(tmp_path):
     with pytest.raises(BadInput, match="not there"):
         read_video(tmp_path / "none.mp4", silent)
+
+
+def test_a_video_is_read_by_itself(frames, tmp_path):
+    path = written(tmp_path / "pan.avi", frames)
+    assert len(read_photographs([path])) > 6
+    cv2.imwrite(str(tmp_path / "a.png"), frames[0])
+    (picture,) = read_photographs([tmp_path / "a.png"])
+    assert picture.name == "a.png"
+    with pytest.raises(BadInput, match=r"pan\.avi is a video"):
+        read_photographs([tmp_path / "a.png", path])
 
 
 def test_each_share_of_the_way_gives_its_sharpest():

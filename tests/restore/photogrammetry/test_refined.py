@@ -9,7 +9,8 @@ from drivers.simulated import MultiFold, Text
 from oracles.markers import rigid_residual
 from oracles.simulation.photographs import Shots, photograph_page
 from oracles.table_cameras import cameras
-from restore import SCALE_CARD, Photograph, Settings, reconstruct_page, restore
+from restore import Photograph, Settings, reconstruct_page, restore
+from restore.photogrammetry import SCALE_CARD
 from restore.photogrammetry import refined as module
 from restore.photogrammetry.model import Model
 from restore.photogrammetry.page import PageArea

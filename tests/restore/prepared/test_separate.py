@@ -9,7 +9,8 @@ from scipy.spatial import cKDTree
 from restore import Settings, restore
 from restore.errors import BadInput
 from restore.mesh.measures import surface_area
-from restore.prepared.separate import _near_boxes, is_rectangular, separate_sheets
+from restore.mesh.ordered_grid import GridMesh
+from restore.prepared.separate import _near_boxes, separate_sheets
 from restore.scan import SurfaceMesh
 
 SPACING_MM = 7.0
@@ -81,8 +82,8 @@ def test_debris_is_no_sheet():
 
 
 def test_a_fragment_is_no_rectangle_and_a_sheet_is():
-    assert is_rectangular(sheet())
-    assert not is_rectangular(sheet(keep=lambda x, y: y > 0.8 * x))
+    assert [one.is_rectangular for one in separate_sheets(sheet())] == [True]
+    assert [one.is_rectangular for one in separate_sheets(sheet(keep=lambda x, y: y > 0.8 * x))] == [False]
 
 
 def test_sheets_of_a_shot_are_told_apart_by_the_samples(camera):
@@ -93,6 +94,22 @@ def test_sheets_of_a_shot_are_told_apart_by_the_samples(camera):
     for part, area in ((left, areas[0]), (right, areas[1])):
         np.testing.assert_array_equal(part.scan.measured, area)
         assert part.size == area.sum()
+        assert part.is_rectangular
+
+
+def test_an_ordered_grid_is_one_sheet_also_over_gaps():
+    one = together(sheet(), sheet(at=200.0))
+    grid = GridMesh(one.vertices, one.faces, shape=(1, len(one.vertices)), places=np.arange(len(one.vertices)))
+    assert len(separate_sheets(one)) == 2
+    assert [found.scan for found in separate_sheets(grid)] == [grid]
+
+
+def test_a_scan_without_lines_of_sight_is_one_sheet_and_stays_a_scan(camera):
+    """It is one shot still, which a mesh would not be."""
+    scan = camera.shot(camera.plane())
+    merged = replace(scan, points=scan.points[:, ::-1] * [-1.0, 1.0, 1.0], texture_xy=np.zeros_like(scan.texture_xy))
+    (one,) = separate_sheets(merged)
+    assert one.scan is merged
 
 
 def test_one_sheet_in_a_shot_is_the_shot_itself(camera):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import restore
-from restore import BadInput, RangeScan, RestoreError, Settings, SurfaceMesh
+from restore import BadInput, RangeScan, RestoreError, Settings, SurfaceMesh, formats
 from restore.mesh.ordered_grid import grid_faces
 from restore.runtime.arguments import checks_types
 from restore.scan import Floats
@@ -81,9 +81,10 @@ def test_lists_are_as_good_as_arrays_and_missing_arguments_are_told_by_python():
         restore.restore,
         restore.flatten,
         restore.separate_sheets,
-        restore.is_rectangular,
         restore.finer_scan,
-        restore.board_corners,
+        restore.load_capture,
+        lambda wrong: restore.fit_axis([wrong, wrong], [0.0, 90.0]),
+        lambda wrong: restore.read_photographs([wrong]),
         lambda wrong: restore.turn_page(wrong, 90),
         lambda wrong: restore.save_scan(wrong, "nowhere"),
         lambda wrong: restore.restore(MESH, [wrong]),
@@ -103,7 +104,7 @@ def test_the_name_of_a_file_is_no_scan():
 
 
 @pytest.mark.parametrize("path", [None, 3, b"page.obj", ["page.obj"]])
-@pytest.mark.parametrize("call", [restore.load_scan, restore.read_picture, restore.read_photograph, restore.scan_stem])
+@pytest.mark.parametrize("call", [restore.load_scan, restore.load_capture, formats.read_picture, formats.scan_stem])
 def test_what_is_no_path_is_told(call, path):
     with pytest.raises(TypeError, match="as path, not"):
         call(path)

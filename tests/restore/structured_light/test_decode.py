@@ -5,7 +5,7 @@ from __future__ import annotations
 import cv2
 import numpy as np
 
-from restore.structured_light import Projector, draw_patterns
+from restore.structured_light import Projector
 from restore.structured_light.decode import decode_axis, projected_light
 
 PROJECTOR = Projector(64, 32)
@@ -22,7 +22,7 @@ def seen(pattern, shift=0.0, blur=0.8):
 
 
 def pairs_of(shift=0.0):
-    patterns = [seen(pattern, shift) for pattern in draw_patterns(PROJECTOR)]
+    patterns = [seen(pattern, shift) for pattern in PROJECTOR.patterns()]
     return list(zip(patterns[:-2:2], patterns[1:-2:2], strict=True))[: PROJECTOR.bits[0]]
 
 

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from restore.errors import BadInput
-from restore.structured_light import Projector, draw_patterns
+from restore.structured_light import Projector
 from restore.structured_light.decode import decode_axis
 
 
 @pytest.mark.parametrize(("size", "count"), [((1280, 800), 44), ((1024, 768), 42), ((1920, 1080), 46), ((33, 17), 24)])
 def test_there_are_two_patterns_for_each_bit_and_white_and_black(size, count):
     projector = Projector(*size)
-    patterns = list(draw_patterns(projector))
+    patterns = list(projector.patterns())
     assert len(patterns) == projector.count == count
     assert all(pattern.shape == size[::-1] for pattern in patterns)
     assert patterns[-2].min() == 255
@@ -23,7 +23,7 @@ def test_there_are_two_patterns_for_each_bit_and_white_and_black(size, count):
 
 def test_they_decode_to_each_pixels_own_column_and_row():
     projector = Projector(100, 37)
-    patterns = list(draw_patterns(projector))
+    patterns = list(projector.patterns())
     pairs = list(zip(patterns[:-2:2], patterns[1:-2:2], strict=True))
     light = np.full((37, 100), 255, np.float32)
     columns = decode_axis(pairs[: projector.bits[0]], light, projector.width)
@@ -36,7 +36,7 @@ def test_they_decode_to_each_pixels_own_column_and_row():
 
 def test_opencv_decodes_them_alike():
     projector = Projector(60, 40)
-    patterns = list(draw_patterns(projector))[:-2]
+    patterns = list(projector.patterns())[:-2]
     theirs = cv2.structured_light.GrayCodePattern.create(60, 40)
     for x, y in ((0, 0), (59, 39), (31, 32), (17, 5)):
         failed, place = theirs.getProjPixel(patterns, x, y)

@@ -6,7 +6,9 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from restore.errors import BadInput
-from restore.turntable import RotationAxis, board_corners, fit_axis
+from restore.turntable import RotationAxis, fit_axis
+from restore.turntable.axis import axis_of_corners
+from restore.turntable.board import board_corners
 
 EXACT = 1e-6  # mm and degrees: the solver stops there
 NOISE_MM = 0.1  # a fifth of a sample, as the corners of a simulated board scatter
@@ -51,7 +53,7 @@ def test_any_axis_is_recovered_exactly(direction, point, turns) -> None:
     assume(np.linalg.norm(direction) > 0.1)
     assume(any(turn % 180 for turn in turns))
     axis = RotationAxis(np.array(point), unit(*direction))
-    fit = fit_axis(views(axis, [0.0, *turns]), [0.0, *turns])
+    fit = axis_of_corners(views(axis, [0.0, *turns]), [0.0, *turns])
     degrees, off = axis_errors(fit.axis, axis)
     assert degrees < EXACT * 100
     assert off < EXACT * 100
@@ -61,7 +63,7 @@ def test_any_axis_is_recovered_exactly(direction, point, turns) -> None:
 def test_noise_of_the_corners_is_averaged_and_reported() -> None:
     axis = RotationAxis(np.array([5.0, -3.0, -910.0]), unit(0.02, 1.0, 0.1))
     turns = [-20.0, 0.0, 20.0]
-    fit = fit_axis(views(axis, turns, noise=NOISE_MM), turns)
+    fit = axis_of_corners(views(axis, turns, noise=NOISE_MM), turns)
     degrees, off = axis_errors(fit.axis, axis)
     assert degrees < 0.1
     assert off < 3 * NOISE_MM
@@ -71,33 +73,36 @@ def test_noise_of_the_corners_is_averaged_and_reported() -> None:
 def test_wrong_angles_of_the_stage_are_reported() -> None:
     axis = RotationAxis(np.array([0.0, 0.0, -900.0]), unit(0, 0.1, 1))
     with pytest.raises(BadInput, match=r"turned the board by 99\.00° when it was told 90\.00°"):
-        fit_axis(views(axis, [0.0, 90.0], slip=0.1), [0.0, 90.0])
+        axis_of_corners(views(axis, [0.0, 90.0], slip=0.1), [0.0, 90.0])
 
 
 @pytest.mark.parametrize("turns", [[0.0], [0.0, 2.0], [10.0, 370.0], [0.0, 180.0]])
 def test_views_that_do_not_determine_an_axis_are_rejected(turns) -> None:
     axis = RotationAxis(np.array([0.0, 0.0, -900.0]), unit(0, 0, 1))
     with pytest.raises(BadInput, match="which way"):
-        fit_axis(views(axis, turns), turns)
+        axis_of_corners(views(axis, turns), turns)
 
 
 def test_one_shared_marker_is_rejected() -> None:
     axis = RotationAxis(np.array([0.0, 0.0, -900.0]), unit(0, 0, 1))
     first, second = views(axis, [0.0, 90.0])
     with pytest.raises(BadInput, match="share 1 markers"):
-        fit_axis([first, {0: second[0]}], [0.0, 90.0])
+        axis_of_corners([first, {0: second[0]}], [0.0, 90.0])
 
 
 def test_the_axis_of_a_simulated_turntable_is_recovered(board) -> None:
-    corners = [board_corners(scan) for scan in board.scans]
-    off = np.concatenate(
-        [found[m] - board.truths[0].surface(board.truths[0].markers[m]) for found in corners[:1] for m in found]
-    )
+    found = board_corners(board.scans[0])
+    off = np.concatenate([found[m] - board.truths[0].surface(board.truths[0].markers[m]) for m in found])
     assert np.abs(off.mean(axis=0)).max() < BIAS_MM
-    fit = fit_axis(corners, board.turns)
+    fit = fit_axis(board.scans, board.turns)
     degrees, mm = axis_errors(fit.axis, board.axis)
     assert degrees < AXIS_DEG
     assert mm < AXIS_MM
+
+
+def test_every_view_has_its_angle(board) -> None:
+    with pytest.raises(BadInput, match="1 angles"):
+        fit_axis(board.scans, [0.0])
 
 
 def test_a_page_without_markers_is_rejected(book) -> None:

@@ -17,8 +17,8 @@ QUICK = ["--once", "--settle", "0", "--pair", "0", "--poll", "0.05"]
 @pytest.fixture
 def library(monkeypatch: pytest.MonkeyPatch) -> Library:
     made = Library()
-    monkeypatch.setattr(one_page, "load_scan", made.load_scan)
-    monkeypatch.setattr(one_page, "restore", made.restore)
+    for name in ("load_capture", "load_scan", "restore"):
+        monkeypatch.setattr(one_page, name, getattr(made, name))
     return made
 
 

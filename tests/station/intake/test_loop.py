@@ -8,7 +8,8 @@ import shutil
 
 import pytest
 
-from restore import LibraryMissing, NotEnoughSurface
+from restore import NotEnoughSurface
+from restore.runtime import LibraryMissing
 from station.errors import FolderInUse, UsageError
 from station.intake import loop
 from station.intake.records import NOTE

@@ -17,7 +17,7 @@ from drivers.scanner import DeviceError
 from restore import RangeScan
 from restore.errors import BadInput
 from restore.formats import load_scan
-from restore.turntable import AxisFit, MergedViews, RotationAxis, ViewReport
+from restore.turntable import MergedViews, RotationAxis, ViewReport
 from station.cli import main
 from station.config import AxisSettings, StageSettings, StationConfig
 from station.errors import OverwriteError, UsageError
@@ -152,8 +152,8 @@ def test_views_go_round_or_to_both_sides() -> None:
 
 
 def test_the_axis_is_written_as_the_configuration_reads_it() -> None:
-    fit = AxisFit(RotationAxis(np.array([1.25, -3.5, -915.125]), np.array([0.6, 0.0, 0.8])), 0.1, (0.0, 90.0))
-    read = AxisSettings.model_validate(tomllib.loads(axis_table(fit))["stage"]["axis"])
+    axis = RotationAxis(np.array([1.25, -3.5, -915.125]), np.array([0.6, 0.0, 0.8]))
+    read = AxisSettings.model_validate(tomllib.loads(axis_table(axis, 0.1))["stage"]["axis"])
     assert read.point_mm == pytest.approx((1.25, -3.5, -915.125), rel=DIGITS)
     assert read.direction == pytest.approx((0.6, 0.0, 0.8), rel=DIGITS)
 

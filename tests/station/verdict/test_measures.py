@@ -70,7 +70,7 @@ def restored_page(image, master):
     coverage = np.full((256, 256), Seen.MEASURED, np.uint8)
     coverage[100:110, 100:110] = Seen.HIDDEN
     flat = FlatMesh(np.empty((0, 3)), np.empty((0, 3), int))
-    report = {"strain": {"rms": 0.02, "smooth_rms": 0.001}, **PPI}
+    report = {"strain": {"rms": 0.02, "smooth_rms": 0.001}, "coverage": {"cut": 0.125}, **PPI}
     return RestoredPage(
         image, 25.4, coverage > 0, flat, report, np.dstack([cols, rows]), flat, master=master, coverage=coverage
     )
@@ -97,5 +97,6 @@ def test_all_measures_of_a_page():
     assert measured["hole_mm"] == pytest.approx(9.0, abs=1.0)
     assert (measured["strain_rms"], measured["effective_ppi"], measured["depth_share"]) == (0.001, 25.4, None)
     bare = measure(restored, RangeScan(points, None, np.zeros((4, 4, 2)), {}))
-    assert [bare[name] for name in ("cut_share", "effective_ppi", "blur_px", "clipped_share")] == [None] * 4
+    assert [bare[name] for name in ("effective_ppi", "blur_px", "clipped_share")] == [None] * 3
+    assert measured["cut_share"] == 0.125
     assert seen_in(restored.page_map, (256, 256)).all()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from drivers.simulated import Text
-from restore import Bytes
+from restore.scan import Bytes
 from station.session.presets import load_preset
 from station.verdict.same_page import fingerprint, similarity
 

@@ -1,0 +1,14 @@
+# The names for other packages and where they come from. They are imported when they are first used.
+from .kernel_cache import notify_when_compiling as notify_when_compiling
+from .native import (
+    SYSTEM_LIBRARIES as SYSTEM_LIBRARIES,
+)
+from .native import (
+    LibraryMissing as LibraryMissing,
+)
+from .native import (
+    SystemLibrary as SystemLibrary,
+)
+from .native import (
+    missing_libraries as missing_libraries,
+)
