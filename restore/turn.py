@@ -25,7 +25,7 @@ def turn_page(page: RestoredPage, degrees: int) -> RestoredPage:
     >>> corners = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [100.0, 50.0, 0.0], [0.0, 50.0, 0.0]])
     >>> page = restore(SurfaceMesh(corners, np.array([[0, 1, 2], [0, 2, 3]])), Settings(dpi=30))
     >>> [page.image.shape, turn_page(page, 90).image.shape]
-    [(60, 119, 3), (119, 60, 3)]
+    [(59, 118, 3), (118, 59, 3)]
     """
     if degrees not in RIGHT_ANGLES:
         raise ValueError(f"{degrees!r} degrees are no right angle from 0 to 270")

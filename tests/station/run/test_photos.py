@@ -197,7 +197,7 @@ def test_a_page_is_restored_from_a_video(photographs, tmp_path, capsys):
 
 
 def test_a_video_is_given_by_itself(noise, tmp_path, capsys):
-    assert main(["photos", str(noise[0]), "film.mp4", "-o", str(tmp_path / "out")]) == 2
+    assert main(["photos", str(noise[0]), "film.mp4", "-o", str(tmp_path / "out")]) == 3
     assert "by itself" in capsys.readouterr().err
 
 
