@@ -12,8 +12,8 @@ import pytest
 import tifffile
 from PIL import Image
 
-from station import one_page
 from station.cli import main
+from station.run import one_page
 
 PAGE_MM = (280.0, 200.0)
 SIZE_MM = 0.7  # the outline is known to a sample and a half of 0.47 mm
