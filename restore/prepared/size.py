@@ -46,7 +46,7 @@ def _other_units(size: float, unit: str) -> str:
     sizes = {name: size * factor / UNIT_MM.get(unit, 1.0) for name, factor in UNIT_MM.items()}
     pages = [f"{name} ({_metric(mm)})" for name, mm in sizes.items() if MIN_PAGE_MM <= mm <= MAX_PAGE_MM]
     which = f", which can be {', '.join(pages)}" if pages else ""
-    return f"give the unit of the file with --unit where the command has it{which}; coordinates alone are in millimetres"
+    return f"give the unit of the file with --unit where the command has it{which}; coordinates are in millimetres"
 
 
 def _metric(size: float) -> str:
