@@ -84,6 +84,7 @@ def test_photographs(tmp_path, capsys):
     card = {"card": ScaleCard().picture(dpi), "card_dpi": dpi}
     shots = Shots(size=(1200, 900))
     taken = photograph_page(Curl(), Text(), views=5, seed=3, shots=shots, page_mm=(160.0, 110.0), **card)
+    (tmp_path / "photographs").mkdir()
     main_of("photographs")(tmp_path / "page.png", *taken.save(tmp_path / "photographs"))
     assert size_mm(tmp_path / "page.png") == pytest.approx((160.0, 110.0), abs=SIZE_MM)
     assert "from 5 photographs" in capsys.readouterr().out
