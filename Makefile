@@ -5,6 +5,9 @@ COMPILED := .venv/.compiled
 PAGE := station/console/page
 VENDORED := $(PAGE)/vendor/stamp.json
 
+# uv leaves it to Python to compile modules to bytecode when they are first imported: without, every process would do it again.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: demo serve test test-slow lint docs bench setup system browsers clean
 
 demo: system
