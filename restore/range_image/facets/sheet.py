@@ -93,11 +93,10 @@ class Sheet:
         at an angle it runs over the line in which their sides would meet if they went on turning, not along the chord.
         By what the scatter of the slopes makes it longer in the mean it is shortened.
         """
-        lengths = np.empty(len(edges))
+        lengths, lens, tolerance = np.empty(len(edges)), self.rays.lens, CREASE_SIGMAS * self.noise
 
         def measure(part: slice) -> None:
-            tolerance = CREASE_SIGMAS * self.noise
-            _path_lengths(self.planes, self.scatter, nodes, edges[part], self.rays.lens, tolerance, lengths[part])
+            _path_lengths(self.planes, self.scatter, nodes, edges[part], lens, tolerance, lengths[part])
 
         in_bands(measure, len(edges))
         return lengths
