@@ -30,20 +30,20 @@ Sources = Annotated[
         show_default=False,
     ),
 ]
-Count = Annotated[
-    int | None, typer.Option("--workers", "-w", min=1, help="Pages to restore at a time (one for each processor).")
+Jobs = Annotated[
+    int | None, typer.Option("--jobs", "-j", min=1, help="Pages to restore at a time (one for each processor).")
 ]
 Scheduler = Annotated[
     str | None, typer.Option(metavar="ADDRESS", help="Restore on a Dask cluster: its scheduler, tcp://HOST:8786.")
 ]
-Memory = Annotated[
+MemoryLimit = Annotated[
     int | None,
     typer.Option(min=0, max=2**30, metavar="MIB", help="Memory of each worker, 0 for no limit (an equal share)."),
 ]
-PageLimit = Annotated[
+PageTimeout = Annotated[
     float, typer.Option(min=1, max=MOST_S, metavar="S", help="Seconds after which a page is given up.")
 ]
-JudgeAs = Annotated[
+QualityPreset = Annotated[
     str, typer.Option(metavar="PRESET", help="Limits of the verdict on pages of folders: book, map, …, a TOML file.")
 ]
 
@@ -54,11 +54,11 @@ def batch(
     output: Out,
     chosen: Restoration,
     kinds: Kinds,
-    workers: Count = None,
+    jobs: Jobs = None,
     scheduler: Scheduler = None,
-    memory: Memory = None,
-    page_limit: PageLimit = 3600.0,
-    judge_as: JudgeAs = "book",
+    memory_limit: MemoryLimit = None,
+    page_timeout: PageTimeout = 3600.0,
+    quality_preset: QualityPreset = "book",
     unit: Unit = "auto",
     debug: Debug = False,
 ) -> None:
@@ -69,17 +69,19 @@ def batch(
         from station.workers.executors import cluster_workers, local_workers
         from station.workers.process import Limits
 
-        if workers is not None and scheduler is not None:
-            raise UsageError("--workers is the cluster's business", "leave --workers out with --scheduler")
-        if memory is not None and 0 < memory < LEAST_MIB:
-            raise UsageError(f"--memory: in {memory} MiB no page is restored", f"give {LEAST_MIB} or more, or 0")
+        if jobs is not None and scheduler is not None:
+            raise UsageError("--jobs is the cluster's business", "leave --jobs out with --scheduler")
+        if memory_limit is not None and 0 < memory_limit < LEAST_MIB:
+            raise UsageError(
+                f"--memory-limit: in {memory_limit} MiB no page is restored", f"give {LEAST_MIB} or more, or 0"
+            )
         options = run_options("batch", kinds, chosen, unit=unit)
-        limits = load_preset(judge_as).thresholds
-        count = workers or len(os.sched_getaffinity(0))
-        if memory is None and scheduler is None:
-            memory = _share_mib(count)
+        limits = load_preset(quality_preset).thresholds
+        count = jobs or len(os.sched_getaffinity(0))
+        if memory_limit is None and scheduler is None:
+            memory_limit = _share_mib(count)
         threads = 1 if scheduler is not None else max(len(os.sched_getaffinity(0)) // count, 1)
-        process = Limits(memory, page_limit, threads=threads)
+        process = Limits(memory_limit, page_timeout, threads=threads)
         places: AbstractContextManager[Workers]
         places = local_workers(count, process) if scheduler is None else cluster_workers(scheduler, process)
         counts: Counter[str] = Counter()

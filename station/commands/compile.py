@@ -1,4 +1,4 @@
-"""`planish warm-up`: compile the numerical kernels before the first scan has to wait for them."""
+"""`planish compile`: compile the numerical kernels before the first scan has to wait for them."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def compile_kernels() -> int:
     return len(compiled)
 
 
-def warm_up(
+def compile_command(
     debug: Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")] = False,
 ) -> None:
     """Compile the numerical kernels of the default method, once, so that no restoration has to wait for them."""

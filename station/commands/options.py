@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
-from station.choices import FLAGS, Pieces, Turn
+from station.choices import FLAGS, Rotation, Sheets
 from station.errors import UsageError
 from station.storage.session_folder import refuse_session, session_around
 
@@ -77,13 +77,16 @@ Frames = Annotated[bool, typer.Option("--frames", help="Draw eight frames of the
 Review = Annotated[bool, typer.Option("--review", help="Draw colour image, 3D view and page side by side.")]
 Ocr = Annotated[bool, typer.Option("--ocr", help="Read the words: text, ALTO and searchable PDF/A (needs Tesseract).")]
 Language = Annotated[str, typer.Option(help="Language of the words, as Tesseract calls it; several joined by +.")]
-Profile = Annotated[Path | None, typer.Option(help="ICC profile of the colour image, of `planish colour` (sRGB).")]
+IccProfile = Annotated[Path | None, typer.Option(help="ICC profile of the colour image, of `planish colour` (sRGB).")]
 Force = Annotated[bool, typer.Option("--force", help="Overwrite what an earlier run wrote.")]
 Json = Annotated[bool, typer.Option("--json", help="Print as JSON.")]
-TurnBy = Annotated[
-    Turn, typer.Option("--turn", help="Degrees to turn the page clockwise; auto: as its words are read (Tesseract).")
+RotateBy = Annotated[
+    Rotation,
+    typer.Option("--rotate", help="Degrees to turn the page clockwise; auto: as its words are read (Tesseract)."),
 ]
-Anyway = Annotated[bool, typer.Option("--anyway", help="Write a page whose surface is no page's, too.")]
+AllowDistorted = Annotated[
+    bool, typer.Option("--allow-distorted", help="Write a page whose surface is no page's, too.")
+]
 Debug = Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")]
 
 MOST_S = 1e6  # of any time that is waited: eleven days
@@ -102,7 +105,7 @@ class Kinds:
     ocr: Ocr = False
     coverage: Coverage = False
     language: Language = "eng"
-    profile: Profile = None
+    icc_profile: IccProfile = None
 
     @property
     def wanted(self) -> frozenset[str]:
@@ -115,8 +118,8 @@ class Run:
     """Options that all commands that write a page share."""
 
     force: Force = False
-    turn: TurnBy = Turn.NONE
-    anyway: Anyway = False
+    rotate: RotateBy = Rotation.NONE
+    allow_distorted: AllowDistorted = False
     as_json: Json = False
     debug: Debug = False
 
@@ -131,7 +134,7 @@ class Restoration:
         str | None, typer.Option(help="isometric, sticks, springs, conformal or applicable (isometric).")
     ] = None
     shading: Annotated[str | None, typer.Option(help="Light and shadow: keep or remove (keep).")] = None
-    white: Annotated[
+    white_balance: Annotated[
         str | None,
         typer.Option(
             metavar="keep|paper|PROFILE",
@@ -139,9 +142,9 @@ class Restoration:
             "chart in the same light, of `planish colour` (keep).",
         ),
     ] = None
-    fill_hidden_mm: Annotated[
+    inpaint_mm: Annotated[
         float | None,
-        typer.Option("--fill-hidden", metavar="MM", help="Invent hidden places up to this wide (0: leave them blank)."),
+        typer.Option("--inpaint", metavar="MM", help="Invent hidden places up to this wide (0: leave them blank)."),
     ] = None
 
     @property
@@ -149,18 +152,18 @@ class Restoration:
         """The settings that the operator named."""
         given = {item.name: value for item in fields(self) if (value := getattr(self, item.name)) is not None}
         if self.white_profile is not None:
-            del given["white"]
+            del given["white_balance"]
         return given
 
     @property
     def white_profile(self) -> Path | None:
         """The file of the profile that `white` names, if it is one."""
-        return None if self.white in (None, "keep", "paper") else Path(str(self.white))
+        return None if self.white_balance in (None, "keep", "paper") else Path(str(self.white_balance))
 
     @classmethod
     def option(cls, setting: str) -> str:
         """The name of a setting on the command line."""
-        return "--fill-hidden" if setting == "fill_hidden_mm" else f"--{setting.replace('_', '-')}"
+        return "--inpaint" if setting == "inpaint_mm" else f"--{setting.replace('_', '-')}"
 
 
 def run_options(command: str, kinds: Kinds, chosen: Restoration, **others: Any) -> RunOptions:
@@ -179,11 +182,14 @@ def _colours(kinds: Kinds, chosen: Restoration) -> dict[str, Any]:
 
     path = chosen.white_profile
     if path is None:
-        return {"colours": kinds.profile and read_profile(kinds.profile), "to_srgb": False}
-    if kinds.profile is not None:
-        raise UsageError("--white and --profile name a profile each", "give one: --white to convert, --profile to keep")
+        return {"colours": kinds.icc_profile and read_profile(kinds.icc_profile), "to_srgb": False}
+    if kinds.icc_profile is not None:
+        raise UsageError(
+            "--white-balance and --icc-profile both name a profile",
+            "give one: --white-balance to convert, --icc-profile to keep",
+        )
     if not path.is_file():
-        raise UsageError(f"--white: there is no file {path}", "give keep, paper, or the ICC profile of a chart")
+        raise UsageError(f"--white-balance: there is no file {path}", "give keep, paper, or the ICC profile of a chart")
     return {"colours": read_profile(path), "to_srgb": True}
 
 
@@ -203,13 +209,13 @@ class Reading:
     """How a scan file is read, and which of its sheets become pages."""
 
     unit: Unit = "auto"
-    pieces: Annotated[
-        Pieces,
+    sheets: Annotated[
+        Sheets,
         typer.Option(
             help="Several sheets in one scan: each a page, left to right; the largest; together in one picture "
             "(auto: each rectangular sheet of a mesh, fragments together, of a shot the largest)."
         ),
-    ] = Pieces.AUTO
+    ] = Sheets.AUTO
 
 
 @dataclass(frozen=True)
@@ -220,9 +226,9 @@ class Pictures:
     photo: Annotated[
         list[Path], typer.Option(metavar="IMG", help="A photograph of the page to paint from; may be repeated.")
     ] = field(default_factory=list)
-    shot: Annotated[list[Path], typer.Option(help="A further shot of the page, for finer colour; once for each.")] = (
-        field(default_factory=list)
-    )
+    extra_scan: Annotated[
+        list[Path], typer.Option(help="A further shot of the page, for finer colour; once for each.")
+    ] = field(default_factory=list)
 
 
 def grouped(command: Callable[..., None]) -> Callable[..., None]:

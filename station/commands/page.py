@@ -24,10 +24,12 @@ def scan(
     kinds: Kinds,
     run: Run,
     average: Annotated[int | None, typer.Option(min=1, max=64, help="Shots to average (1).")] = None,
-    turns: Annotated[int | None, typer.Option(min=2, max=72, help="Views to take on the rotary stage.")] = None,
+    views: Annotated[int | None, typer.Option(min=2, max=72, help="Views to take on the rotary stage.")] = None,
     shots: Annotated[
         int | None,
-        typer.Option("--super", min=4, max=64, help="Shots, the page moved by half a pixel between, for finer colour."),
+        typer.Option(
+            "--super-resolution", min=4, max=64, help="Shots, the page moved by half a pixel between, for finer colour."
+        ),
     ] = None,
 ) -> None:
     """Capture a page, store the scan, restore the page."""
@@ -41,11 +43,13 @@ def scan(
         if average is not None:
             station = station.model_copy(update={"capture": replace(station.capture, average=average)})
         destination = Destination(output, run.force)
-        options = run_options("scan", replace(kinds, review=True), Restoration(), turn=run.turn, anyway=run.anyway)
-        if turns is None:
+        options = run_options(
+            "scan", replace(kinds, review=True), Restoration(), rotate=run.rotate, allow_distorted=run.allow_distorted
+        )
+        if views is None:
             outcome = scan_page(station, destination, options, shots=shots or 1, progress=progress)
         else:
-            outcome = scan_views(station, destination, options, turns=turns, progress=progress)
+            outcome = scan_views(station, destination, options, turns=views, progress=progress)
     _print_report(outcome, run)
 
 
@@ -57,14 +61,16 @@ def demo(output: Out, run: Run) -> None:
         from station.run.destination import Destination
         from station.run.one_page import scan_page
 
-        options = run_options("demo", Kinds(review=True), Restoration(), turn=run.turn, anyway=run.anyway)
+        options = run_options(
+            "demo", Kinds(review=True), Restoration(), rotate=run.rotate, allow_distorted=run.allow_distorted
+        )
         outcome = scan_page(load_config(DEMONSTRATION), Destination(output, run.force), options, progress=progress)
     _print_report(outcome, run)
 
 
 @grouped
 def merge(
-    views: Annotated[list[Path], typer.Argument(metavar="VIEW...", help="Views that `scan --turns` stored.")],
+    views: Annotated[list[Path], typer.Argument(metavar="VIEW...", help="Views that `scan --views` stored.")],
     output: Out,
     run: Run,
 ) -> None:
@@ -73,7 +79,9 @@ def merge(
         from station.run.destination import Destination
         from station.run.turntable import merge_files
 
-        options = run_options("merge", Kinds(review=True), Restoration(), turn=run.turn, anyway=run.anyway)
+        options = run_options(
+            "merge", Kinds(review=True), Restoration(), rotate=run.rotate, allow_distorted=run.allow_distorted
+        )
         outcome = merge_files(views, Destination(output, run.force), options, progress=progress)
     _print_report(outcome, run)
 
@@ -100,14 +108,14 @@ def restore(
         from station.run.destination import Destination
         from station.run.one_page import restore_file
 
-        read = {"unit": reading.unit, "pieces": reading.pieces}
+        read = {"unit": reading.unit, "sheets": reading.sheets}
         outcome = restore_file(
             scan,
             Destination(output, run.force),
-            run_options("restore", kinds, chosen, **read, turn=run.turn, anyway=run.anyway),
+            run_options("restore", kinds, chosen, **read, rotate=run.rotate, allow_distorted=run.allow_distorted),
             texture=pictures.texture,
             photos=pictures.photo,
-            shots=pictures.shot,
+            shots=pictures.extra_scan,
             progress=progress,
         )
     _print_report(outcome, run)
@@ -135,7 +143,9 @@ def photos(
         from station.run.destination import Destination
         from station.run.photos import photographed_page
 
-        options = run_options("photos", kinds, chosen, scale=scale, turn=run.turn, anyway=run.anyway)
+        options = run_options(
+            "photos", kinds, chosen, scale=scale, rotate=run.rotate, allow_distorted=run.allow_distorted
+        )
         outcome = photographed_page(pictures, Destination(output, run.force), options, progress=progress)
     _print_report(outcome, run)
 
@@ -149,4 +159,4 @@ def _print_report(outcome: Outcome, run: Run) -> None:
             print_result(encode_report(outcome.report).rstrip())
         else:
             pages = [summary(page.report, page.files) for page in outcome.pages or (outcome,)]
-            print_result("\n\n".join([*pages, *left_out(outcome.report.get("left_out", ()))]))
+            print_result("\n\n".join([*pages, *left_out(outcome.report.get("rejected", ()))]))

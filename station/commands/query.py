@@ -1,4 +1,4 @@
-"""`planish ask`: what a scanner answers to the questions of a command profile, before the profile is trusted."""
+"""`planish query`: what a scanner answers to the questions of a command profile, before the profile is trusted."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 BYTES_A_LINE = 16
 
 
-def ask(config: Config, debug: Debug = False) -> None:
+def query(config: Config, debug: Debug = False) -> None:
     """Ask the scanner for identity, status and parameters; nothing is written to it."""
     with report_faults(debug=debug):
         from drivers import open_link
@@ -32,7 +32,7 @@ def ask(config: Config, debug: Debug = False) -> None:
 
 
 def _profile_lines(profile: Profile) -> Iterator[str]:
-    trust = "trusted" if profile.trusted else "not trusted: the driver asks, and neither writes nor shoots"
+    trust = "trusted" if profile.trusted else "not trusted: the driver only queries: it neither writes nor captures"
     yield f"profile {profile.name}: {trust}"
     if profile.lacking:
         yield f"  has to be found out: {', '.join(profile.lacking)}"

@@ -22,8 +22,8 @@ def ocr(
         ),
     ] = None,
     language: Language = "eng",
-    truth: Annotated[
-        Path | None, typer.Option(help="What is printed on the page, as text: tells how well it was read.")
+    ground_truth: Annotated[
+        Path | None, typer.Option(help="Text of the page: report the error rate of the recognition.")
     ] = None,
     force: Force = False,
     debug: Debug = False,
@@ -32,7 +32,7 @@ def ocr(
     with report_faults(debug=debug), progress_on(sys.stderr) as progress:
         from station.run.ocr import read_pages, summary_line
 
-        for read in read_pages(page, output, language=language, truth=truth, force=force, progress=progress):
+        for read in read_pages(page, output, language=language, truth=ground_truth, force=force, progress=progress):
             print_result(summary_line(read))
 
 

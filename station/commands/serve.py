@@ -24,22 +24,22 @@ Station = Annotated[
     ),
 ]
 Port = Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 takes any free one.")]
-Listen = Annotated[
+HostAddress = Annotated[
     str, typer.Option(metavar="ADDRESS", help="Let other computers in, by this address of this one; wants --cert.")
 ]
-Cert = Annotated[Path | None, typer.Option(help="TLS certificate (PEM) for --listen.", show_default=False)]
+Cert = Annotated[Path | None, typer.Option(help="TLS certificate (PEM) for --host.", show_default=False)]
 Key = Annotated[Path | None, typer.Option(help="Its private key (PEM).", show_default=False)]
-Kiosk = Annotated[bool, typer.Option("--kiosk", help="Print the link as a QR code for a tablet; wants --listen.")]
+Qr = Annotated[bool, typer.Option("--qr", help="Print the link as a QR code for a tablet; wants --host.")]
 
 
 def serve(
     folder: Folder = Path(),
     config: Station = None,
     port: Port = 8765,
-    listen: Listen = "127.0.0.1",
+    host: HostAddress = "127.0.0.1",
     cert: Cert = None,
     key: Key = None,
-    kiosk: Kiosk = False,
+    qr: Qr = False,
     index: Index = None,
     debug: Debug = False,
 ) -> None:
@@ -58,8 +58,8 @@ def serve(
             ) from error
         from station.config import load_config
 
-        if kiosk and listen == LOCALHOST:
-            raise UsageError("--kiosk shows the link to other devices", "name this computer's address with --listen")
+        if qr and host == LOCALHOST:
+            raise UsageError("--qr shows the link to other devices", "name this computer's address with --host")
         if not folder.is_dir():
             raise UsageError(f"{folder} is no folder", "make it, or name the one with the sessions")
         configuration = None if config is None else load_config(config)
@@ -72,12 +72,12 @@ def serve(
             print_note(told)
 
         def show(link: str) -> None:
-            if kiosk:
+            if qr:
                 print_code(link)
             print_result(link)
             print_note("open this link in the browser; Ctrl-C ends")
 
-        serve(app_state, Address(listen, port, cert, key), show=show)
+        serve(app_state, Address(host, port, cert, key), show=show)
 
 
 def print_code(link: str) -> None:

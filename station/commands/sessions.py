@@ -1,4 +1,4 @@
-"""The commands of sessions: new, list, show, open, add, set, undo, redo; verify, repair, replay, reindex."""
+"""The commands of sessions: new, list, show, recover, add, set, undo, redo; verify, repair, reproduce, reindex."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ Index = Annotated[
 ]
 PageNumber = Annotated[int | None, typer.Option("--page", min=1, max=9999, help="Number of the page.")]
 Stage = Annotated[str | None, typer.Option(help="A stage, with --page: restore or verdict.")]
-Workers = Annotated[int | None, typer.Option(min=1, help="Threads; one for each processor by default.")]
+Jobs = Annotated[int | None, typer.Option("--jobs", "-j", min=1, help="Threads (one for each processor).")]
 
 
 @app.command("new")
@@ -44,7 +44,7 @@ def new(
     organisation: Annotated[str, typer.Option(help="Who keeps it.")] = "",
     preset: Annotated[str, typer.Option(help="book, map, leaflet, crumpled, or a TOML file.")] = "book",
     config: Annotated[
-        str, typer.Option(help="Configuration of the station that will shoot it, for planish shoot.")
+        str, typer.Option(help="Configuration of the station that captures it, for planish capture.")
     ] = "",
     index: Index = None,
     debug: Debug = False,
@@ -72,7 +72,7 @@ def new(
         )
         create_session(folder, volume)
         enter(index, read_session(folder))
-        print_result(f"{folder}\nshoot its pages with: {shlex.join(['planish', 'shoot', str(folder)])}")
+        print_result(f"{folder}\ncapture its pages with: {shlex.join(['planish', 'capture', str(folder)])}")
 
 
 @app.command("list")
@@ -111,8 +111,8 @@ def show(session: Named, index: Index = None, as_json: Json = False, debug: Debu
         )
 
 
-@app.command("open")
-def open_(session: Named, index: Index = None, debug: Debug = False) -> None:
+@app.command("recover")
+def recover(session: Named, index: Index = None, debug: Debug = False) -> None:
     """Complete what an interrupted run left, enter the session in the index, show where it stands."""
     with report_faults(debug=debug), _writing(index, session) as writer:
         from station.session.overview import overview_lines
@@ -163,7 +163,9 @@ def set_(
     note: Annotated[str | None, typer.Option(help="A note.")] = None,
     position: Annotated[float | None, typer.Option(help="Place in the volume: 3.5 is between 3 and 4.")] = None,
     mark: Annotated[bool | None, typer.Option("--mark/--no-mark", help="Mark the page to come back to.")] = None,
-    accept: Annotated[bool | None, typer.Option("--accept/--again", help="Accept its scan, or want another.")] = None,
+    accept: Annotated[
+        bool | None, typer.Option("--accept/--reject", help="Accept the scan, or reject it to capture again.")
+    ] = None,
     index: Index = None,
     debug: Debug = False,
 ) -> None:
@@ -181,7 +183,7 @@ def set_(
         if accept is None and set(values.values()) == {None}:
             raise UsageError("there is nothing to set", "see planish session set --help")
         if accept is not None and not page:
-            raise UsageError("the volume itself is not accepted", "give the number of a page with --accept or --again")
+            raise UsageError("the volume itself is not accepted", "give the number of a page with --accept or --reject")
         for name, value in values.items():
             if value is not None:
                 decide(writer, name, value, page=page)
@@ -211,17 +213,17 @@ def redo_(
         _step(index, session, page, stage, redo, redo_run, ("redo", "brought back"))
 
 
-def verify(session: Named, workers: Workers = None, index: Index = None, debug: Debug = False) -> None:
+def verify(session: Named, jobs: Jobs = None, index: Index = None, debug: Debug = False) -> None:
     """Check every file of a session or an export: damaged, missing, extra, renamed, at odds. Names the pages."""
     with report_faults(debug=debug):
         from station.archive.check import AGAIN, check_export, is_export
         from station.session.verify import verify as inspect
 
         if is_export(Path(session)):
-            _print_problems(Path(session), check_export(Path(session), workers=workers), AGAIN)
+            _print_problems(Path(session), check_export(Path(session), workers=jobs), AGAIN)
         else:
             folder = find_session(index, session)
-            problems = inspect(folder, workers=workers).problems
+            problems = inspect(folder, workers=jobs).problems
             _print_problems(folder, problems, "planish repair mends what can be mended")
 
 
@@ -259,13 +261,13 @@ def repair(
         print_result(f"{folder}: {len(done)} problems mended" if done else f"{folder}: nothing to mend")
 
 
-def replay(session: Named, index: Index = None, debug: Debug = False) -> None:
+def reproduce(session: Named, index: Index = None, debug: Debug = False) -> None:
     """Derive everything again from the originals and compare digests; nothing is written to the session."""
     with report_faults(debug=debug), progress_on(sys.stderr):
         import tempfile
 
         from station.session import read_session
-        from station.session.replay import replay as derive_again
+        from station.session.reproduce import reproduce as derive_again
         from station.session.verify import NotSound
 
         stored = read_session(find_session(index, session))

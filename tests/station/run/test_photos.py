@@ -67,7 +67,7 @@ def test_a_page_is_restored_true_to_scale(photographs, tmp_path, capsys):
     assert main(["photos", *map(str, paths), "-o", str(tmp_path), "--map", "--json", *QUICK]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["photogrammetry"]["scale"]["from"] == "card"
-    assert report["photogrammetry"]["left_out"] == {}
+    assert report["photogrammetry"]["rejected"] == {}
     assert [photo["accepted"] for photo in report["photos"]] == [True] * VIEWS
     np.testing.assert_allclose(report["page_mm"], PAGE_MM, atol=SIZE_MM)
     rest, scale = layout(tmp_path, report, taken)

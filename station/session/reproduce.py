@@ -1,4 +1,4 @@
-"""`replay`: derives every derivative of a session again from the originals, and compares digests."""
+"""`reproduce`: derives every derivative of a session again from the originals, and compares digests."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Derive = Callable[[Session, Event, Path], Run]
 
 
 @dataclass(frozen=True)
-class Replayed:
+class Reproduced:
     """A run of a stage that was derived again.
 
     differing  names of its files that came out otherwise, are missing or new, and `result` when that did.
@@ -29,7 +29,7 @@ class Replayed:
     differing: tuple[str, ...]
 
 
-def replay(session: Session, scratch: Path, *, derivers: Mapping[str, Derive] | None = None) -> Iterator[Replayed]:
+def reproduce(session: Session, scratch: Path, *, derivers: Mapping[str, Derive] | None = None) -> Iterator[Reproduced]:
     """Derive every run of a stage again, in the order of the session, and compare. Writes only below `scratch`.
 
     Raises BadInput for a stage that this program does not know, what the stages raise, OSError.
@@ -39,7 +39,7 @@ def replay(session: Session, scratch: Path, *, derivers: Mapping[str, Derive] | 
             folder = scratch / event.folder
             try:
                 run = derive(session, event, folder, derivers=derivers)
-                yield Replayed(event, tuple(_differences(event, run, folder)))
+                yield Reproduced(event, tuple(_differences(event, run, folder)))
             finally:
                 shutil.rmtree(folder, ignore_errors=True)
 
