@@ -13,6 +13,7 @@ from restore.formats.folder import read_folder, save_scan
 from restore.formats.glb import read_glb, read_gltf
 from restore.formats.mesh import PaintedMesh
 from restore.formats.obj import read_obj, write_obj
+from restore.formats.older import current_provenance
 from restore.formats.picture import SUFFIXES as IMAGE_SUFFIXES
 from restore.formats.picture import encode_png, read_image
 from restore.formats.ply import read_ply, write_ply
@@ -39,6 +40,7 @@ __all__ = [
     "READERS",
     "SCAN_SUFFIXES",
     "check_unit",
+    "current_provenance",
     "encode_png",
     "load_scan",
     "read_bytes",

@@ -169,11 +169,11 @@ def _acceptance(one: Registered, found: Registration) -> dict[str, Any]:
     return {
         "name": one.photograph.name,
         "accepted": True,
-        "size": [width, height],
+        "size_px": [width, height],
         "residual_px": found.residual_px,
         "uncertainty_px": found.uncertainty_px,
         "match_fraction": found.match_fraction,
-        "coverage": found.coverage,
+        "shown_fraction": found.coverage,
         "camera": found.camera.described(),
     }
 

@@ -179,17 +179,17 @@ def _dense(
     )
     left_out = {photographs[k].name: why for k, why in failed.items()}
     report = {
-        "views": [photographs[view].name for view in model.views],
+        "photographs_used": [photographs[view].name for view in model.views],
         "rejected": {name: why.text for name, why in left_out.items()},
         "scale": dict(model.scale),
-        "points": len(fitted.points),
-        "edge_measured": float(edge.measured.mean()),
+        "surface_points": len(fitted.points),
+        "edge_measured_fraction": float(edge.measured.mean()),
         "paper_outside_fraction": masks.uncovered(model.cameras, mesh.vertices, mesh.faces),
-        "interpolated": float((distance_to(mesh.measured, mesh.vertices) > mesh.reach_mm).mean()),
+        "interpolated_fraction": float((distance_to(mesh.measured, mesh.vertices) > mesh.reach_mm).mean()),
         "surface_residual_mm": missed(surface, fitted.points, fitted.feet),
         "excess_area_fraction": None if isinstance(surface, Relief) else stretch(mesh.vertices, mesh.faces, places),
         **_described(surface, fitted.stiffness),
-        "iterations": fitted.rounds,
+        "adjustments": fitted.rounds,
     }
     return PhotographedPage(mesh, kept, report, _findings(report, left_out))
 
@@ -206,14 +206,14 @@ def _described(surface: PageSurface, stiffness: float) -> dict[str, Any]:
 def _findings(report: Mapping[str, Any], left_out: Mapping[str, Finding]) -> tuple[Finding, ...]:
     """What is to be reported of a page; report as `PhotographedPage` has it, left_out: photograph's name → why."""
     found = [Finding.of("view_apart", name=name, reason=why.text) for name, why in left_out.items()]
-    if len(report["views"]) < ENOUGH_VIEWS:
-        found.append(Finding.of("few_views", count=len(report["views"]), enough=ENOUGH_VIEWS))
+    if len(report["photographs_used"]) < ENOUGH_VIEWS:
+        found.append(Finding.of("few_views", count=len(report["photographs_used"]), enough=ENOUGH_VIEWS))
     if any(why.code in ("zoomed", "cropped") for why in left_out.values()):
         found.append(Finding.of("views_zoomed"))
     if report["scale"]["from"] == "none":
         found.append(Finding.of("no_scale"))
-    if report["edge_measured"] < LEAST_EDGE:
-        found.append(Finding.of("edge_unseen", report["edge_measured"]))
+    if report["edge_measured_fraction"] < LEAST_EDGE:
+        found.append(Finding.of("edge_unseen", report["edge_measured_fraction"]))
     if report["surface_residual_mm"] > MOST_OFF_MM:
         found.append(Finding.of("surface_off", distance_mm=report["surface_residual_mm"]))
     if report["excess_area_fraction"] is not None and abs(report["excess_area_fraction"]) > MOST_STRETCH:

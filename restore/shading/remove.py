@@ -165,7 +165,7 @@ def _evenness(colour: Field, gain: Field, paper: Mask, inside: Mask) -> dict[str
         "paper_fraction": float(paper.sum() / max(inside.sum(), 1)),
         "unevenness_before": _unevenness(before),
         "unevenness": _unevenness(after),
-        "gain": {"min": float(gain.min()), "max": float(gain.max())},
+        "illumination_gain": {"min": float(gain.min()), "max": float(gain.max())},
     }
 
 

@@ -148,7 +148,7 @@ def _provenance(rig: Rig, count: int, lit: Mask, kept: Mask, residual: Floats) -
     return {
         "device": "structured light",
         "projector": [rig.projector.width, rig.projector.height],
-        "pictures": count,
+        "captures": count,
         "baseline_mm": float(np.linalg.norm(rig.shift)),
         "lit_fraction": float(lit.mean()),
         "decoded_fraction": float(kept.mean()),

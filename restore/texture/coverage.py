@@ -66,8 +66,8 @@ class Coverage:
             | (self.seen == CoverageClass.OBSTRUCTED)
         )
 
-    def shares(self) -> dict[str, float]:
-        """The share of the page's area of each kind, 0 to 1."""
+    def fractions(self) -> dict[str, float]:
+        """The fraction of the page's area of each kind, 0 to 1."""
         count = {
             kind: np.count_nonzero(self.seen == kind) for kind in CoverageClass if kind is not CoverageClass.OUTSIDE
         }
@@ -76,11 +76,11 @@ class Coverage:
 
     def described(self) -> dict[str, float | None]:
         """The coverage as the report has it: the shares of the kinds, and `cut`."""
-        return {**self.shares(), "cut": self.cut}
+        return {**self.fractions(), "cropped_fraction": self.cut}
 
     def findings(self) -> list[Finding]:
         """What is to be reported of a page that is white in large part."""
-        hidden = self.shares()["hidden"]
+        hidden = self.fractions()["occluded"]
         return [Finding.of("hidden", hidden)] if hidden > MAX_HIDDEN else []
 
 

@@ -66,7 +66,7 @@ class Resolution:
             "mtf50_per_mm": None if self.mtf50 is None else self.mtf50 * self.sampling_ppi / MM_PER_INCH,
         }
         if self.mtf50 is None or not self.sampling_ppi:
-            entries["effective_ppi_unknown"] = NO_EDGES if self.sampling_ppi else NO_PICTURE
+            entries["resolved_ppi_unknown"] = NO_EDGES if self.sampling_ppi else NO_PICTURE
         return entries
 
 

@@ -271,15 +271,20 @@ def reproduce(session: Named, index: Index = None, debug: Debug = False) -> None
         from station.session.verify import NotSound
 
         stored = read_session(find_session(index, session))
-        count, differing = 0, 0
+        count, differing, reasons = 0, 0, set()
         with tempfile.TemporaryDirectory() as scratch:
             for one in derive_again(stored, Path(scratch)):
                 count += 1
                 differing += bool(one.differing)
-                verdict = f"differs: {', '.join(one.differing)}" if one.differing else "equal"
-                print_result(f"page {one.event.page}, {one.event.name} of event {one.event.number}: {verdict}")
+                reasons |= {one.reason} if one.differing else set()
+                outcome = f"differs: {', '.join(one.differing)}" if one.differing else "equal"
+                print_result(f"page {one.event.page}, {one.event.name} of event {one.event.number}: {outcome}")
         if differing:
-            raise NotSound(f"{differing} of {count} runs came out otherwise", "was it made by another version?")
+            why = "; ".join(sorted(filter(None, reasons))) or "the record is of this very version"
+            raise NotSound(
+                f"{differing} of {count} runs differ from their records: {why}",
+                "run planish verify; if it finds nothing, reproduce with the program that wrote the records",
+            )
         print_result(f"{count} runs, all equal")
 
 

@@ -33,7 +33,7 @@ def measure(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> Measures:
     return {
         "measured_fraction": float(measured.sum() / max(inside.sum(), 1)),
         "hole_mm": widest_place(inside & ~measured) * MM_PER_INCH / page.dpi,
-        "cropped_fraction": report["coverage"]["cut"],
+        "cropped_fraction": report["coverage"]["cropped_fraction"],
         "depth_window_fraction": depth_window_fraction(scan) if isinstance(scan, RangeScan) else None,
         "smooth_strain_rms": float(report["strain"]["smooth_rms"]),
         "sampling_ppi": None if texture is None else report["sampling_ppi"],

@@ -287,11 +287,11 @@ def test_a_relief_without_colour_keeps_its_shading():
 def test_the_report_has_the_cut_of_the_page_that_its_maps_show():
     scan, restored = shot("curl")[0], page("curl")
     cut = cropped_fraction(restored.coverage != CoverageClass.OUTSIDE, restored.page_map, scan.texture.shape[:2])
-    assert restored.report["coverage"]["cut"] == cut < 0.01
+    assert restored.report["coverage"]["cropped_fraction"] == cut < 0.01
     narrow = replace(scan, points=scan.points[:, 200:], texture_xy=scan.texture_xy[:, 200:] - [200.0, 0.0])
     narrow = replace(narrow, texture=scan.texture[:, 200:])
-    assert restore(narrow, Settings(dpi=50)).report["coverage"]["cut"] > 0.1
-    assert restore(replace(scan, texture=None), Settings(dpi=50)).report["coverage"]["cut"] is None
+    assert restore(narrow, Settings(dpi=50)).report["coverage"]["cropped_fraction"] > 0.1
+    assert restore(replace(scan, texture=None), Settings(dpi=50)).report["coverage"]["cropped_fraction"] is None
 
 
 def test_a_sheet_of_a_scan_is_the_page_of_the_scan():
@@ -323,7 +323,7 @@ def test_samples_missed_by_the_laser_but_seen_by_the_camera_are_reported_as_fill
     assert len(hole) > 10
     assert (hole == CoverageClass.INTERPOLATED).all()
     assert restored.mask[restored.coverage == CoverageClass.INTERPOLATED].all()
-    assert restored.report["coverage"]["hidden"] < 0.002
+    assert restored.report["coverage"]["occluded"] < 0.002
 
 
 def test_a_scan_in_metres_is_detected_by_its_size():

@@ -120,7 +120,7 @@ def test_the_page_shows_the_colours_of_the_vertices(tmp_path, shape, soup):
     expected = waves((x + 0.5) * INCH / DPI, (y + 0.5) * INCH / DPI)
     shown = page.image[y, x].astype(float)
     assert np.sqrt(((shown - expected) ** 2).mean()) < CODES
-    assert page.report["coverage"]["hidden"] == 0.0
+    assert page.report["coverage"]["occluded"] == 0.0
 
 
 @pytest.mark.parametrize("shape", [COARSE, DENSE])
@@ -130,7 +130,7 @@ def test_the_page_resolves_what_the_vertices_do(tmp_path, shape):
     assert report["sampling_ppi"] == pytest.approx(vertices_per_inch, rel=FINENESS)
     assert report["resolved_ppi"] is None or report["resolved_ppi"] <= report["sampling_ppi"]
     assert report["findings"] == []
-    assert report["source"]["picture"] == "colours of vertices"
+    assert report["source"]["texture_source"] == "colours of vertices"
 
 
 def test_the_page_is_turned_and_its_colours_with_it(tmp_path):

@@ -47,7 +47,7 @@ def test_what_a_photograph_of_a_known_camera_resolves_is_measured(text, painted)
     image = text.photograph()
     known = Photograph(image, "known", camera=text.registered().camera)
     _, (report,) = paint_registered(text.page, register_photographs(text.page, [known]), DPI)
-    assert "effective_ppi_unknown" not in report
+    assert "resolved_ppi_unknown" not in report
     assert report["resolved_ppi"] == pytest.approx(painted[1][0]["resolved_ppi"], rel=SAME_PPI)
     blurred = replace(known, image=cv2.GaussianBlur(image, (0, 0), 2.0))
     _, (worse,) = paint_registered(text.page, register_photographs(text.page, [blurred]), DPI)
@@ -157,7 +157,7 @@ def test_what_covers_the_page_is_painted_from_the_scan_and_said(text, thumbed):
     assert report["accepted"]
     assert painted_from(page.page_map, page.page_source, 1, hidden) == 0
     assert report["obstructed_mm2"] > MM2
-    assert page.report["coverage"]["covered"] == pytest.approx(report["obstructed_fraction"], rel=0.1)
+    assert page.report["coverage"]["obstructed"] == pytest.approx(report["obstructed_fraction"], rel=0.1)
     (found,) = page.report["findings"]
     assert found["text"].startswith("thumb.jpg: something covers the page")
     assert (page.coverage == CoverageClass.OBSTRUCTED).sum() > 0

@@ -8,9 +8,9 @@ from restore.findings import Finding
 from restore.photogrammetry.reconstruct import _findings
 
 GOOD = {
-    "views": ["1.jpg", "2.jpg", "3.jpg", "4.jpg", "5.jpg"],
+    "photographs_used": ["1.jpg", "2.jpg", "3.jpg", "4.jpg", "5.jpg"],
     "scale": {"from": "card"},
-    "edge_measured": 0.97,
+    "edge_measured_fraction": 0.97,
     "surface_residual_mm": 0.05,
     "excess_area_fraction": 1e-4,
     "paper_outside_fraction": 0.0,
@@ -29,11 +29,11 @@ GOOD = {
             {"rejected": {"7.jpg": Finding.of("zoomed", change=0.03)}},
             ["7.jpg is left out", "photographs were zoomed"],
         ),
-        ({"views": ["1.jpg", "2.jpg", "3.jpg", "4.jpg"]}, ["the page is made of 4 photographs only"]),
+        ({"photographs_used": ["1.jpg", "2.jpg", "3.jpg", "4.jpg"]}, ["the page is made of 4 photographs only"]),
         ({"scale": {"from": "none"}}, ["the scale is not known"]),
         ({"paper_outside_fraction": 0.03}, ["3% of the paper"]),
-        ({"edge_measured": 0.61}, ["only 61% of the page's edge"]),
-        ({"edge_measured": 0.61, "paper_outside_fraction": 0.03}, ["only 61%", "3% of the paper"]),
+        ({"edge_measured_fraction": 0.61}, ["only 61% of the page's edge"]),
+        ({"edge_measured_fraction": 0.61, "paper_outside_fraction": 0.03}, ["only 61%", "3% of the paper"]),
         ({"surface_residual_mm": 0.8}, ["the surface passes one in ten of the measured points 0.8 mm"]),
         ({"excess_area_fraction": 0.011}, ["the surface has +1.1% of area that paper cannot have"]),
         ({"excess_area_fraction": -0.02}, ["the surface has -2.0% of area that paper cannot have"]),

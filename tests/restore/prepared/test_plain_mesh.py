@@ -35,7 +35,7 @@ def test_what_lies_far_from_all_measured_points_is_filled_in():
     assert np.ptp(rows) + 1 == pytest.approx(wide, abs=2)
     assert np.ptp(cols) + 1 == pytest.approx(wide, abs=2)
     assert len(rows) == pytest.approx(wide**2, rel=0.03)
-    assert Coverage(kinds).shares()["filled"] == pytest.approx(len(rows) / (400 * 390))
+    assert Coverage(kinds).fractions()["interpolated"] == pytest.approx(len(rows) / (400 * 390))
     assert (kinds[:, :10] == CoverageClass.OUTSIDE).all()
     nowhere = replace(surface, measured=np.empty((0, 3)))
     assert not (InterpolatedPage(PlainMesh(page), nowhere).kinds_on(page, shown, DPI) == CoverageClass.MEASURED).any()

@@ -81,7 +81,7 @@ def test_surfaces_under_a_pleat_are_hidden_as_by_ray_casting():
     sure = binary_erosion(rays, iterations=EDGE_PX), binary_erosion(~rays, iterations=EDGE_PX)
     assert found.mask[sure[0]].all()
     assert (found.seen[sure[1]] == CoverageClass.OCCLUDED).all()
-    assert found.shares()["hidden"] == pytest.approx(1 - rays.mean(), abs=0.02)
+    assert found.fractions()["occluded"] == pytest.approx(1 - rays.mean(), abs=0.02)
 
 
 def test_a_curved_page_without_occlusion_is_wholly_visible():
@@ -90,7 +90,13 @@ def test_a_curved_page_without_occlusion_is_wholly_visible():
     vertices = np.column_stack([page.flat[:, 0] * 0.87, page.flat[:, 1], steps])
     found, _ = covered(replace(page, vertices=vertices, texcoords=pinhole(vertices)))
     assert found.findings() == []
-    assert found.shares() == {"measured": 1.0, "filled": 0.0, "hidden": 0.0, "invented": 0.0, "covered": 0.0}
+    assert found.fractions() == {
+        "measured": 1.0,
+        "interpolated": 0.0,
+        "occluded": 0.0,
+        "inpainted": 0.0,
+        "obstructed": 0.0,
+    }
 
 
 def test_the_camera_centre_is_fitted_to_texture_coordinates():
@@ -116,7 +122,7 @@ def test_a_camera_at_infinity_is_on_the_side_that_the_page_is_turned_to(seed, no
     found, _ = covered(replace(page, texcoords=parallel))
     from_behind, _ = covered(replace(page, texcoords=parallel, faces=page.faces[:, ::-1]))
     for one in (found, from_behind):
-        assert one.shares()["hidden"] == pytest.approx(HIDDEN_SHARE, abs=SHARE_ROUNDING)
+        assert one.fractions()["occluded"] == pytest.approx(HIDDEN_SHARE, abs=SHARE_ROUNDING)
 
 
 def test_hidden_pixels_are_white_and_a_hole_in_the_surface_is_hidden():

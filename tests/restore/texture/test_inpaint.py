@@ -29,7 +29,7 @@ def test_small_holes_are_inpainted_on_request_and_marked():
     assert np.abs(filled[40:50, 20:30].astype(int) - 120).max() <= ROUNDED
     assert (filled[40:80, 100:140] == 255).all()
     assert not told.mask[45, 25]
-    assert told.shares()["invented"] == pytest.approx(100 / (200 * 280))
+    assert told.fractions()["inpainted"] == pytest.approx(100 / (200 * 280))
     changed = (filled != image).any(axis=2)
     assert (told.seen[changed] == CoverageClass.INPAINTED).all()
 

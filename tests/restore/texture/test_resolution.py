@@ -137,6 +137,6 @@ def test_what_a_report_says():
         "mtf50_per_mm": pytest.approx(0.3 * 100 / 25.4),
     }
     assert unknown.described()["resolved_ppi"] is None
-    assert unknown.described()["effective_ppi_unknown"] == NO_EDGES
+    assert unknown.described()["resolved_ppi_unknown"] == NO_EDGES
     assert none.described()["resolved_ppi"] == 0.0
-    assert none.described()["effective_ppi_unknown"] == NO_PICTURE
+    assert none.described()["resolved_ppi_unknown"] == NO_PICTURE

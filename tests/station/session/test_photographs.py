@@ -43,7 +43,7 @@ def test_photographs_are_stored_unchanged_as_one_page(volume, pictures):
     assert [path.name for path in pictures_in(stored)] == ["a.jpg", "b.jpg", "c.jpg"]
     for path in pictures.iterdir():
         assert (stored / path.name).read_bytes() == path.read_bytes()
-    assert event.facts["provenance"]["pictures"] == {"a.jpg": [120, 90], "b.jpg": [120, 90], "c.jpg": [120, 90]}
+    assert event.facts["provenance"]["image_sizes_px"] == {"a.jpg": [120, 90], "b.jpg": [120, 90], "c.jpg": [120, 90]}
     assert first_picture(stored).name == "a.jpg"
     assert Preset().parameters(event.facts)["scale"] == "148x210"
     assert "scale" not in Preset().parameters()
