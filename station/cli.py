@@ -15,6 +15,7 @@ from station.commands.compile import compile_command
 from station.commands.devices import devices
 from station.commands.doctor import doctor
 from station.commands.export import export
+from station.commands.groups import CommandGroups, with_verbosity
 from station.commands.page import demo, merge, photos, restore, scan
 from station.commands.park import park
 from station.commands.patterns import patterns
@@ -38,9 +39,7 @@ from station.errors import USAGE, UsageError, explain
 from station.version import software_version
 
 # Commands import what they need inside: it takes seconds, and `--help` answers at once.
-app = typer.Typer(
-    add_completion=False, invoke_without_command=True, pretty_exceptions_enable=False, rich_markup_mode=None
-)
+app = typer.Typer(cls=CommandGroups, invoke_without_command=True, pretty_exceptions_enable=False, rich_markup_mode=None)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -88,7 +87,7 @@ COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
     "Scanner": {"devices": devices, "query": query, "park": park, "trace": trace},
     "Maintenance": {"compile": compile_command},
 }
-for group in COMMANDS.values():
-    for name, command in group.items():
-        app.command(name)(command)
-app.add_typer(sessions, name="session")
+for panel, commands in COMMANDS.items():
+    for name, command in commands.items():
+        app.command(name, rich_help_panel=panel)(with_verbosity(command))
+app.add_typer(sessions, name="session", rich_help_panel="Volumes")

@@ -62,7 +62,10 @@ def batch(
     unit: Unit = "auto",
     debug: Debug = False,
 ) -> None:
-    """Restore all scans of folders and sessions with several workers; started again, it goes on where it was."""
+    """Restore all scans of folders and sessions in parallel.
+
+    Started again, it continues where it was interrupted.
+    """
     with report_faults(debug=debug):
         from station.batch.runner import run_batch
         from station.session.presets import load_preset

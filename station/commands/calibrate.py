@@ -42,7 +42,10 @@ def board(
     force: Force = False,
     debug: Debug = False,
 ) -> None:
-    """Draw a marker board to print at 100 %, glue to something flat, and calibrate by."""
+    """Draw the marker board for scanner calibration (PNG).
+
+    Print the board at 100 % and glue it to a flat plate.
+    """
     with report_faults(debug=debug):
         import cv2
 
@@ -77,7 +80,7 @@ def calibrate(
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Calibrate a scanner with its lens from scans of a marker board at several distances and tilts."""
+    """Calibrate a scanner and lens from scans of the board."""
     with report_faults(debug=debug):
         from drivers.vivid900.calibrating.calibrate import calibrate as calibrate_body
         from drivers.vivid900.calibrating.plates import nominal_of_scans, plate_shot
@@ -101,7 +104,7 @@ def axis(
     force: Force = False,
     debug: Debug = False,
 ) -> None:
-    """Find the axis of the rotary stage with a flat board of markers on it."""
+    """Find the turntable axis from scans of a marker board."""
     with report_faults(debug=debug), progress_on(sys.stderr) as progress:
         from station.config import load_config
         from station.run.destination import Destination

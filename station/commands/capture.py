@@ -27,7 +27,10 @@ FootSwitch = Annotated[
 def capture(
     session: Named, config: Station = None, foot_switch: FootSwitch = None, index: Index = None, debug: Debug = False
 ) -> None:
-    """Capture a volume page by page, with quality checks."""
+    """Capture a volume page by page, with quality checks.
+
+    Each page is restored and checked while the next one is captured.
+    """
     with report_faults(debug=debug), ExitStack() as stack:
         import drivers
         from station.capture_loop import keys

@@ -83,7 +83,10 @@ def devices(
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """List scanners, USB-SCSI bridges and serial ports. Nothing but INQUIRY is sent."""
+    """List scanners, USB-SCSI bridges and serial ports.
+
+    Only INQUIRY is sent.
+    """
     with report_faults(debug=debug):
         from drivers.vivid900 import discovery
 

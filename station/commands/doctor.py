@@ -216,7 +216,7 @@ def doctor(
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Tell what is missing before a real scanner can be used, and what to do about it."""
+    """Check what is installed and connected, with fixes."""
     with report_faults(debug=debug):
         if packages:
             for package in missing_packages(missing_libraries()):

@@ -28,7 +28,10 @@ def export(
     index: Index = None,
     debug: Debug = False,
 ) -> None:
-    """Write a session to a new folder in a format of archives and libraries; what is missing is named."""
+    """Export a session: BagIt, METS, IIIF, PDF/A, TIFF, mesh.
+
+    Files that a format needs and the session lacks are listed as missing.
+    """
     with report_faults(debug=debug), progress_on(sys.stderr) as progress:
         from station.archive.deliver import Format, deliver
         from station.archive.from_session import scan_of, volume_of

@@ -32,7 +32,7 @@ def scan(
         ),
     ] = None,
 ) -> None:
-    """Capture a page, store the scan, restore the page."""
+    """Capture a page with the scanner, store and restore it."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.config import load_config
         from station.run.destination import Destination
@@ -55,7 +55,7 @@ def scan(
 
 @grouped
 def demo(output: Out, run: Run) -> None:
-    """Scan a simulated page and restore it: nothing else is needed."""
+    """Scan and restore a simulated page; needs no hardware."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.config import DEMONSTRATION, load_config
         from station.run.destination import Destination
@@ -74,7 +74,7 @@ def merge(
     output: Out,
     run: Run,
 ) -> None:
-    """Merge the views of a rotary stage and restore the page."""
+    """Merge turntable views of one page and restore it."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.run.destination import Destination
         from station.run.turntable import merge_files
@@ -103,7 +103,7 @@ def restore(
     kinds: Kinds,
     run: Run,
 ) -> None:
-    """Restore the page from a stored scan."""
+    """Restore a page from a stored scan or mesh."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.run.destination import Destination
         from station.run.one_page import restore_file
@@ -138,7 +138,10 @@ def photos(
         ),
     ] = "card",
 ) -> None:
-    """Restore a page from photographs of it alone: no scanner (extra `photos`)."""
+    """Restore a page from photographs alone, no scanner.
+
+    Needs the extra `photos`.
+    """
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.run.destination import Destination
         from station.run.photos import photographed_page

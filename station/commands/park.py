@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def park(config: Config, debug: Debug = False) -> None:
-    """Switch the scanner's laser off and stop the rotary stage."""
+    """Switch the laser off and stop the turntable."""
     with report_faults(debug=debug):
         from station.config import load_config
 

@@ -30,7 +30,7 @@ def patterns(
     force: Force = False,
     debug: Debug = False,
 ) -> None:
-    """Draw the patterns that a projector shows a camera, to make a range image of the captures."""
+    """Write Gray-code patterns for structured light."""
     with report_faults(debug=debug):
         from station.storage.atomic import write_all
 

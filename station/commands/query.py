@@ -16,7 +16,10 @@ BYTES_A_LINE = 16
 
 
 def query(config: Config, debug: Debug = False) -> None:
-    """Ask the scanner for identity, status and parameters; nothing is written to it."""
+    """Read a scanner's identity, status and parameters.
+
+    Nothing is written to the scanner.
+    """
     with report_faults(debug=debug):
         from drivers import open_link
         from drivers.vivid900.query import ask as ask_scanner

@@ -28,7 +28,10 @@ def ocr(
     force: Force = False,
     debug: Debug = False,
 ) -> None:
-    """Read the words of a restored page: text, ALTO and searchable PDF/A (needs Tesseract)."""
+    """Recognise text: TXT, ALTO, hOCR and searchable PDF/A.
+
+    Needs Tesseract.
+    """
     with report_faults(debug=debug), progress_on(sys.stderr) as progress:
         from station.run.ocr import read_pages, summary_line
 
@@ -47,7 +50,10 @@ def colour(
     force: Force = False,
     debug: Debug = False,
 ) -> None:
-    """Measure a colour chart: an ICC profile of the camera, and the levels of FADGI and ISO 19264 that it meets."""
+    """Make an ICC camera profile from a ColorChecker image.
+
+    Reports the levels of FADGI and ISO 19264-1 that the image meets.
+    """
     with report_faults(debug=debug):
         from station.colour.run import profile_colours, summary_line
 

@@ -43,7 +43,10 @@ def serve(
     index: Index = None,
     debug: Debug = False,
 ) -> None:
-    """Open the station as a page in the browser of this machine: shoot, look, export. Ends with Ctrl-C."""
+    """Serve the web interface: capture, review, export.
+
+    Open the printed link in the browser of this computer. Ctrl-C ends.
+    """
     with report_faults(debug=debug):
         from station.errors import UsageError
 

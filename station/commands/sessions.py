@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from station.commands.groups import CommandGroups, with_verbosity
 from station.commands.options import Debug, Json, new_folder_path, output_path
 from station.commands.terminal import print_note, print_result, report_faults
 from station.progress import progress_on
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from station.session import Event, Session, Writer
     from station.session.verify import Problem
 
-app = typer.Typer(help="Sessions: a volume in a folder, with all its scans and everything made of them.")
+app = typer.Typer(cls=CommandGroups, help="Create and edit sessions: one volume in one folder.", rich_markup_mode=None)
 
 Named = Annotated[
     str, typer.Argument(metavar="SESSION", help="The session's folder, or its title.", show_default=False)
@@ -37,6 +38,7 @@ Jobs = Annotated[int | None, typer.Option("--jobs", "-j", min=1, help="Threads (
 
 
 @app.command("new")
+@with_verbosity
 def new(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="The folder to make.", parser=new_folder_path)],
     title: Annotated[str, typer.Option(help="Title of the volume (the folder's name).")] = "",
@@ -49,7 +51,7 @@ def new(
     index: Index = None,
     debug: Debug = False,
 ) -> None:
-    """Make a session for a volume."""
+    """Create a session for a volume."""
     with report_faults(debug=debug):
         from station.config import build_model, load_config
         from station.errors import UsageError
@@ -76,8 +78,9 @@ def new(
 
 
 @app.command("list")
+@with_verbosity
 def list_sessions(index: Index = None, as_json: Json = False, debug: Debug = False) -> None:
-    """List all sessions, the one that was changed last first."""
+    """List all sessions, most recently changed first."""
     with report_faults(debug=debug):
         import json
         from dataclasses import asdict
@@ -97,8 +100,9 @@ def list_sessions(index: Index = None, as_json: Json = False, debug: Debug = Fal
 
 
 @app.command("show")
+@with_verbosity
 def show(session: Named, index: Index = None, as_json: Json = False, debug: Debug = False) -> None:
-    """Show the pages of a session: label, state, verdict, note."""
+    """Show the pages of a session: label, state, check, note."""
     with report_faults(debug=debug):
         import json
 
@@ -112,8 +116,9 @@ def show(session: Named, index: Index = None, as_json: Json = False, debug: Debu
 
 
 @app.command("recover")
+@with_verbosity
 def recover(session: Named, index: Index = None, debug: Debug = False) -> None:
-    """Complete what an interrupted run left, enter the session in the index, show where it stands."""
+    """Recover a session after an interrupted run."""
     with report_faults(debug=debug), _writing(index, session) as writer:
         from station.session.overview import overview_lines
 
@@ -121,6 +126,7 @@ def recover(session: Named, index: Index = None, debug: Debug = False) -> None:
 
 
 @app.command("add")
+@with_verbosity
 def add(
     session: Named,
     files: Annotated[
@@ -135,7 +141,10 @@ def add(
     index: Index = None,
     debug: Debug = False,
 ) -> None:
-    """Take scans of any supported format into a session as pages, unchanged."""
+    """Add scans or photographs to a session as pages.
+
+    The files are copied unchanged.
+    """
     with report_faults(debug=debug), _writing(index, session) as writer:
         from station.errors import UsageError
         from station.session.adding import add_original, gather
@@ -155,6 +164,7 @@ def add(
 
 
 @app.command("set")
+@with_verbosity
 def set_(
     session: Named,
     page: Annotated[int, typer.Argument(metavar="PAGE", min=0, max=9999, help="Number of the page, 0: the volume.")],
@@ -169,7 +179,10 @@ def set_(
     index: Index = None,
     debug: Debug = False,
 ) -> None:
-    """Decide on a page; every decision can be undone."""
+    """Set label, side, note, position or acceptance of a page.
+
+    Every decision can be undone.
+    """
     with report_faults(debug=debug), _writing(index, session) as writer:
         from station.errors import UsageError
         from station.session import decide
@@ -192,10 +205,14 @@ def set_(
 
 
 @app.command("undo")
+@with_verbosity
 def undo_(
     session: Named, page: PageNumber = None, stage: Stage = None, index: Index = None, debug: Debug = False
 ) -> None:
-    """Take back the last step of the operator, or the last run of a stage on a page; nothing is deleted."""
+    """Undo the last step, or the last run of one stage.
+
+    Nothing is deleted.
+    """
     with report_faults(debug=debug):
         from station.session import undo, undo_run
 
@@ -203,10 +220,11 @@ def undo_(
 
 
 @app.command("redo")
+@with_verbosity
 def redo_(
     session: Named, page: PageNumber = None, stage: Stage = None, index: Index = None, debug: Debug = False
 ) -> None:
-    """Bring back the step that was taken back last, or the next run of a stage on a page."""
+    """Redo the step undone last, or the next run of a stage."""
     with report_faults(debug=debug):
         from station.session import redo, redo_run
 
@@ -214,7 +232,10 @@ def redo_(
 
 
 def verify(session: Named, jobs: Jobs = None, index: Index = None, debug: Debug = False) -> None:
-    """Check every file of a session or an export: damaged, missing, extra, renamed, at odds. Names the pages."""
+    """Check the fixity of every file of a session or export.
+
+    Damaged, missing, extra and renamed files are listed with their pages.
+    """
     with report_faults(debug=debug):
         from station.archive.check import AGAIN, check_export, is_export
         from station.session.verify import verify as inspect
@@ -246,7 +267,10 @@ def repair(
     index: Index = None,
     debug: Debug = False,
 ) -> None:
-    """Mend what `planish verify` finds; what is replaced is kept beside the session."""
+    """Repair damaged or missing files of a session.
+
+    A file that is replaced is kept next to the session.
+    """
     with report_faults(debug=debug):
         from station.session.repair import repair as mend
         from station.session.verify import NotSound
@@ -262,7 +286,10 @@ def repair(
 
 
 def reproduce(session: Named, index: Index = None, debug: Debug = False) -> None:
-    """Derive everything again from the originals and compare digests; nothing is written to the session."""
+    """Regenerate all derivatives and compare checksums.
+
+    Nothing is written to the session.
+    """
     with report_faults(debug=debug), progress_on(sys.stderr):
         import tempfile
 
@@ -298,7 +325,7 @@ def reindex(
     index: Index = None,
     debug: Debug = False,
 ) -> None:
-    """Build the index of all sessions anew from their folders."""
+    """Rebuild the index of sessions from their folders."""
     with report_faults(debug=debug):
         from station.session.index import reindex as rebuild
         from station.session.index import sessions

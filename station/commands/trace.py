@@ -39,7 +39,10 @@ def trace(
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """List the SCSI commands in a capture of the vendor's program and draft a command profile; of two, what differs."""
+    """Decode SCSI commands from USB captures; draft a profile.
+
+    Of two captures the differences are listed.
+    """
     with report_faults(debug=debug):
         from drivers.trace.capture import read_transfers
         from drivers.trace.compare import list_changes, list_field

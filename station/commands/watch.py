@@ -42,7 +42,10 @@ def watch(
     unit: Unit = "auto",
     debug: Debug = False,
 ) -> None:
-    """Restore every scan that arrives in a folder, until Ctrl-C; a file planish.toml in a sub-folder sets options."""
+    """Restore every scan that arrives in a folder.
+
+    Runs until Ctrl-C. A file planish.toml in a sub-folder sets the options of the scans there.
+    """
     with report_faults(debug=debug), progress_on(sys.stderr) as progress:
         from station.intake.loop import Pace, Watch
         from station.intake.presets import Presets
