@@ -3,9 +3,15 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import Literal
 
 FLAGS = ("tiff", "map", "mesh", "strain", "frames", "review", "ocr", "coverage")
 """Output files that are asked for, as the options of a run and the `outputs` of presets call them."""
+
+
+Method = Literal["isometric", "sticks", "springs", "conformal", "applicable"]
+Shading = Literal["keep", "remove"]
+"""The values of `restore.Settings`, repeated so that the command line knows them without loading the library."""
 
 
 class Sheets(StrEnum):

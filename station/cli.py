@@ -19,11 +19,11 @@ from station.commands.groups import CommandGroups, with_verbosity
 from station.commands.page import demo, merge, photos, restore, scan
 from station.commands.park import park
 from station.commands.patterns import patterns
+from station.commands.preservation import reindex, repair, reproduce, verify
 from station.commands.query import query
 from station.commands.reading import colour, ocr
 from station.commands.serve import serve
 from station.commands.sessions import app as sessions
-from station.commands.sessions import reindex, repair, reproduce, verify
 from station.commands.terminal import (
     READER_GONE,
     CommandLineError,

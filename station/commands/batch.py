@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections import Counter
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from station.commands.options import MOST_S, Debug, Kinds, Out, Restoration, Unit, grouped, run_options
+from station.commands.options import MOST_S, Debug, Json, Kinds, Out, Restoration, Unit, grouped, run_options
 from station.commands.terminal import print_result, report_faults
 from station.errors import UsageError
 
@@ -26,25 +27,28 @@ Sources = Annotated[
     list[Path],
     typer.Argument(
         metavar="SOURCE...",
-        help="Folders of scans, sub-folders included, but no sessions in them; sessions.",
+        help="Folders of scans, searched with their sub-folders, and sessions.",
         show_default=False,
     ),
 ]
 Jobs = Annotated[
-    int | None, typer.Option("--jobs", "-j", min=1, help="Pages to restore at a time (one for each processor).")
+    int | None,
+    typer.Option("--jobs", "-j", min=1, help="Pages to restore at a time.", show_default="one per processor"),
 ]
 Scheduler = Annotated[
-    str | None, typer.Option(metavar="ADDRESS", help="Restore on a Dask cluster: its scheduler, tcp://HOST:8786.")
+    str | None, typer.Option(metavar="ADDRESS", help="Restore on a Dask cluster with this scheduler: tcp://HOST:8786.")
 ]
 MemoryLimit = Annotated[
     int | None,
-    typer.Option(min=0, max=2**30, metavar="MIB", help="Memory of each worker, 0 for no limit (an equal share)."),
+    typer.Option(
+        min=0, max=2**30, metavar="MIB", help="Memory limit of each worker; 0: none.", show_default="an equal part"
+    ),
 ]
 PageTimeout = Annotated[
-    float, typer.Option(min=1, max=MOST_S, metavar="S", help="Seconds after which a page is given up.")
+    float, typer.Option(min=1, max=MOST_S, metavar="S", help="Seconds after which a page is quarantined.")
 ]
 QualityPreset = Annotated[
-    str, typer.Option(metavar="PRESET", help="Limits of the verdict on pages of folders: book, map, …, a TOML file.")
+    str, typer.Option(metavar="PRESET", help="Preset of the quality check for folders: book, map, … or a TOML file.")
 ]
 
 
@@ -60,6 +64,7 @@ def batch(
     page_timeout: PageTimeout = 3600.0,
     quality_preset: QualityPreset = "book",
     unit: Unit = "auto",
+    as_json: Json = False,
     debug: Debug = False,
 ) -> None:
     """Restore all scans of folders and sessions in parallel.
@@ -91,6 +96,9 @@ def batch(
 
         def show(event: Event) -> None:
             counts[event.state] += 1
+            if as_json:
+                print_result(json.dumps({"state": event.state, "name": event.name, "text": event.text}))
+                return
             progress = f"  [{event.done}]" if event.done else ""
             print_result(f"{event.state:<10} {event.name}: {event.text}{progress}")
 
@@ -102,7 +110,10 @@ def batch(
             show,
             limits=limits,
         )
-        print_result(f"{counts['restored']} restored, {counts['set aside']} set aside\nreport     {report}")
+        if as_json:
+            print_result(json.dumps({"counts": dict(counts), "report": str(report)}))
+        else:
+            print_result(f"{counts['restored']} restored, {counts['set aside']} set aside\nreport     {report}")
 
 
 def _share_mib(count: int) -> int:

@@ -29,12 +29,15 @@ Columns = Annotated[int, typer.Option(min=2, max=50, help="Markers in a row of t
 Rows = Annotated[int, typer.Option(min=2, max=50, help="Rows of markers on the board.")]
 MarkerSize = Annotated[float, typer.Option(min=1, max=500, help="Side of a marker as printed, mm: measure it.")]
 MarkerPitch = Annotated[
-    float, typer.Option(min=1, max=1000, help="From one marker to the next as printed, mm: measure it.")
+    float, typer.Option(min=1, max=1000, help="Distance from marker to marker as printed, mm: measure it.")
 ]
 
 
 def board(
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="PNG", show_default=False, parser=output_path)],
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", metavar="PNG", help="Image to write.", show_default=False, parser=output_path),
+    ],
     columns: Columns = 12,
     rows: Rows = 9,
     marker_size: MarkerSize = 16.002,
@@ -63,14 +66,21 @@ def calibrate(
         list[str],
         typer.Argument(
             metavar="SCAN[@MM]...",
-            help="Scan folders of the board, or of a bare plate that fills the picture; after @, if it was measured, "
-            "how far the plate is from the front of the lens.",
+            help="Scan folders of the board, or of a bare plate that fills the image; @MM: its measured distance "
+            "from the front of the lens.",
             show_default=False,
         ),
     ],
     output: Annotated[
         Path,
-        typer.Option("--output", "-o", metavar="FILE", help="Calibration.", show_default=False, parser=output_path),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Calibration file (TOML) to write.",
+            show_default=False,
+            parser=output_path,
+        ),
     ],
     columns: Columns = 12,
     rows: Rows = 9,

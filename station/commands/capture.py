@@ -16,11 +16,13 @@ from station.commands.terminal import print_result, report_faults
 Station = Annotated[
     Path | None,
     typer.Option(
-        "--config", help="The station's configuration (TOML), or `simulated` (that of the session).", show_default=False
+        "--config",
+        help="Configuration of the station: a TOML file, or `simulated`; else that of the session.",
+        show_default=False,
     ),
 ]
 FootSwitch = Annotated[
-    str | None, typer.Option(metavar="PORT", help="Serial port of a foot-switch that captures the next page.")
+    str | None, typer.Option(metavar="PORT", help="Serial port of a foot switch that captures the next page.")
 ]
 
 

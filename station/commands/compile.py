@@ -37,7 +37,7 @@ def compile_kernels() -> int:
 
 
 def compile_command(
-    debug: Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")] = False,
+    debug: Annotated[bool, typer.Option("--debug", help="Print the traceback of an error.")] = False,
 ) -> None:
     """Compile the numerical kernels before the first run.
 

@@ -211,7 +211,7 @@ def doctor(
     product: Product = "VIVID",
     probe: Probe = False,
     packages: Annotated[
-        bool, typer.Option("--packages", help="Print only the Debian packages of the libraries that are missing.")
+        bool, typer.Option("--packages", help="Print only the Debian packages of missing libraries.")
     ] = False,
     as_json: Json = False,
     debug: Debug = False,

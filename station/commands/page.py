@@ -23,12 +23,17 @@ def scan(
     output: Out,
     kinds: Kinds,
     run: Run,
-    average: Annotated[int | None, typer.Option(min=1, max=64, help="Shots to average (1).")] = None,
-    views: Annotated[int | None, typer.Option(min=2, max=72, help="Views to take on the rotary stage.")] = None,
+    average: Annotated[
+        int | None, typer.Option(min=1, max=64, help="Captures to average.", show_default="as configured")
+    ] = None,
+    views: Annotated[int | None, typer.Option(min=2, max=72, help="Views to capture on the turntable.")] = None,
     shots: Annotated[
         int | None,
         typer.Option(
-            "--super-resolution", min=4, max=64, help="Shots, the page moved by half a pixel between, for finer colour."
+            "--super-resolution",
+            min=4,
+            max=64,
+            help="Captures for super-resolution; move the page half a pixel between.",
         ),
     ] = None,
 ) -> None:
@@ -70,7 +75,7 @@ def demo(output: Out, run: Run) -> None:
 
 @grouped
 def merge(
-    views: Annotated[list[Path], typer.Argument(metavar="VIEW...", help="Views that `scan --views` stored.")],
+    views: Annotated[list[Path], typer.Argument(metavar="VIEW...", help="Views stored by `scan --views`.")],
     output: Out,
     run: Run,
 ) -> None:
@@ -92,8 +97,8 @@ def restore(
         Path,
         typer.Argument(
             metavar="SCAN",
-            help="A scan: .abs[.gz], .obj, .ply, .stl, .glb, .gltf, .wrl, .vvd, a scan folder or one of captured "
-            "patterns; a segment: .vcps or tifxyz.",
+            help="Scan: .abs[.gz], .obj, .ply, .stl, .glb, .gltf, .wrl, .vvd, scan folder, folder of captured "
+            "patterns, or CT segment (.vcps, tifxyz).",
         ),
     ],
     output: Out,
@@ -124,7 +129,7 @@ def restore(
 @grouped
 def photos(
     pictures: Annotated[
-        list[Path], typer.Argument(metavar="IMG...", help="Photographs of one page from all round, by one lens.")
+        list[Path], typer.Argument(metavar="IMG...", help="Photographs of one page from all sides, by one lens.")
     ],
     output: Out,
     chosen: Restoration,
@@ -134,7 +139,7 @@ def photos(
         str,
         typer.Option(
             metavar="card|WxH|none",
-            help="Scale: the card of `planish card` beside the page; the page's width x height in mm; or none.",
+            help="Scale: the card of `planish card`, the page's width x height in mm, or none.",
         ),
     ] = "card",
 ) -> None:

@@ -25,7 +25,7 @@ def patterns(
         ),
     ],
     projector: Annotated[
-        str, typer.Option(metavar="WxH", help="The projector's own resolution, as 1280x800.", show_default=False)
+        str, typer.Option(metavar="WxH", help="Resolution of the projector, as 1280x800.", show_default=False)
     ],
     force: Force = False,
     debug: Debug = False,

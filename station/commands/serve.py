@@ -12,24 +12,20 @@ from station.commands.options import Debug
 from station.commands.sessions import Index, enter
 from station.commands.terminal import print_note, print_result, report_faults
 
-Folder = Annotated[
-    Path, typer.Argument(metavar="FOLDER", help="The folder with the sessions (this one).", show_default=False)
-]
+Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder with the sessions.", show_default=False)]
 Station = Annotated[
     Path | None,
     typer.Option(
         "--config",
-        help="The station's configuration (TOML), or `simulated`; none: look, do not shoot.",
+        help="Configuration of the station: a TOML file, or `simulated`; without it nothing is captured.",
         show_default=False,
     ),
 ]
-Port = Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 takes any free one.")]
-HostAddress = Annotated[
-    str, typer.Option(metavar="ADDRESS", help="Let other computers in, by this address of this one; wants --cert.")
-]
+Port = Annotated[int, typer.Option(min=0, max=65535, help="Port; 0: any free one.")]
+HostAddress = Annotated[str, typer.Option(metavar="ADDRESS", help="Address to listen on; other computers need --cert.")]
 Cert = Annotated[Path | None, typer.Option(help="TLS certificate (PEM) for --host.", show_default=False)]
-Key = Annotated[Path | None, typer.Option(help="Its private key (PEM).", show_default=False)]
-Qr = Annotated[bool, typer.Option("--qr", help="Print the link as a QR code for a tablet; wants --host.")]
+Key = Annotated[Path | None, typer.Option(help="Private key of the certificate (PEM).", show_default=False)]
+Qr = Annotated[bool, typer.Option("--qr", help="Print the link as a QR code; needs --host.")]
 
 
 def serve(

@@ -25,14 +25,14 @@ def trace(
         str | None,
         typer.Option(
             metavar="NAME=A,B,...",
-            help="The captures differ in this setting, which had these values: find its field.",
+            help="Setting in which the captures differ, with its values: find its field.",
             show_default=False,
         ),
     ] = None,
     draft: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="Write a draft of a command profile (TOML).", show_default=False, parser=output_path
+            metavar="FILE", help="Draft of a command profile to write (TOML).", show_default=False, parser=output_path
         ),
     ] = None,
     force: Force = False,

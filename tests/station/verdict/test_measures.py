@@ -95,12 +95,12 @@ def test_all_measures_of_a_page():
     measured = measure(restored, scan)
     assert measured["measured_fraction"] == pytest.approx(1 - 100 / 256**2)
     assert measured["hole_mm"] == pytest.approx(9.0, abs=1.0)
-    assert (measured["smooth_strain_rms"], measured["resolved_ppi"], measured["depth_window_fraction"]) == (
+    assert (measured["smooth_strain_rms"], measured["sampling_ppi"], measured["depth_window_fraction"]) == (
         0.001,
         25.4,
         None,
     )
     bare = measure(restored, RangeScan(points, None, np.zeros((4, 4, 2)), {}))
-    assert [bare[name] for name in ("resolved_ppi", "blur_px", "clipped_fraction")] == [None] * 3
+    assert [bare[name] for name in ("sampling_ppi", "blur_px", "clipped_fraction")] == [None] * 3
     assert measured["cropped_fraction"] == 0.125
     assert seen_in(restored.page_map, (256, 256)).all()
