@@ -15,7 +15,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from bench.replay import restore_now
+from bench.reproduce import restore_now
 from drivers.simulated import Text
 from drivers.simulated.imaging.shot import printed
 from restore import RangeScan

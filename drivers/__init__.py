@@ -71,7 +71,7 @@ def open_turntable(
     if port == SIMULATED_PORT or config.get("driver") == "simulated":
         raise SettingsError(
             "a simulated scanner and a real stage do not see each other",
-            f'use port = "{SIMULATED_PORT}" in [stage] with driver = "simulated" in [scanner], and only there',
+            f'use port = "{SIMULATED_PORT}" in [turntable] with driver = "simulated" in [scanner], and only there',
         )
     from drivers.stage import open_stage
 

@@ -39,7 +39,7 @@ def describe(prepared: Prepared, unrolled: Unrolled, painting: Painting, setting
         "method": settings.method,
         "dpi": settings.dpi,
         "shading": settings.shading,
-        "steps": unrolled.coarse.steps,
+        "iterations": unrolled.coarse.iterations,
         "flipped_faces": flipped,
         "area_ratio": float(np.abs(signed_areas(fine.flat, fine.faces)).sum())
         / surface_area(fine.vertices, fine.faces),
@@ -50,11 +50,11 @@ def describe(prepared: Prepared, unrolled: Unrolled, painting: Painting, setting
             "smooth_rms": smooth,
             "max": float(np.abs(strain).max()),
             "faces": _face_strain_statistics(fine, edges),
-            "against_chords": chords,
+            "chord_strain": chords,
         },
         "page_mm": [width, height],
         **painting.resolution.described(),
-        "decimation": unrolled.distance,
+        "decimation_error_mm": unrolled.distance,
     }
     return {**report, **prepared.facts}
 
@@ -84,8 +84,8 @@ def _chord_strain(mesh: FlatMesh, edges: Ints) -> dict[str, Any]:
         "rms": float(np.sqrt(np.mean(strain**2))),
         "max": float(np.abs(strain).max()),
         "estimate_rms": float(np.sqrt(np.mean(estimated**2))),
-        "estimated_share": float((np.abs(estimated) > ESTIMATED).mean()),
-        "farthest_at_mm": mesh.flat[farthest].mean(axis=0).tolist(),
+        "estimated_fraction": float((np.abs(estimated) > ESTIMATED).mean()),
+        "max_difference_at_mm": mesh.flat[farthest].mean(axis=0).tolist(),
     }
 
 
@@ -107,7 +107,7 @@ def findings_of_page(fine: FlatMesh, report: Mapping[str, Any]) -> list[Finding]
         found.append(Finding.of("upside_down", upside_down))
     if report["strain"]["smooth_rms"] > NOT_DEVELOPABLE:
         found.append(Finding.of("not_developable", strain=report["strain"]["smooth_rms"]))
-    estimated = report["strain"]["against_chords"]["estimated_share"]
+    estimated = report["strain"]["chord_strain"]["estimated_fraction"]
     if estimated > MOSTLY:
         found.append(Finding.of("lengths_estimated", estimated))
     return found

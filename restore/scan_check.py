@@ -116,9 +116,9 @@ class KnownProvenance(BaseModel):
     oversampling  pixels of a picture that was painted, per pixel or vertex that it was painted from, along one side.
     """
 
-    super: SuperRecord = SuperRecord()
+    super_resolution: SuperRecord = SuperRecord()
     oversampling: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)
-    turn: TurnRecord | None = None
+    turntable: TurnRecord | None = None
 
 
 def check_provenance(provenance: Any) -> None:

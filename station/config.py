@@ -49,7 +49,7 @@ class AxisSettings(BaseModel):
         return direction
 
 
-class StageSettings(BaseModel):
+class TurntableSettings(BaseModel):
     """The rotary stage.
 
     model     of its controller, from the table in docs/rotary-stage.md.
@@ -72,7 +72,7 @@ class StationConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
     scanner: dict[str, Any]
-    stage: StageSettings | None = None
+    turntable: TurntableSettings | None = None
     capture: CaptureSettings = CaptureSettings()
     restore: Settings = Settings()
     output: OutputSettings = OutputSettings()

@@ -21,7 +21,7 @@ def controller_named(model: str, *, relative: bool = False) -> Controller:
     if model not in CONTROLLERS:
         raise SettingsError(f"there is no stage controller {model!r}", f"use one of: {', '.join(CONTROLLERS)}")
     if relative and not CONTROLLERS[model].ambiguous:
-        raise SettingsError(f"the controller {model} counts from home", "leave `relative` out of [stage]")
+        raise SettingsError(f"the controller {model} counts from home", "leave `relative` out of [turntable]")
     return CONTROLLERS[model]
 
 
@@ -56,5 +56,5 @@ def open_port(port: str, controller: Controller) -> serial.Serial:
     except (OSError, ValueError) as error:
         raise TransportError(
             f"cannot open the serial port {port}: {error}",
-            "check `port` in [stage]; a user who may open serial ports is in the group dialout (or uucp)",
+            "check `port` in [turntable]; a user who may open serial ports is in the group dialout (or uucp)",
         ) from error

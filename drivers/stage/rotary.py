@@ -179,7 +179,7 @@ class RotaryStage(DeviceContext):
                 if not answer.complete and self._clock() > deadline:
                     raise DeviceError(
                         f"the rotary stage answered {answer.got} within {exchange.timeout_s:g} s",
-                        "check its power, its cable, and `model` and `port` in [stage]",
+                        "check its power, its cable, and `model` and `port` in [turntable]",
                     )
                 self._sleep(POLL_S)
         self._pending = None

@@ -15,7 +15,7 @@ Values = dict[str, Any]
 ANSWERS: Values = json.loads((Path(__file__).parent / "answers.json").read_text("utf-8"))
 TIME = ANSWERS["row"]["captured"]
 RED, AMBER = 11, 7  # every so many pages
-WORST: dict[str, dict[str, float]] = {"green": {}, "amber": {"blur_px": 1.51}, "red": {"cut_share": 0.209}}
+WORST: dict[str, dict[str, float]] = {"green": {}, "amber": {"blur_px": 1.51}, "red": {"cropped_fraction": 0.209}}
 MM_PER_INCH = 25.4
 
 

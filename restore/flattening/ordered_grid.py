@@ -116,7 +116,7 @@ def _page_at(mesh: GridMesh, solved: FlatMesh, flat: Floats, surface: Floats) ->
     lengths = straight_lengths(mesh.vertices, edges)
     empty = lengths < NO_LENGTH * lengths.mean()  # a point that is there twice: nothing tells how far its places are
     lengths[empty] = np.maximum(straight_lengths(on_page, edges)[empty], SINGLE_PRECISION * lengths.mean())
-    return FlatMesh.of(mesh, on_page, lengths, solved.steps, **solved.convergence)
+    return FlatMesh.of(mesh, on_page, lengths, solved.iterations, **solved.convergence)
 
 
 def points_on_grid(mesh: GridMesh) -> Floats:

@@ -22,7 +22,7 @@ from restore.range_image.facets.normals import facet_normals
 from restore.range_image.facets.sheet import PageOnGrid, Sheet, depth_distance
 from restore.scan import Bytes, Floats, Mask, SurfaceMesh
 from restore.settings import Settings
-from restore.texture.coverage import Seen
+from restore.texture.coverage import CoverageClass
 from restore.texture.occlusion import viewpoint
 from restore.texture.page import PageMap, page_map, rasterise_on_page
 
@@ -53,7 +53,10 @@ class FacetSheet(Prepared):
     def facts(self) -> Mapping[str, Any]:
         """How many samples were measured on it, and how much of it is filled in."""
         measured = self.sheet.measured
-        return {"samples": int(measured.sum()), "filled_share": float(1.0 - measured[self.sheet.inside].mean())}
+        return {
+            "samples": int(measured.sum()),
+            "interpolated_fraction": float(1.0 - measured[self.sheet.inside].mean()),
+        }
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -71,14 +74,18 @@ class FacetSheet(Prepared):
         return normals
 
     def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:
-        """(h, w) MEASURED or FILLED as the samples are, OUTSIDE in the holes through which the table was measured."""
+        """(h, w) MEASURED or INTERPOLATED as the samples are, OUTSIDE in holes that show the table."""
         grid_xy = np.stack(self.sheet.rays.grid(fine.vertices), axis=1)[:, ::-1]
         at = rasterise_on_page(fine, grid_xy, page.shape, dpi)
         samples = self.sheet.measured.astype(np.uint8)
         measured = cv2.remap(samples, at, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
-        kinds = np.where(page, np.where(measured > 0, Seen.MEASURED, Seen.FILLED), Seen.OUTSIDE).astype(np.uint8)
+        kinds = np.where(
+            page, np.where(measured > 0, CoverageClass.MEASURED, CoverageClass.INTERPOLATED), CoverageClass.OUTSIDE
+        ).astype(np.uint8)
         if self.sheet.holes is not None and self.sheet.holes.any():
-            kinds[cv2.remap(self.sheet.holes.astype(np.float32), at, None, cv2.INTER_LINEAR) > HALF] = Seen.OUTSIDE
+            kinds[cv2.remap(self.sheet.holes.astype(np.float32), at, None, cv2.INTER_LINEAR) > HALF] = (
+                CoverageClass.OUTSIDE
+            )
         return kinds
 
     def camera_centre(self, fine: FlatMesh) -> Floats | None:
@@ -140,4 +147,4 @@ def _interpolated(sheet: Sheet, page: PageOnGrid, mesh: SurfaceMesh, nodes: Floa
     edges = Topology(mesh.faces).edges
     flat = interpolate_flat_positions(sheet.inside.shape, page.nodes, page.faces, page.flat, nodes)
     lengths = sheet.lengths(nodes, edges)
-    return FlatMesh.of(mesh, flat, lengths, solved.steps, **solved.convergence)
+    return FlatMesh.of(mesh, flat, lengths, solved.iterations, **solved.convergence)

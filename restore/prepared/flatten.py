@@ -79,7 +79,7 @@ def flatten(
         posed = pose_on_table(piece.vertices, piece.faces)
         flat[part.vertices] = move_upright(piece.flat, replace(posed, seen=seen[part.vertices]))
         rest[np.isin(network.edges[:, 0], part.vertices)] = piece.lengths
-        worst = worst.joined(Solution(piece.flat, piece.steps, **piece.convergence))
+        worst = worst.joined(Solution(piece.flat, piece.iterations, **piece.convergence))
     arrange_pieces(flat, [(part.vertices, part.faces) for part in parts])
     return FlatMesh.of(mesh, flat, rest, worst.iterations, **worst.convergence)
 
@@ -125,7 +125,7 @@ def _over_grid(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMe
         flat = least_absolute_page(flat, make_network(mesh.vertices, topology, lengths)).flat
     if flipped_faces(flat, mesh.faces):  # noise has put a vertex beyond its neighbours
         flat = uninverted(flat, make_network(mesh.vertices, topology, lengths), np.ones(len(mesh.faces)))
-    return FlatMesh.of(mesh, flat, lengths, unrolled.coarse.steps, **unrolled.fine.convergence)
+    return FlatMesh.of(mesh, flat, lengths, unrolled.coarse.iterations, **unrolled.fine.convergence)
 
 
 def _over_points(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMesh:

@@ -211,12 +211,12 @@ def doctor(
     product: Product = "VIVID",
     probe: Probe = False,
     packages: Annotated[
-        bool, typer.Option("--packages", help="Print only the Debian packages of the libraries that are missing.")
+        bool, typer.Option("--packages", help="Print only the Debian packages of missing libraries.")
     ] = False,
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Tell what is missing before a real scanner can be used, and what to do about it."""
+    """Check what is installed and connected, with fixes."""
     with report_faults(debug=debug):
         if packages:
             for package in missing_packages(missing_libraries()):

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def park(config: Config, debug: Debug = False) -> None:
-    """Switch the scanner's laser off and stop the rotary stage."""
+    """Switch the laser off and stop the turntable."""
     with report_faults(debug=debug):
         from station.config import load_config
 
@@ -56,7 +56,7 @@ def _park_stage(config: StationConfig) -> bool:
     from drivers import SIMULATED_PORT
     from drivers.stage import open_stage
 
-    if config.stage is None or config.stage.port == SIMULATED_PORT:
+    if config.turntable is None or config.turntable.port == SIMULATED_PORT:
         return False
-    open_stage(config.stage.model, config.stage.port, relative=config.stage.relative).close()
+    open_stage(config.turntable.model, config.turntable.port, relative=config.turntable.relative).close()
     return True

@@ -69,9 +69,9 @@ def record_run(
 ) -> Event:
     """Record a stage's run on the result of another event, and return its event.
 
-    parameters  all that the run depends on beside its input; a replay uses them.
-    result      JSON values that follow from input and parameters: a replay must find the same.
-    files       a folder of `staging` with the run's files, which a replay must write again to the byte.
+    parameters  all that the run depends on beside its input; `reproduce` uses them.
+    result      JSON values that follow from input and parameters: `reproduce` must find the same.
+    files       a folder of `staging` with the run's files, which `reproduce` must write again to the byte.
     facts       what does not follow from them: seconds, memory.
     others      further events that it read.
     """

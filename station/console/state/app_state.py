@@ -181,7 +181,7 @@ class AppState:
 
     def _close(self) -> None:
         if self.open_session is not None:
-            if not self.open_session.is_read_only and self.scanner.as_json()["busy"] == "shoot":
+            if not self.open_session.is_read_only and self.scanner.as_json()["busy"] == "capture":
                 raise ConsoleFault("session_open", "a page is being shot", "wait until it is stored")
             opened, self.open_session = self.open_session, None
             opened.close()
@@ -203,7 +203,7 @@ class AppState:
                 raise ConsoleFault("no_page", "there is no page yet", "shoot the first one")
             opened.row(page)
         if action in SHOTS:
-            self.scanner.reserve("shoot")
+            self.scanner.reserve("capture")
 
         def task() -> None:
             assert opened.loop is not None

@@ -23,7 +23,7 @@ from drivers.vivid900.errors import NothingMeasured
 from drivers.vivid900.geometry.calibration import encode_calibration, nominal
 from drivers.vivid900.geometry.lenses import LENSES, MODES
 from restore.scan import RangeScan
-from restore.texture.super_resolution import MIN_SHOTS, finer_scan, registration
+from restore.texture.super_resolution import MIN_SHOTS, registration, super_resolve
 
 NOON = datetime(2024, 5, 17, 12, 0, tzinfo=UTC)
 FAST = CaptureSettings(mode="fast")
@@ -270,9 +270,9 @@ def test_it_keeps_off_during_a_capture() -> None:
 
 
 def test_captures_of_a_page_that_was_touched_are_joined_to_a_finer_one(touched: list[RangeScan]) -> None:
-    joined = finer_scan(touched)
+    joined = super_resolve(touched)
     assert joined.texture.shape == (960, 1280, 3)
-    assert joined.provenance["super"]["shots"] == MIN_SHOTS
+    assert joined.provenance["super_resolution"]["captures"] == MIN_SHOTS
 
 
 @pytest.mark.slow

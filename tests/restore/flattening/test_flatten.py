@@ -49,7 +49,7 @@ def test_a_warped_page_comes_out_true(warped, shape, sign, count):
     assert page.error(flat.flat) < TRUE_MM
     assert flipped_faces(flat.flat, flat.faces) == 0
     assert signed_areas(flat.flat, flat.faces).sum() > 0
-    assert flat.steps > 0
+    assert flat.iterations > 0
     np.testing.assert_array_equal(flat.lengths, page.lengths)
 
 
@@ -213,8 +213,8 @@ def test_on_step_is_told_every_step_of_every_piece_as_the_sheet_sinks(warped):
     told = []
     flat = flatten(mesh, "sticks", on_step=lambda *step: told.append(step))
     numbers = [step for step, _, _ in told]
-    assert numbers == [*range(1, flat.steps + 1)] * 2
-    heights = [positions[:count, 2].max() for _, positions, _ in told[: flat.steps]]
+    assert numbers == [*range(1, flat.iterations + 1)] * 2
+    heights = [positions[:count, 2].max() for _, positions, _ in told[: flat.iterations]]
     assert heights[-1] < 0.05 * heights[0]
     for _, positions, faces in told:
         assert positions.shape == mesh.vertices.shape

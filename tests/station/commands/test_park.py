@@ -25,7 +25,7 @@ driver = "vivid900"
 profile = "planish-simulated-0"
 transport = {{ kind = "socket", port = {port} }}
 """
-STAGE = '[stage]\nmodel = "MMC-2"\nport = "{port}"\n'
+STAGE = '[turntable]\nmodel = "MMC-2"\nport = "{port}"\n'
 FOLLOW_S = 5.0  # for the stage's thread to read a stop
 
 

@@ -28,7 +28,7 @@ def asked(root) -> Iterator[Served]:
     """A console with a page in its open session."""
     with serving(root, GatedScanner(curl_scan()), StandInRestorer()) as served, served.client() as browser:
         browser.post("/api/sessions/missale/open")
-        browser.post("/api/press", json={"action": "shoot"})
+        browser.post("/api/press", json={"action": "capture"})
         yield served
 
 

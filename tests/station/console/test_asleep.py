@@ -71,7 +71,7 @@ def station(root: Path, port: int, tmp_path: Path) -> Iterator[tuple[subprocess.
 
 
 def shoot(browser: httpx.Client) -> None:
-    assert browser.post("/api/press", json={"action": "shoot"}).status_code == 202
+    assert browser.post("/api/press", json={"action": "capture"}).status_code == 202
 
 
 def is_stored(browser: httpx.Client, pages: int) -> dict[str, Any] | None:

@@ -68,7 +68,7 @@ def test_a_page_is_restored_true_to_scale(photographs, tmp_path, capsys):
     assert main(["photos", *map(str, paths), "-o", str(tmp_path), "--map", "--json", *QUICK]) == 0
     report = json.loads(capsys.readouterr().out)
     assert report["photogrammetry"]["scale"]["from"] == "card"
-    assert report["photogrammetry"]["left_out"] == {}
+    assert report["photogrammetry"]["rejected"] == {}
     assert [photo["accepted"] for photo in report["photos"]] == [True] * VIEWS
     np.testing.assert_allclose(report["page_mm"], PAGE_MM, atol=SIZE_MM)
     rest, scale = layout(tmp_path, report, taken)
@@ -192,7 +192,7 @@ def test_a_page_is_restored_from_a_video(photographs, tmp_path, capsys):
     video.release()
     assert main(["photos", str(tmp_path / "page.avi"), "-o", str(tmp_path / "out"), "--json", *QUICK]) == 0
     report = json.loads(capsys.readouterr().out)
-    numbers = [int(name.split()[-1]) for name in report["photogrammetry"]["views"]]
+    numbers = [int(name.split()[-1]) for name in report["photogrammetry"]["photographs_used"]]
     assert numbers == [3 * k + 2 for k in range(VIEWS)]  # the sharp ones
     np.testing.assert_allclose(report["page_mm"], PAGE_MM, atol=SIZE_MM)
 

@@ -13,7 +13,7 @@ from station.session.stages import RESTORE
 from station.verdict.same_page import fingerprint
 from station.verdict.thresholds import Thresholds
 
-LIMITS = Thresholds(strain_rms=(0.01, 0.02), similarity=(0.84, 0.92))
+LIMITS = Thresholds(smooth_strain_rms=(0.01, 0.02), similarity=(0.84, 0.92))
 
 
 @pytest.fixture
@@ -27,7 +27,7 @@ def writer(tmp_path):
 def restored(writer: Writer, seed: int, strain: float):
     capture = add_scan(writer, tiny_scan(seed), facts={})
     print_of = fingerprint(np.random.default_rng(seed).integers(0, 256, (200, 200, 3), np.uint8))
-    result = {"measures": {"strain_rms": strain, "fingerprint": print_of}}
+    result = {"measures": {"smooth_strain_rms": strain, "fingerprint": print_of}}
     return record_run(writer, RESTORE, capture, parameters={}, result=result)
 
 

@@ -104,7 +104,7 @@ def test_layers_of_a_page_register(viewed):
     assert 0 < scale["stretch"]["rms"] <= scale["end"]
     legend = {one["key"]: one for one in browser.get(f"/api/pictures/{row['restore']}/coverage/legend").json()["kinds"]}
     assert legend["measured"]["colour"] is None
-    assert sum(one["share"] for one in legend.values()) == pytest.approx(1.0)
+    assert sum(one["fraction"] for one in legend.values()) == pytest.approx(1.0)
 
 
 def test_models_hold_every_point_and_the_steps_between(viewed, restored):
