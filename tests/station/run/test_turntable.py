@@ -29,7 +29,7 @@ from station.run.turntable import axis_table, merge_files, scan_views, view_angl
 DIGITS = 1e-5  # relative: what the written axis keeps
 AXIS = AxisSettings(point_mm=(0.0, 0.0, -900.0), direction=(0.0, 0.0, 2.0))
 CONFIG = StationConfig(
-    scanner={"driver": "simulated"}, stage=TurntableSettings(model="MMC-2", port="/dev/ttyUSB0", axis=AXIS)
+    scanner={"driver": "simulated"}, turntable=TurntableSettings(model="MMC-2", port="/dev/ttyUSB0", axis=AXIS)
 )
 
 
