@@ -29,7 +29,7 @@ from station.run.turntable import axis_table, merge_files, scan_views, view_angl
 DIGITS = 1e-5  # relative: what the written axis keeps
 AXIS = AxisSettings(point_mm=(0.0, 0.0, -900.0), direction=(0.0, 0.0, 2.0))
 CONFIG = StationConfig(
-    scanner={"driver": "simulated"}, stage=TurntableSettings(model="MMC-2", port="/dev/ttyUSB0", axis=AXIS)
+    scanner={"driver": "simulated"}, turntable=TurntableSettings(model="MMC-2", port="/dev/ttyUSB0", axis=AXIS)
 )
 
 
@@ -153,7 +153,7 @@ def test_views_go_round_or_to_both_sides() -> None:
 
 def test_the_axis_is_written_as_the_configuration_reads_it() -> None:
     axis = RotationAxis(np.array([1.25, -3.5, -915.125]), np.array([0.6, 0.0, 0.8]))
-    read = AxisSettings.model_validate(tomllib.loads(axis_table(axis, 0.1))["stage"]["axis"])
+    read = AxisSettings.model_validate(tomllib.loads(axis_table(axis, 0.1))["turntable"]["axis"])
     assert read.point_mm == pytest.approx((1.25, -3.5, -915.125), rel=DIGITS)
     assert read.direction == pytest.approx((0.6, 0.0, 0.8), rel=DIGITS)
 
