@@ -31,7 +31,8 @@ def main(pages: int) -> int:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "volume"
         preset = Preset(settings=SETTINGS, outputs=("coverage", "mesh", "tiff"), thresholds=THRESHOLDS)
-        create_session(folder, Volume(title="Reproduced", settings=preset.model_dump(mode="json", exclude_none=True)))
+        values = preset.model_dump(mode="json", exclude_none=True)
+        create_session(folder, Volume(title="Reproduced", preset_values=values))
         scans = (_scan(number) for number in range(pages))
         with open_session(folder) as writer:
             loop = CaptureLoop(writer, lambda: next(scans), restore_now, lambda _line: None)

@@ -61,7 +61,7 @@ def detail(of: Values, size: tuple[int, int]) -> Values:
     event = {"number": 1, "kind": "capture", "name": "capture", "time": TIME, "software": "planish"}
     return {
         **of,
-        **{"findings": findings, "report": {}, "page_mm": list(SHEET_MM), "page_px": list(size), "dpi": DPI},
+        **{"checks": findings, "report": {}, "page_mm": list(SHEET_MM), "page_px": list(size), "dpi": DPI},
         **{"layers": layers, "models": ["scan", "mesh", "steps"], "words": True},
         "shots": [{"capture": of["capture"], "time": TIME, "current": True, "size_bytes": 10**6}],
         **{"events": [event], "files": [{"event": of["restore"], "name": "page.png", "bytes": 812_345}]},

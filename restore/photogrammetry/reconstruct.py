@@ -81,7 +81,7 @@ class PhotographedPage:
             measured=larger.points(self.mesh.measured),
             reach_mm=factor * self.mesh.reach_mm,
         )
-        return PhotographedPage(mesh, photographs, {**self.report, "scale": dict(source)})
+        return PhotographedPage(mesh, photographs, {**self.report, "scale_source": dict(source)})
 
 
 @checks_types
@@ -148,7 +148,7 @@ def _page_of(
     if card is None:
         return page
     seen = {row: markers[view] for row, view in enumerate(views)}
-    return replace(page, findings=page.findings + card_findings(page.photographs, seen, page.report["scale"]))
+    return replace(page, findings=page.findings + card_findings(page.photographs, seen, page.report["scale_source"]))
 
 
 def _card_in(seen: Mapping[int, Floats], camera: PhotoCamera, corners: Floats | None) -> CardInView:
@@ -181,7 +181,7 @@ def _dense(
     report = {
         "photographs_used": [photographs[view].name for view in model.views],
         "rejected": {name: why.text for name, why in left_out.items()},
-        "scale": dict(model.scale),
+        "scale_source": dict(model.scale),
         "surface_points": len(fitted.points),
         "edge_measured_fraction": float(edge.measured.mean()),
         "paper_outside_fraction": masks.uncovered(model.cameras, mesh.vertices, mesh.faces),
@@ -210,7 +210,7 @@ def _findings(report: Mapping[str, Any], left_out: Mapping[str, Finding]) -> tup
         found.append(Finding.of("few_views", count=len(report["photographs_used"]), enough=ENOUGH_VIEWS))
     if any(why.code in ("zoomed", "cropped") for why in left_out.values()):
         found.append(Finding.of("views_zoomed"))
-    if report["scale"]["from"] == "none":
+    if report["scale_source"]["from"] == "none":
         found.append(Finding.of("no_scale"))
     if report["edge_measured_fraction"] < LEAST_EDGE:
         found.append(Finding.of("edge_unseen", report["edge_measured_fraction"]))

@@ -61,7 +61,7 @@ def new(
         about = {"title": name, "project": project, "organisation": organisation, "station": station}
         volume = build_model(
             Volume,
-            {**about, "preset": Path(preset).stem, "settings": settings},
+            {**about, "preset": Path(preset).stem, "preset_values": settings},
             name=lambda key: "--config" if key == "station" else f"--{key}",
             hint="see planish session new --help",
         )

@@ -65,8 +65,8 @@ def left_out(pieces: Iterable[Report]) -> list[str]:
 
 def _white(white: Report) -> list[str]:
     """What was done to the colour of the light, if anything."""
-    if white.get("mode") == "profile":
-        return [f"converted to sRGB by the profile {white['profile']}"]
+    if white.get("setting") == "profile":
+        return [f"converted to sRGB by the profile {white['icc_profile']}"]
     if white.get("balanced"):
         return ["bare paper made neutral; it was sRGB {}, {}, {}".format(*white["paper"])]
     return []

@@ -37,6 +37,7 @@ PHOTO: Tree = {
 PHOTOGRAMMETRY: Tree = {
     "views": "photographs_used",
     "left_out": "rejected",
+    "scale": "scale_source",
     "points": "surface_points",
     "edge_measured": "edge_measured_fraction",
     "uncovered_paper": "paper_outside_fraction",
@@ -69,7 +70,7 @@ REPORT: Tree = {
     "strain": ("strain", {"against_chords": ("chord_strain", CHORDS)}),
     "coverage": ("coverage", COVERAGE),
     "light": ("light", LIGHT),
-    "white": ("white_balance", LIGHT),
+    "white": ("white_balance", {**LIGHT, "mode": "setting", "profile": "icc_profile"}),
     "photos": ("photos", PHOTO),
     "photogrammetry": ("photogrammetry", PHOTOGRAMMETRY),
     "measures": ("measures", MEASURES),
@@ -78,7 +79,7 @@ SETTINGS: Tree = {"white": "white_balance", "fill_hidden_mm": "inpaint_mm"}
 PRESET: Tree = {"settings": ("settings", SETTINGS), "thresholds": ("thresholds", MEASURES)}
 PARAMETERS: Tree = {**PRESET, "turn": "rotate", "anyway": "allow_distorted"}
 FACTS: Tree = {
-    "volume": ("volume", {"settings": ("settings", PRESET)}),
+    "volume": ("volume", {"settings": ("preset_values", PRESET)}),
     "parameters": ("parameters", PARAMETERS),
     "value": ("value", PRESET),
     "result": ("result", REPORT),
@@ -92,13 +93,15 @@ def current_facts(facts: Mapping[str, Any]) -> dict[str, Any]:
     {'result': {'iterations': 9, 'measures': {'sampling_ppi': 40.0}, 'resolved_ppi': 31.0}}
     """
     table: dict[str, Any] = _renamed(facts, FACTS)
+    if "source" in table:  # of a capture
+        table["scan"] = table.pop("source")
     if isinstance(provenance := table.get("provenance"), Mapping):
         table["provenance"] = _capture_provenance(provenance)
     if isinstance(result := table.get("result"), dict):
         if isinstance(source := result.get("source"), Mapping):
             result["source"] = current_provenance(source)
-        if isinstance(findings := result.get("findings"), list):
-            result["findings"] = [_check(one) for one in findings]
+        if "level" in result and isinstance(checks := result.pop("findings", None), list):  # of a verdict
+            result["checks"] = [_check(one) for one in checks]
     return table
 
 
@@ -122,8 +125,8 @@ def _capture_provenance(provenance: Mapping[str, Any]) -> dict[str, Any]:
     return current_provenance({**kept, **sizes})
 
 
-def _check(finding: Any) -> Any:
-    """Return an entry of a verdict: it names its measure; other findings have codes and stay as they are."""
-    if not isinstance(finding, Mapping) or "name" not in finding:
-        return finding
-    return {**finding, "name": MEASURES.get(str(finding["name"]), finding["name"])}
+def _check(check: Any) -> Any:
+    """Return a check of a verdict with the name that its measure has today."""
+    if not isinstance(check, Mapping) or "name" not in check:
+        return check
+    return {**check, "name": MEASURES.get(str(check["name"]), check["name"])}

@@ -85,8 +85,8 @@ def worst(levels: Sequence[Level]) -> Level:
 
 
 def as_result(level: Level, checks: Sequence[Check]) -> dict[str, Any]:
-    """The verdict as JSON values, as it is recorded; its checks are under `findings` there."""
-    return {"level": level, "findings": [{**asdict(one), "limits": list(one.limits)} for one in checks]}
+    """The verdict as JSON values, as it is recorded; its checks are under `checks` there."""
+    return {"level": level, "checks": [{**asdict(one), "limits": list(one.limits)} for one in checks]}
 
 
 def _text(name: str, value: float, limits: Limits, with_page: str) -> str:

@@ -276,7 +276,7 @@ def test_bare_paper_is_made_neutral_on_request_and_the_master_keeps_its_colour()
     paper, before = (np.median(picture[restored.mask], axis=0) for picture in (restored.image, restored.master))
     assert np.ptp(before) > 40
     assert np.ptp(paper) <= ROUNDED_CODES
-    assert restored.report["white_balance"]["mode"] == "paper"
+    assert restored.report["white_balance"]["setting"] == "paper"
     assert restored.report["white_balance"]["balanced"]
 
 

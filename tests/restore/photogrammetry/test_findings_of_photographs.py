@@ -9,7 +9,7 @@ from restore.photogrammetry.reconstruct import _findings
 
 GOOD = {
     "photographs_used": ["1.jpg", "2.jpg", "3.jpg", "4.jpg", "5.jpg"],
-    "scale": {"from": "card"},
+    "scale_source": {"from": "card"},
     "edge_measured_fraction": 0.97,
     "surface_residual_mm": 0.05,
     "excess_area_fraction": 1e-4,
@@ -30,7 +30,7 @@ GOOD = {
             ["7.jpg is left out", "photographs were zoomed"],
         ),
         ({"photographs_used": ["1.jpg", "2.jpg", "3.jpg", "4.jpg"]}, ["the page is made of 4 photographs only"]),
-        ({"scale": {"from": "none"}}, ["the scale is not known"]),
+        ({"scale_source": {"from": "none"}}, ["the scale is not known"]),
         ({"paper_outside_fraction": 0.03}, ["3% of the paper"]),
         ({"edge_measured_fraction": 0.61}, ["only 61% of the page's edge"]),
         ({"edge_measured_fraction": 0.61, "paper_outside_fraction": 0.03}, ["only 61%", "3% of the paper"]),

@@ -133,4 +133,4 @@ def reports(out: Path) -> dict[Path, bytes]:
 def test_a_report_names_its_scan(scans, tmp_path) -> None:
     folders(scans, tmp_path / "out", [])
     report = json.loads((tmp_path / "out/sub/c/c.json").read_text())
-    assert report["arrival"]["source"] == "sub/c.ply"
+    assert report["arrival"]["scan"] == "sub/c.ply"

@@ -71,7 +71,7 @@ class Restorer:
 @pytest.fixture
 def book(tmp_path: Path) -> Path:
     settings = load_preset("leaflet").model_dump(mode="json", exclude_none=True)
-    create_session(tmp_path / "book", Volume(title="A book", settings=settings))
+    create_session(tmp_path / "book", Volume(title="A book", preset_values=settings))
     return tmp_path / "book"
 
 

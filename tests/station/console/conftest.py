@@ -212,7 +212,7 @@ def serving(
 def root(tmp_path: Path) -> Path:
     """A folder with one session, `missale`."""
     settings = load_preset("book").model_dump(mode="json", exclude_none=True)
-    create_session(tmp_path / "missale", Volume(title="Missale", project="P 12", settings=settings))
+    create_session(tmp_path / "missale", Volume(title="Missale", project="P 12", preset_values=settings))
     return tmp_path
 
 

@@ -37,7 +37,7 @@ def test_greys_under_the_lamp_of_the_profile_become_neutral(page):
     np.testing.assert_allclose(converted.image[1:], np.repeat(expected[1:, :, None], 3, axis=2), atol=2 * ROUNDED)
     np.testing.assert_array_equal(converted.image[0], image[0])
     assert converted.master is page.master
-    assert converted.report["white_balance"] == {"mode": "profile", "profile": "warm lamp"}
+    assert converted.report["white_balance"] == {"setting": "profile", "icc_profile": "warm lamp"}
 
 
 def test_a_page_in_srgb_stays_as_it_is(page):
@@ -62,7 +62,7 @@ def test_the_page_is_srgb_and_the_master_keeps_codes_and_profile(library, scan_f
     assert profiles == {"book.png": SRGB, "book.tif": SRGB, "book-master.png": WARM}
     page, master = (np.asarray(Image.open(out / name)) for name in ("book.png", "book-master.png"))
     assert (page != master).any()
-    assert json.loads((out / "book.json").read_text())["white_balance"]["mode"] == "profile"
+    assert json.loads((out / "book.json").read_text())["white_balance"]["setting"] == "profile"
 
 
 def test_the_setting_reaches_the_library_and_implies_a_master(library, scan_file, tmp_path):

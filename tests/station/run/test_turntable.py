@@ -153,7 +153,7 @@ def test_views_go_round_or_to_both_sides() -> None:
 
 def test_the_axis_is_written_as_the_configuration_reads_it() -> None:
     axis = RotationAxis(np.array([1.25, -3.5, -915.125]), np.array([0.6, 0.0, 0.8]))
-    read = AxisSettings.model_validate(tomllib.loads(axis_table(axis, 0.1))["stage"]["axis"])
+    read = AxisSettings.model_validate(tomllib.loads(axis_table(axis, 0.1))["turntable"]["axis"])
     assert read.point_mm == pytest.approx((1.25, -3.5, -915.125), rel=DIGITS)
     assert read.direction == pytest.approx((0.6, 0.0, 0.8), rel=DIGITS)
 

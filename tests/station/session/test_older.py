@@ -54,7 +54,19 @@ def test_its_facts_have_the_names_of_today(older):
     distinct = {"effective_ppi", "strain_rms", "covered_share", "cut_share", "steps", "white", "anyway", "assurance"}
     assert distinct <= written
     assert not distinct & seen
-    again = {"coverage", "size", "points", "pieces", "interpolated", "views", "stretch"}  # right at other places
+    again = {
+        "coverage",
+        "size",
+        "points",
+        "pieces",
+        "interpolated",
+        "views",
+        "stretch",
+        "settings",
+        "scale",
+        "mode",
+        "profile",
+    }  # right at other places
     assert not (set(earlier_keys(FACTS)) - again) & seen
 
 
@@ -108,7 +120,7 @@ def test_reproduce_says_what_differs_and_who_wrote_the_record(older, tmp_path):
     assert "result.iterations" in restored.differing
     assert "page.png" in restored.differing
     assert "record format 1; this is" in restored.reason
-    assert set(verdict.differing) <= {"result.findings"}  # the words of a check; its level is the same
+    assert set(verdict.differing) <= {"result.checks"}  # the words of a check; its level is the same
 
 
 def test_a_record_of_format_1_keeps_its_line(older):
@@ -121,7 +133,7 @@ def test_a_record_of_format_1_keeps_its_line(older):
 
 def test_current_facts_leave_others_alone():
     facts = {
-        "result": {"level": "green", "findings": [{"code": "hidden", "text": "a"}]},
+        "result": {"method": "sticks", "findings": [{"code": "hidden", "text": "a"}]},
         "value": "points",
         "seconds": 3,
     }

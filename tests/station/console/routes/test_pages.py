@@ -87,10 +87,10 @@ def test_a_page_shows_its_findings_beside_their_limits(served, opened):
     assert row["level"] == "red"
     assert row["rank"] > 2.0
     detail = opened.get("/api/pages/1").json()
-    worst = detail["findings"][0]
+    worst = detail["checks"][0]
     assert (worst["name"], worst["level"], worst["value"], worst["limits"]) == ("blur_px", "red", 2.5, [1.2, 2.0])
     assert (worst["unit"], worst["less_is_worse"]) == ("px", False)
-    covered = next(one for one in detail["findings"] if one["name"] == "measured_fraction")
+    covered = next(one for one in detail["checks"] if one["name"] == "measured_fraction")
     assert covered["less_is_worse"]
     assert "fingerprint" not in json.dumps(detail)
     assert [event["name"] for event in detail["events"]] == ["capture", "restore", "verdict"]

@@ -35,7 +35,7 @@ def restored(tmp_path_factory) -> tuple[Path, RangeScan]:
     """A session with one page, restored by a method that moves through space."""
     root = tmp_path_factory.mktemp("restored")
     scan, _ = shoot(Curl(radius_mm=RADIUS_MM), Text(), mode="fast", page_mm=PAGE_MM)
-    create_session(root / "curl", Volume(title="Curl", settings={}))
+    create_session(root / "curl", Volume(title="Curl", preset_values={}))
     with open_session(root / "curl") as writer:
         capture = add_scan(writer, scan, facts={"by": "a test"})
         folder = writer.staging("restore")

@@ -28,7 +28,7 @@ def page(result=None, verdict=None) -> Page:
 
 def judged(level: str, value: float, limits=(1.0, 2.0)) -> Page:
     findings = [{"name": "blur_px", "level": level, "value": value, "limits": list(limits)}]
-    return page({}, {"level": level, "findings": findings})
+    return page({}, {"level": level, "checks": findings})
 
 
 def test_worse_pages_rank_higher():

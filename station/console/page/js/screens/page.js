@@ -73,7 +73,7 @@ class PageScreen {
     if (current()?.page !== row?.page) return;
     this.row = row;
     this.details = found;
-    this.lights.show(row, found?.findings);
+    this.lights.show(row, found?.checks);
     this.more.replaceChildren(...(found ? [...history(found)] : []));
     await this.use(this.tool);
   }
