@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.findings import Finding
-from restore.mesh.network import edges_of
+from restore.mesh.topology import Topology
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
 
 
@@ -38,9 +38,14 @@ class FlatMesh(SurfaceMesh):
     converged: bool = True
 
     @cached_property
+    def topology(self) -> Topology:
+        """Which faces meet in which edges."""
+        return Topology(self.faces)
+
+    @property
     def edges(self) -> Ints:
         """(e, 2): each edge of its faces once, the smaller vertex first, in ascending order."""
-        return edges_of(self.faces)
+        return self.topology.edges
 
     @property
     def convergence(self) -> dict[str, Any]:

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from restore.findings import Finding
-from restore.mesh.adjacency import border_of, piece_of_faces
 from restore.mesh.measures import edge_strain, face_signs, flipped_faces, signed_areas, straight_lengths, surface_area
-from restore.mesh.network import edges_of
 from restore.mesh.strain import face_strain, smooth_rms_strain
+from restore.mesh.topology import Topology
 from restore.numerics.limits import SINGLE_PRECISION
 from restore.outline.rectangle import page_size
 from restore.page import FlatMesh
@@ -29,12 +28,12 @@ MOSTLY = 0.5  # of the edges: the rest lengths of fewer are checked by those tha
 def describe(prepared: Prepared, unrolled: Unrolled, painting: Painting, settings: Settings) -> dict[str, Any]:
     """The report of a restoration, all but its times."""
     fine = unrolled.fine
-    edges = edges_of(fine.faces)
+    edges = fine.edges
     strain = edge_strain(fine.flat, edges, fine.lengths)
     smooth = smooth_rms_strain(fine.flat, edges, fine.lengths)
     chords = _chord_strain(fine, edges)
     flipped = flipped_faces(fine.flat, fine.faces)
-    width, height = page_size(fine.flat[border_of(fine.faces)])
+    width, height = page_size(fine.flat[fine.topology.border])
     report: dict[str, Any] = {
         "points": len(unrolled.coarse.vertices),
         "method": settings.method,
@@ -92,7 +91,7 @@ def _chord_strain(mesh: FlatMesh, edges: Ints) -> dict[str, Any]:
 
 def connected_pieces(faces: Ints) -> int:
     """The number of connected pieces of faces (m, 3)."""
-    return len(np.unique(piece_of_faces(faces)))
+    return len(np.unique(Topology(faces).pieces))
 
 
 def findings_of_page(fine: FlatMesh, report: Mapping[str, Any]) -> list[Finding]:

@@ -21,10 +21,10 @@ from restore.flattening.published.applicable import flatten_applicable
 from restore.flattening.published.springs import flatten_springs
 from restore.flattening.published.sticks import flatten_sticks
 from restore.flattening.solution import Follow, Solution
+from restore.mesh.flattenable import refuse_unflattenable
 from restore.mesh.network import Network, Piece, make_network, pieces
 from restore.mesh.pose import PosedSheet, pose_on_table
 from restore.mesh.surface_lengths import straight_and_along, surface_lengths
-from restore.mesh.topology import refuse_unflattenable
 from restore.mesh.validate import ValidMesh, validated
 from restore.page import FlatMesh
 from restore.scan import Floats, Ints, SurfaceMesh
@@ -51,7 +51,7 @@ def flatten_points(
 ) -> FlatMesh:
     """The page of least strain of all vertices of a mesh, every edge as near to its length on the surface as can be.
 
-    lengths (e,) mm are the rest lengths of the mesh's edges in the order of `network.edges_of`; when None, those along
+    lengths (e,) mm are the rest lengths of the mesh's edges in the order of `Topology.edges`; when None, those along
     the surface that the vertices sample (`surface_lengths`), by the default method as far as they agree
     (`two_lengths.py`).
     Each connected piece is flattened by itself and stays where the scan had it, unless it would lie over another. Faces
@@ -62,14 +62,14 @@ def flatten_points(
     if method not in METHODS:
         raise BadInput(f"there is no flattening method {method!r}", f"use one of: {', '.join(METHODS)}")
     mesh = validated(mesh)
-    refuse_unflattenable(mesh.vertices, mesh.faces, mesh.sides)
+    refuse_unflattenable(mesh.vertices, mesh.topology)
     if lengths is None and method == DEFAULT:
-        straight, along = straight_and_along(mesh.vertices, mesh.faces, mesh.sides)
+        straight, along = straight_and_along(mesh.vertices, mesh.topology)
         page = with_surface_lengths(flatten_with(mesh, flatten_by_least_squares, straight, on_step), mesh, along)
     else:
-        lengths = surface_lengths(mesh.vertices, mesh.faces, mesh.sides) if lengths is None else lengths
+        lengths = surface_lengths(mesh.vertices, mesh.topology) if lengths is None else lengths
         page = flatten_with(mesh, METHODS[method], lengths, on_step)
-    strained = method == DEFAULT and stretched(page.flat, mesh.sides.edges, page.lengths)
+    strained = method == DEFAULT and stretched(page.flat, mesh.topology.edges, page.lengths)
     return flatten_with(mesh, flatten_least_distorted, page.lengths, on_step) if strained else page
 
 
@@ -78,8 +78,8 @@ def flatten_with(mesh: ValidMesh, solver: Solver, lengths: Floats, on_step: OnSt
 
     Raises NotEnoughSurface for a surface without a border.
     """
-    network = make_network(mesh.vertices, mesh.faces, lengths, mesh.sides)
-    if not (np.diff(mesh.sides.first) == 1).any():
+    network = make_network(mesh.vertices, mesh.topology, lengths)
+    if not len(mesh.topology.border):
         raise NotEnoughSurface("the surface is closed all round: a page has a border", "cut the page out of the mesh")
     flat, arranged = np.zeros((len(mesh.vertices), 2)), list[tuple[Ints, Ints]]()
     whole, worst = pose_on_table(mesh.vertices, mesh.faces), Solution(flat, 0)

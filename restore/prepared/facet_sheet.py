@@ -12,7 +12,7 @@ import numpy as np
 from restore.findings import Finding
 from restore.flattening.methods import OnStep, flatten_points
 from restore.mesh.decimate import decimate
-from restore.mesh.network import edges_of
+from restore.mesh.topology import Topology
 from restore.mesh.triangulate import lattice
 from restore.outline.sides import straighten
 from restore.page import FlatMesh
@@ -108,7 +108,7 @@ def unroll(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnStep | Non
         mesh, nodes = decimate_sheet(sheet, min(requested, MAX_SOLVED_POINTS))
         distance = depth_distance(sheet, nodes, mesh.faces)
     with clock("flatten"):
-        lengths = sheet.lengths(nodes, edges_of(mesh.faces))
+        lengths = sheet.lengths(nodes, Topology(mesh.faces).edges)
         coarse = flatten_points(mesh, settings.method, lengths=lengths, on_step=on_step)
     with clock("refine"):
         fine, fine_nodes = refine(sheet, coarse, nodes)
@@ -137,14 +137,14 @@ def decimate_sheet(sheet: Sheet, points: int) -> tuple[SurfaceMesh, Floats]:
 
 def _on_sheet(sheet: Sheet, solved: FlatMesh, page: PageOnGrid) -> FlatMesh:
     """The page with its surface, measured on the sheet; solved: the flat mesh that it was made of."""
-    flat, faces, nodes = page
-    points, texcoords, lengths = sheet.points(nodes), sheet.texcoords(nodes), sheet.lengths(nodes, edges_of(faces))
-    return replace(solved, vertices=points, faces=faces, texcoords=texcoords, flat=flat, lengths=lengths)
+    nodes, lengths = page.nodes, sheet.lengths(page.nodes, page.topology.edges)
+    points, texcoords = sheet.points(nodes), sheet.texcoords(nodes)
+    return replace(solved, vertices=points, faces=page.faces, texcoords=texcoords, flat=page.flat, lengths=lengths)
 
 
 def _interpolated(sheet: Sheet, page: PageOnGrid, mesh: SurfaceMesh, nodes: Floats, solved: FlatMesh) -> FlatMesh:
     """A mesh at grid positions nodes (n, 2) flattened by interpolation of the page, which was solved."""
-    edges = edges_of(mesh.faces)
+    edges = Topology(mesh.faces).edges
     flat = interpolate_flat_positions(sheet.inside.shape, page.nodes, page.faces, page.flat, nodes)
     lengths = sheet.lengths(nodes, edges)
     return FlatMesh.of(mesh, flat, lengths, solved.iterations, **solved.convergence)

@@ -12,7 +12,6 @@ import numpy as np
 
 from restore.findings import Finding
 from restore.flattening.methods import OnStep
-from restore.mesh.adjacency import border_of
 from restore.mesh.measures import signed_areas, vertex_normals
 from restore.numerics.limits import SINGLE_TINY
 from restore.outline.rectangle import squaring_rotation
@@ -98,4 +97,4 @@ def square_to_picture(flat: FlatMesh) -> FlatMesh:
 def squaring(flat: FlatMesh) -> tuple[Floats, Floats]:
     """The rotation (2, 2) that makes the sides of a rectangular page parallel to the axes, and its centre (2,) mm."""
     area = float(signed_areas(flat.flat, flat.faces).sum())
-    return squaring_rotation(flat.flat[border_of(flat.faces)], area), flat.flat.mean(axis=0)
+    return squaring_rotation(flat.flat[flat.topology.border], area), flat.flat.mean(axis=0)

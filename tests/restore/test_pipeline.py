@@ -210,6 +210,7 @@ def test_fast_mode():
     assert measured.rms_mm <= 2 * CASES["multi-fold"].limit_mm  # a quarter of the samples: twice the error at most
 
 
+@pytest.mark.slow
 def test_a_mesh_rotated_in_space_is_restored_as_accurately():
     scan, truth = shoot(MultiFold(), seed=4, table="none")
     mesh = triangulate(scan)
@@ -256,6 +257,7 @@ def test_progress_and_steps_can_be_followed():
     assert [step for step, _, _ in steps] == list(range(1, len(steps) + 1))
 
 
+@pytest.mark.slow
 def test_shading_is_removed_on_request():
     scan, _ = shoot(CASES["curl"].sheet, White(), seed=3)
     kept, removed = (restore(scan, Settings(shading=choice)) for choice in ("keep", "remove"))

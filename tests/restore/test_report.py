@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from restore.mesh.network import edges_of
+from restore.mesh.topology import Topology
 from restore.mesh.triangulate import lattice
 from restore.page import FlatMesh
 from restore.prepared.facet_sheet import FacetSheet
@@ -26,7 +26,7 @@ def page():
     nodes, faces = lattice(np.ones((41, 61), bool), 4)
     upright = nodes[:, ::-1] * [1, -1]
     surface = (upright - upright.min(axis=0)) / np.ptp(upright, axis=0) * [120.0, 80.0]
-    edges = edges_of(faces)
+    edges = Topology(faces).edges
     vertices = np.column_stack([surface, np.full(len(surface), -900.0)])
     lengths = np.linalg.norm(np.diff(surface[edges], axis=1)[:, 0], axis=1)
     return FlatMesh(
@@ -77,7 +77,7 @@ def test_the_report_holds_the_options_and_the_measures(page):
 
 def test_strain_is_relative_to_the_lengths_on_the_surface(page):
     strain = described(page)["strain"]
-    edges = edges_of(page.faces)
+    edges = Topology(page.faces).edges
     along = np.abs(np.diff(page.vertices[edges], axis=1)[:, 0, 0]) / page.lengths
     expected = np.sqrt(1 + (1.005**2 - 1) * along**2) - 1
     assert strain["max"] == pytest.approx(0.005, rel=SINGLE)
@@ -144,7 +144,7 @@ def test_strain_is_also_given_against_straight_lengths_with_how_far_the_estimate
 
 
 def test_a_page_whose_lengths_are_mostly_estimates_is_warned_about_and_told_where_they_differ_most(page):
-    edges = edges_of(page.faces)
+    edges = Topology(page.faces).edges
     lengths = np.where(np.arange(len(edges)) % 3 > 0, 1.05, 1.0) * page.lengths
     lengths[7] = 2.0 * page.lengths.max()
     report = described(replace(page, lengths=lengths))

@@ -37,12 +37,14 @@ def plain(text):
     return paint_page(text.page, DPI)
 
 
+@pytest.mark.slow
 def test_a_camera_that_is_known_is_taken_at_its_word(text):
     known = Photograph(np.full((30, 40, 3), 128, np.uint8), "blank", camera=text.camera())
     (one,) = register_photographs(text.page, [known])
     assert one.registration.camera is known.camera
 
 
+@pytest.mark.slow
 def test_what_a_photograph_of_a_known_camera_resolves_is_measured(text, painted):
     image = text.photograph()
     known = Photograph(image, "known", camera=text.registered().camera)
@@ -82,6 +84,7 @@ def close_up(figure):
     return paint_registered(figure.page, register_photographs(figure.page, [figure.photograph(near)]), DPI)
 
 
+@pytest.mark.slow
 def test_where_a_photograph_ends_the_scanner_goes_on_without_a_seam(close_up):
     painting, (report,) = close_up
     assert report["accepted"]

@@ -56,6 +56,7 @@ def spread(light):
     return (high - low) / middle
 
 
+@pytest.mark.slow
 def test_every_picture_loses_its_own_light(figure, close_up, truth, relief):
     painting, (told,) = paint_registered(figure.page, close_up, DPI)
     assert 0.2 < told["textured_fraction"] < 0.9
@@ -76,6 +77,7 @@ def test_every_picture_loses_its_own_light(figure, close_up, truth, relief):
     np.testing.assert_array_equal(evened.image[~painting.mask], painting.image[~painting.mask])
 
 
+@pytest.mark.slow
 def test_one_picture_alone_is_evened_as_it_is(figure, relief):
     plain = paint_page(figure.page, DPI)
     refused = Registered(Photograph(np.zeros((9, 9, 3), np.uint8)), None, "no")

@@ -32,6 +32,7 @@ def missed(book):
     return on_page & ~book.scans[0].measured
 
 
+@pytest.mark.slow
 def test_measured_samples_of_the_reference_are_unchanged(book, merged) -> None:
     seen = book.scans[0].measured
     np.testing.assert_array_equal(merged.scan.points[seen], book.scans[0].points[seen])

@@ -39,6 +39,7 @@ def error_mm(calibration) -> float:
     return float(np.linalg.norm(off, axis=-1).max())
 
 
+@pytest.mark.slow
 def test_a_body_is_calibrated_from_its_scans(scans, tmp_path, capsys) -> None:
     output = tmp_path / "body.toml"
     assert main(["calibrate", f"{scans[0]}@750", *scans[1:], "-o", str(output), "--json"]) == 0

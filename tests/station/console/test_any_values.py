@@ -39,6 +39,7 @@ def described(tmp_path) -> dict:
     return guard.inner.openapi()
 
 
+@pytest.mark.slow
 def test_no_value_is_a_fault_of_the_server(asked, tmp_path):
     schema = schemathesis.openapi.from_dict(described(tmp_path))
     answers: dict[str, list[int]] = {}

@@ -80,6 +80,7 @@ def is_stored(browser: httpx.Client, pages: int) -> dict[str, Any] | None:
     return state if state["session"]["pages"] == pages and state["scanner"]["busy"] is None else None
 
 
+@pytest.mark.slow
 def test_a_laptop_that_sleeps_in_a_shot_keeps_the_frame_and_the_laser_is_off(station, device, root):
     process, browser = station
     shoot(browser)

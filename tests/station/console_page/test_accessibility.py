@@ -177,6 +177,7 @@ def test_axe_finds_nothing_where_there_is_nothing_yet(show, canned, axe, look):
         assert violations(page, axe) == [], screen
 
 
+@pytest.mark.slow
 def test_axe_finds_nothing_on_dialogs(show, canned, axe, look):
     page = show(canned, "capture", **look.options)
     for key, sign in {"?": ".light", "n": "[data-action=note]:not([aria-disabled])"}.items():

@@ -113,6 +113,7 @@ def test_a_page_of_the_strip_is_the_one_that_keys_act_on(show, canned):
     assert pressed(page, canned, lambda: page.keyboard.press("r")) == [{"action": "again", "page": 7}]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("screen", ["capture", "page/10"])
 def test_no_lights_are_shown_until_those_of_the_page_are_known(show, canned, screen):
     page, held = show(canned, screen), []
@@ -329,6 +330,7 @@ def test_a_row_that_comes_while_all_are_loaded_is_not_undone_by_them(show, canne
     assert page.locator("#strip-4").get_attribute("data-level") == "amber"
 
 
+@pytest.mark.slow
 def test_a_state_that_comes_while_it_is_asked_for_is_not_undone_by_the_answer(show, canned):
     """The answer was made before the laser went on, and comes after that was told: a lit laser never shows as off."""
     page, held = show(canned), []

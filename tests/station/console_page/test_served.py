@@ -75,6 +75,7 @@ def test_a_second_window_watches_until_it_takes_over(browser: Any, console: Cons
         assert first.locator("[data-action=capture]").get_attribute("aria-disabled") == "true"
 
 
+@pytest.mark.slow
 def test_the_first_shot_is_on_the_screen_at_once(browser: Any, console: Console) -> None:
     """The scanner's picture, and what is done with it, while the page is restored."""
     with window(browser, console.start()) as page:
@@ -158,6 +159,7 @@ def standing_still(processes: list[int]) -> Iterator[None]:
             os.kill(number, signal.SIGCONT)
 
 
+@pytest.mark.slow
 def test_the_link_of_an_earlier_start_does_not_open(browser: Any, console: Console) -> None:
     old = console.start()
     console.kill(signal.SIGTERM)

@@ -61,6 +61,7 @@ def layout(folder, report, taken) -> tuple[np.ndarray, float]:
     return rest, scale
 
 
+@pytest.mark.slow
 def test_a_page_is_restored_true_to_scale(photographs, tmp_path, capsys):
     pytest.importorskip("pycolmap")
     taken, paths = photographs
