@@ -60,7 +60,7 @@ def flatten_points(
     one for each edge, NotEnoughSurface for a mesh without area or without a border.
     """
     if method not in METHODS:
-        raise BadInput(f"there is no flattening method {method!r}", f"use one of: {', '.join(METHODS)}")
+        raise BadInput(f"the flattening method {method!r} does not exist", f"use one of: {', '.join(METHODS)}")
     mesh = validated(mesh)
     refuse_unflattenable(mesh.vertices, mesh.topology)
     if lengths is None and method == DEFAULT:

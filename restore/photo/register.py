@@ -44,7 +44,7 @@ MIN_COVERAGE = 0.1  # of the page: less is hardly worth its seams
 
 ANOTHER = "check that it shows this page, sharply and in full"
 STILL = "focus on the page, hold the camera still (a stand, more light, a shorter exposure), and photograph it again"
-AGAIN = "photograph the page from above so that it fills the picture, and do not move it between scan and photograph"
+AGAIN = "photograph the page from above so that it fills the image, and do not move it between scan and photograph"
 
 
 class Refused(Exception):

@@ -101,7 +101,7 @@ def test_a_flipped_face_is_counted(page):
 
 def test_a_stretched_sheet_is_reported_as_a_warning(page):
     (found,) = described(replace(page, flat=page.flat * (1 + 2 * NOT_DEVELOPABLE)))["findings"]
-    assert "cannot be laid flat without stretching" in found["text"]
+    assert "cannot be flattened without stretching" in found["text"]
 
 
 @pytest.mark.parametrize("without", ["texture", "texcoords"])

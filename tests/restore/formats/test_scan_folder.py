@@ -191,7 +191,7 @@ def test_a_damaged_index_is_named(shot, tmp_path, text, fault):
 
 
 def test_a_folder_without_an_index_is_no_scan(tmp_path):
-    with pytest.raises(BadInput, match=r"is no scan folder: it has no scan\.json"):
+    with pytest.raises(BadInput, match=r"is not a scan folder: it has no scan\.json"):
         load_scan(tmp_path)
 
 

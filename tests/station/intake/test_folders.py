@@ -25,7 +25,7 @@ def test_results_would_be_scans_in_the_folder_or_above(tmp_path: Path, out: str)
 
 
 def test_a_folder_has_to_be_there(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="is no folder"):
+    with pytest.raises(UsageError, match="is not a folder"):
         check_folders(tmp_path / "scans", tmp_path / "out")
 
 
