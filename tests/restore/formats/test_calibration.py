@@ -63,9 +63,9 @@ def test_plain_lists_of_json_are_read(tmp_path):
     ("changes", "message"),
     [
         ({"T": None}, "has no T"),
-        ({"R": np.eye(3) * 2}, "no rotation"),
-        ({"R": np.eye(2)}, "no rotation"),
-        ({"T": np.zeros(3)}, "no translation"),
+        ({"R": np.eye(3) * 2}, "not a rotation"),
+        ({"R": np.eye(2)}, "not a rotation"),
+        ({"T": np.zeros(3)}, "not a translation"),
         ({"cam_K": np.zeros((3, 3))}, "cam_K is not a camera matrix"),
         ({"proj_K": np.eye(2)}, "proj_K is not a camera matrix"),
         ({"proj_kc": np.zeros(7)}, "7 coefficients"),

@@ -34,7 +34,7 @@ GOOD = {
         ({"paper_outside_fraction": 0.03}, ["3% of the paper"]),
         ({"edge_measured_fraction": 0.61}, ["only 61% of the page's edge"]),
         ({"edge_measured_fraction": 0.61, "paper_outside_fraction": 0.03}, ["only 61%", "3% of the paper"]),
-        ({"surface_residual_mm": 0.8}, ["the surface passes one in ten of the measured points 0.8 mm"]),
+        ({"surface_residual_mm": 0.8}, ["one in ten of the measured points is 0.8 mm"]),
         ({"excess_area_fraction": 0.011}, ["the surface has +1.1% of area that paper cannot have"]),
         ({"excess_area_fraction": -0.02}, ["the surface has -2.0% of area that paper cannot have"]),
     ],

@@ -57,7 +57,7 @@ def test_every_sheet_is_a_page_left_to_right(two_sheets, tmp_path, options):
 def test_the_largest_is_the_page_with_a_warning(two_sheets, tmp_path):
     reports = restored(two_sheets, tmp_path / "out", "--sheets", "largest")
     np.testing.assert_allclose(reports["page"]["page_mm"], LEFT_MM, atol=CHORDS_MM)
-    assert any("80% as large; --sheets separate" in one["text"] for one in reports["page"]["findings"])
+    assert any("80% as large. Use --sheets separate" in one["text"] for one in reports["page"]["findings"])
 
 
 def test_together_they_are_one_picture_with_a_warning(two_sheets, tmp_path):
