@@ -138,7 +138,7 @@ CODES: Mapping[str, Code] = {
     ),
     "lost_border": Code(
         "warning",
-        "along at least {share:.0%} of the page border there is no range data although it is not in shadow: "
+        "along at least {share:.0%} of the page border range data are missing although it is not in shadow: "
         "dark or glossy paper may be missing. Raise the laser power, or tilt the page towards the laser",
         "border",
     ),

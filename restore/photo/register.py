@@ -245,7 +245,7 @@ def _insist(found: Registration, reference: Reference) -> None:
     if found.uncertainty_px > MAX_UNCERTAIN * found.scale:
         mm = found.uncertainty_px / found.scale * reference.pixel_mm
         raise Refused(
-            "the photograph and the scan share too little print, or all of it in one corner, to tell where the rest of "
+            "the photograph and the scan have too little print in common, or all of it in one corner, to locate the rest of "
             f"the page lies: {_off(mm)}",
             AGAIN,
         )

@@ -235,7 +235,7 @@ class AppState:
     def change(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Change settings by their keys, and return all. Raises ConsoleFault for a value that is not possible."""
         if self.scanner.as_json()["busy"] is not None:
-            raise ConsoleFault("busy", "the scanner is shooting", "change settings when it has ended")
+            raise ConsoleFault("busy", "the scanner is capturing", "change settings when it has ended")
         opened = None if self.open_session is None else self.writable()
         base = None if opened is None else Preset.model_validate(opened.session.volume.preset_values)
         changes = settings.changed(self._changes(), values, self.scanner.configured, base)

@@ -71,7 +71,9 @@ class ScannerOwner:
             raise ConsoleFault("no_scanner", "no scanner is configured", "start planish serve with --config")
         with self._lock:
             if self._shown.busy is not None:
-                raise ConsoleFault("busy", "the scanner is shooting", "wait until it has ended", doing=self._shown.busy)
+                raise ConsoleFault(
+                    "busy", "the scanner is capturing", "wait until it has ended", doing=self._shown.busy
+                )
             self._shown.busy, self._shown.since = what, self.now()
         self.changed()
 
