@@ -20,7 +20,7 @@ MIN_SEAM = 30  # pairs of vertices across seams that tell anything
 ALIKE = 0.5  # correlation of the colours on both sides of the seams that meet
 BETTER = 0.5  # of what they lack to a full correlation may be left
 CERTAIN = 4.0  # standard errors of a correlation by chance
-AXES = {1: "v of the texture coordinates runs down the picture", 0: "u of the texture coordinates runs to the left"}
+AXES = {1: "v of the texture coordinates runs down the image", 0: "u of the texture coordinates runs to the left"}
 
 
 def with_oriented_map(mesh: SurfaceMesh) -> SurfaceMesh:

@@ -39,7 +39,9 @@ class Scale:
             return cls(card=text == "card")
         size = SIZE.fullmatch(text.strip().lower())
         if size is None or not min(float(size["width"]), float(size["height"])) > 0:
-            raise UsageError(f"--scale: {text!r} is no scale", "give card, none, or the page's width × height: 210x297")
+            raise UsageError(
+                f"--scale: {text!r} is not a scale", "give card, none, or the page's width × height: 210x297"
+            )
         return cls(card=False, page_mm=(float(size["width"]), float(size["height"])))
 
 

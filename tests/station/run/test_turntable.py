@@ -93,7 +93,7 @@ def test_views_are_taken_kept_merged_and_restored(tmp_path, library, stage, merg
     views = [f"page-view-{number}.scan" for number in (1, 2, 3, 4)]
     assert {path.name for path in tmp_path.iterdir()} == {*views, "page.scan", "page.png", "page.json"}
     assert load_scan(tmp_path / views[2]).provenance["turntable"]["deg"] == 180.0
-    assert [one["text"] for one in outcome.report["findings"]] == ["the view at 90° was left out: it moved"]
+    assert [one["text"] for one in outcome.report["findings"]] == ["the view at 90° was skipped: it moved"]
     assert [Path(path).name for path in outcome.report["views"]] == views
 
 
