@@ -100,7 +100,7 @@ CODES: Mapping[str, Code] = {
     "mirrored": Code(
         "warning",
         "the picture and the surface are mirror images of each other: the page reads as the picture does; where that "
-        "is wrong, mirror the picture, or turn v of the texture coordinates over, and export again",
+        "is wrong, --mirror mirrors the page",
     ),
     "coarse_mesh": Code(
         "doubt",

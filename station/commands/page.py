@@ -100,11 +100,10 @@ def restore(
         from station.run.destination import Destination
         from station.run.one_page import restore_file
 
-        read = {"unit": reading.unit, "pieces": reading.pieces}
         outcome = restore_file(
             scan,
             Destination(output, run.force),
-            run_options("restore", kinds, chosen, **read, turn=run.turn, anyway=run.anyway),
+            run_options("restore", kinds, chosen, **vars(reading), turn=run.turn, anyway=run.anyway),
             texture=pictures.texture,
             photos=pictures.photo,
             shots=pictures.shot,

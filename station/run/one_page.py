@@ -22,6 +22,7 @@ from restore import (
     finer_scan,
     load_capture,
     load_scan,
+    mirror_page,
     read_photographs,
     restore,
     save_scan,
@@ -41,6 +42,7 @@ from station.run.overwrite_check import check_outputs, superseded, superseded_pi
 from station.run.peak_memory import peak_memory_mib
 from station.run.pieces import Selected, select_sheets
 from station.run.plausibility import check_plausible_page
+from station.run.scale import page_size_of, scaled_to
 from station.storage.atomic import lock_output_folder, new_folder, refuse_captured, refuse_existing, write_all
 from station.storage.folder_lock import FolderLock, recover
 from station.words.orientation import turned
@@ -80,6 +82,7 @@ def restore_file(
     Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
     """
     _check_programs(options)
+    page_mm = None if options.scale is None else page_size_of(options.scale)
     recover(destination.folder)
     stem, options = stem or stem_of(source), options.with_implied_outputs()
     input_files = [source, *([] if texture is None else [texture]), *photos, *shots]
@@ -92,12 +95,17 @@ def restore_file(
         capture = load_capture(source, texture, unit=options.unit)
         if shots and capture.photographs:
             raise UsageError(f"{source} has its own photographs", "leave --shot out; --photo adds another")
+        if page_mm is not None and capture.photographs:
+            raise UsageError(f"{source} has its own scale", "leave --scale out")
         scan = _combined_shots([capture.scan, *(load_scan(shot) for shot in shots)])
     except OSError as error:
         raise BadInput(f"cannot read {error.filename or source}: {error.strerror}", "check the path") from error
     report_fields: dict[str, Any] = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
     report_fields |= {"shots": [str(shot) for shot in shots]} if shots else {}
     report_fields |= facts or {}
+    if page_mm is not None:
+        scan = scaled_to(scan, page_mm, options.pieces)
+        report_fields["scale"] = {"from": "page", "page_mm": list(page_mm)}
     source_record = SourceRecord(report_fields, {"load": clock() - start})
     with lock_output_folder(destination.folder) as lock:
         return restore_scan(
@@ -318,7 +326,7 @@ def _restore_sheet(
         check_plausible_page(page.report, len(page.fine.faces))
     if options.to_srgb and options.colours is not None and page.flat.texture is not None:
         page = convert_to_srgb(page, options.colours)
-    page, turn_findings = turned(page, options.turn)
+    page, turn_findings = turned(mirror_page(page) if options.mirror else page, options.turn)
     seconds = {**source_record.seconds, **page.report["seconds"]}
     words = None
     if "ocr" in options.outputs:
