@@ -22,7 +22,6 @@ from bench.foreign.families import FAMILIES
 from bench.foreign.page import Case
 from bench.foreign.write import WRITERS
 from restore import RestoredPage, RestoreError, Settings, load_scan, restore
-from restore.range_image.organise import MIRRORED
 from restore.scan import Bytes
 
 CASES = 1000
@@ -38,9 +37,9 @@ def outcome(case: Case, path: Path) -> tuple[str, str]:
         page = restore(load_scan(path), Settings(dpi=DPI))
     except RestoreError as error:
         return "refused", str(error)
-    said = page.report["warnings"]
+    said = [one.text for one in page.findings]
     right = is_right(case, page)
-    if MIRRORED in said and not case.mirrored:
+    if "mirrored" in [one.code for one in page.findings] and not case.mirrored:
         return "FALSE MIRROR", "; ".join(said)
     what = f"{page.report['page_mm']} for {case.flat_mm}; " + "; ".join(said)
     if right:
