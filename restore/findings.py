@@ -159,9 +159,14 @@ CODES: Mapping[str, Code] = {
     ),
     "filled": Code(
         "warning",
-        "an area of the page {across_mm:.0f} mm across gave no range, and its shape is filled in from beside it: "
-        "unless it is a hole, raise the laser power for dark ink, or turn glossy paper out of the light, and "
-        "scan again",
+        "an area of the page {across_mm:.0f} mm across gave no range, and its shape is filled in from its "
+        "surroundings: unless it is a hole in the paper, scan it again, with more laser power for dark ink and glossy "
+        "paper turned out of the light, or take more photographs of it",
+    ),
+    "gap": Code(
+        "warning",
+        "the surface has a hole {across_mm:.0f} mm across, and the page is white there: unless it is a hole in the "
+        "paper, scan or photograph it again, or fill the hole in a mesh editor and texture it",
     ),
     "no_colour": Code("note", "the scan has no colour image: the page shows the relief of its surface"),
     "pieces": Code("note", "the surface is in {count} pieces, laid out beside each other in one picture"),
