@@ -82,7 +82,7 @@ def _alikeness(picture: Bytes, inner: Sequence[Floats], one: Ints, other: Ints) 
         return float(np.abs(here - np.roll(there, shift, axis=2)).mean(axis=1).min(axis=0).mean())
 
     by_chance = np.mean([apart(len(one) * k // SHIFTS) for k in range(1, SHIFTS)])
-    return 1.0 - apart(0) / by_chance if by_chance > TINY else 0.0
+    return float(1.0 - apart(0) / by_chance) if by_chance > TINY else 0.0
 
 
 def _moved_inside(faces: Ints, texcoords: Floats, chosen: Mask, inset: float) -> Floats:
