@@ -267,6 +267,12 @@ CODES: Mapping[str, Code] = {
         "warning",
         "the words do not tell which way up the page is: it stays as the scanner saw it, --turn 90|180|270 turns it",
     ),
+    "words_mirrored": Code("warning", "its words are read in a mirror only: the page was mirrored"),
+    "words_doubtful": Code(
+        "warning",
+        "the words were read with a mean confidence of {confidence:.0f} of 100, less than {least:.0f}, and are not to "
+        "be relied on: look which way up the page is, whether it is mirrored, and which language it is in",
+    ),
     RECORDED: Code("warning", "{text}"),
 }
 

@@ -46,7 +46,7 @@ from station.run.scale import page_size_of, scaled_to
 from station.storage.atomic import lock_output_folder, new_folder, refuse_captured, refuse_existing, write_all
 from station.storage.folder_lock import FolderLock, recover
 from station.words.orientation import turned
-from station.words.words import check_language, find_tesseract, recognise
+from station.words.words import check_language, find_tesseract, findings_of_words, recognise
 
 SCAN_SUFFIX = ".scan"
 
@@ -326,17 +326,19 @@ def _restore_sheet(
         check_plausible_page(page.report, len(page.fine.faces))
     if options.to_srgb and options.colours is not None and page.flat.texture is not None:
         page = convert_to_srgb(page, options.colours)
-    page, turn_findings = turned(mirror_page(page) if options.mirror else page, options.turn)
+    page = mirror_page(page) if options.mirror else page
+    page, word_findings = turned(page, options.turn, language=options.language)
     seconds = {**source_record.seconds, **page.report["seconds"]}
     words = None
     if "ocr" in options.outputs:
         before = clock()
         words = recognise(page.image, page.dpi, name=f"{stem}.png", language=options.language)
+        word_findings += findings_of_words(words)
         seconds["ocr"] = clock() - before
     seconds["total"] = sum(source_record.seconds.values()) + clock() - start
     names = [path.name for path in destination.files(stem, options, colour=page.flat.texture is not None)]
     run_fields = {"seconds": seconds, "peak_memory_mb": peak_memory_mib(), "files": names, **sheet.report_fields}
-    found = [*page.findings, *source_record.findings, *sheet.findings, *turn_findings]
+    found = [*page.findings, *source_record.findings, *sheet.findings, *word_findings]
     run_fields["findings"] = [one.as_json() for one in found]
     fields = {**page.report, **source_record.report_fields, **run_fields, **examine(page, sheet.scan)}
     report = finite(fields)
