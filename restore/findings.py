@@ -81,6 +81,12 @@ CODES: Mapping[str, Code] = {
         "and are cut away: they can be noise of the reconstruction, or leaves of a book",
         "surface",
     ),
+    "page_below": Code(
+        "warning",
+        "a strip, {share:.1%} of the surface, is {step_mm:.1f} mm lower than the page, behind a step: it is taken for "
+        "the page below, and cut off",
+        "surface",
+    ),
     "edges_unclear": Code(
         "doubt",
         "{count} edges have more than two faces, and it is not clear which are the page: it may be wrong next to them",
