@@ -66,3 +66,12 @@ def test_a_mesh_in_one_piece_is_its_own_piece(warped):
     network = make_network(page.mesh.vertices, page.mesh.faces)
     (piece,) = pieces(network)
     assert piece.network is network
+
+
+@pytest.mark.parametrize("kind", [np.float16, np.float32, np.longdouble, np.int32])
+def test_lengths_may_have_any_precision(warped, kind):
+    mesh = warped("curl").mesh
+    lengths = np.full(len(edges_of(mesh.faces)), 3, kind)
+    network = make_network(mesh.vertices, mesh.faces, lengths)
+    assert network.lengths.dtype == np.float64
+    np.testing.assert_array_equal(network.lengths, 3.0)
