@@ -265,13 +265,13 @@ CODES: Mapping[str, Code] = {
     # The run
     "largest_of_pieces": Code(
         "warning",
-        "the scan holds {count} pieces of surface: the largest is the page, the next is {share:.0%} as large; --pieces "
+        "the scan holds {count} pieces of surface: the largest is the page, the next is {share:.0%} as large; --sheets "
         "each makes a page of each",
         "largest piece",
     ),
     "turn_undecided": Code(
         "warning",
-        "the words do not tell which way up the page is: it stays as the scanner saw it, --turn 90|180|270 turns it",
+        "the words do not tell which way up the page is: it stays as the scanner saw it, --rotate 90|180|270 turns it",
     ),
     "words_mirrored": Code("warning", "its words are read in a mirror only: the page was mirrored"),
     "words_doubtful": Code(

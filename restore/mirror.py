@@ -38,15 +38,15 @@ def mirror_page(page: RestoredPage) -> RestoredPage:
 
 
 def _mirror_report(report: Mapping[str, Any]) -> dict[str, Any]:
-    """The report of a mirrored page: a place on it, and that it is mirrored, if it is."""
+    """The report of a mirrored page: a place on it, that it is mirrored, if it is, and how far it is turned then."""
     mirrored = dict(report)
     strain = mirrored.get("strain", {})
-    if place := strain.get("against_chords", {}).get("farthest_at_mm"):
-        chords = {**strain["against_chords"], "farthest_at_mm": [-place[0], place[1]]}
-        mirrored["strain"] = {**strain, "against_chords": chords}
-    if not mirrored.pop("mirrored", False):
-        mirrored["mirrored"] = True
-    return mirrored
+    if place := strain.get("chord_strain", {}).get("max_difference_at_mm"):
+        chords = {**strain["chord_strain"], "max_difference_at_mm": [-place[0], place[1]]}
+        mirrored["strain"] = {**strain, "chord_strain": chords}
+    if turned := mirrored.get("rotation_deg"):
+        mirrored["rotation_deg"] = 360 - turned
+    return mirrored if mirrored.pop("mirrored", False) else {**mirrored, "mirrored": True}
 
 
 def _mirror_mesh(mesh: FlatMesh) -> FlatMesh:

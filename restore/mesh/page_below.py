@@ -46,12 +46,13 @@ def without_page_below(mesh: ValidMesh) -> tuple[ValidMesh, list[Finding]]:
 
 def _bridges(mesh: ValidMesh) -> Mask:
     """(m,) the faces between two creases: each of their corners is on one."""
-    inner = mesh.sides.first[:-1][np.diff(mesh.sides.first) == 2]
-    one, other = mesh.sides.at[inner] // 3, mesh.sides.at[inner + 1] // 3
+    sides, is_inner = mesh.topology.sides, mesh.topology.face_counts == 2
+    first = sides.first[:-1][is_inner]
+    one, other = sides.at[first] // 3, sides.at[first + 1] // 3
     unit = mesh.normals / np.maximum(np.linalg.norm(mesh.normals, axis=1), TINY)[:, None]
     creased = np.einsum("ij,ij->i", unit[one], unit[other]) < CREASED
     on_crease = np.zeros(len(mesh.vertices), bool)
-    on_crease[mesh.sides.edges[np.diff(mesh.sides.first) == 2][creased]] = True
+    on_crease[sides.edges[is_inner][creased]] = True
     return np.asarray(on_crease[mesh.faces].all(axis=1))
 
 

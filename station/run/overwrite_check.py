@@ -64,7 +64,7 @@ def superseded_pieces(folder: Path, stem: str, scan: str, input_files: Sequence[
     for number in count(1):
         report = folder / f"{stem}-{number}.json"
         content = _read_report(report)
-        if content.get("scan") != scan or "piece" not in content:
+        if content.get("scan") != scan or "sheet" not in content:
             return files
         possible = [folder / name for name in outputs.names(f"{stem}-{number}", outputs.KINDS)]
         files += superseded(report, possible, input_files)

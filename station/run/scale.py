@@ -10,7 +10,7 @@ import numpy as np
 
 from restore import BadInput, RangeScan, Settings, SurfaceMesh, restore
 from restore.formats import rescale_mesh
-from station.choices import Pieces
+from station.choices import Sheets
 from station.errors import UsageError
 from station.run.pieces import select_sheets
 
@@ -47,7 +47,7 @@ def page_size_of(text: str) -> tuple[float, float]:
     return _size(text, "give the page's width × height in mm: 210x297")
 
 
-def scaled_to(scan: RangeScan | SurfaceMesh, page_mm: tuple[float, float], pieces: Pieces) -> SurfaceMesh:
+def scaled_to(scan: RangeScan | SurfaceMesh, page_mm: tuple[float, float], pieces: Sheets) -> SurfaceMesh:
     """A mesh with its page as large as page_mm, width × height in mm either way round.
 
     pieces: as of the run; of several pages it is the largest.

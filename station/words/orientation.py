@@ -11,9 +11,9 @@ from typing import NamedTuple
 import cv2
 import numpy as np
 
-from restore import Finding, RestoredPage, mirror_page, turn_page
+from restore import Finding, RestoredPage, mirror_page, rotate_page
 from restore.scan import Bytes
-from station.choices import Turn
+from station.choices import Rotation
 from station.errors import StationError
 from station.images.png import encode_png
 from station.words.words import (
@@ -40,20 +40,20 @@ class Upright(NamedTuple):
 
 
 def turned(
-    page: RestoredPage, turn: Turn, which: Which = shutil.which, *, language: str = "eng"
+    page: RestoredPage, turn: Rotation, which: Which = shutil.which, *, language: str = "eng"
 ) -> tuple[RestoredPage, tuple[Finding, ...]]:
     """The page turned as asked for, AUTO by its words, which may show that it is a mirror image, too; and findings.
 
     Raises ProgramMissing for AUTO without Tesseract.
     """
-    if turn != Turn.AUTO:
-        return turn_page(page, int(turn)), ()
+    if turn != Rotation.AUTO:
+        return rotate_page(page, int(turn)), ()
     found = upright_turn(page.image, page.dpi, which=which, language=language)
     if found is None:
         return page, (Finding.of("turn_undecided"),)
     if not found.mirrored:
-        return turn_page(page, found.degrees), ()
-    return turn_page(mirror_page(page), found.degrees), (Finding.of("words_mirrored"),)
+        return rotate_page(page, found.degrees), ()
+    return rotate_page(mirror_page(page), found.degrees), (Finding.of("words_mirrored"),)
 
 
 def upright_turn(image: Bytes, dpi: float, *, which: Which = shutil.which, language: str = "eng") -> Upright | None:

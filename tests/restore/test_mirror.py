@@ -11,7 +11,7 @@ from restore.mesh.measures import signed_areas
 from restore.mirror import IMAGES, mirror_page
 from restore.scan import SurfaceMesh
 from restore.texture.page import page_map
-from restore.turn import turn_page
+from restore.turn import rotate_page
 
 ROUNDING = 1e-4  # pixels of the texture: float32 of the page map
 
@@ -48,7 +48,7 @@ def test_the_mesh_is_mirrored_with_the_map(page):
 
 @pytest.mark.parametrize("degrees", [0, 90, 180, 270])
 def test_mirrored_twice_it_is_the_page_itself(page, degrees):
-    turned = turn_page(page, degrees)
+    turned = rotate_page(page, degrees)
     back = mirror_page(mirror_page(turned))
     for name in IMAGES:
         np.testing.assert_array_equal(getattr(back, name), getattr(turned, name))
