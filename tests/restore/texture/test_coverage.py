@@ -90,7 +90,13 @@ def test_a_curved_page_without_occlusion_is_wholly_visible():
     vertices = np.column_stack([page.flat[:, 0] * 0.87, page.flat[:, 1], steps])
     found, _ = covered(replace(page, vertices=vertices, texcoords=pinhole(vertices)))
     assert found.findings(DPI) == []
-    assert found.fractions() == {"measured": 1.0, "filled": 0.0, "hidden": 0.0, "invented": 0.0, "covered": 0.0}
+    assert found.fractions() == {
+        "measured": 1.0,
+        "interpolated": 0.0,
+        "occluded": 0.0,
+        "inpainted": 0.0,
+        "obstructed": 0.0,
+    }
 
 
 def test_the_camera_centre_is_fitted_to_texture_coordinates():

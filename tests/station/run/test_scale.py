@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from restore import save_scan
-from restore.formats import read_picture, write_obj
+from restore.formats import read_image, write_obj
 from restore.scan import SurfaceMesh
 from station.cli import main
 
@@ -68,4 +68,4 @@ def test_a_mirror_image_is_mirrored(mesh_file, tmp_path, capsys):
     capsys.readouterr()
     assert json.loads((tmp_path / "mirrored" / "page.json").read_text())["mirrored"] is True
     plain, mirrored = ((tmp_path / name / "page.png") for name in ("plain", "mirrored"))
-    np.testing.assert_array_equal(read_picture(mirrored), read_picture(plain)[:, ::-1])
+    np.testing.assert_array_equal(read_image(mirrored), read_image(plain)[:, ::-1])
