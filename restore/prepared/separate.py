@@ -20,6 +20,7 @@ from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import ValidMesh, validated
 from restore.outline.rectangle import fills_rectangle
 from restore.prepared.flatten import flatten
+from restore.range_image.hidden_gutter import find_hidden_gutter
 from restore.range_image.remove_table import remove_table
 from restore.range_image.segmentation.segment import SegmentedScan, find_pieces
 from restore.runtime.arguments import checks_types
@@ -54,7 +55,8 @@ def separate_sheets(scan: RangeScan | SurfaceMesh) -> list[ScannedSheet]:
     A segment of a CT volume is one sheet: what its order joins is one, also over gaps.
 
     Connected pieces nearer to each other than MAX_GAP samples or edges are of one sheet: drop-outs part it so. So are
-    those between which a range image has only lost samples, as many as `find_pieces` goes on over.
+    those between which a range image has only lost samples, as many as `find_pieces` goes on over. Two that are the
+    leaves of a book whose gutter gave no range are named `left` and `right` by their `part`.
     Raises NotEnoughSurface when there is no surface, BadInput for a broken mesh.
 
     >>> rows, cols = np.indices((11, 11)).astype(float)
@@ -79,10 +81,15 @@ def separate_sheets(scan: RangeScan | SurfaceMesh) -> list[ScannedSheet]:
         return [SeparateSheet(scan, 0.0)]
     found.sort(key=lambda piece: float(np.nonzero(piece.samples)[1].mean()))
     alone = [_without(piece.scan, [other.samples for other in found if other is not piece]) for piece in found]
-    return [
+    sheets = [
         SeparateSheet(one, float(piece.samples.sum()), replace(piece, scan=one))
         for one, piece in zip(alone, found, strict=True)
     ]
+    gutter = find_hidden_gutter(found)
+    if gutter is not None:
+        for at, part in ((gutter.left, "left"), (gutter.right, "right")):
+            sheets[at] = replace(sheets[at], part=part, gutter_hidden_mm=gutter.hidden_mm)
+    return sheets
 
 
 def _without(scan: RangeScan, others: list[Mask]) -> RangeScan:

@@ -294,8 +294,14 @@ def restore_scan(
     written = tuple(write_all(contents(), force=destination.force, lock=lock, superseded=gone))
     if len(sheets) == 1:
         return replace(pages[0], files=written)
-    left_out = [{**sheet.report_fields["piece"], "reason": str(error)} for sheet, error in failures]
+    left_out = [{**_name_of(sheet), "reason": str(error)} for sheet, error in failures]
     return Outcome({"pieces": [page.report for page in pages], "left_out": left_out}, written, tuple(pages))
+
+
+def _name_of(sheet: Selected) -> dict[str, Any]:
+    """What the report calls a sheet that is not a page: its number, or the side of the gutter that it is on."""
+    fields = sheet.report_fields
+    return dict(fields["piece"]) if "piece" in fields else {"part": fields["part"]}
 
 
 def _restore_sheet(

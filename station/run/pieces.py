@@ -10,6 +10,9 @@ from restore import BadInput, Finding, RangeScan, SurfaceMesh, separate_sheets
 from restore.scan import ScannedSheet
 from station.choices import Pieces
 
+# of the size of the page: what is left out may be the other half of the page, or another page as important
+LARGE = 0.5
+
 
 @dataclass(frozen=True, eq=False)
 class Selected:
@@ -45,14 +48,38 @@ def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Pieces) -> list[Selecte
     if pieces == Pieces.AUTO:
         if is_mesh and not all(sheet.is_rectangular for sheet in sheets):
             return [Selected(scan)]
+        if any(sheet.part for sheet in sheets):
+            return _leaves(sheets)
         pieces = Pieces.EACH if is_mesh else Pieces.LARGEST
     return [_largest(sheets)] if pieces == Pieces.LARGEST else _each(sheets)
 
 
 def _largest(sheets: list[ScannedSheet]) -> Selected:
     *others, largest = sorted(sheets, key=lambda sheet: sheet.size)
-    found = Finding.of("largest_of_pieces", others[-1].size / largest.size, count=len(sheets))
-    return Selected(largest.scan, largest, findings=(found,))
+    return Selected(largest.scan, largest, findings=_left_out(others, largest.size, len(sheets)))
+
+
+def _leaves(sheets: list[ScannedSheet]) -> list[Selected]:
+    """The two leaves of an opened book, each as a page."""
+    leaves = [sheet for sheet in sheets if sheet.part]
+    others = [sheet for sheet in sheets if not sheet.part]
+    found = _left_out(others, max(leaf.size for leaf in leaves), len(sheets)) if others else ()
+    return [
+        Selected(
+            leaf.scan,
+            leaf,
+            f"-{leaf.part}",
+            {name: getattr(leaf, name) for name in ("part", "gutter_hidden_mm")},
+            found,
+        )
+        for leaf in leaves
+    ]
+
+
+def _left_out(others: list[ScannedSheet], size: float, count: int) -> tuple[Finding, ...]:
+    """The finding of sheets that are not restored; size: of the page, in their unit."""
+    share = max(sheet.size for sheet in others) / size
+    return (Finding.of("largest_of_pieces" if share < LARGE else "large_sheet_left_out", share, count=count),)
 
 
 def _each(sheets: list[ScannedSheet]) -> list[Selected]:

@@ -30,6 +30,11 @@ CHECKS = {
     "effective_ppi": ("resolution", "{:.0f} ppi", "go nearer, or take the lens of longer focal length"),
     "blur_px": ("focus", "{:.1f} px", "focus again; did the page move?"),
     "clipped_share": ("clipped", "{:.1%}", "change the exposure: light or gain"),
+    "left_out_fraction": (
+        "not restored",
+        "{:.0%} of the page's size",
+        "another sheet lies in the picture: take it away, or restore both with planish restore --pieces each",
+    ),
     "similarity": ("same page", "{:.2f}", "it looks like a page that was shot already: did the leaf turn?"),
 }
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import cv2
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.vivid900.geometry.lenses import FAST, FINE, LENSES, depth_window
-from restore import RangeScan, RestoredPage, Seen, SurfaceMesh
+from restore import Finding, RangeScan, RestoredPage, Seen, SurfaceMesh
 from restore.scan import Bytes, Mask
 from station.verdict.same_page import fingerprint
 
@@ -41,6 +42,15 @@ def measure(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> Measures:
         "clipped_share": None if texture is None else clipped_share(page.master, measured),
         "fingerprint": fingerprint(page.image),
     }
+
+
+def left_out_fraction(report: Mapping[str, Any]) -> float:
+    """Return the size of the largest sheet that is not restored, as a fraction of the page's, 0 without one.
+
+    report: of a run, with its findings.
+    """
+    left_out = ("largest_of_pieces", "large_sheet_left_out")
+    return max((one.share or 0.0 for one in Finding.all_in(report) if one.code in left_out), default=0.0)
 
 
 def measured(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> dict[str, Measures]:

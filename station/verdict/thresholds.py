@@ -17,6 +17,7 @@ WORSE: Mapping[str, Literal["less", "more"]] = {
     "effective_ppi": "less",
     "blur_px": "more",
     "clipped_share": "more",
+    "left_out_fraction": "more",
     "similarity": "more",
 }
 """The direction in which each measure is worse."""
@@ -38,6 +39,7 @@ class Thresholds(BaseModel):
     effective_ppi: Limits | None = None
     blur_px: Limits | None = None
     clipped_share: Limits | None = None
+    left_out_fraction: Limits | None = None
     similarity: Limits | None = None
 
 

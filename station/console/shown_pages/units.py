@@ -11,5 +11,6 @@ UNITS = {
     "effective_ppi": "ppi",
     "blur_px": "px",
     "clipped_share": "share",
+    "left_out_fraction": "share",
     "similarity": "",
 }
