@@ -21,6 +21,9 @@ Ints = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
 Mask = NDArray[np.bool_]
 
+Part = Literal["", "left", "right"]
+"""Which leaf of an opened book a sheet is; empty for any other."""
+
 
 @dataclass(frozen=True, eq=False)
 class RangeScan:
@@ -93,7 +96,7 @@ class ScannedSheet(ABC):
 
     scan: RangeScan | SurfaceMesh
     size: float
-    part: Literal["", "left", "right"] = field(default="", kw_only=True)
+    part: Part = field(default="", kw_only=True)
     gutter_hidden_mm: float = field(default=0.0, kw_only=True)
 
     @property

@@ -24,7 +24,7 @@ from restore.range_image.hidden_gutter import find_hidden_gutter
 from restore.range_image.remove_table import remove_table
 from restore.range_image.segmentation.segment import SegmentedScan, find_pieces
 from restore.runtime.arguments import checks_types
-from restore.scan import Floats, InterpolatedMesh, Ints, Mask, RangeScan, ScannedSheet, SurfaceMesh
+from restore.scan import Floats, InterpolatedMesh, Ints, Mask, Part, RangeScan, ScannedSheet, SurfaceMesh
 from restore.scan_check import refuse_unusable
 
 OUTLINE_POINTS = 300  # of a sheet that is flattened for its outline alone: ten on each side of a page
@@ -87,7 +87,8 @@ def separate_sheets(scan: RangeScan | SurfaceMesh) -> list[ScannedSheet]:
     ]
     gutter = find_hidden_gutter(found)
     if gutter is not None:
-        for at, part in ((gutter.left, "left"), (gutter.right, "right")):
+        sides: dict[Part, int] = {"left": gutter.left, "right": gutter.right}
+        for part, at in sides.items():
             sheets[at] = replace(sheets[at], part=part, gutter_hidden_mm=gutter.hidden_mm)
     return sheets
 

@@ -60,6 +60,7 @@ def superseded_pieces(folder: Path, stem: str, scan: str, input_files: Sequence[
 
     scan: as its report names it. Results of another scan of such a name stay.
     """
+
     def is_earlier(suffix: object) -> bool:
         content = _read_report(folder / f"{stem}-{suffix}.json")
         return content.get("scan") == scan and ("piece" in content or "part" in content)
