@@ -15,6 +15,7 @@ from station.commands.compile import warm_up
 from station.commands.devices import devices
 from station.commands.doctor import doctor
 from station.commands.export import export
+from station.commands.layout import layout
 from station.commands.page import demo, merge, photos, restore, scan
 from station.commands.park import park
 from station.commands.patterns import patterns
@@ -73,7 +74,7 @@ def _planish(
 
 
 for command in (
-    *(scan, demo, merge, axis, restore, photos, ocr, colour),
+    *(scan, demo, merge, axis, restore, layout, photos, ocr, colour),
     *(devices, doctor, ask, park, trace, board, calibrate, card, patterns, warm_up, watch),
     *(shoot, serve, verify, repair, replay, reindex),
     *(batch, export),

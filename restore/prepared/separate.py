@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -20,6 +21,7 @@ from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import ValidMesh, validated
 from restore.outline.rectangle import fills_rectangle
 from restore.prepared.flatten import flatten
+from restore.prepared.prepared import Prepared
 from restore.range_image.hidden_gutter import find_hidden_gutter
 from restore.range_image.remove_table import remove_table
 from restore.range_image.segmentation.segment import SegmentedScan, find_pieces
@@ -30,14 +32,33 @@ from restore.scan_check import refuse_unusable
 OUTLINE_POINTS = 300  # of a sheet that is flattened for its outline alone: ten on each side of a page
 
 
+class LeafSpine(NamedTuple):
+    """Where a leaf ends.
+
+    cols        (rows,) column of the spine in each row of the range image.
+    facing      (rows,) column on the facing page at the end of the strip that the leaf keeps.
+    overlap_mm  width of that strip.
+    """
+
+    cols: Floats
+    facing: Floats
+    overlap_mm: float
+
+
 @dataclass(frozen=True, eq=False)
 class SeparateSheet(ScannedSheet):
     """A sheet with what is known of it already.
 
-    segmented  the sheet in its range image, which need not be looked for again; None for a mesh or an empty scan.
+    segmented   the sheet in its range image, which need not be looked for again; None for a mesh or an empty scan.
+    prepared    the sheet as it was prepared already; None where it was not.
+    spine       of one leaf of an opened book.
+    of_mesh     whether that image is the view of a mesh.
     """
 
     segmented: SegmentedScan | None = None
+    prepared: Prepared | None = None
+    spine: LeafSpine | None = None
+    of_mesh: bool = False
 
     @cached_property
     def is_rectangular(self) -> bool:

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import theilslopes
 
+from restore.numerics.lines import theil_sen
 from restore.range_image.segmentation.segment import SegmentedScan
 from restore.scan import Floats, Ints, Mask
 
@@ -78,7 +78,7 @@ def _along_line(edge: Floats, known: Mask) -> Floats:
     row = np.flatnonzero(known)
     if len(row) < MIN_COMMON_ROWS:
         return np.full_like(edge, np.nan)
-    slope, offset, *_ = theilslopes(edge[row, 0], row)
+    slope, offset = theil_sen(row.astype(float), edge[row, 0])
     on_line = known & (np.abs(edge[:, 0] - slope * np.arange(len(edge)) - offset) <= CORNER_MM)
     return np.where(on_line[:, None], edge, np.nan)
 

@@ -44,6 +44,8 @@ class Seen(IntEnum):
     HIDDEN = 3  # on the page and not seen by the camera
     INVENTED = 4  # hidden, and inpainted from its neighbourhood
     COVERED = 5  # seen, but covered by something in a photograph, and painted from another picture
+    FACING = 6  # seen, of the facing page: a strip beside the spine of an opened book
+    REMOVED = 7  # on the page, and removed by hand
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,7 +62,7 @@ class Coverage:
     @property
     def mask(self) -> Mask:
         """(h, w) True where the camera saw the page."""
-        return np.asarray((self.seen == Seen.MEASURED) | (self.seen == Seen.FILLED) | (self.seen == Seen.COVERED))
+        return np.asarray(np.isin(self.seen, (Seen.MEASURED, Seen.FILLED, Seen.COVERED, Seen.FACING)))
 
     def shares(self) -> dict[str, float]:
         """The share of the page's area of each kind, 0 to 1."""
@@ -100,7 +102,7 @@ def seen_part(painting: Painting, coverage: Coverage) -> Painting:
     """The painted page with what the camera did not see blank; in holes it ends, and has no source."""
     holes = painting.mask & (coverage.seen == Seen.OUTSIDE)
     image, source, page_source = painting.image.copy(), painting.source, painting.page_source
-    image[holes | (coverage.seen == Seen.HIDDEN)] = PAPER
+    image[holes | np.isin(coverage.seen, (Seen.HIDDEN, Seen.REMOVED))] = PAPER
     if holes.any():
         source = np.where(holes[..., None], np.float32(np.nan), source)
         page_source = None if page_source is None else np.where(holes, np.uint8(NO_PICTURE), page_source)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
-from station.choices import FLAGS, Pieces, Turn
+from station.choices import FLAGS, Layout, Pieces, Turn
 from station.errors import UsageError
 from station.storage.session_folder import refuse_session, session_around
 
@@ -210,6 +210,10 @@ class Reading:
             "(auto: each rectangular sheet of a mesh, fragments together, of a shot the largest)."
         ),
     ] = Pieces.AUTO
+    layout: Annotated[
+        Layout,
+        typer.Option(help="An opened book: one page; two leaves where a spine is certain (auto); two; never two."),
+    ] = Layout.SINGLE
 
 
 @dataclass(frozen=True)

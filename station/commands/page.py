@@ -100,7 +100,7 @@ def restore(
         from station.run.destination import Destination
         from station.run.one_page import restore_file
 
-        read = {"unit": reading.unit, "pieces": reading.pieces}
+        read = {"unit": reading.unit, "pieces": reading.pieces, "layout": reading.layout}
         outcome = restore_file(
             scan,
             Destination(output, run.force),

@@ -18,6 +18,8 @@ COLOURS = {
     Seen.HIDDEN: (192, 48, 40),
     Seen.INVENTED: (96, 56, 168),
     Seen.COVERED: (240, 200, 64),
+    Seen.FACING: (176, 176, 176),
+    Seen.REMOVED: (64, 64, 64),
 }
 
 

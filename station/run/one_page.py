@@ -27,7 +27,7 @@ from restore import (
     save_scan,
 )
 from restore.formats import referenced_files, scan_stem
-from station.choices import Turn
+from station.choices import Layout, Turn
 from station.config import StationConfig
 from station.errors import UsageError
 from station.export import outputs
@@ -39,7 +39,7 @@ from station.run.destination import Clock, Destination, Outcome, SourceRecord
 from station.run.options import RunOptions
 from station.run.overwrite_check import check_outputs, superseded, superseded_pieces
 from station.run.peak_memory import peak_memory_mib
-from station.run.pieces import Selected, select_sheets
+from station.run.pieces import Selected, select_leaves, select_sheets
 from station.run.plausibility import check_plausible_page
 from station.storage.atomic import lock_output_folder, new_folder, refuse_captured, refuse_existing, write_all
 from station.storage.folder_lock import FolderLock, recover
@@ -255,7 +255,10 @@ def restore_scan(
 ) -> Outcome:
     """Restore the sheets of a scan and write them, with the photographs that they are painted from."""
     start = clock()
-    sheets = select_sheets(scan, options.pieces)
+    if options.layout == Layout.SINGLE:
+        sheets = select_sheets(scan, options.pieces)
+    else:
+        sheets = select_leaves(scan, options.layout, options.settings)
     source_record = replace(source_record, seconds={**source_record.seconds, "separate": clock() - start})
     if len(sheets) > 1:
         planned = [path for sheet in sheets for path in destination.files(stem + sheet.suffix, options)]

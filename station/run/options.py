@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from restore import Settings
-from station.choices import Pieces, Turn
+from station.choices import Layout, Pieces, Turn
 
 AUTO = "auto"
 
@@ -22,6 +22,7 @@ class RunOptions:
     unit      of a mesh's coordinates, as for `load_scan`; range images have their own.
     scale     of photographs, as `planish photos` has it; None for a scan.
     pieces    what becomes of several sheets in one scan.
+    layout    what becomes of an opened book.
     turn      right angles by which the page is turned.
     anyway    write a page whose surface is no page's, too.
     """
@@ -34,6 +35,7 @@ class RunOptions:
     unit: str = AUTO
     scale: str | None = None
     pieces: Pieces = Pieces.AUTO
+    layout: Layout = Layout.SINGLE
     turn: Turn = Turn.NONE
     anyway: bool = False
 

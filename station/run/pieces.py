@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, Literal
 
-from restore import BadInput, Finding, RangeScan, SurfaceMesh, separate_sheets
+from restore import BadInput, Finding, RangeScan, Settings, SurfaceMesh, find_leaves, separate_sheets
 from restore.scan import ScannedSheet
-from station.choices import Pieces
+from station.choices import Layout, Pieces
 
 # of the size of the page: what is left out may be the other half of the page, or another page as important
 LARGE = 0.5
+LAYOUTS: Mapping[Layout, Literal["auto", "split", "whole"]] = {
+    Layout.AUTO: "auto",
+    Layout.SPLIT: "split",
+    Layout.WHOLE: "whole",
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +57,21 @@ def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Pieces) -> list[Selecte
             return _leaves(sheets)
         pieces = Pieces.EACH if is_mesh else Pieces.LARGEST
     return [_largest(sheets)] if pieces == Pieces.LARGEST else _each(sheets)
+
+
+def select_leaves(scan: RangeScan | SurfaceMesh, layout: Layout, settings: Settings) -> list[Selected]:
+    """The leaves of an opened book, or the page that any other scan holds.
+
+    Raises NotEnoughSurface without any surface, BadInput for a split without a valley.
+    """
+    leaves = find_leaves(scan, LAYOUTS[layout], settings)
+    sizes = [sheet.size for sheet in leaves.parts.values()]
+    others = [sheet for sheet in leaves.left_out if not sheet.part]
+    found = leaves.findings + (_left_out(others, max(sizes), len(others) + 1) if others else ())
+    return [
+        Selected(sheet.scan, sheet, "" if len(sizes) == 1 or part == "page" else f"-{part}", leaves.fields(part), found)
+        for part, sheet in leaves.parts.items()
+    ]
 
 
 def _largest(sheets: list[ScannedSheet]) -> Selected:

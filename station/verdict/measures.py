@@ -28,7 +28,7 @@ Measures = dict[str, Any]
 
 def measure(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> Measures:
     """The measures of a page and of the scan that it was restored from; None for one that the scan does not allow."""
-    inside = page.coverage != Seen.OUTSIDE
+    inside = ~np.isin(page.coverage, (Seen.OUTSIDE, Seen.FACING, Seen.REMOVED))
     measured = page.coverage == Seen.MEASURED
     texture, report = scan.texture, page.report
     return {
