@@ -64,7 +64,7 @@ def _session(page: Page, title: str) -> None:
 
 
 def _shoot(page: Page, number: int) -> None:
-    page.locator("[data-action=shoot]:not([aria-disabled])").wait_for(timeout=WAIT_MS)
+    page.locator("[data-action=capture]:not([aria-disabled])").wait_for(timeout=WAIT_MS)
     page.keyboard.press(" ")
     page.wait_for_selector("[data-laser=on]", timeout=WAIT_MS)
     page.wait_for_selector(f"#strip-{number}", timeout=WAIT_MS)
@@ -84,13 +84,13 @@ def _shift(page: Page, keep: Keep) -> None:
             keep(page, "first-shot-dark")
         _judged(page, number)
         if number == PAGES:
-            keep(page, "shoot-dark")
+            keep(page, "capture-dark")
         else:
             page.keyboard.press("Enter")
             page.wait_for_selector(f"#strip-{number}[aria-label*=accepted]", timeout=WAIT_MS)
     page.keyboard.press("p")
     page.wait_for_selector(".overlay:visible", timeout=WAIT_MS)
-    page.wait_for_selector("[data-action=shoot]:not([aria-disabled])", timeout=WAIT_MS)
+    page.wait_for_selector("[data-action=capture]:not([aria-disabled])", timeout=WAIT_MS)
     page.keyboard.press(" ")
     page.wait_for_selector("[data-laser=on]", timeout=WAIT_MS)
     page.get_by_role("button", name="Preview").first.click()

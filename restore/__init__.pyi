@@ -20,9 +20,9 @@ from .restore_leaves import restore_leaves as restore_leaves
 from .scan import RangeScan as RangeScan, SurfaceMesh as SurfaceMesh
 from .settings import Settings as Settings
 from .structured_light import Projector as Projector
-from .texture.coverage import Seen as Seen
-from .texture.super_resolution import finer_scan as finer_scan
-from .turn import turn_page as turn_page
+from .texture.coverage import CoverageClass as CoverageClass
+from .texture.super_resolution import super_resolve as super_resolve
+from .turn import rotate_page as rotate_page
 from .turntable import (
     RotationAxis as RotationAxis,
     fit_axis as fit_axis,

@@ -254,14 +254,14 @@ CODES: Mapping[str, Code] = {
     # The run
     "largest_of_pieces": Code(
         "warning",
-        "the scan holds {count} pieces of surface: the largest is the page, the next is {share:.0%} as large; --pieces "
+        "the scan holds {count} pieces of surface: the largest is the page, the next is {share:.0%} as large; --sheets "
         "each makes a page of each",
         "largest piece",
     ),
     "large_sheet_left_out": Code(
         "doubt",
-        "a sheet {share:.0%} as large as the page is not restored: half of an opened book, or another page; --pieces "
-        "each restores all {count} sheets of the scan",
+        "a sheet {share:.0%} as large as the page is not restored: half of an opened book, or another page; --sheets "
+        "separate restores all {count} sheets of the scan",
         "largest piece",
     ),
     # Leaves of a book
@@ -290,7 +290,7 @@ CODES: Mapping[str, Code] = {
     ),
     "turn_undecided": Code(
         "warning",
-        "the words do not tell which way up the page is: it stays as the scanner saw it, --turn 90|180|270 turns it",
+        "the words do not tell which way up the page is: it stays as the scanner saw it, --rotate 90|180|270 turns it",
     ),
     RECORDED: Code("warning", "{text}"),
 }

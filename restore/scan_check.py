@@ -88,7 +88,7 @@ class SuperRecord(BaseModel):
 
 
 class AxisRecord(BaseModel):
-    """Record of the axis of the rotary stage: a point on it, mm, and its direction."""
+    """Record of the axis of the turntable: a point on it, mm, and its direction."""
 
     model_config = ConfigDict(allow_inf_nan=False)
     point_mm: tuple[float, float, float]
@@ -116,9 +116,9 @@ class KnownProvenance(BaseModel):
     oversampling  pixels of a picture that was painted, per pixel or vertex that it was painted from, along one side.
     """
 
-    super: SuperRecord = SuperRecord()
+    super_resolution: SuperRecord = SuperRecord()
     oversampling: float = Field(default=1.0, gt=0.0, allow_inf_nan=False)
-    turn: TurnRecord | None = None
+    turntable: TurnRecord | None = None
 
 
 def check_provenance(provenance: Any) -> None:

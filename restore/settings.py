@@ -28,8 +28,10 @@ class Settings(BaseModel):
         "isometric", description="how the sheet is flattened"
     )
     shading: Literal["keep", "remove"] = Field("keep", description="leave light and shadow, or divide them out")
-    white: Literal["keep", "paper"] = Field("keep", description="leave the lamp's colour, or make bare paper neutral")
-    fill_hidden_mm: float = Field(0.0, ge=0, le=50, description="hidden places up to this wide are invented")
+    white_balance: Literal["keep", "paper"] = Field(
+        "keep", description="leave the lamp's colour, or make bare paper neutral"
+    )
+    inpaint_mm: float = Field(0.0, ge=0, le=50, description="hidden places up to this wide are invented")
 
     @field_validator("points")
     @classmethod

@@ -21,12 +21,12 @@ def controller_named(model: str, *, relative: bool = False) -> Controller:
     if model not in CONTROLLERS:
         raise SettingsError(f"there is no stage controller {model!r}", f"use one of: {', '.join(CONTROLLERS)}")
     if relative and not CONTROLLERS[model].ambiguous:
-        raise SettingsError(f"the controller {model} counts from home", "leave `relative` out of [stage]")
+        raise SettingsError(f"the controller {model} counts from home", "leave `relative` out of [turntable]")
     return CONTROLLERS[model]
 
 
 def open_stage(model: str, port: str, *, relative: bool = False) -> RotaryStage:
-    """Open the controller of a rotary stage; nothing is sent yet.
+    """Open the controller of a turntable; nothing is sent yet.
 
     model     a model of the table.
     port      serial port, such as /dev/ttyUSB0.
@@ -56,5 +56,5 @@ def open_port(port: str, controller: Controller) -> serial.Serial:
     except (OSError, ValueError) as error:
         raise TransportError(
             f"cannot open the serial port {port}: {error}",
-            "check `port` in [stage]; a user who may open serial ports is in the group dialout (or uucp)",
+            "check `port` in [turntable]; a user who may open serial ports is in the group dialout (or uucp)",
         ) from error

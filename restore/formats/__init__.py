@@ -13,8 +13,9 @@ from restore.formats.folder import read_folder, save_scan
 from restore.formats.glb import read_glb, read_gltf
 from restore.formats.mesh import PaintedMesh
 from restore.formats.obj import read_obj, write_obj
-from restore.formats.picture import SUFFIXES as PICTURE_SUFFIXES
-from restore.formats.picture import encode_png, read_picture
+from restore.formats.older import current_provenance
+from restore.formats.picture import SUFFIXES as IMAGE_SUFFIXES
+from restore.formats.picture import encode_png, read_image
 from restore.formats.ply import read_ply, write_ply
 from restore.formats.references import referenced_files
 from restore.formats.rounding import joined_by_rounding
@@ -35,14 +36,15 @@ from restore.scan import Bytes, RangeScan, SurfaceMesh
 from restore.units import UNSTATED
 
 __all__ = [
-    "PICTURE_SUFFIXES",
+    "IMAGE_SUFFIXES",
     "READERS",
     "SCAN_SUFFIXES",
     "check_unit",
+    "current_provenance",
     "encode_png",
     "load_scan",
     "read_bytes",
-    "read_picture",
+    "read_image",
     "referenced_files",
     "save_scan",
     "scan_stem",
@@ -97,7 +99,7 @@ def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str 
     """
     path = Path(path)
     check_unit(unit)
-    given_picture = None if texture is None else read_picture(Path(texture))
+    given_picture = None if texture is None else read_image(Path(texture))
     if is_folder(path):
         if is_tifxyz(path):
             return in_millimetres(path, read_tifxyz(path, given_picture), unit)

@@ -16,7 +16,7 @@ import numpy as np
 from restore.errors import BadInput
 from restore.formats.grid import check_grid, samples_in_picture
 from restore.formats.mesh import provenance
-from restore.formats.picture import adjacent_picture, read_picture
+from restore.formats.picture import adjacent_picture, read_image
 from restore.formats.source import CUT_SHORT, DAMAGED, is_file, parse_numbers, read_bytes
 from restore.scan import Bytes, RangeScan
 from restore.units import MAX_COORDINATE_MM
@@ -80,7 +80,7 @@ def _paired_picture(path: Path) -> Bytes | None:
     if name is None:
         return None
     picture = path.with_name(f"{name[1]}{int(name[2]) + 1:0{len(name[2])}d}.ppm")
-    return read_picture(picture) if is_file(picture) else None
+    return read_image(picture) if is_file(picture) else None
 
 
 def _unpack(path: Path, data: bytes, limit: int, *, whole: bool = True) -> bytes:

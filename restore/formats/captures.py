@@ -16,7 +16,7 @@ from pydantic import BaseModel, ValidationError
 
 from restore.errors import BadInput
 from restore.formats.calibration import read_rig
-from restore.formats.picture import SUFFIXES, read_picture
+from restore.formats.picture import SUFFIXES, read_image
 from restore.formats.source import DAMAGED, is_file, read_bytes
 from restore.scan import Bytes, RangeScan
 from restore.structured_light import Projector, scan_captures
@@ -71,7 +71,7 @@ def _pictures(paths: Sequence[Path]) -> tuple[list[Bytes], Bytes]:
     """The brightness (h, w) of every picture, and the white one (h, w, 3)."""
     greys: list[Bytes] = []
     for path in paths:
-        picture = read_picture(path)
+        picture = read_image(path)
         if greys and picture.shape[:2] != greys[0].shape:
             raise BadInput(
                 f"{path} has {picture.shape[1]} × {picture.shape[0]} pixels, {paths[0].name} has "

@@ -23,6 +23,7 @@ from pydantic import BaseModel, Field, ValidationError, field_validator
 from restore.errors import BadInput
 from restore.findings import Finding
 from restore.formats.grid import check_grid
+from restore.formats.older import current_provenance
 from restore.formats.picture import check_size, decode_picture, encode_png
 from restore.formats.source import DAMAGED, MAX_SAMPLES, is_file, read_bytes
 from restore.runtime.arguments import checks_types
@@ -51,7 +52,7 @@ class Index(BaseModel):
     @field_validator("provenance")
     @classmethod
     def _is_usable(cls, provenance: dict[str, Any]) -> dict[str, Any]:
-        KnownProvenance.model_validate(provenance)
+        KnownProvenance.model_validate(current_provenance(provenance))
         return provenance
 
     @field_validator("findings")
@@ -63,7 +64,7 @@ class Index(BaseModel):
 
     def split(self) -> tuple[dict[str, Any], tuple[Finding, ...]]:
         """The provenance, and the findings; older scans kept those as sentences in their provenance."""
-        provenance = dict(self.provenance)
+        provenance = current_provenance(self.provenance)
         sentences = provenance.pop("warnings", ())
         recorded = [one for one in sentences if isinstance(one, str)] if isinstance(sentences, list) else []
         return provenance, tuple(Finding.from_json(one) for one in [*recorded, *self.findings])

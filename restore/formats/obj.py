@@ -15,7 +15,7 @@ from restore.formats.bare_faces import kept_faces
 from restore.formats.mesh import checked_mesh, fan_triangles, split_seams, texture_uv
 from restore.formats.obj_text import ObjText, parse_obj
 from restore.formats.packing import pack
-from restore.formats.picture import adjacent_picture, encode_png, read_picture
+from restore.formats.picture import adjacent_picture, encode_png, read_image
 from restore.formats.source import (
     CUT_SHORT,
     MISSING,
@@ -158,7 +158,7 @@ def _pictures(path: Path, data: bytes, text: ObjText) -> tuple[list[Bytes], Ints
         _check_options(path, value)
     files = {material: _picture_file(path, picture_name(value), folder) for material, (value, folder) in values.items()}
     distinct = sorted(set(files.values()))
-    pictures = [read_picture(file) for file in distinct]
+    pictures = [read_image(file) for file in distinct]
     if len(pictures) < 2:
         return pictures, one, found
     if not used:

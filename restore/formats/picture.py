@@ -34,7 +34,7 @@ WHITE_IS_ZERO, SEPARATE, UNSIGNED = 0, 2, 1
 
 
 @checks_types
-def read_picture(path: Path | str) -> Bytes:
+def read_image(path: Path | str) -> Bytes:
     """Read a picture file as (h, w, 3) uint8 RGB. Raises BadInput when it is missing, damaged or too large."""
     return decode_picture(read_bytes(Path(path)), str(path))
 
@@ -104,4 +104,4 @@ def adjacent_picture(path: Path) -> Bytes | None:
     Raises BadInput when it is damaged.
     """
     names = (path.with_name(scan_stem(path) + suffix) for suffix in SUFFIXES)
-    return next((read_picture(name) for name in names if is_file(name)), None)
+    return next((read_image(name) for name in names if is_file(name)), None)

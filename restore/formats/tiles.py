@@ -11,7 +11,7 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.mesh.adjacency import components
-from restore.mesh.network import edges_of
+from restore.mesh.topology import Topology
 from restore.scan import Floats, Ints
 
 # Of the picture, in another tile: rounding and the padding round a chart leave it by less.
@@ -27,7 +27,7 @@ def in_first_tile(path: Path, uv: Floats, faces: Ints) -> Floats:
     """
     if _beyond(uv) <= BORDER:
         return uv
-    chart = components(edges_of(faces), len(uv))
+    chart = components(Topology(faces).edges, len(uv))
     least, most = np.full((chart.max() + 1, 2), np.inf), np.full((chart.max() + 1, 2), -np.inf)
     np.minimum.at(least, chart, uv)
     np.maximum.at(most, chart, uv)

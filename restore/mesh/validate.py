@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from restore.errors import BadInput, NotEnoughSurface
-from restore.mesh.adjacency import Sides, order_of_pairs, sides_of
+from restore.mesh.adjacency import Sides, order_of_pairs
 from restore.mesh.measures import face_normals, surface_area
 from restore.mesh.orient import orient
+from restore.mesh.topology import Topology
 from restore.scan import Floats, Ints, Mask, SurfaceMesh
 
 FARTHEST_MM = 1e60  # whatever the unit: lengths are multiplied by each other up to four times
@@ -22,24 +23,22 @@ class ValidMesh(SurfaceMesh):
     Faces that name a vertex twice are left out, since they have no area, and so are copies of a face; the others run
     counter-clockwise on the printed side.
 
-    sides    of the faces, by edge.
-    normals  (m, 3) of the faces, mm², twice as long as their areas.
+    topology  which faces meet in which edges.
+    normals   (m, 3) of the faces, mm², twice as long as their areas.
     Raises BadInput for arrays that are no triangle mesh, NotEnoughSurface for one without faces or area.
     """
 
-    sides: Sides = field(init=False)
+    topology: Topology = field(init=False)
     normals: Floats = field(init=False)
 
     def __post_init__(self) -> None:
         mesh = _checked(self)
-        proper, sides = mesh.faces, sides_of(mesh.faces)
-        if (left_out := _improper(proper, sides)).any():
-            proper = _turned_copies(mesh.vertices, proper, left_out)[~left_out]
-            sides = sides_of(proper)
-        faces = orient(proper, mesh.texcoords, sides)
-        if faces is not proper:
-            sides = sides_of(faces)
-        derived = {"sides": sides, "normals": face_normals(mesh.vertices, faces)}
+        proper = Topology(mesh.faces)
+        if (left_out := _improper(proper.faces, proper.sides)).any():
+            proper = Topology(_turned_copies(mesh.vertices, proper.faces, left_out)[~left_out])
+        faces = orient(proper.faces, mesh.texcoords, proper.sides)
+        topology = proper if faces is proper.faces else Topology(faces)
+        derived = {"topology": topology, "normals": face_normals(mesh.vertices, faces)}
         for name, value in {"vertices": mesh.vertices, "faces": faces, **derived}.items():
             object.__setattr__(self, name, value)
 

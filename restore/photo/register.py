@@ -73,7 +73,7 @@ class Registration:
     camera: PhotoCamera
     residual_px: float
     uncertainty_px: float
-    alike: float
+    match_fraction: float
     coverage: float
     scale: float
 
@@ -232,8 +232,10 @@ def _insist_on_sharpness(reference: Reference, grey: Bytes, camera: PhotoCamera,
 
 def _insist(found: Registration, reference: Reference) -> None:
     """Raise Refused when a registration is not certain."""
-    if found.alike < MIN_ALIKE:
-        raise Refused(f"the photograph does not show this page: only {found.alike:.0%} of the print looks the same")
+    if found.match_fraction < MIN_ALIKE:
+        raise Refused(
+            f"the photograph does not show this page: only {found.match_fraction:.0%} of the print looks the same"
+        )
     if found.residual_px > MAX_RESIDUAL * found.scale:
         raise Refused(
             f"the photograph does not fit the surface: {found.residual_px:.1f} pixels rms are left; "

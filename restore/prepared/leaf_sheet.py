@@ -25,7 +25,7 @@ from restore.prepared.separate import LeafSpine
 from restore.range_image.facets.sheet import PageOnGrid
 from restore.scan import Bytes, Floats, Ints, Mask, Part
 from restore.settings import Settings
-from restore.texture.coverage import Seen
+from restore.texture.coverage import CoverageClass
 from restore.texture.page import rasterise_on_page
 
 PLACES = 17  # along the spine, that its line on the flat page is fitted to
@@ -103,7 +103,7 @@ class LeafSheet(FacetSheet):
         at = rasterise_on_page(fine, np.column_stack([cols, rows]), page.shape, dpi)
         spine = np.ascontiguousarray(self.spine.cols[:, None], np.float32)
         border = cv2.remap(spine, np.zeros_like(at[..., 0]), np.nan_to_num(at[..., 1]), cv2.INTER_LINEAR)
-        kinds[(self.sign * (at[..., 0] - border) > 0) & (kinds != Seen.OUTSIDE)] = Seen.FACING
+        kinds[(self.sign * (at[..., 0] - border) > 0) & (kinds != CoverageClass.OUTSIDE)] = CoverageClass.FACING
         return kinds
 
 

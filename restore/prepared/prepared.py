@@ -12,14 +12,13 @@ import numpy as np
 
 from restore.findings import Finding
 from restore.flattening.methods import OnStep
-from restore.mesh.adjacency import border_of
 from restore.mesh.measures import signed_areas, vertex_normals
 from restore.numerics.limits import SINGLE_TINY
 from restore.outline.rectangle import squaring_rotation
 from restore.page import FlatMesh
 from restore.scan import Bytes, Floats, Mask
 from restore.settings import Settings
-from restore.texture.coverage import Coverage, Seen, cut_findings, filled_findings
+from restore.texture.coverage import Coverage, CoverageClass, cut_findings, filled_findings
 from restore.texture.occlusion import viewpoint
 from restore.texture.page import PageMap, Painting, page_map
 
@@ -70,8 +69,8 @@ class Prepared(ABC):
         return normals / np.maximum(np.linalg.norm(normals, axis=2, keepdims=True), SINGLE_TINY)
 
     def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:  # noqa: ARG002 - others need both
-        """(h, w) how the shape is known at the pixels of a flat page (h, w): MEASURED, FILLED, or OUTSIDE in holes."""
-        return np.where(page, Seen.MEASURED, Seen.OUTSIDE).astype(np.uint8)
+        """(h, w) how the shape of a flat page (h, w) is known: MEASURED, INTERPOLATED, or OUTSIDE in holes."""
+        return np.where(page, CoverageClass.MEASURED, CoverageClass.OUTSIDE).astype(np.uint8)
 
     def camera_centre(self, fine: FlatMesh) -> Floats | None:
         """The centre (3,) mm of the camera that took the texture; None where it is not one camera's picture."""
@@ -98,4 +97,4 @@ def square_to_picture(flat: FlatMesh) -> FlatMesh:
 def squaring(flat: FlatMesh) -> tuple[Floats, Floats]:
     """The rotation (2, 2) that makes the sides of a rectangular page parallel to the axes, and its centre (2,) mm."""
     area = float(signed_areas(flat.flat, flat.faces).sum())
-    return squaring_rotation(flat.flat[border_of(flat.faces)], area), flat.flat.mean(axis=0)
+    return squaring_rotation(flat.flat[flat.topology.border], area), flat.flat.mean(axis=0)

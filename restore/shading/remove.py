@@ -85,7 +85,7 @@ def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Shad
         surface = expected
     gain = fill_nearest(np.clip(1 / np.maximum(surface, SINGLE_TINY), 1 / MAX_GAIN, MAX_GAIN), inside)
     evened = divided(image, mask, relief.dpi / dpi, gain, steps, MAX_GAIN)
-    report = {"removed": True, "corrected": corrected, "regions_share": regions.share(inside)} | _told_by(found)
+    report = {"removed": True, "corrected": corrected, "regions_fraction": regions.share(inside)} | _told_by(found)
     return ShadingResult(evened, report | _evenness(colour, gain, residual.ground, inside))
 
 
@@ -162,10 +162,10 @@ def _evenness(colour: Field, gain: Field, paper: Mask, inside: Mask) -> dict[str
     seen, gains = (as_list(field)[some] for field in (colour, gain))
     before, after = seen.mean(axis=1), (seen * gains).mean(axis=1)
     return {
-        "paper_share": float(paper.sum() / max(inside.sum(), 1)),
+        "paper_fraction": float(paper.sum() / max(inside.sum(), 1)),
         "unevenness_before": _unevenness(before),
         "unevenness": _unevenness(after),
-        "gain": {"min": float(gain.min()), "max": float(gain.max())},
+        "illumination_gain": {"min": float(gain.min()), "max": float(gain.max())},
     }
 
 

@@ -148,9 +148,9 @@ def _provenance(rig: Rig, count: int, lit: Mask, kept: Mask, residual: Floats) -
     return {
         "device": "structured light",
         "projector": [rig.projector.width, rig.projector.height],
-        "pictures": count,
+        "captures": count,
         "baseline_mm": float(np.linalg.norm(rig.shift)),
-        "lit_share": float(lit.mean()),
-        "measured_share": float(kept.mean()),
+        "lit_fraction": float(lit.mean()),
+        "decoded_fraction": float(kept.mean()),
         "epipolar_px": float(np.sqrt(np.mean(residual[kept] ** 2))),
     }

@@ -48,15 +48,15 @@ class SuperResolution:
 
 
 @checks_types
-def finer_scan(shots: Sequence[RangeScan]) -> RangeScan:
-    """The first scan with the super-resolved texture of all shots. Raises BadInput as `super_resolve`.
+def super_resolve(shots: Sequence[RangeScan]) -> RangeScan:
+    """The first scan with the super-resolved texture of all shots. Raises BadInput as `super_resolve_images`.
 
     >>> import cv2
     >>> noise = np.random.default_rng(1).integers(0, 256, (256, 256, 3), np.uint8)
     >>> page = cv2.GaussianBlur(noise, (0, 0), 2.0) * np.uint8(2)
     >>> halves = [page[y : 240 + y : 2, x : 240 + x : 2] for x, y in ((0, 0), (0, 1), (1, 0), (1, 1))]
     >>> shots = [RangeScan(np.zeros((2, 2, 3)), picture, np.zeros((2, 2, 2))) for picture in halves]
-    >>> finer_scan(shots).texture.shape
+    >>> super_resolve(shots).texture.shape
     (240, 240, 3)
     """
     if not shots:
@@ -65,13 +65,15 @@ def finer_scan(shots: Sequence[RangeScan]) -> RangeScan:
     images = [shot.texture for shot in shots if shot.texture is not None]
     if len(images) < len(shots) or first.texture is None:
         raise BadInput("a shot has no colour image", "leave it out")
-    result = super_resolve(images)
-    summary = {"shots": len(shots), "factor": FACTOR, "shifts_px": _shifts(result.maps, images[0]).round(3).tolist()}
+    result = super_resolve_images(images)
+    summary = {"captures": len(shots), "factor": FACTOR, "shifts_px": _shifts(result.maps, images[0]).round(3).tolist()}
     positions = first.texture_xy * FACTOR + (FACTOR - 1) / 2
-    return replace(first, texture=result.image, texture_xy=positions, provenance={**first.provenance, "super": summary})
+    return replace(
+        first, texture=result.image, texture_xy=positions, provenance={**first.provenance, "super_resolution": summary}
+    )
 
 
-def super_resolve(images: Sequence[Bytes]) -> SuperResolution:
+def super_resolve_images(images: Sequence[Bytes]) -> SuperResolution:
     """The super-resolved picture of images (h, w, 3) uint8 of the same page, and their registration.
 
     Raises BadInput when they are too few, of different sizes, of different pages, or their shifts too large or equal.

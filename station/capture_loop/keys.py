@@ -12,9 +12,9 @@ from typing import IO, Literal, Protocol
 
 from station.errors import UsageError
 
-Action = Literal["shoot", "accept", "again", "undo", "redo", "mark", "note", "help", "quit"]
+Action = Literal["capture", "accept", "again", "undo", "redo", "mark", "note", "help", "quit"]
 ACTIONS: dict[str, Action] = {
-    " ": "shoot",
+    " ": "capture",
     "\r": "accept",
     "\n": "accept",
     "r": "again",

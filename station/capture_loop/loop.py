@@ -124,7 +124,7 @@ class CaptureLoop:
         if page is not None:
             self._page = page
         {
-            "shoot": lambda: self._shoot(None),
+            "capture": lambda: self._shoot(None),
             "again": lambda: self._shoot(self._page),
             "accept": self._accept,
             "undo": lambda: self._step(undo(self.writer), "undone", "undone"),
@@ -163,7 +163,7 @@ class CaptureLoop:
             self.show(Line(f"not shot: {error}" + (f" ({error.hint})" if error.hint else ""), "not_shot"))
             return
         event = add_scan(
-            self.writer, scan, page=page, facts={"by": "planish shoot", "provenance": dict(scan.provenance)}
+            self.writer, scan, page=page, facts={"by": "planish capture", "provenance": dict(scan.provenance)}
         )
         self._page = event.page
         self._told(event.page, "stored", "stored")

@@ -37,7 +37,10 @@ def card(
     force: Force = False,
     debug: Debug = False,
 ) -> None:
-    """Draw the scale card to print at 100 % and to lay beside a page that is photographed."""
+    """Draw the printable scale card for photographs (PDF).
+
+    Print the card at 100 % and put it next to the page.
+    """
     with report_faults(debug=debug):
         from restore import ScaleCard
         from station.storage.atomic import write_all

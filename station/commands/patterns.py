@@ -25,12 +25,12 @@ def patterns(
         ),
     ],
     projector: Annotated[
-        str, typer.Option(metavar="WxH", help="The projector's own resolution, as 1280x800.", show_default=False)
+        str, typer.Option(metavar="WxH", help="Resolution of the projector, as 1280x800.", show_default=False)
     ],
     force: Force = False,
     debug: Debug = False,
 ) -> None:
-    """Draw the patterns that a projector shows a camera, to make a range image of the captures."""
+    """Write Gray-code patterns for structured light."""
     with report_faults(debug=debug):
         from station.storage.atomic import write_all
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import signal
 import sys
 import traceback
@@ -15,10 +16,15 @@ import typer
 
 from station.errors import SIGNAL_BASE, STANDARD_OUTPUT, USAGE, Fault, Stopped, explain
 from station.interrupt import raise_on_ctrl_c
+from station.progress import Verbosity, verbosity
 
 # Sent by a service manager, and by a terminal that closes: both leave time to let the scanner go.
 ENDING_SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 READER_GONE = SIGNAL_BASE + signal.SIGPIPE  # as a shell reports a program that writes to a pipe without a reader
+
+# The sentences of typer and pydantic about the value of an option: `--rotate: '45' is not one of '0', '90'`.
+VALUE = re.compile(r"^Invalid value for '?([^']+?)'?: (?:Value error, |Input should be (?=.))?")
+NOT_A_CHOICE = re.compile(r"([^:]+): ('[^']*') is not one of ('[^']*'(?:, '[^']*')+)")
 
 
 @runtime_checkable
@@ -64,9 +70,13 @@ def report_faults(*, debug: bool = False) -> Iterator[None]:
 
 def usage_fault(error: CommandLineError) -> Fault:
     """The fault that describes an error about options or arguments."""
-    message = error.format_message().rstrip(".")
+    message = VALUE.sub(r"\1: ", error.format_message().rstrip("."))
     context = getattr(error, "ctx", None)
     command = context.command_path if context else "planish"
+    if choice := NOT_A_CHOICE.fullmatch(message):
+        option, given, allowed = choice.groups()
+        *first, last = (value.strip(" '") for value in allowed.split(","))
+        return Fault(USAGE, f"{option}: {given} is not an allowed value", (f"give {', '.join(first)} or {last}",))
     return Fault(USAGE, message[:1].lower() + message[1:], (f"see {command} --help",))
 
 
@@ -100,7 +110,9 @@ def print_result(text: str) -> None:
 
 
 def print_note(text: str) -> None:
-    """Print a line on stderr: what is being done, beside the result."""
+    """Print a line on stderr in addition to the result, unless the command is quiet."""
+    if verbosity.get() == Verbosity.QUIET:
+        return
     print(_escaped(text, sys.stderr), file=sys.stderr, flush=True)
 
 

@@ -62,14 +62,14 @@ def check_address(address: Address) -> None:
     if address.host in (LOCALHOST, "localhost", "::1"):
         return
     if address.cert is None:
-        raise UsageError(f"--listen {address.host}: others can read along", "give a certificate with --cert and --key")
+        raise UsageError(f"--host {address.host}: others can read along", "give a certificate with --cert and --key")
     try:
         everywhere = ipaddress.ip_address(address.host).is_unspecified
     except ValueError:
         everywhere = False
     if everywhere:
         raise UsageError(
-            f"--listen {address.host}: that is every address", "name the one by which the tablet reaches this computer"
+            f"--host {address.host}: that is every address", "name the one by which the tablet reaches this computer"
         )
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from PIL import Image
 
 from restore import BadInput
-from restore.formats import read_picture
+from restore.formats import read_image
 from restore.scan import Bytes
 
 KINDS = (".png", ".tif", ".tiff")
@@ -43,7 +43,7 @@ def find_pages(path: Path) -> list[Path]:
 
 def read_page(path: Path) -> StoredPage:
     """Read a page. Raises BadInput when it is missing, damaged or has no resolution."""
-    image = read_picture(path)
+    image = read_image(path)
     with warnings.catch_warnings(), Image.open(path) as file:  # it has just been read whole
         warnings.simplefilter("ignore")
         across, up = (float(dots) for dots in file.info.get("dpi", (0, 0)))

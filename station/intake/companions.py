@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from restore.formats import PICTURE_SUFFIXES, SCAN_SUFFIXES, scan_stem
+from restore.formats import IMAGE_SUFFIXES, SCAN_SUFFIXES, scan_stem
 from station.intake.listing import Listing, Stamp
 
 # How each format names other files; `restore.formats` reads them, here they are only waited for.
@@ -103,7 +103,7 @@ class Pairing:
 
     def _picture(self, source: Path) -> Path | None:
         """The picture with the name of the scan, in the order of preference."""
-        names = (str(source.parent / (scan_stem(source) + suffix)).lower() for suffix in PICTURE_SUFFIXES)
+        names = (str(source.parent / (scan_stem(source) + suffix)).lower() for suffix in IMAGE_SUFFIXES)
         return next((self._by_lower_case[name] for name in names if name in self._by_lower_case), None)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from restore import BadInput
 from restore.formats import read_bytes
@@ -78,6 +79,17 @@ def _read(page: Path, paths: list[Path], printed: str | None, *, language: str, 
         else (count_matching_words(printed, words.text), count_matching_characters(printed, words.text))
     )
     return PageRead(page, tuple(files), len(words.text.split()), *measured)
+
+
+def as_data(read: PageRead) -> dict[str, Any]:
+    """The result of recognition as JSON values; `correct` and `total` only with a ground truth."""
+    compared = {"words": read.words, "characters": read.characters}
+    return {
+        "page": str(read.page),
+        "recognised_words": read.count,
+        **{name: {"correct": one.correct, "total": one.total} for name, one in compared.items() if one is not None},
+        "files": [str(path) for path in read.files],
+    }
 
 
 def summary_line(read: PageRead) -> str:

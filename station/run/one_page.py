@@ -19,15 +19,15 @@ from restore import (
     RestoredPage,
     RestoreError,
     SurfaceMesh,
-    finer_scan,
     load_capture,
     load_scan,
     read_photographs,
     restore,
     save_scan,
+    super_resolve,
 )
 from restore.formats import referenced_files, scan_stem
-from station.choices import Layout, Turn
+from station.choices import Layout, Rotation
 from station.config import StationConfig
 from station.errors import UsageError
 from station.export import outputs
@@ -91,12 +91,12 @@ def restore_file(
         photographs = read_photographs(photos)
         capture = load_capture(source, texture, unit=options.unit)
         if shots and capture.photographs:
-            raise UsageError(f"{source} has its own photographs", "leave --shot out; --photo adds another")
+            raise UsageError(f"{source} has its own photographs", "leave --extra-scan out; --photo adds another")
         scan = _combined_shots([capture.scan, *(load_scan(shot) for shot in shots)])
     except OSError as error:
         raise BadInput(f"cannot read {error.filename or source}: {error.strerror}", "check the path") from error
     report_fields: dict[str, Any] = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
-    report_fields |= {"shots": [str(shot) for shot in shots]} if shots else {}
+    report_fields |= {"extra_scans": [str(shot) for shot in shots]} if shots else {}
     report_fields |= facts or {}
     source_record = SourceRecord(report_fields, {"load": clock() - start})
     with lock_output_folder(destination.folder) as lock:
@@ -197,7 +197,7 @@ def stem_of(source: Path) -> str:
 def _check_programs(options: RunOptions) -> None:
     if "ocr" in options.outputs:
         check_language(find_tesseract(), options.language)
-    if options.turn == Turn.AUTO:
+    if options.rotate == Rotation.AUTO:
         find_tesseract()
 
 
@@ -217,7 +217,7 @@ def scan_folders(destination: Destination, names: Sequence[str]) -> list[Path]:
 
 
 def _options(shots: Sequence[Path]) -> list[str]:
-    return [word for shot in shots for word in ("--shot", str(shot))]
+    return [word for shot in shots for word in ("--extra-scan", str(shot))]
 
 
 def _combined_shots(shots: Sequence[RangeScan | SurfaceMesh]) -> RangeScan | SurfaceMesh:
@@ -226,8 +226,8 @@ def _combined_shots(shots: Sequence[RangeScan | SurfaceMesh]) -> RangeScan | Sur
         return shots[0]
     scans = [shot for shot in shots if isinstance(shot, RangeScan)]
     if len(scans) < len(shots):
-        raise BadInput("a mesh is no shot of the scanner", "give scans as the scanner made them with --shot")
-    return finer_scan(scans)
+        raise BadInput("a mesh is no shot of the scanner", "give scans as the scanner made them with --extra-scan")
+    return super_resolve(scans)
 
 
 def _capture(config: StationConfig, shots: int, progress: Progress) -> list[RangeScan]:
@@ -256,7 +256,7 @@ def restore_scan(
     """Restore the sheets of a scan and write them, with the photographs that they are painted from."""
     start = clock()
     if options.layout == Layout.SINGLE:
-        sheets = select_sheets(scan, options.pieces)
+        sheets = select_sheets(scan, options.sheets)
     else:
         sheets = select_leaves(scan, options.layout, options.settings)
     source_record = replace(source_record, seconds={**source_record.seconds, "separate": clock() - start})
@@ -298,13 +298,13 @@ def restore_scan(
     if len(sheets) == 1:
         return replace(pages[0], files=written)
     left_out = [{**_name_of(sheet), "reason": str(error)} for sheet, error in failures]
-    return Outcome({"pieces": [page.report for page in pages], "left_out": left_out}, written, tuple(pages))
+    return Outcome({"sheets": [page.report for page in pages], "rejected": left_out}, written, tuple(pages))
 
 
 def _name_of(sheet: Selected) -> dict[str, Any]:
     """What the report calls a sheet that is not a page: its number, or the side of the gutter that it is on."""
     fields = sheet.report_fields
-    return dict(fields["piece"]) if "piece" in fields else {"part": fields["part"]}
+    return dict(fields["sheet"]) if "sheet" in fields else {"part": fields["part"]}
 
 
 def _restore_sheet(
@@ -323,11 +323,11 @@ def _restore_sheet(
     recorder = Recorder() if options.outputs & {"frames", "model"} else None
     start, stem = clock(), stem + sheet.suffix
     page = restore(sheet.sheet or sheet.scan, options.settings, photos=photos, progress=progress, on_step=recorder)
-    if not options.anyway:
+    if not options.allow_distorted:
         check_plausible_page(page.report, len(page.fine.faces))
     if options.to_srgb and options.colours is not None and page.flat.texture is not None:
         page = convert_to_srgb(page, options.colours)
-    page, turn_findings = turned(page, options.turn)
+    page, turn_findings = turned(page, options.rotate)
     seconds = {**source_record.seconds, **page.report["seconds"]}
     words = None
     if "ocr" in options.outputs:

@@ -63,7 +63,7 @@ def superseded_pieces(folder: Path, stem: str, scan: str, input_files: Sequence[
 
     def is_earlier(suffix: object) -> bool:
         content = _read_report(folder / f"{stem}-{suffix}.json")
-        return content.get("scan") == scan and ("piece" in content or "part" in content)
+        return content.get("scan") == scan and ("sheet" in content or "part" in content)
 
     sides = [side for side in ("left", "right") if is_earlier(side)]
     files: list[Path] = []

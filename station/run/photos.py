@@ -70,7 +70,7 @@ def photographed_page(
     findings = page.findings
     if scale.page_mm is not None:
         factor = _factor_to(page.mesh, scale.page_mm)
-        page, findings = page.rescaled(factor, {"from": "page", "page_mm": list(scale.page_mm)}), ()
+        page, findings = page.rescale_page(factor, {"from": "page", "page_mm": list(scale.page_mm)}), ()
     record = SourceRecord(
         {"photographs": [str(path) for path in pictures], "photogrammetry": dict(page.report)},
         {"load": loaded - start, "reconstruct": clock() - loaded},

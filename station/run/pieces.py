@@ -1,4 +1,4 @@
-"""Which of the sheets in a scan a run restores, as `--pieces` says."""
+"""Which of the sheets in a scan a run restores, as `--sheets` says."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from restore import BadInput, Finding, RangeScan, Settings, SurfaceMesh, find_leaves, separate_sheets
 from restore.scan import ScannedSheet
-from station.choices import Layout, Pieces
+from station.choices import Layout, Sheets
 
 # of the size of the page: what is left out may be the other half of the page, or another page as important
 LARGE = 0.5
@@ -35,28 +35,29 @@ class Selected:
     findings: tuple[Finding, ...] = ()
 
 
-def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Pieces) -> list[Selected]:
+def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Sheets) -> list[Selected]:
     """The sheets of a scan that are to be restored, left to right.
 
     Raises BadInput for a range image whose pieces are to be laid out TOGETHER, NotEnoughSurface without any surface.
     """
     is_mesh = isinstance(scan, SurfaceMesh)
-    if pieces == Pieces.TOGETHER and is_mesh:
+    if pieces == Sheets.TOGETHER and is_mesh:
         return [Selected(scan)]
     sheets = separate_sheets(scan)
     if len(sheets) < 2:
         return [Selected(scan, sheet) for sheet in sheets]
-    if pieces == Pieces.TOGETHER:
+    if pieces == Sheets.TOGETHER:
         raise BadInput(
-            f"a range image of {len(sheets)} pieces cannot be laid out in one picture", "use --pieces each or largest"
+            f"a range image of {len(sheets)} pieces cannot be laid out in one picture",
+            "use --sheets separate or largest",
         )
-    if pieces == Pieces.AUTO:
+    if pieces == Sheets.AUTO:
         if is_mesh and not all(sheet.is_rectangular for sheet in sheets):
             return [Selected(scan)]
         if any(sheet.part for sheet in sheets):
             return _leaves(sheets)
-        pieces = Pieces.EACH if is_mesh else Pieces.LARGEST
-    return [_largest(sheets)] if pieces == Pieces.LARGEST else _each(sheets)
+        pieces = Sheets.SEPARATE if is_mesh else Sheets.LARGEST
+    return [_largest(sheets)] if pieces == Sheets.LARGEST else _each(sheets)
 
 
 def select_leaves(scan: RangeScan | SurfaceMesh, layout: Layout, settings: Settings) -> list[Selected]:
@@ -105,6 +106,6 @@ def _left_out(others: list[ScannedSheet], size: float, count: int) -> tuple[Find
 def _each(sheets: list[ScannedSheet]) -> list[Selected]:
     count = len(sheets)
     return [
-        Selected(sheet.scan, sheet, f"-{number}", {"piece": {"number": number, "of": count}})
+        Selected(sheet.scan, sheet, f"-{number}", {"sheet": {"number": number, "of": count}})
         for number, sheet in enumerate(sheets, start=1)
     ]

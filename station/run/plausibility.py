@@ -22,5 +22,5 @@ def check_plausible_page(report: Mapping[str, Any], faces: int) -> None:
         raise NotEnoughSurface(
             f"the surface is no page: laid flat it has {strain:.0%} rms strain (limit {MAX_STRAIN:.0%}) and {inverted} "
             f"of {faces} triangles inverted (limit {MAX_INVERTED:.0%})",
-            "scan a sheet by itself, or cut it out of the mesh; --anyway writes the page all the same",
+            "scan a sheet by itself, or cut it out of the mesh; --allow-distorted writes the page all the same",
         )

@@ -11,8 +11,10 @@ from typing import Any, Literal
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
+from station.session.older import OLDER_FORMAT, current_facts
+
 RECORD = "event.json"
-FORMAT = 1
+FORMAT = 2
 VOLUME = 0  # the page number of events that concern the whole volume
 MAX_RECORD_BYTES = 2**20  # settings, provenance and results of one step: a page or two of text
 
@@ -91,6 +93,18 @@ class Event:
         return hashlib.sha512(self.line).hexdigest()
 
 
+@dataclass(frozen=True)
+class OlderEvent(Event):
+    """An event of an earlier format: its facts have today's names, its line and digest are as they were written."""
+
+    written: bytes = b""
+
+    @property
+    def line(self) -> bytes:
+        """The record as it was written."""
+        return self.written
+
+
 _ADAPTER = TypeAdapter(Event)
 
 
@@ -127,13 +141,15 @@ def decode(line: bytes) -> Event:
     problem = _problem(event)
     if problem:
         raise EventDamaged(problem)
+    if event.format == OLDER_FORMAT:
+        return OlderEvent(**{**vars(event), "facts": current_facts(event.facts)}, written=line)
     return event
 
 
 def _problem(event: Event) -> str:
     """Why an event cannot be; empty when it can."""
-    if event.format != FORMAT:
-        return f"it has the format {event.format}; this program knows {FORMAT}"
+    if event.format not in (OLDER_FORMAT, FORMAT):
+        return f"it has the format {event.format}; this program reads {OLDER_FORMAT} and {FORMAT}"
     if not (0 < event.number <= MAX_NUMBER and VOLUME <= event.page <= MAX_PAGE):
         return "its number or its page is out of range"
     if not SLOT.fullmatch(event.slot):

@@ -190,7 +190,7 @@ def _folder_of(entry: Entry) -> Path:
     beside = sorted(folder.parent.iterdir()) if folder.parent.is_dir() else []
     for other in beside:
         if identifier_of(other) == entry.id:
-            enter = shlex.join(["planish", "session", "open", str(other)])
+            enter = shlex.join(["planish", "session", "recover", str(other)])
             raise BadInput(gone, f"{other} is that session or a copy of it; {enter} enters it there")
     raise BadInput(gone, "find its folder, or mount its disk; where it was moved, planish reindex FOLDER enters it")
 

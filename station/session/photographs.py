@@ -39,7 +39,7 @@ def add_photographs(writer: Writer, paths: Sequence[Path], *, page: int | None =
             sizes = {copy.name: _size(copy) for copy in pictures_in(copies)}
         except BadInput as error:  # which names the copy
             raise BadInput(str(error).replace(f"{copies}/", ""), error.hint) from error
-        return {"provenance": {"device": "photographs", "unit": "mm", "pictures": sizes}}
+        return {"provenance": {"device": "photographs", "unit": "mm", "image_sizes_px": sizes}}
 
     copied = {f"{FOLDER}/{name}": path for name, path in files.items()}
     return add_files(writer, copied, FOLDER, page=page, facts=facts, inspect=provenance)

@@ -21,11 +21,11 @@ def add_scan(writer: Writer, scan: RangeScan, *, page: int | None = None, facts:
     """Store a scan of the scanner as a page's current one, and return its event; it is on the disk by then.
 
     page   None for a new page.
-    facts  further facts of the capture; `source` is where `load_scan` finds it in the event's folder.
+    facts  further facts of the capture; `scan` is where `load_scan` finds it in the event's folder.
     """
     folder = _empty(writer.staging(CAPTURING))
     save_scan(scan, folder / ORIGINAL / SCAN)
-    return _capture(writer, folder, page, {"source": f"{ORIGINAL}/{SCAN}", **facts})
+    return _capture(writer, folder, page, {"scan": f"{ORIGINAL}/{SCAN}", **facts})
 
 
 def add_files(
@@ -53,7 +53,7 @@ def add_files(
         if file_digest(path) != file_digest(target):
             raise BadInput(f"{path} changed while it was copied", "wait until it is complete, then add it again")
     found = inspect(folder / ORIGINAL / source)
-    return _capture(writer, folder, page, {"source": f"{ORIGINAL}/{source}", **facts, **found})
+    return _capture(writer, folder, page, {"scan": f"{ORIGINAL}/{source}", **facts, **found})
 
 
 def record_run(
@@ -69,9 +69,9 @@ def record_run(
 ) -> Event:
     """Record a stage's run on the result of another event, and return its event.
 
-    parameters  all that the run depends on beside its input; a replay uses them.
-    result      JSON values that follow from input and parameters: a replay must find the same.
-    files       a folder of `staging` with the run's files, which a replay must write again to the byte.
+    parameters  all that the run depends on beside its input; `reproduce` uses them.
+    result      JSON values that follow from input and parameters: `reproduce` must find the same.
+    files       a folder of `staging` with the run's files, which `reproduce` must write again to the byte.
     facts       what does not follow from them: seconds, memory.
     others      further events that it read.
     """
@@ -109,7 +109,7 @@ def redo(writer: Writer) -> Event | None:
 
 def scan_path(session: Session, capture: Event) -> Path:
     """The path of a capture's scan, for `load_scan`."""
-    return session.path(capture, str(capture.facts["source"]))
+    return session.path(capture, str(capture.facts["scan"]))
 
 
 def undo_run(writer: Writer, page: int, stage: str) -> Event | None:

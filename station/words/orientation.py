@@ -7,9 +7,9 @@ import shutil
 import tempfile
 from pathlib import Path
 
-from restore import Finding, RestoredPage, turn_page
+from restore import Finding, RestoredPage, rotate_page
 from restore.scan import Bytes
-from station.choices import Turn
+from station.choices import Rotation
 from station.errors import StationError
 from station.images.png import encode_png
 from station.words.words import Which, find_tesseract, run_tesseract, sized_for_reading
@@ -18,13 +18,13 @@ from station.words.words import Which, find_tesseract, run_tesseract, sized_for_
 MIN_MARGIN = 7.0
 
 
-def turned(page: RestoredPage, turn: Turn, which: Which = shutil.which) -> tuple[RestoredPage, tuple[Finding, ...]]:
+def turned(page: RestoredPage, turn: Rotation, which: Which = shutil.which) -> tuple[RestoredPage, tuple[Finding, ...]]:
     """The page turned as asked for, AUTO by its words; and findings.
 
     Raises ProgramMissing for AUTO without Tesseract.
     """
-    degrees = upright_turn(page.image, page.dpi, which=which) if turn == Turn.AUTO else int(turn)
-    return (page, (Finding.of("turn_undecided"),)) if degrees is None else (turn_page(page, degrees), ())
+    degrees = upright_turn(page.image, page.dpi, which=which) if turn == Rotation.AUTO else int(turn)
+    return (page, (Finding.of("turn_undecided"),)) if degrees is None else (rotate_page(page, degrees), ())
 
 
 def upright_turn(image: Bytes, dpi: float, *, which: Which = shutil.which) -> int | None:

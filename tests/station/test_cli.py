@@ -45,7 +45,17 @@ def test_json_is_the_report_and_nothing_else(library, scan_file, tmp_path, capsy
     assert main(["restore", str(scan_file), "-o", str(tmp_path), "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert printed == json.loads((tmp_path / "book.json").read_text())
-    wanted = {"points", "method", "dpi", "steps", "flipped_faces", "area_ratio", "strain", "page_mm", "effective_ppi"}
+    wanted = {
+        "points",
+        "method",
+        "dpi",
+        "iterations",
+        "flipped_faces",
+        "area_ratio",
+        "strain",
+        "page_mm",
+        "resolved_ppi",
+    }
     assert wanted <= printed.keys()
     assert set(printed["strain"]) >= {"rms", "max"}
     assert len(printed["page_mm"]) == 2
@@ -288,8 +298,8 @@ def test_a_photograph_is_never_overwritten(library, scan_file, tmp_path, capsys)
 
 
 def test_a_setting_is_called_by_its_option(library, scan_file, tmp_path, capsys):
-    assert main(["restore", str(scan_file), "-o", str(tmp_path / "out"), "--fill-hidden", "-3"]) == 2
-    assert fault(capsys.readouterr().err)[0].startswith("--fill-hidden: ")
+    assert main(["restore", str(scan_file), "-o", str(tmp_path / "out"), "--inpaint", "-3"]) == 2
+    assert fault(capsys.readouterr().err)[0].startswith("--inpaint: ")
 
 
 @pytest.mark.parametrize("name", ["", " "])

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from restore import BadInput, RangeScan, Seen, load_scan
+from restore import BadInput, CoverageClass, RangeScan, load_scan
 from restore.drawing import rasterise
 from restore.scan import Bytes, Floats
 from station.console.faults import ConsoleFault
@@ -29,7 +29,7 @@ MODEL = FILES["strain"]
 ON_CAPTURE = "original"
 STEPPING = ("sticks", "springs")  # methods whose steps are positions in space
 SHOWN_SHARE = 99.0  # percentile of strain at the end of the scale: a single sliver must not hide the rest
-OPACITY = {Seen.OUTSIDE: 0, Seen.MEASURED: 0, Seen.FILLED: 110}
+OPACITY = {CoverageClass.OUTSIDE: 0, CoverageClass.MEASURED: 0, CoverageClass.INTERPOLATED: 110}
 OPAQUE = 170  # what was not seen as it is
 STRAIN_OPACITY = 190
 
@@ -114,7 +114,7 @@ def read_model(session: Session, event: Event) -> tuple[Mapping[str, NDArray[Any
 def strain_scale(strain: Floats) -> dict[str, Any]:
     """The scale of the strain (n,): its ends, the colours along it, and what the numbers are."""
     return {
-        "unit": "share",
+        "unit": "fraction",
         "stretch": {"min": float(strain.min()), "max": float(strain.max()), "rms": float(np.sqrt((strain**2).mean()))},
         "end": end_of_scale(strain),
         "colours": ["#{:02x}{:02x}{:02x}".format(*colour.astype(int)) for colour in SIGNED],
@@ -129,15 +129,15 @@ def end_of_scale(strain: Floats) -> float:
 def coverage_legend(session: Session, event: Event) -> dict[str, Any]:
     """The kinds of the page's pixels, their colours and their shares of the page."""
     seen = _coverage_codes(stored_file(session, event, FILES["coverage"]))
-    counts = np.bincount(seen.ravel(), minlength=len(Seen))
+    counts = np.bincount(seen.ravel(), minlength=len(CoverageClass))
     total = max(int(counts[1:].sum()), 1)
-    kinds = [kind for kind in Seen if kind != Seen.OUTSIDE]
+    kinds = [kind for kind in CoverageClass if kind != CoverageClass.OUTSIDE]
     return {
         "kinds": [
             {
                 "key": kind.name.lower(),
                 "colour": "#{:02x}{:02x}{:02x}".format(*COLOURS[kind]) if OPACITY.get(kind, OPAQUE) else None,
-                "share": float(counts[kind] / total),
+                "fraction": float(counts[kind] / total),
             }
             for kind in kinds
         ]
@@ -160,8 +160,8 @@ def _picture(path: Path, _session: Session, _event: Event) -> Bytes:
 
 
 def _coverage(path: Path, _session: Session, _event: Event) -> Bytes:
-    table = np.array([(*COLOURS[kind], OPACITY.get(kind, OPAQUE)) for kind in Seen], np.uint8)
-    return np.asarray(table[np.minimum(_coverage_codes(path), len(Seen) - 1)])
+    table = np.array([(*COLOURS[kind], OPACITY.get(kind, OPAQUE)) for kind in CoverageClass], np.uint8)
+    return np.asarray(table[np.minimum(_coverage_codes(path), len(CoverageClass) - 1)])
 
 
 def _coverage_codes(path: Path) -> Bytes:

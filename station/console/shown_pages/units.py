@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 UNITS = {
-    "covered_share": "share",
+    "measured_fraction": "fraction",
     "hole_mm": "mm",
-    "cut_share": "share",
-    "depth_share": "share",
-    "strain_rms": "share",
-    "effective_ppi": "ppi",
+    "cropped_fraction": "fraction",
+    "depth_window_fraction": "fraction",
+    "smooth_strain_rms": "fraction",
+    "sampling_ppi": "ppi",
     "blur_px": "px",
-    "clipped_share": "share",
-    "left_out_fraction": "share",
+    "clipped_fraction": "fraction",
+    "left_out_fraction": "fraction",
     "similarity": "",
 }

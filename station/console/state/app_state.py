@@ -181,7 +181,7 @@ class AppState:
 
     def _close(self) -> None:
         if self.open_session is not None:
-            if not self.open_session.is_read_only and self.scanner.as_json()["busy"] == "shoot":
+            if not self.open_session.is_read_only and self.scanner.as_json()["busy"] == "capture":
                 raise ConsoleFault("session_open", "a page is being shot", "wait until it is stored")
             opened, self.open_session = self.open_session, None
             opened.close()
@@ -203,7 +203,7 @@ class AppState:
                 raise ConsoleFault("no_page", "there is no page yet", "shoot the first one")
             opened.row(page)
         if action in SHOTS:
-            self.scanner.reserve("shoot")
+            self.scanner.reserve("capture")
 
         def task() -> None:
             assert opened.loop is not None
@@ -229,7 +229,7 @@ class AppState:
     def all_settings(self) -> dict[str, Any]:
         """The settings as they stand beside those of the preset."""
         session = None if self.open_session is None else self.open_session.session
-        base = None if session is None else Preset.model_validate(session.volume.settings)
+        base = None if session is None else Preset.model_validate(session.volume.preset_values)
         return {"groups": settings.groups(self.scanner.configured, base, self._changes())}
 
     def change(self, values: Mapping[str, Any]) -> dict[str, Any]:
@@ -237,7 +237,7 @@ class AppState:
         if self.scanner.as_json()["busy"] is not None:
             raise ConsoleFault("busy", "the scanner is shooting", "change settings when it has ended")
         opened = None if self.open_session is None else self.writable()
-        base = None if opened is None else Preset.model_validate(opened.session.volume.settings)
+        base = None if opened is None else Preset.model_validate(opened.session.volume.preset_values)
         changes = settings.changed(self._changes(), values, self.scanner.configured, base)
         if opened is None:
             self._unrecorded = changes

@@ -16,7 +16,7 @@ from restore import RangeScan
 from station.config import StationConfig
 from station.console.faults import ConsoleFault, problem_of
 
-Busy = Literal["shoot", "preview", "connect"]
+Busy = Literal["capture", "preview", "connect"]
 Laser = Literal["off", "on", "unknown"]
 Open = Callable[[Any], Scanner]
 
@@ -118,7 +118,7 @@ class ScannerOwner:
         with self._lock:
             shown = replace(self._shown)
         config, settings = self.config, self.settings
-        stage = config.stage if config is not None else None
+        stage = config.turntable if config is not None else None
         return {
             "configured": config is not None,
             "connected": shown.connected,

@@ -54,7 +54,7 @@ def create(root: Path, name: str, *, preset: str, station: str, words: bool = Fa
     if words:
         check_language(find_tesseract(), settings["language"])
         settings["outputs"] = sorted({*settings["outputs"], WORDS})
-    create_session(root / name, Volume(preset=preset, station=station, settings=settings, **about))
+    create_session(root / name, Volume(preset=preset, station=station, preset_values=settings, **about))
     return root / name
 
 

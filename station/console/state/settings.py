@@ -34,7 +34,7 @@ CAPTURE_FIELDS: Mapping[str, tuple[str, str, float | None, float | None, list[st
     "average": ("integer", "", 1, MAX_AVERAGE, None, False, "shots that are averaged"),
     "multi_depth": ("flag", "", None, None, None, False, "further shots where the page exceeds the depth window"),
 }
-RESTORE_UNITS = {"dpi": "dpi", "fill_hidden_mm": "mm"}
+RESTORE_UNITS = {"dpi": "dpi", "inpaint_mm": "mm"}
 
 
 def changes_of(session: Session | None) -> Changes:

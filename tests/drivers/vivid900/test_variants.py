@@ -47,7 +47,7 @@ def test_the_scan_is_the_same_to_the_byte(path, make_stand, truth) -> None:
     assert scan.texture.tobytes() == truth.texture.tobytes()
     assert not np.array_equal(again.texture, truth.texture)  # of its own shot
     assert stand.device.is_parked
-    assert scan.provenance["assurance"] == load_profile(path).assurance
+    assert scan.provenance["integrity"] == load_profile(path).integrity
 
 
 @pytest.mark.parametrize("path", VARIANTS, ids=lambda path: path.stem)

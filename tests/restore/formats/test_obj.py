@@ -297,6 +297,7 @@ GREEDY = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", GREEDY)
 def test_memory_is_bounded_by_the_size_of_the_file(name, tmp_path):
     line, size = GREEDY[name]

@@ -214,12 +214,12 @@ def test_an_array_of_negative_sides_is_refused(shot, tmp_path):
 @pytest.mark.parametrize(
     "provenance",
     [
-        {"super": 5},
-        {"super": {"factor": "many"}},
-        {"super": {"factor": 10**9}},
-        {"turn": [1]},
-        {"turn": {"deg": 30, "axis": {"point_mm": [0, 0], "direction": [0, 1, 0]}}},
-        {"turn": {"deg": 30, "axis": {"point_mm": [0, 0, 0], "direction": [0, 0, 0]}}},
+        {"super_resolution": 5},
+        {"super_resolution": {"factor": "many"}},
+        {"super_resolution": {"factor": 10**9}},
+        {"turntable": [1]},
+        {"turntable": {"deg": 30, "axis": {"point_mm": [0, 0], "direction": [0, 1, 0]}}},
+        {"turntable": {"deg": 30, "axis": {"point_mm": [0, 0, 0], "direction": [0, 0, 0]}}},
     ],
 )
 def test_provenance_that_is_read_is_checked(shot, tmp_path, provenance):

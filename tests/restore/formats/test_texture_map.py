@@ -78,4 +78,4 @@ def test_one_chart_is_said_to_be_mirrored_by_its_map_and_not_by_its_bow(rng, bow
 
 @pytest.mark.parametrize("bow", [-1.0, 1.0])
 def test_no_camera_is_imagined_behind_a_chart_that_hides_the_page(rng, bow):
-    assert restore(chart(rng, bow), Settings(dpi=50)).report["coverage"]["hidden"] == 0.0
+    assert restore(chart(rng, bow), Settings(dpi=50)).report["coverage"]["occluded"] == 0.0

@@ -7,7 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from restore import BadInput, NotEnoughSurface, Seen, Settings, find_layout, find_leaves, restore, restore_leaves
+from restore import (
+    BadInput,
+    CoverageClass,
+    NotEnoughSurface,
+    Settings,
+    find_layout,
+    find_leaves,
+    restore,
+    restore_leaves,
+)
 from restore.layout.find import inspect
 from restore.layout.flattened import FlattenedSheet
 from restore.layout.split import OVERLAP_MM, split_at_crease
@@ -66,7 +75,7 @@ def test_leaves_are_restored_each_as_a_sheet(opened):
         assert page.report["leaf_mm"] == pytest.approx((width, PAGE_MM[1]), abs=WIDTH_ERROR_MM)
         assert page.report["page_mm"][0] == pytest.approx(width + OVERLAP_MM, abs=WIDTH_ERROR_MM)
         assert (page.report["part"], page.report["layout"]["advice"]) == (part, "split")
-        facing = (page.coverage == Seen.FACING).mean(axis=0) > 0.5
+        facing = (page.coverage == CoverageClass.FACING).mean(axis=0) > 0.5
         assert facing[-1 if part == "left" else 0] and not facing[0 if part == "left" else -1]
 
 

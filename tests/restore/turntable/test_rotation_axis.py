@@ -90,6 +90,7 @@ def test_one_shared_marker_is_rejected() -> None:
         axis_of_corners([first, {0: second[0]}], [0.0, 90.0])
 
 
+@pytest.mark.slow
 def test_the_axis_of_a_simulated_turntable_is_recovered(board) -> None:
     found = board_corners(board.scans[0])
     off = np.concatenate([found[m] - board.truths[0].surface(board.truths[0].markers[m]) for m in found])

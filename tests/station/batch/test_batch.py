@@ -69,8 +69,13 @@ def test_options_are_checked_before_anything_else(scans, tmp_path, capsys) -> No
     out = str(tmp_path / "out")
     assert main(["batch", str(scans), "-o", out, "--dpi", "1"]) == 2
     assert main(["batch", str(tmp_path / "nothing"), "-o", out]) == 2
-    assert main(["batch", str(scans), "-o", out, "--workers", "2", "--scheduler", "tcp://127.0.0.1:1"]) == 2
-    for option in ("--page-limit", "inf"), ("--page-limit", "nan"), ("--memory", "1"), ("--memory", "9" * 20):
+    assert main(["batch", str(scans), "-o", out, "--jobs", "2", "--scheduler", "tcp://127.0.0.1:1"]) == 2
+    for option in (
+        ("--page-timeout", "inf"),
+        ("--page-timeout", "nan"),
+        ("--memory-limit", "1"),
+        ("--memory-limit", "9" * 20),
+    ):
         assert main(["batch", str(scans), "-o", out, *option]) == 2
     assert not (tmp_path / "out").exists()
 
@@ -128,4 +133,4 @@ def reports(out: Path) -> dict[Path, bytes]:
 def test_a_report_names_its_scan(scans, tmp_path) -> None:
     folders(scans, tmp_path / "out", [])
     report = json.loads((tmp_path / "out/sub/c/c.json").read_text())
-    assert report["arrival"]["source"] == "sub/c.ply"
+    assert report["arrival"]["scan"] == "sub/c.ply"

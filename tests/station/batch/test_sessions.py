@@ -31,7 +31,7 @@ from tests.station.conftest import fault
 def session(tmp_path):
     """A session of three small scans and one that is damaged."""
     preset = Preset(settings={"points": 100, "dpi": 40}).model_dump(mode="json", exclude_none=True)
-    create_session(tmp_path / "book", Volume(title="A book", settings=preset))
+    create_session(tmp_path / "book", Volume(title="A book", preset_values=preset))
     with open_session(tmp_path / "book") as writer:
         for seed in range(3):
             add_original(writer, small_scan(tmp_path / f"scans/{seed}.ply", seed))

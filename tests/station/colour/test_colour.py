@@ -117,6 +117,7 @@ def odd_camera(codes, seed, *, fall_off=0.0, falls=0.0):
     return np.interp(light, linear_light(np.arange(256.0), 2.2), np.arange(256.0)).round()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("fall_off", "falls"), [(0.0, 0.0), (0.15, 1.0), (0.55, 2.5)])
 def test_light_that_falls_off_over_the_chart_is_seen_and_taken_out(printed, fall_off, falls):
     chart = find_chart(printed)

@@ -1,4 +1,4 @@
-"""`planish session`, `verify`, `repair`, `replay` and `reindex` as they are typed."""
+"""`planish session`, `verify`, `repair`, `reproduce` and `reindex` as they are typed."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def test_a_folder_that_is_not_there_empties_no_index(place, capsys):
 
 def test_a_session_that_was_moved_is_entered_by_opening_it(place, capsys):
     shutil.move(place / "book", place / "elsewhere")
-    assert main(["session", "open", "elsewhere"]) == 0
+    assert main(["session", "recover", "elsewhere"]) == 0
     capsys.readouterr()
     assert main(["session", "list", "--json"]) == 0
     (entry,) = json.loads(capsys.readouterr().out)
@@ -97,7 +97,7 @@ def test_a_session_that_is_gone_is_told_and_listed_so(place, capsys):
     capsys.readouterr()
     for words in (["session", "show"], ["verify"], ["export", "--to", "tiff", "-o", "out"]):
         assert main([*words, "Missale"]) == 3
-        assert f"planish session open {place / 'elsewhere'}" in capsys.readouterr().err
+        assert f"planish session recover {place / 'elsewhere'}" in capsys.readouterr().err
     assert main(["session", "list"]) == 0
     assert capsys.readouterr().out.endswith(f"{place / 'book'}  (gone)\n")
     assert main(["reindex"]) == 0
@@ -129,7 +129,7 @@ def test_damage_that_only_a_copy_can_mend(place, capsys):
 
 
 def test_a_session_without_runs_replays(place, capsys):
-    assert main(["replay", "book"]) == 0
+    assert main(["reproduce", "book"]) == 0
     assert capsys.readouterr().out.splitlines()[-1] == "0 runs, all equal"
 
 
@@ -180,7 +180,7 @@ def test_a_scan_below_a_path_that_is_not_utf8_is_added(place, capsys):
 def test_the_next_command_is_told_as_it_is_typed(place, capsys):
     capsys.readouterr()
     assert main(["session", "new", "a book"]) == 0
-    assert capsys.readouterr().out.splitlines()[-1] == "shoot its pages with: planish shoot 'a book'"
+    assert capsys.readouterr().out.splitlines()[-1] == "capture its pages with: planish capture 'a book'"
 
 
 def test_a_second_writer_is_told_who_holds_the_session(place, capsys):
@@ -192,7 +192,7 @@ def test_a_second_writer_is_told_who_holds_the_session(place, capsys):
 
 def test_a_path_that_is_not_utf8_hinders_no_step(place, capsys):
     name = os.fsdecode(b"M\xfcller")
-    for words in (["new", name], ["add", name, "a.scan"], ["set", name, "1", "--label", "x"], ["open", name]):
+    for words in (["new", name], ["add", name, "a.scan"], ["set", name, "1", "--label", "x"], ["recover", name]):
         assert main(["session", *words]) == 0
         assert "the index was not updated: the path" in capsys.readouterr().err
     session = read_session(place / name)

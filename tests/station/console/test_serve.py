@@ -41,10 +41,10 @@ def test_the_link_opens_the_console_and_a_signal_ends_it(root):
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        (["--listen", "192.0.2.1"], "others can read along"),
-        (["--listen", "0.0.0.0", "--cert", "a", "--key", "b"], "every address"),
-        (["--listen", "192.0.2.1", "--cert", "a"], "--cert and --key go together"),
-        (["--kiosk"], "--kiosk shows the link to other devices"),
+        (["--host", "192.0.2.1"], "others can read along"),
+        (["--host", "0.0.0.0", "--cert", "a", "--key", "b"], "every address"),
+        (["--host", "192.0.2.1", "--cert", "a"], "--cert and --key go together"),
+        (["--qr"], "--qr shows the link to other devices"),
         (["--config", "gone.toml"], "there is no configuration 'gone.toml'"),
     ],
 )

@@ -154,7 +154,7 @@ def test_a_session_that_was_renamed_is_found_beside_its_old_place(volume, tmp_pa
     for name in ("A volume", "an-id", str(volume)):
         with pytest.raises(BadInput, match="'A volume' is no longer in") as caught:
             find(index, name)
-        assert f"planish session open '{tmp_path / 'new name'}'" in caught.value.hint
+        assert f"planish session recover '{tmp_path / 'new name'}'" in caught.value.hint
 
 
 def test_a_session_that_is_elsewhere_is_not_taken_for_the_one_in_its_place(volume, tmp_path):

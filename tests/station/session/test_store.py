@@ -68,7 +68,7 @@ def test_a_session_is_read_as_it_was_written(volume, tiny_scan):
     session = read_session(volume)
     assert (session.identifier, session.volume.title, session.volume.project) == ("an-id", "A volume", "tests")
     (page,) = session.history.pages()
-    assert page.capture.facts == {"source": "original/scan", "by": "a test"}
+    assert page.capture.facts == {"scan": "original/scan", "by": "a test"}
     loaded = load_scan(scan_path(session, page.capture))
     assert np.array_equal(loaded.points, tiny_scan.points)
     run = page.runs["restore"]

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from PIL import Image, ImageDraw, ImageFont
 
-from station.choices import Turn
+from station.choices import Rotation
 from station.words.orientation import turned, upright_turn
 from station.words.words import ProgramMissing
 
@@ -42,7 +42,7 @@ def test_the_words_tell_which_way_up_a_page_is(printed, degrees):
 @needs_tesseract
 def test_a_page_of_words_is_turned_upright(page, printed):
     lying = replace(page, image=np.ascontiguousarray(np.rot90(printed)), dpi=DPI)
-    upright, findings = turned(lying, Turn.AUTO)
+    upright, findings = turned(lying, Rotation.AUTO)
     np.testing.assert_array_equal(upright.image, printed)
     assert findings == ()
 
@@ -50,17 +50,17 @@ def test_a_page_of_words_is_turned_upright(page, printed):
 @needs_tesseract
 def test_without_words_the_page_stays_with_a_finding(page):
     blank = replace(page, image=np.full((300, 200, 3), 250, np.uint8))
-    same, findings = turned(blank, Turn.AUTO)
+    same, findings = turned(blank, Rotation.AUTO)
     assert same is blank
     assert [one.code for one in findings] == ["turn_undecided"]
 
 
 def test_a_given_turn_needs_no_words(page):
-    quarter, findings = turned(page, Turn.QUARTER, which=lambda _: None)
+    quarter, findings = turned(page, Rotation.QUARTER, which=lambda _: None)
     np.testing.assert_array_equal(quarter.image, np.rot90(page.image, -1))
     assert findings == ()
 
 
 def test_auto_without_tesseract_is_refused(page):
     with pytest.raises(ProgramMissing):
-        turned(page, Turn.AUTO, which=lambda _: None)
+        turned(page, Rotation.AUTO, which=lambda _: None)

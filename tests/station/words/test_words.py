@@ -232,7 +232,7 @@ def test_a_tesseract_that_fails_is_told_of(tmp_path, image):
 @needs_tesseract
 def test_ocr_reads_a_folder_of_results(result, truth, capsys):
     (result / "print.text").write_text(truth)
-    assert main(["ocr", str(result), "-o", str(result / "read"), "--truth", str(result / "print.text")]) == 0
+    assert main(["ocr", str(result), "-o", str(result / "read"), "--ground-truth", str(result / "print.text")]) == 0
     assert {path.name for path in (result / "read").iterdir()} == {"leaf" + ending for ending in ENDINGS}
     out = capsys.readouterr().out
     assert "words      100.0% right" in out
@@ -256,7 +256,7 @@ def test_ocr_never_overwrites_the_transcript(result, truth, capsys, link):
     transcript.write_text(truth)
     if link is not None:
         link(result / "leaf.txt", transcript)
-    assert main(["ocr", str(result / "leaf.png"), "--truth", str(transcript), "--force"]) == 2
+    assert main(["ocr", str(result / "leaf.png"), "--ground-truth", str(transcript), "--force"]) == 2
     assert f"{result / 'leaf.txt'} is the original, which is never overwritten" in capsys.readouterr().err
     assert transcript.read_text() == truth
     assert not (result / "leaf.pdf").exists()

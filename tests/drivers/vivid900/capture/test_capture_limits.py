@@ -116,15 +116,15 @@ def test_damage_without_checksums_is_found_by_reading_twice(bare_rig: FaultRig) 
 def test_the_assurance_is_in_the_provenance(make_stand, large_chunks) -> None:
     bare = without_checksums(large_chunks)
     once = bare.model_copy(update={"reads_once": True})
-    for profile, assurance in ((large_chunks, "checksummed"), (bare, "doubled"), (once, "single")):
+    for profile, integrity in ((large_chunks, "checksum"), (bare, "read_twice"), (once, "read_once")):
         stand = make_stand(profile=profile)
         with stand.camera() as camera:
             reads = len(list(stand.device.log.named("command")))
             scan = camera.capture(SET)
-        assert scan.provenance["assurance"] == assurance
+        assert scan.provenance["integrity"] == integrity
         assert scan.measured.all()
         images = [event.detail for event in stand.device.log.named("command")][reads:]
-        assert images.count("read_pitch") == (2 if assurance == "doubled" else 1)
+        assert images.count("read_pitch") == (2 if integrity == "read_twice" else 1)
 
 
 def test_a_block_that_never_repeats_is_refused(make_stand, large_chunks) -> None:

@@ -43,7 +43,7 @@ def test_tasks_are_done_between_keys_and_closing_waits_for_them(root):
         root / "missale", lambda: curl_scan(), listener(lines, ended), restorations=StandInRestorer()
     )
     writable.start()
-    writable.do(lambda: writable.loop.press("shoot"))
+    writable.do(lambda: writable.loop.press("capture"))
     wait_for(lambda: [row["level"] for row in writable.rows()] == ["green"])
     assert (writable.page, writable.restoring, writable.recovery) == (1, [], None)
     assert writable.page_sizes() > [0]
@@ -62,6 +62,6 @@ def test_a_fault_in_the_shift_ends_it_and_is_told(root):
 
     writable = WritableSession(root / "missale", no_disk, listener(ended=ended), restorations=StandInRestorer())
     writable.start()
-    writable.do(lambda: writable.loop.press("shoot"))
+    writable.do(lambda: writable.loop.press("capture"))
     assert writable.join(10)
     assert isinstance(ended[0], OSError)
