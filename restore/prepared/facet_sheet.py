@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from restore.findings import Finding
-from restore.flattening.methods import OnStep, flatten_points
+from restore.flattening.methods import OnStep, flatten_with_lengths
 from restore.mesh.decimate import decimate
 from restore.mesh.topology import Topology
 from restore.mesh.triangulate import lattice
@@ -109,7 +109,7 @@ def unroll(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnStep | Non
         distance = depth_distance(sheet, nodes, mesh.faces)
     with clock("flatten"):
         lengths = sheet.lengths(nodes, Topology(mesh.faces).edges)
-        coarse = flatten_points(mesh, settings.method, lengths=lengths, on_step=on_step)
+        coarse = flatten_with_lengths(mesh, lengths, settings.method, on_step=on_step)
     with clock("refine"):
         fine, fine_nodes = refine(sheet, coarse, nodes)
         fine = square_to_picture(fine)

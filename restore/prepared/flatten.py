@@ -10,7 +10,7 @@ import numpy as np
 from restore.flattening.isometric.page import least_absolute_page
 from restore.flattening.isometric.repair import uninverted
 from restore.flattening.layout import arrange_pieces
-from restore.flattening.methods import DEFAULT, METHODS, OnStep, flatten_points
+from restore.flattening.methods import DEFAULT, METHODS, OnStep, flatten_points, flatten_with_lengths
 from restore.flattening.ordered_grid import flatten_grid, points_on_grid, typical_links
 from restore.flattening.solution import Solution
 from restore.mesh.clean import select
@@ -66,8 +66,10 @@ def flatten(
             mesh.vertices, mesh.faces, mesh.texcoords, mesh.texture, mesh.provenance, findings=mesh.findings
         )
         return _in_order(flatten(unordered, method, lengths=lengths, on_step=on_step), mesh)
-    if lengths is not None or method not in METHODS or len(mesh.vertices) < MIN_VERTICES:
-        return flatten_points(mesh, method, lengths=lengths, on_step=on_step)
+    if lengths is not None:
+        return flatten_with_lengths(mesh, lengths, method, on_step=on_step)
+    if method not in METHODS or len(mesh.vertices) < MIN_VERTICES:
+        return flatten_points(mesh, method, on_step=on_step)
     mesh = validated(mesh)
     network = make_network(mesh.vertices, mesh.topology)
     parts = list(pieces(network))

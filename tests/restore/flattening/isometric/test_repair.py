@@ -38,14 +38,14 @@ def unknotted(page, flat):
 def test_a_knot_inside_the_page_comes_undone(warped):
     page = warped(count=400)
     inner = np.argmin(np.linalg.norm(page.flat, axis=1))
-    knotd = page.flat.copy()
-    knotd[inner] += [40.0, 25.0]  # over its neighbours and theirs
-    assert flipped_faces(knotd, page.mesh.faces) > 0
-    flat = repaired(page, knotd)
+    knotted = page.flat.copy()
+    knotted[inner] += [40.0, 25.0]  # over its neighbours and theirs
+    assert flipped_faces(knotted, page.mesh.faces) > 0
+    flat = repaired(page, knotted)
     assert flipped_faces(flat, page.mesh.faces) == 0
-    assert flipped_faces(unknotted(page, knotd), page.mesh.faces) == 0
+    assert flipped_faces(unknotted(page, knotted), page.mesh.faces) == 0
     far = np.linalg.norm(page.flat, axis=1) > 100.0
-    np.testing.assert_array_equal(flat[far], knotd[far])
+    np.testing.assert_array_equal(flat[far], knotted[far])
 
 
 def test_a_page_without_a_knot_stays_as_it_is(warped):
@@ -53,13 +53,13 @@ def test_a_page_without_a_knot_stays_as_it_is(warped):
     np.testing.assert_array_equal(repaired(page, page.flat), page.flat)
 
 
-def test_a_page_that_was_knotd_is_hardly_stretched(warped):
+def test_a_page_that_was_knotted_is_hardly_stretched(warped):
     page = warped(count=400)
     edges = Topology(page.mesh.faces).edges
     middle = int(np.argmin(np.linalg.norm(page.flat, axis=1)))
-    knotd = page.flat.copy()
-    knotd[middle] += KNOT_MM
-    flat = unknotted(page, knotd)
+    knotted = page.flat.copy()
+    knotted[middle] += KNOT_MM
+    flat = unknotted(page, knotted)
     assert np.abs(edge_strain(flat, edges, page.lengths)).max() < EASED
 
 
@@ -128,8 +128,8 @@ def test_a_few_wrong_lengths_hardly_move_a_page_of_least_absolute_strain(warped)
 
 def test_compiled_and_plain_python_agree(warped, plain):
     page = warped(count=60)
-    knotd = page.flat.copy()
-    knotd[int(np.argmin(np.linalg.norm(page.flat, axis=1)))] += 2 * KNOT_MM
-    compiled = repaired(page, knotd)
+    knotted = page.flat.copy()
+    knotted[int(np.argmin(np.linalg.norm(page.flat, axis=1)))] += 2 * KNOT_MM
+    compiled = repaired(page, knotted)
     assert "_open" in plain(import_module("restore.flattening.isometric.repair"))
-    np.testing.assert_allclose(compiled, repaired(page, knotd), atol=PARITY)
+    np.testing.assert_allclose(compiled, repaired(page, knotted), atol=PARITY)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from restore.flattening.isometric.two_lengths import with_surface_lengths
-from restore.flattening.methods import flatten_points
+from restore.flattening.methods import flatten_with_lengths
 from restore.mesh.measures import straight_lengths
 from restore.mesh.validate import validated
 
@@ -17,7 +17,7 @@ def straight(warped):
     """A warped page with its mesh, and the page that follows its straight lengths."""
     page = warped("curl", count=400)
     mesh = validated(page.mesh)
-    return page, mesh, flatten_points(mesh, lengths=straight_lengths(mesh.vertices, mesh.topology.edges))
+    return page, mesh, flatten_with_lengths(mesh, straight_lengths(mesh.vertices, mesh.topology.edges))
 
 
 def test_lengths_that_agree_are_followed(straight):
