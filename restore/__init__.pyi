@@ -6,6 +6,7 @@ from .errors import (
 )
 from .findings import Finding as Finding
 from .formats import load_scan as load_scan, save_scan as save_scan
+from .mirror import mirror_page as mirror_page
 from .page import FlatMesh as FlatMesh, RestoredPage as RestoredPage
 from .phones.load import load_capture as load_capture
 from .photo import Photograph as Photograph, read_photographs as read_photographs

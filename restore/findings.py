@@ -91,6 +91,12 @@ CODES: Mapping[str, Code] = {
         "faces and are removed. Check whether they are noise or leaves of a book",
         "surface",
     ),
+    "page_below": Code(
+        "warning",
+        "a strip, {share:.1%} of the surface, is {step_mm:.1f} mm lower than the page, behind a step. It is classified "
+        "as the page below and removed",
+        "surface",
+    ),
     "edges_unclear": Code(
         "doubt",
         "{count} edges have more than two faces, and the page among them is not clear. Check the page next to them",
@@ -111,8 +117,8 @@ CODES: Mapping[str, Code] = {
     ),
     "mirrored": Code(
         "warning",
-        "image and surface are mirror images of each other: the page reads as the image does. If that is "
-        "wrong, mirror the image, or flip v of the texture coordinates, and export again",
+        "image and surface are mirror images of each other: the page reads as the image does. If that is wrong, "
+        "mirror the page with --mirror",
     ),
     "coarse_mesh": Code(
         "doubt",
@@ -172,9 +178,14 @@ CODES: Mapping[str, Code] = {
     ),
     "filled": Code(
         "warning",
-        "an area of the page {across_mm:.0f} mm across has no range data, and its shape is interpolated. "
-        "Unless it is a hole, raise the laser power for dark ink, or turn glossy paper out of the light, and "
-        "scan again",
+        "an area of the page {across_mm:.0f} mm across has no range data, and its shape is interpolated. Unless it is "
+        "a hole, raise the laser power for dark ink, or turn glossy paper out of the light, and scan again; or take "
+        "more photographs of it",
+    ),
+    "gap": Code(
+        "warning",
+        "the surface has a hole {across_mm:.0f} mm across, and the page is white there. Unless the paper has it, "
+        "scan or photograph it again, or fill the hole in a mesh editor and texture it",
     ),
     "no_colour": Code("note", "the scan has no colour image: the page shows the relief of its surface"),
     "pieces": Code("note", "the surface is in {count} pieces, packed next to each other in one image"),
@@ -283,6 +294,12 @@ CODES: Mapping[str, Code] = {
         "warning",
         "the text does not show which side of the page is up: it stays as the scanner saw it. Rotate it with "
         "--rotate 90|180|270",
+    ),
+    "words_mirrored": Code("warning", "its words are read in a mirror only: the page was mirrored"),
+    "words_doubtful": Code(
+        "warning",
+        "the words have a mean confidence of {confidence:.0f} of 100, less than {least:.0f}. Check the rotation of the "
+        "page, whether it is mirrored, and the language",
     ),
     RECORDED: Code("warning", "{text}"),
 }

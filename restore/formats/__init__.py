@@ -24,7 +24,7 @@ from restore.formats.source import is_file, is_folder, read_bytes, scan_stem
 from restore.formats.stl import read_stl
 from restore.formats.texture_map import with_oriented_map
 from restore.formats.tifxyz import is_tifxyz, read_tifxyz
-from restore.formats.unit import AUTO, check_unit, in_millimetres
+from restore.formats.unit import AUTO, check_unit, in_millimetres, rescale_mesh
 from restore.formats.vcps import read_vcps
 from restore.formats.vertex_colours import with_picture
 from restore.formats.vrml import read_vrml, write_vrml
@@ -46,6 +46,7 @@ __all__ = [
     "read_bytes",
     "read_image",
     "referenced_files",
+    "rescale_mesh",
     "save_scan",
     "scan_stem",
 ]

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from restore.errors import BadInput
 from restore.findings import Finding
 from restore.formats.picture import adjacent_picture
-from restore.formats.source import DAMAGED, MAX_SAMPLES, ONE_SHOT
+from restore.formats.source import DAMAGED, MAX_SAMPLES, NO_FACES, ONE_SHOT
 from restore.formats.tiles import in_first_tile
 from restore.mesh.adjacency import used_vertices
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
@@ -69,7 +69,7 @@ def checked_mesh(
         corners = corners[~collapsed]
     used = used_vertices(corners, len(points))
     if not used.any():
-        raise BadInput(f"{path} holds no surface: it has no triangle", "export the scan with its faces")
+        raise BadInput(f"{path} holds no surface: it has no triangle", NO_FACES)
     if not used.all():
         corners = (np.cumsum(used) - 1)[corners]
         points, uv, colours = points[used], None if uv is None else uv[used], None if colours is None else colours[used]

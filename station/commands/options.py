@@ -232,6 +232,11 @@ class Reading:
     """How a scan file is read, and which of its sheets become pages."""
 
     unit: Unit = "auto"
+    scale: Annotated[
+        str | None,
+        typer.Option(metavar="WxH", help="Size of a mesh's page in mm, either way round; it replaces the unit."),
+    ] = None
+    mirror: Annotated[bool, typer.Option("--mirror", help="Mirror the page: its file is a mirror image.")] = False
     sheets: Annotated[
         Sheets,
         typer.Option(

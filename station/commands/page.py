@@ -113,11 +113,12 @@ def restore(
         from station.run.destination import Destination
         from station.run.one_page import restore_file
 
-        read = {"unit": reading.unit, "sheets": reading.sheets}
         outcome = restore_file(
             scan,
             Destination(output, run.force),
-            run_options("restore", kinds, chosen, **read, rotate=run.rotate, allow_distorted=run.allow_distorted),
+            run_options(
+                "restore", kinds, chosen, **vars(reading), rotate=run.rotate, allow_distorted=run.allow_distorted
+            ),
             texture=pictures.texture,
             photos=pictures.photo,
             shots=pictures.extra_scan,

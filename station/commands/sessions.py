@@ -138,7 +138,7 @@ def add(
     """
     with report_faults(debug=debug), _writing(index, session) as writer:
         from station.errors import UsageError
-        from station.session.adding import add_original, gather
+        from station.session.adding import add_original, add_originals
         from station.session.photographs import add_photographs
 
         if photos:
@@ -147,10 +147,11 @@ def add(
             return
         if page is not None and len(files) > 1:
             raise UsageError("several files cannot be one page", "give one file with --page")
-        for path in files:  # all are added, or none
-            gather(path)
-        for path in files:
-            event = add_original(writer, path, page=page, unit=unit)
+        if page is not None:
+            events = [add_original(writer, files[0], page=page, unit=unit)]
+        else:
+            events = add_originals(writer, files, unit=unit)
+        for event, path in zip(events, files, strict=True):
             print_result(f"page {event.page}: {path}")
 
 

@@ -20,9 +20,10 @@ class RunOptions:
     colours   ICC profile of the colour image, as `planish colour` writes it; None for sRGB.
     to_srgb   convert the page from that profile to sRGB; the master keeps codes and profile.
     unit      of a mesh's coordinates, as for `load_scan`; range images have their own.
-    scale     of photographs, as `planish photos` has it; None for a scan.
+    scale     of photographs, as `planish photos` has it, or the size of the page of a mesh; None for that of the scan.
     sheets    what becomes of several sheets in one scan.
-    rotate    right angles by which the page is turned.
+    mirror    mirror the page from left to right, before it is turned.
+    rotate      right angles by which the page is turned.
     allow_distorted    write a page whose surface is no page's, too.
     """
 
@@ -34,6 +35,7 @@ class RunOptions:
     unit: str = AUTO
     scale: str | None = None
     sheets: Sheets = Sheets.AUTO
+    mirror: bool = False
     rotate: Rotation = Rotation.NONE
     allow_distorted: bool = False
 

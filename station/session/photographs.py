@@ -9,7 +9,7 @@ from typing import Any
 
 from restore import BadInput, Photograph, read_photographs
 from restore.files import VIDEO_SUFFIXES
-from station.run.photos import Scale
+from station.run.scale import Scale
 from station.session.events import Event
 from station.session.steps import add_files
 from station.session.store import Writer

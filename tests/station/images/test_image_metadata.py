@@ -104,7 +104,7 @@ def test_the_pdf_shows_its_picture_in_the_colours_of_its_profile(page):
     with pikepdf.new() as pdf:
         pdf.add_blank_page(page_size=(100, 100))
         pdf.save(layer)
-    words = Words("", b"", b"", (), layer.getvalue(), "en")
+    words = Words("", b"", b"", (), layer.getvalue(), "en", 96.0)
     made = encode_pdf(page.image, 150.0, words, title="page", profile=OTHER)
     with pikepdf.open(io.BytesIO(made)) as pdf:
         assert pdf.pages[0].Resources.XObject.Page.ColorSpace[1].read_bytes() == OTHER
