@@ -33,7 +33,7 @@ def summary(report: Report, files: Iterable[Path]) -> str:
         *(("white", text) for text in _white(report.get("white_balance", {}))),
         ("source", _resolution(report)),
         *(("samples", text) for key, text in INTEGRITY.items() if report.get("source", {}).get("integrity") == key),
-        ("flattened", f"{report['points']} points by {report['method']} in {report['iterations']} steps"),
+        ("flattened", f"{report['points']} points by {report['method']} in {report['iterations']} iterations"),
         ("strain", _strain(**report["strain"])),
         ("area", f"ratio {report['area_ratio']:.4f}, {report['flipped_faces']} flipped faces"),
         ("seconds", ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in report["seconds"].items())),

@@ -44,8 +44,8 @@ def test_a_picture_is_of_bytes_in_three_colours(scan, mesh, texture):
 @pytest.mark.parametrize(
     "change, message",
     [
-        (lambda scan: {"points": scan.points[0]}, "no range grid"),
-        (lambda scan: {"points": scan.points.astype(int)}, "no range grid"),
+        (lambda scan: {"points": scan.points[0]}, "not a range grid"),
+        (lambda scan: {"points": scan.points.astype(int)}, "not a range grid"),
         (lambda scan: {"texture_xy": scan.texture_xy[1:]}, "does not fit"),
         (lambda scan: {"texture_xy": scan.texture_xy + 1e6}, "lies in its colour image"),
         (lambda scan: {"texture_xy": scan.texture_xy * np.nan}, "lies in its colour image"),

@@ -70,7 +70,7 @@ def test_names_are_sorted_as_people_number_them(tmp_path):
 def test_a_missing_picture_is_told_before_any_is_read(folder):
     (folder / "capture_7.png").unlink()
     (folder / "capture_8.png").write_bytes(b"no picture")
-    with pytest.raises(BadInput, match=r"holds 31 pictures.*are 32"):
+    with pytest.raises(BadInput, match=r"holds 31 images.*are 32"):
         load_scan(folder)
 
 

@@ -46,4 +46,4 @@ def test_a_line_too_many_is_left_out_with_its_part_of_the_picture(segment, axis)
     np.testing.assert_array_equal(found, segment[0])
     np.testing.assert_array_equal(valid, segment[1])
     np.testing.assert_array_equal(where, places)
-    assert "1 left out" in findings[0].text
+    assert "1 skipped" in findings[0].text

@@ -61,7 +61,7 @@ def test_capital_letters_are_as_good(shot, tmp_path):
 
 def test_a_pipe_is_no_scan_and_does_not_block(tmp_path):
     os.mkfifo(tmp_path / "scan.abs")
-    with pytest.raises(BadInput, match="no regular file"):
+    with pytest.raises(BadInput, match="not a regular file"):
         load_scan(tmp_path / "scan.abs")
 
 

@@ -108,11 +108,11 @@ def test_ways_to_name_the_picture(written, name):
 @pytest.mark.parametrize(
     ("head", "material", "fault"),
     [
-        ("mtllib a.mtl\nusemtl other\n", MATERIAL, "its picture 'missing.png' is missing"),
+        ("mtllib a.mtl\nusemtl other\n", MATERIAL, "its image 'missing.png' is missing"),
         ("mtllib ../gone.mtl\n", MATERIAL, r"'\.\./gone\.mtl' outside its own folder"),
         ("mtllib /etc/passwd\n", MATERIAL, "'/etc/passwd' outside its own folder"),
         ("mtllib a.mtl\n", "newmtl page\nmap_Kd C:\\scans\\page.png\n", "outside its own folder"),
-        ("mtllib a.mtl\n", "newmtl page\nmap_Kd a.mtl\n", "no readable image"),
+        ("mtllib a.mtl\n", "newmtl page\nmap_Kd a.mtl\n", "not a readable image"),
     ],
 )
 def test_a_picture_that_cannot_be_had_is_named_unless_another_is_given(written, tmp_path, head, material, fault):
@@ -187,7 +187,10 @@ def test_faces_without_texture_coordinates_are_left_out_and_the_picture_stays(wr
 def test_where_most_faces_have_no_texture_coordinates_the_surface_stays(written):
     mesh = load_scan(written("mtllib a.mtl\nusemtl page\n" + SQUARE + FACE + "f 1 3 4\nf 1 2 4\n"))
     assert mesh.texcoords is None and len(mesh.faces) == 3
-    assert "2 of 3 faces have no texture coordinates: the image is skipped" in [one.text for one in mesh.findings]
+    assert (
+        "2 of 3 faces have no texture coordinates: the image is not used. Export the mesh with all texture coordinates"
+        in [one.text for one in mesh.findings]
+    )
 
 
 def test_without_a_picture_no_face_is_left_out(written):

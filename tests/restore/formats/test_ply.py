@@ -140,7 +140,7 @@ def test_damage_is_named(tmp_path, content, fault):
 
 
 @pytest.mark.parametrize(
-    ("name", "fault"), [("gone.png", "its picture 'gone.png' is missing"), ("../gone/b.png", "outside")]
+    ("name", "fault"), [("gone.png", "its image 'gone.png' is missing"), ("../gone/b.png", "outside")]
 )
 def test_a_picture_that_cannot_be_had_is_named(mesh, tmp_path, name, fault):
     write_ply(mesh(), tmp_path / "a.ply")

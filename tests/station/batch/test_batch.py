@@ -59,7 +59,7 @@ def test_every_scan_is_restored_or_set_aside_once(scans, tmp_path) -> None:
 
 def test_the_command_prints_what_became_of_each_page(scans, tmp_path, capsys) -> None:
     out = tmp_path / "out"
-    assert main(["batch", str(scans), "-o", str(out), "-w", "1", *OPTIONS]) == 0
+    assert main(["batch", str(scans), "-o", str(out), "-j", "1", *OPTIONS]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert lines[-2:] == ["4 restored, 1 set aside", f"report     {out / REPORT}"]
     assert f"restored   a.ply: {out / 'a'}" in "\n".join(lines)
@@ -82,7 +82,7 @@ def test_options_are_checked_before_anything_else(scans, tmp_path, capsys) -> No
 
 @pytest.mark.usefixtures("in_process")
 def test_a_source_that_is_named_twice_is_taken_once(scans, tmp_path, capsys) -> None:
-    words = ["batch", str(scans), f"{scans}/.", "-o", str(tmp_path / "out"), "-w", "1000000", *OPTIONS]
+    words = ["batch", str(scans), f"{scans}/.", "-o", str(tmp_path / "out"), "-j", "1000000", *OPTIONS]
     assert main(words) == 0
     assert capsys.readouterr().out.splitlines()[-2] == "4 restored, 1 set aside"
 
@@ -106,7 +106,7 @@ def test_a_batch_that_is_stopped_goes_on_where_it_was(scans, tmp_path, number, r
     out = tmp_path / "out"
     for seed in range(6):
         small_scan(scans / f"more{seed}.ply", 10 + seed)
-    words = [sys.executable, "-m", "station", "batch", str(scans), "-o", str(out), "-w", "2", *OPTIONS]
+    words = [sys.executable, "-m", "station", "batch", str(scans), "-o", str(out), "-j", "2", *OPTIONS]
     batch = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     while len(reports(out)) < 3 and batch.poll() is None:
         time.sleep(0.02)
@@ -115,7 +115,7 @@ def test_a_batch_that_is_stopped_goes_on_where_it_was(scans, tmp_path, number, r
     first = reports(out)
     assert 3 <= len(first) < 10
     request.getfixturevalue("in_process")
-    assert main(["batch", str(scans), "-o", str(out), "-w", "2", *OPTIONS]) == 0
+    assert main(["batch", str(scans), "-o", str(out), "-j", "2", *OPTIONS]) == 0
     second = reports(out)
     assert len(second) == 10
     assert {path: second[path] for path in first} == first  # none of them was restored again

@@ -129,7 +129,7 @@ def test_the_unit_is_that_of_scans_that_have_none(session, tmp_path) -> None:
 @pytest.mark.usefixtures("in_process")
 def test_the_command_takes_sessions_and_folders(session, tmp_path, capsys) -> None:
     small_scan(tmp_path / "more/x.ply", 9)
-    words = ["batch", str(session), str(tmp_path / "more"), "-o", str(tmp_path / "out"), "-w", "1"]
+    words = ["batch", str(session), str(tmp_path / "more"), "-o", str(tmp_path / "out"), "-j", "1"]
     assert main([*words, "--points", "100", "--dpi", "40"]) == 0
     assert capsys.readouterr().out.splitlines()[-2] == "4 restored, 1 set aside"
     assert (tmp_path / "out/x/x.png").exists()
@@ -140,7 +140,7 @@ def test_a_session_in_a_folder_of_scans_is_left_out_and_named(session, tmp_path,
     (tmp_path / "all").mkdir()
     session.rename(tmp_path / "all/a book")
     out = ["-o", str(tmp_path / "out")]
-    assert main(["batch", str(tmp_path / "all"), *out, "-w", "1"]) == 0
+    assert main(["batch", str(tmp_path / "all"), *out, "-j", "1"]) == 0
     told, summary, _ = capsys.readouterr().out.splitlines()
     assert told.startswith("left out ")
     assert told.endswith(f"planish batch '{tmp_path}/all/a book' -o OUT")

@@ -60,4 +60,4 @@ def test_without_a_scanner_what_is_left_is_done(place, monkeypatch, capsys):
 
 def test_a_session_that_is_not_there(place, capsys):
     assert main(["capture", "gone", "--config", "simulated"]) == 3
-    assert "no session" in capsys.readouterr().err
+    assert "session 'gone' does not exist" in capsys.readouterr().err

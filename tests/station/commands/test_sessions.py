@@ -199,7 +199,7 @@ def test_a_path_that_is_not_utf8_hinders_no_step(place, capsys):
     assert (session.volume.title, session.history.page(1).decided("label")) == ("M\N{REPLACEMENT CHARACTER}ller", "x")
     assert main(["reindex", str(place)]) == 0
     out, err = capsys.readouterr()
-    assert "left out: the path" in err
+    assert "skipped: the path" in err
     assert out == "1 sessions\n"
 
 

@@ -304,7 +304,7 @@ def test_folders_that_cannot_be(station, tmp_path) -> None:
     with pytest.raises(UsageError, match="would be scans"):
         station.run()
     station.folder, station.out = tmp_path / "nothing", tmp_path / "out"
-    with pytest.raises(UsageError, match="no folder"):
+    with pytest.raises(UsageError, match="not a folder"):
         station.run()
 
 

@@ -1,6 +1,5 @@
 """The command line explains itself: descriptions, options, values, completion."""
 
-import json
 import os
 import subprocess
 import sys
@@ -102,15 +101,3 @@ def test_completion_in_bash(words, found):
     start = [sys.executable, "-c", "from station.cli import main; main()"]
     done = subprocess.run(start, env=environment, capture_output=True, text=True, check=False)
     assert found in done.stdout.split()
-
-
-def test_verify_reports_in_json(tmp_path, capsys, monkeypatch):
-    monkeypatch.setenv("PLANISH_INDEX", str(tmp_path / "index.sqlite"))
-    assert main(["session", "new", str(tmp_path / "book"), "--quiet"]) == 0
-    capsys.readouterr()
-    (tmp_path / "book" / "extra.txt").write_text("x")
-    assert main(["verify", str(tmp_path / "book"), "--json"]) == 6
-    (problem,) = json.loads(capsys.readouterr().out)["problems"]
-    assert problem["path"] == "extra.txt"
-    assert main(["reproduce", str(tmp_path / "book"), "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == {"runs": []}
