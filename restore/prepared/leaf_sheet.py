@@ -15,7 +15,7 @@ import numpy as np
 from restore.camera.rays import Rays
 from restore.flattening.methods import OnStep
 from restore.mesh.measures import straight_lengths
-from restore.mesh.network import edges_of
+from restore.mesh.topology import Topology
 from restore.outline.sides import Line, Side
 from restore.page import FlatMesh
 from restore.prepared.facet_sheet import FacetSheet, unroll
@@ -84,7 +84,7 @@ class LeafSheet(FacetSheet):
         """The flat mesh with faces (k, 3) of a strip, whose further vertices are at flat (n, 2) mm, nodes (n, 2)."""
         assert fine.texcoords is not None
         faces, flat = np.concatenate([fine.faces, strip]), np.concatenate([fine.flat, flat])
-        edges = edges_of(faces)
+        edges = Topology(faces).edges
         lengths = straight_lengths(flat, edges)
         lengths[np.searchsorted(_keys(edges, len(flat)), _keys(fine.edges, len(flat)))] = fine.lengths
         return replace(
