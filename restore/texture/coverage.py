@@ -45,7 +45,10 @@ class CoverageClass(IntEnum):
     INPAINTED = 4  # hidden, and inpainted from its neighbourhood
     OBSTRUCTED = 5  # seen, but covered by something in a photograph, and painted from another picture
     FACING = 6  # seen, of the facing page: a strip beside the spine of an opened book
-    REMOVED = 7  # on the page, and removed by hand
+    ERASED = 7  # on the page, and removed by hand
+
+
+VISIBLE = (CoverageClass.MEASURED, CoverageClass.INTERPOLATED, CoverageClass.OBSTRUCTED, CoverageClass.FACING)
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,12 +67,7 @@ class Coverage:
     @property
     def mask(self) -> Mask:
         """(h, w) True where the camera saw the page."""
-        return np.asarray(
-            np.isin(
-                self.seen,
-                (CoverageClass.MEASURED, CoverageClass.INTERPOLATED, CoverageClass.OBSTRUCTED, CoverageClass.FACING),
-            )
-        )
+        return np.asarray(np.isin(self.seen, VISIBLE))
 
     def fractions(self) -> dict[str, float]:
         """The fraction of the page's area of each kind, 0 to 1."""
@@ -128,7 +126,7 @@ def seen_part(painting: Painting, coverage: Coverage) -> Painting:
     """The painted page with what the camera did not see blank; in holes it ends, and has no source."""
     holes = painting.mask & (coverage.seen == CoverageClass.OUTSIDE)
     image, source, page_source = painting.image.copy(), painting.source, painting.page_source
-    image[holes | np.isin(coverage.seen, (CoverageClass.OCCLUDED, CoverageClass.REMOVED))] = PAPER
+    image[holes | np.isin(coverage.seen, (CoverageClass.OCCLUDED, CoverageClass.ERASED))] = PAPER
     if holes.any():
         source = np.where(holes[..., None], np.float32(np.nan), source)
         page_source = None if page_source is None else np.where(holes, np.uint8(NO_PICTURE), page_source)

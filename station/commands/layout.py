@@ -29,7 +29,7 @@ def layout(
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Find the spine of an opened book and how certain it is; writes nothing."""
+    """Find the spine of an opened book; writes nothing."""
     with report_faults(debug=debug):
         import json
 

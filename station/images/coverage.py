@@ -19,7 +19,7 @@ COLOURS = {
     CoverageClass.INPAINTED: (96, 56, 168),
     CoverageClass.OBSTRUCTED: (240, 200, 64),
     CoverageClass.FACING: (176, 176, 176),
-    CoverageClass.REMOVED: (64, 64, 64),
+    CoverageClass.ERASED: (64, 64, 64),
 }
 
 

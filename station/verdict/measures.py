@@ -28,7 +28,7 @@ Measures = dict[str, Any]
 
 def measure(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> Measures:
     """The measures of a page and of the scan that it was restored from; None for one that the scan does not allow."""
-    inside = ~np.isin(page.coverage, (CoverageClass.OUTSIDE, CoverageClass.FACING, CoverageClass.REMOVED))
+    inside = ~np.isin(page.coverage, (CoverageClass.OUTSIDE, CoverageClass.FACING, CoverageClass.ERASED))
     measured = page.coverage == CoverageClass.MEASURED
     texture, report = scan.texture, page.report
     return {

@@ -96,6 +96,8 @@ def test_a_curved_page_without_occlusion_is_wholly_visible():
         "occluded": 0.0,
         "inpainted": 0.0,
         "obstructed": 0.0,
+        "facing": 0.0,
+        "erased": 0.0,
     }
 
 
