@@ -151,7 +151,7 @@ def _texcoords(path: Path, uv: NDArray[np.floating], texture: Bytes, vertices: F
     if bad.any():
         first = int(np.argmax(bad))
         (u, v), (x, y, z) = coordinates[first], vertices[first]
-        what = "lies far outside the picture" if np.isfinite((u, v)).all() else "is no number"
+        what = "lies far outside the image" if np.isfinite((u, v)).all() else "is not a number"
         raise BadInput(
             f"{path}: the texture coordinate ({u:g}, {v:g}) of the vertex at ({x:g}, {y:g}, {z:g}) mm {what}", DAMAGED
         )

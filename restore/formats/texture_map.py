@@ -22,7 +22,7 @@ ALIKE = 0.5  # of the difference of any two colours there, those that meet lack 
 BETTER = 0.5  # of the difference before may be left
 SHIFTS = 8  # of one side along the other, by which chance is estimated
 CERTAIN = 4.0  # standard errors of an average by chance
-AXES = {1: "v of the texture coordinates runs down the picture", 0: "u of the texture coordinates runs to the left"}
+AXES = {1: "v of the texture coordinates runs down the image", 0: "u of the texture coordinates runs to the left"}
 
 
 def with_oriented_map(mesh: SurfaceMesh) -> SurfaceMesh:

@@ -74,7 +74,7 @@ def parse_mesh(path: Path, data: bytes, kind: str, **options: Any) -> MeshArrays
         except Exception as error:  # parsers raise any exception: IndexError, KeyError, AttributeError, …
             words = NUMPY_PARSE_ERROR in str(error)
             reason = "a word stands where a number should be" if words else str(error) or type(error).__name__
-            raise BadInput(f"{path} is no readable {kind.upper()} file: {reason[:200]}", DAMAGED) from error
+            raise BadInput(f"{path} is not a readable {kind.upper()} file: {reason[:200]}", DAMAGED) from error
 
 
 @contextmanager

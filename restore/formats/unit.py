@@ -29,7 +29,7 @@ def check_unit(unit: str) -> None:
     """Raise BadInput for a unit that is none of UNIT_MM, not AUTO, and no edge of a voxel such as 7.91um."""
     if unit != AUTO and unit_mm(unit) is None:
         raise BadInput(
-            f"{unit!r} is no unit", f"use one of: {', '.join([*UNIT_MM, AUTO])}, or the edge of a voxel, as 7.91um"
+            f"{unit!r} is not a unit", f"use one of: {', '.join([*UNIT_MM, AUTO])}, or the edge of a voxel, as 7.91um"
         )
 
 

@@ -211,7 +211,9 @@ def _colours(kinds: Kinds, chosen: Restoration) -> dict[str, Any]:
             "give one: --white-balance to convert, --icc-profile to keep",
         )
     if not path.is_file():
-        raise UsageError(f"--white-balance: there is no file {path}", "give keep, paper, or the ICC profile of a chart")
+        raise UsageError(
+            f"--white-balance: the file {path} does not exist", "give keep, paper, or the ICC profile of a chart"
+        )
     return {"colours": read_profile(path), "to_srgb": True}
 
 

@@ -180,7 +180,7 @@ def set_(
         from station.session import decide
 
         if position is not None and not math.isfinite(position):
-            raise UsageError(f"--position: {position} is no place", "give a number: 3.5 is between 3 and 4")
+            raise UsageError(f"--position: {position} is not a place", "give a number: 3.5 is between 3 and 4")
         capture = writer.history.page(page).capture
         if page and capture is None:
             raise _no_page(session, page)
@@ -240,7 +240,7 @@ def _step(
         if (page is None) != (stage is None):
             raise UsageError("--page and --stage go together", "name both, or none for the last step of the operator")
         if stage is not None and stage not in STAGES:
-            raise UsageError(f"--stage: there is no stage {stage!r}", f"the stages are {', '.join(STAGES)}")
+            raise UsageError(f"--stage: the stage {stage!r} does not exist", f"the stages are {', '.join(STAGES)}")
         if page is not None and writer.history.page(page).capture is None:
             raise _no_page(session, page)
         step = move_run(writer, page, stage) if page and stage else move(writer)

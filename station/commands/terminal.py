@@ -23,7 +23,8 @@ ENDING_SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") i
 READER_GONE = SIGNAL_BASE + signal.SIGPIPE  # as a shell reports a program that writes to a pipe without a reader
 
 # The sentences of typer and pydantic about the value of an option: `--rotate: '45' is not one of '0', '90'`.
-VALUE = re.compile(r"^Invalid value for '?([^']+?)'?: (?:Value error, |Input should be (?=.))?")
+VALUE = re.compile(r"^Invalid value for '?([^']+?)'?: (?:Value error, )?")
+NOT_A_NUMBER = re.compile(r"([^:]+): Input should be a valid (number|integer).*")
 NOT_A_CHOICE = re.compile(r"([^:]+): ('[^']*') is not one of ('[^']*'(?:, '[^']*')+)")
 
 
@@ -77,6 +78,9 @@ def usage_fault(error: CommandLineError) -> Fault:
         option, given, allowed = choice.groups()
         *first, last = (value.strip(" '") for value in allowed.split(","))
         return Fault(USAGE, f"{option}: {given} is not an allowed value", (f"give {', '.join(first)} or {last}",))
+    if wrong := NOT_A_NUMBER.fullmatch(message):
+        kind = "whole number" if wrong[2] == "integer" else "number"
+        return Fault(USAGE, f"{wrong[1]}: the value is not a {kind}", (f"give a {kind}; see {command} --help",))
     return Fault(USAGE, message[:1].lower() + message[1:], (f"see {command} --help",))
 
 

@@ -77,7 +77,7 @@ def decode_arrays(data: bytes) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]
     """The arrays (…) and the facts of `encode_arrays`. Raises ValueError for what it did not write."""
     length = int.from_bytes(data[4:8], "little")
     if data[:4] != MAGIC or length > min(MAX_HEADER_BYTES, len(data)):
-        raise ValueError("it is no model")
+        raise ValueError("it is not a model")
     facts = json.loads(data[8 : 8 + length])
     arrays, start = {}, 8 + length
     for name, one in facts.pop("arrays").items():

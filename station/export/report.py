@@ -60,7 +60,7 @@ def _resolution(report: Report) -> str:
 
 def left_out(pieces: Iterable[Report]) -> list[str]:
     """A line for each piece of a scan that is no page."""
-    return [f"{'warning':<10} piece {one['number']} of {one['of']} is left out: {one['reason']}" for one in pieces]
+    return [f"{'warning':<10} piece {one['number']} of {one['of']} is skipped: {one['reason']}" for one in pieces]
 
 
 def _white(white: Report) -> list[str]:

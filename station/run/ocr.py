@@ -107,4 +107,4 @@ def _text(path: Path) -> str:
     try:
         return read_bytes(path).decode("utf-8")
     except UnicodeDecodeError as error:
-        raise BadInput(f"{path} is no text: {error}", "give a text file in UTF-8") from error
+        raise BadInput(f"{path} is not text: {error}", "give a text file in UTF-8") from error

@@ -234,7 +234,9 @@ def _combined_shots(shots: Sequence[RangeScan | SurfaceMesh]) -> RangeScan | Sur
         return shots[0]
     scans = [shot for shot in shots if isinstance(shot, RangeScan)]
     if len(scans) < len(shots):
-        raise BadInput("a mesh is no shot of the scanner", "give scans as the scanner made them with --extra-scan")
+        raise BadInput(
+            "a mesh is not a capture of the scanner", "give scans as the scanner made them with --extra-scan"
+        )
     return super_resolve(scans)
 
 

@@ -45,7 +45,7 @@ def gather(path: Path) -> Gathered:
     listing = list_files(path.parent, without=path.parent)
     if not is_scan(source) or source not in listing:
         raise BadInput(
-            f"{path} is no scan file that is known", f"give a scan folder, or one of {', '.join(SCAN_SUFFIXES)}"
+            f"{path} is not a scan file that is known", f"give a scan folder, or one of {', '.join(SCAN_SUFFIXES)}"
         )
     pairing = Pairing(path.parent)
     pairing.update(listing)

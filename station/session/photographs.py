@@ -77,7 +77,7 @@ def _by_name(paths: Sequence[Path]) -> dict[str, Path]:
         if not path.exists():
             raise BadInput(f"{path} is not there", "check the name and the folder")
         if not path.is_file():
-            raise BadInput(f"{path} is no file", "give the photographs, or one folder of them and nothing else")
+            raise BadInput(f"{path} is not a file", "give the photographs, or one folder of them and nothing else")
         if path.name in files:
             raise BadInput(f"{files[path.name]} and {path} have one name", "rename one of them")
         files[path.name] = path

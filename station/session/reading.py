@@ -22,7 +22,7 @@ from station.storage.session_folder import FIRST
 
 MAX_TAG_FILE_BYTES = 2**31
 PADDING = b"\0"  # which some file systems leave at the end of a file that grew before a power cut
-VERIFY = "planish verify names what is damaged, planish repair mends what can be"
+VERIFY = "planish verify names what is damaged, planish repair repairs what can be repaired"
 
 
 class SessionDamaged(StationError):
@@ -45,7 +45,7 @@ def read_stored(folder: Path) -> Stored:
     Raises BadInput when the folder is no session, SessionDamaged, OSError.
     """
     if not (folder / bag.BAGIT).is_file() or not (folder / bag.PAYLOAD).is_dir():
-        raise BadInput(f"{folder} is no session", "make one with planish session new, or check the path")
+        raise BadInput(f"{folder} is not a session", "make one with planish session new, or check the path")
     files = {name: _read(folder, name) for name in (*bag.FIXED, *bag.GROWING)}
     whole = _whole_lines(files[bag.LOG])
     try:

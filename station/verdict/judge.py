@@ -17,10 +17,10 @@ CHECKS = {
     "measured_fraction": (
         "covered",
         "{:.1%}",
-        "turn the page to the light of the laser, or shoot it again from another side",
+        "turn the page to the light of the laser, or capture it again from another side",
     ),
-    "hole_mm": ("widest hole", "{:.1f} mm", "dark or glossy places give no range: shoot again with more laser power"),
-    "cropped_fraction": ("cut off", "{:.1%} of the outline", "move the page into the picture"),
+    "hole_mm": ("widest hole", "{:.1f} mm", "dark or glossy places give no range: capture again with more laser power"),
+    "cropped_fraction": ("cut off", "{:.1%} of the outline", "move the page into the image"),
     "depth_window_fraction": (
         "depth window",
         "{:.0%} of the way",
@@ -29,12 +29,12 @@ CHECKS = {
     "smooth_strain_rms": (
         "strain",
         "{:.2%} rms",
-        "the surface is no single sheet: look for a finger, a weight, a leaf behind",
+        "the surface is not a single sheet: look for a finger, a weight, a leaf behind",
     ),
     "sampling_ppi": ("resolution", "{:.0f} ppi", "go nearer, or take the lens of longer focal length"),
     "blur_px": ("focus", "{:.1f} px", "focus again; did the page move?"),
     "clipped_fraction": ("clipped", "{:.1%}", "change the exposure: light or gain"),
-    "similarity": ("same page", "{:.2f}", "it looks like a page that was shot already: did the leaf turn?"),
+    "similarity": ("same page", "{:.2f}", "it looks like a page that was captured already: did the leaf turn?"),
 }
 
 

@@ -239,7 +239,7 @@ def run_tesseract(tesseract: Path, *arguments: Any) -> str:
         done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=True, env=one_thread)
     except subprocess.CalledProcessError as error:
         complaint = (error.stderr.strip().splitlines() or ["no reason given"])[-1]
-        raise StationError(f"Tesseract failed: {complaint}", f"try the package {PACKAGE} on another picture") from error
+        raise StationError(f"Tesseract failed: {complaint}", f"try the package {PACKAGE} on another image") from error
     return done.stdout
 
 

@@ -97,7 +97,7 @@ class Body:
         self.progress("focus", 1.0)
         found = self.read_parameters()
         if self.read_parameters() != found:  # a repeated old answer cannot be detected otherwise
-            raise BadReply("the scanner tells two distances for one autofocus")
+            raise BadReply("the scanner reports two distances for one autofocus")
         return found
 
     def shoot(self, parameters: Parameters) -> Shot:
@@ -112,17 +112,17 @@ class Body:
         self._raise_panel(status)
         counts = "shot" in self.profile.blocks.status.fields
         if status.state != self._done or (counts and status.shot != before + 1):
-            raise Interrupted("the scanner has lost the shot", SCAN_AGAIN)
+            raise Interrupted("the scanner has lost the capture", SCAN_AGAIN)
         mode = parameters.mode
         pitch = self._pitch(RANGE_MODES[mode]) if mode.has_range else None
         with_colour = not mode.has_range or (parameters.auto_read == 0 and "read_colour" in self.profile.commands)
         shot = Shot(pitch, self._colour(mode) if with_colour else None)
         numbers = {part.shot for part in (shot.pitch, shot.colour) if part is not None} - {None}
         if len(numbers | ({status.shot} if counts else set())) > 1:
-            raise Interrupted("the scanner sent an image of another shot", SCAN_AGAIN)
+            raise Interrupted("the scanner sent an image of another capture", SCAN_AGAIN)
         if changed := self._changed(parameters):
             names = ", ".join(name.replace("_", " ") for name in changed)
-            raise Interrupted(f"{names} was changed at the scanner during the shot", SCAN_AGAIN)
+            raise Interrupted(f"{names} was changed at the scanner during the capture", SCAN_AGAIN)
         return shot
 
     def _changed(self, parameters: Parameters) -> list[str]:

@@ -68,7 +68,7 @@ def stored_file(session: Session, event: Event, name: str) -> Path:
 def scan_of(session: Session, event: Event) -> RangeScan | Any:
     """The scan of a capture. Raises ConsoleFault when its files are links, BadInput when they are damaged."""
     if event.kind != "capture":
-        raise ConsoleFault("not_found", f"event {event.number} is no scan")
+        raise ConsoleFault("not_found", f"event {event.number} is not a scan")
     if is_set(event.facts):
         raise ConsoleFault("not_recorded", "photographs have no scan", "look at the restored page")
     for name in event.files:
@@ -100,7 +100,7 @@ def read_model(session: Session, event: Event) -> tuple[Mapping[str, NDArray[Any
     """The arrays (…) and the facts of a page's model. Raises ConsoleFault when the restoration kept none."""
     if MODEL not in event.files:
         raise ConsoleFault(
-            "not_recorded", "this restoration kept no model", "look at its scan; pages shot here keep one"
+            "not_recorded", "this restoration kept no model", "look at its scan; pages captured here keep one"
         )
     path = stored_file(session, event, MODEL)
     if path.stat().st_size > MAX_MODEL_BYTES:
@@ -108,7 +108,7 @@ def read_model(session: Session, event: Event) -> tuple[Mapping[str, NDArray[Any
     try:
         return decode_arrays(path.read_bytes())
     except (ValueError, KeyError, TypeError) as error:
-        raise ConsoleFault("damaged", f"{path} is damaged", "planish verify tells more") from error
+        raise ConsoleFault("damaged", f"{path} is damaged", "planish verify shows more") from error
 
 
 def strain_scale(strain: Floats) -> dict[str, Any]:
@@ -168,7 +168,7 @@ def _coverage_codes(path: Path) -> Bytes:
     with opened(path) as picture:
         codes = np.asarray(picture)
     if codes.ndim != 2:
-        raise BadInput(f"{path} is no coverage", "planish verify tells more")
+        raise BadInput(f"{path} is not a coverage", "planish verify shows more")
     return codes.astype(np.uint8)
 
 
@@ -200,13 +200,13 @@ def opened(path: Path) -> Iterator[Image.Image]:
                 raise BadInput(f"{path} has {width} × {height} pixels: too many to be shown", "open it elsewhere")
             yield picture
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        raise BadInput(f"{path} is damaged: {error}", "planish verify tells more") from error
+        raise BadInput(f"{path} is damaged: {error}", "planish verify shows more") from error
 
 
 def _refuse_links(session: Session, path: Path) -> None:
     """Raise ConsoleFault for a path that leads out of its session."""
     if path.is_symlink() or not path.resolve().is_relative_to(session.folder.resolve()) or not path.is_file():
-        raise ConsoleFault("damaged", f"{path} is no file of the session", "planish verify tells more")
+        raise ConsoleFault("damaged", f"{path} is not a file of the session", "planish verify shows more")
 
 
 READERS: Mapping[str, Callable[[Path, Session, Event], Bytes]] = {

@@ -40,7 +40,7 @@ class Pyramid:
     def tile(self, level: int, column: int, row: int) -> Bytes:
         """One tile (h, w, 3 or 4), with the overlap of its neighbours. Raises ConsoleFault when there is none."""
         if not 0 <= level < len(self.levels):
-            raise ConsoleFault("not_found", f"there is no level {level}")
+            raise ConsoleFault("not_found", f"the level {level} does not exist")
         picture = self.levels[level]
         height, width = picture.shape[:2]
         if not (0 <= column < ceil(width / TILE) and 0 <= row < ceil(height / TILE)):

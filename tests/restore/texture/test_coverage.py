@@ -166,7 +166,7 @@ def test_the_share_of_the_outline_at_the_edge_of_the_picture():
     assert cropped_fraction(page, cut, (480, 640)) == pytest.approx((20 + 2 * 3) / 116)
     assert cut_findings(0.0) == []
     (found,) = cut_findings(cropped_fraction(page, cut, (480, 640)))
-    assert found.text.startswith("22% of the page's outline is at the edge of the picture")
+    assert found.text.startswith("22% of the page's outline is at the edge of the image")
 
 
 def test_a_picture_that_mirrors_its_surface_is_told_and_hides_as_much():

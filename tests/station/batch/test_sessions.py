@@ -148,7 +148,7 @@ def test_a_session_in_a_folder_of_scans_is_left_out_and_named(session, tmp_path,
     assert restored(tmp_path / "all/a book") == []
     assert main(["batch", str(tmp_path / "all/a book/data"), *out]) == 2
     message, hint = fault(capsys.readouterr().err)
-    assert "is no folder of scans" in message
+    assert "is not a folder of scans" in message
     assert f"planish batch '{tmp_path}/all/a book' -o OUT" in hint
 
 

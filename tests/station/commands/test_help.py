@@ -76,6 +76,8 @@ def test_the_choices_are_those_of_the_library():
         ("restore a.obj -o out --shading no", "give keep or remove"),
         ("restore a.obj -o out --sheets each", "give auto, separate, largest or together"),
         ("restore a.obj -o out --outputs tif", "give names of tiff, map, mesh"),
+        ("restore a.obj -o out --dpi high", "give a number"),
+        ("restore a.obj -o out --points 1.5", "give a whole number"),
         ("restore a.obj -o out --unit feet", "use one of: mm, cm, m, in"),
         ("export book --to zip -o out", "give bagit, mets, iiif, pdf, tiff or mesh"),
         ("photos a.jpg -o out --scale big", "give card, none, or the page's width"),

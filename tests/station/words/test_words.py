@@ -296,7 +296,7 @@ def test_pages_are_known_by_their_reports(result):
 def test_a_folder_without_pages_is_refused(tmp_path):
     with pytest.raises(BadInput, match="no restored page"):
         find_pages(tmp_path)
-    with pytest.raises(BadInput, match="is no page"):
+    with pytest.raises(BadInput, match="is not a page"):
         find_pages(tmp_path / "scan.obj")
 
 

@@ -151,7 +151,7 @@ def test_a_fault_of_the_work_is_told(root):
     told = []
     work.run({"kind": "verify", "session": str(root / "gone")}, told.append)
     work.run({"kind": "magic"}, told.append)
-    assert "is no session" in told[0]["error"]["text"]
+    assert "is not a session" in told[0]["error"]["text"]
     assert "magic" in told[1]["error"]["text"]
 
 
