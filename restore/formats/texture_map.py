@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from math import sqrt
+from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import map_coordinates
@@ -17,8 +18,8 @@ from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh, with_findings
 
 INSETS_PX = (0.0, 1.0, 2.0)  # from the border of a chart: some atlases pad it, others leave half a pixel of it
 MIN_SEAM = 30  # pairs of vertices across seams that tell anything
-ALIKE = 0.5  # of the difference of any two colours there, those that meet lack at least so much
-BETTER = 0.5  # of what they lack to meeting in full may be left
+ALIKE = 0.5  # of the difference of any two colours there, those that meet lack at least as much
+BETTER = 0.5  # of the difference before may be left
 SHIFTS = 8  # of one side along the other, by which chance is estimated
 CERTAIN = 4.0  # standard errors of an average by chance
 AXES = {1: "v of the texture coordinates runs down the image", 0: "u of the texture coordinates runs to the left"}
@@ -55,21 +56,32 @@ def _axis_to_turn(mesh: SurfaceMesh, texture: Bytes, texcoords: Floats) -> int |
     one, other = np.flatnonzero(apart), place[apart]
     moved = apart | np.isin(np.arange(len(place)), other)
     inner = [_moved_inside(mesh.faces, texcoords, moved, inset) for inset in INSETS_PX]
-    before, least = _alikeness(texture, inner, one, other), max(ALIKE, CERTAIN / sqrt(len(one)))
+    before, least = _seams(texture, inner, one, other), max(ALIKE, CERTAIN / sqrt(len(one)))
     after = {
-        axis: _alikeness(texture, [_turned_over(places, texture, axis) for places in inner], one, other)
-        for axis in AXES
+        axis: _seams(texture, [_turned_over(places, texture, axis) for places in inner], one, other) for axis in AXES
     }
-    best = max(after, key=after.__getitem__)
-    return best if after[best] > least and 1.0 - after[best] < BETTER * (1.0 - before) else None
+    best = max(after, key=lambda axis: after[axis].alikeness)
+    meet = after[best].alikeness > least and after[best].difference < BETTER * before.difference
+    return best if meet else None
 
 
-def _alikeness(picture: Bytes, inner: Sequence[Floats], one: Ints, other: Ints) -> float:
-    """How much less vertices one (k,) differ in colour from those of other (k,) than from any: 1 for not at all.
+class _Seams(NamedTuple):
+    """How the colours on both sides of seams meet.
 
-    inner: texture coordinates (n, 2) at each inset; the pairs are compared at the inset where they are most alike. A
-    picture of one colour tells nothing: 0. It is a correlation of absolute differences: some letters on white paper
-    decide a correlation of squares, where a seam runs through them a pixel off.
+    difference  mean of channels, 0 to 255.
+    alikeness   by how much less they differ than any two colours there: 1 for not at all, 0 where all are the same.
+    """
+
+    difference: float
+    alikeness: float
+
+
+def _seams(picture: Bytes, inner: Sequence[Floats], one: Ints, other: Ints) -> _Seams:
+    """How the colours of vertices one (k,) meet those of other (k,).
+
+    inner: texture coordinates (n, 2) at each inset; the pairs are compared at the inset where they are most alike. The
+    alikeness is a correlation of absolute differences: some letters on white paper decide a correlation of squares,
+    where a seam runs through them a pixel off.
     """
     channels = np.moveaxis(picture, 2, 0)
     here, there = (
@@ -82,7 +94,7 @@ def _alikeness(picture: Bytes, inner: Sequence[Floats], one: Ints, other: Ints) 
         return float(np.abs(here - np.roll(there, shift, axis=2)).mean(axis=1).min(axis=0).mean())
 
     by_chance = np.mean([apart(len(one) * k // SHIFTS) for k in range(1, SHIFTS)])
-    return float(1.0 - apart(0) / by_chance) if by_chance > TINY else 0.0
+    return _Seams(apart(0), float(1.0 - apart(0) / by_chance) if by_chance > TINY else 0.0)
 
 
 def _moved_inside(faces: Ints, texcoords: Floats, chosen: Mask, inset: float) -> Floats:

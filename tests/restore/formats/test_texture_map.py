@@ -78,6 +78,18 @@ def test_an_atlas_of_letters_on_white_paper_is_turned_over(rng):
     np.testing.assert_allclose(with_oriented_map(turned(right, 1)).texcoords, right.texcoords)
 
 
+def test_seams_on_bare_paper_that_meet_are_left_alone(rng):
+    """Turned over, half of their pairs would be of print, and meet as well."""
+    whole = chart(rng, 1.0)
+    page = np.full_like(whole.texture, 244)
+    page[: page.shape[0] // 2, :] = 60
+    right = atlas(SurfaceMesh(whole.vertices, whole.faces, whole.texcoords, page))
+    assert with_oriented_map(right) is right
+    blank = right.texture.copy()
+    blank[(blank == 60).all(axis=2)] = 244
+    assert with_oriented_map(SurfaceMesh(right.vertices, right.faces, right.texcoords, blank)).findings == ()
+
+
 def test_a_picture_of_one_colour_is_not_turned_over(rng):
     right = atlas(chart(rng, 1.0))
     blank = SurfaceMesh(right.vertices, right.faces, right.texcoords, np.full_like(right.texture, 90))
