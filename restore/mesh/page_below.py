@@ -10,7 +10,7 @@ import numpy as np
 from restore.findings import Finding
 from restore.mesh.adjacency import components
 from restore.mesh.clean import select
-from restore.mesh.measures import vertex_normals
+from restore.mesh.measures import face_normals, vertex_normals
 from restore.mesh.validate import ValidMesh, validated
 from restore.numerics.limits import TINY
 from restore.scan import Floats, Ints, Mask
@@ -49,7 +49,7 @@ def _bridges(mesh: ValidMesh) -> Mask:
     sides, is_inner = mesh.topology.sides, mesh.topology.face_counts == 2
     first = sides.first[:-1][is_inner]
     one, other = sides.at[first] // 3, sides.at[first + 1] // 3
-    unit = mesh.normals / np.maximum(np.linalg.norm(mesh.normals, axis=1), TINY)[:, None]
+    unit = _unit(mesh.normals)
     creased = np.einsum("ij,ij->i", unit[one], unit[other]) < CREASED
     on_crease = np.zeros(len(mesh.vertices), bool)
     on_crease[sides.edges[is_inner][creased]] = True
@@ -69,18 +69,22 @@ def _drop(mesh: ValidMesh, bridges: Ints, of_vertex: Ints, page: int, strip: int
     across = bridges[(piece == page).any(axis=1) & (piece == strip).any(axis=1)]
     if not len(across):
         return 0.0
-    top, foot = (_means(mesh.vertices, across, of_vertex[across] == which) for which in (page, strip))
-    up, level = (_normals_of(mesh, of_vertex, which) for which in (page, strip))
+    tops, feet = (of_vertex[across] == which for which in (page, strip))
     above, below = (
-        _means(normals, across, of_vertex[across] == which) for normals, which in ((up, page), (level, strip))
+        _unit(_means(_normals_of(mesh, of_vertex, which), across, chosen))
+        for which, chosen in ((page, tops), (strip, feet))
     )
-    way = foot - top
-    down = -np.einsum("ij,ij->i", way, above) / np.maximum(np.linalg.norm(above, axis=1), TINY)
-    steep = down > CREASED * np.linalg.norm(way, axis=1)
-    parallel = np.einsum("ij,ij->i", above, below) > CREASED * np.linalg.norm(above, axis=1) * np.linalg.norm(
-        below, axis=1
-    )
-    return float(np.median(down)) if float((steep & parallel).mean()) > MOSTLY else 0.0
+    way = _means(mesh.vertices, across, feet) - _means(mesh.vertices, across, tops)
+    down = -np.einsum("ij,ij->i", way, above)
+    walls = _unit(face_normals(mesh.vertices, across))
+    steep = np.abs(np.einsum("ij,ij->i", walls, above)) < CREASED
+    parallel = np.einsum("ij,ij->i", above, below) > CREASED
+    return float(np.median(down)) if float((steep & parallel & (down > 0.0)).mean()) > MOSTLY else 0.0
+
+
+def _unit(vectors: Floats) -> Floats:
+    """(k, 3) vectors of length 1, or 0."""
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1), TINY)[:, None])
 
 
 def _normals_of(mesh: ValidMesh, of_vertex: Ints, piece: int) -> Floats:

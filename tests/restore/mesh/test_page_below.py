@@ -25,16 +25,17 @@ def curled(x):
     return 8.0 * np.exp(-x / 30.0)
 
 
-@pytest.mark.parametrize("step", [3.0, 6.0])
+@pytest.mark.parametrize("step", [1.5, 3.0, 6.0])
 @pytest.mark.parametrize("noise", [0.0, 0.05])
 def test_a_strip_behind_a_step_is_cut_off(rng, step, noise):
     mesh = leaf(lambda x: curled(x) - step * (x > 142.0))
+    mesh.vertices[:, 0] -= 1.9 * (mesh.vertices[:, 0] > 142.0)  # the step is a wall of less than its height
     noisy = SurfaceMesh(mesh.vertices + rng.normal(0, noise, mesh.vertices.shape), mesh.faces)
     page, (found,) = without_page_below(validated(noisy))
     assert found.code == "page_below"
     assert f"{step:.1f} mm lower" in found.text or noise
     assert page.vertices[:, 0].max() == pytest.approx(142.0, abs=4 * noise)
-    assert found.share == pytest.approx(8.0 / WIDTH, rel=0.5)
+    assert found.share == pytest.approx(8.0 / WIDTH, rel=0.6)
 
 
 @pytest.mark.parametrize(
