@@ -8,12 +8,14 @@ import json
 import socket
 from collections import Counter
 from collections.abc import Callable
+from contextlib import ExitStack
 
 from station.console.http import guard
 from station.console.http.guard import MAX_BODY_BYTES, MAX_HEAD_BYTES, MAX_TARGET_BYTES, Door, Guard
 from station.console.http.protocol import ConsoleProtocol
 from station.console.state.event_stream import MAX_STREAMS
-from tests.station.console.conftest import WAIT_S, Served, wait_for
+from tests.station.conftest import curl_scan
+from tests.station.console.conftest import WAIT_S, GatedScanner, Served, StandInRestorer, serving, wait_for
 
 MANY_STREAMS = 5 * MAX_STREAMS  # `python -m bench.console` asks for 10,000
 HOSTILE_BYTES = 200 * 1024 * 1024
@@ -240,6 +242,24 @@ def test_a_slow_body_is_given_up(served, monkeypatch):
     monkeypatch.setattr(served.guard, "_body_s", 0.2)
     head = change("Content-Type: application/json", "Content-Length: 30", body=b'{"tab":')
     assert status_of(served.say(head(served))) == 408
+
+
+def test_silent_connections_make_room_for_new_ones(root, monkeypatch):
+    """The one silent longest is closed; those that are being answered, and the open ones of a browser, stay."""
+    monkeypatch.setattr("station.console.serving.max_connections", lambda: 20)
+    monkeypatch.setattr(ConsoleProtocol, "head_s", WAIT_S)
+    with serving(root, GatedScanner(curl_scan()), StandInRestorer()) as served, ExitStack() as lines:
+        stream = lines.enter_context(socket.create_connection(("127.0.0.1", served.port), WAIT_S))
+        stream.sendall(request("GET /api/events HTTP/1.1")(served))
+        assert status_of(stream.recv(4096)) == 200
+        browser = lines.enter_context(served.client())
+        browser.get("/api/state")
+        silent = [lines.enter_context(socket.create_connection(("127.0.0.1", served.port))) for _ in range(100)]
+        assert silent[0].recv(1) == b""
+        assert browser.post("/api/sessions/missale/open").status_code == 200
+        with served.client() as newcomer:
+            assert newcomer.get("/api/state").status_code == 200
+        assert b"missale" in stream.recv(65536)
 
 
 def test_clients_that_do_not_read_are_let_go(served, monkeypatch):
