@@ -27,6 +27,7 @@ from station.session.volume import Volume
 from station.storage.atomic import lock_output_folder, new_folder
 from station.storage.disk import add_path_to_errors, sync_folder, sync_tree, write_and_sync, write_file
 from station.storage.folder_lock import FolderLock, lock_folder
+from station.storage.session_folder import refuse_reserved
 from station.version import software_version
 
 Now = Callable[[], datetime]
@@ -76,9 +77,11 @@ def create_session(
 ) -> None:
     """Create a session: a bag that holds one event. It is there whole, or not at all.
 
-    Raises OverwriteError when something of that name is there, FolderInUse, OSError when the disk refuses.
+    Raises UsageError for a reserved name, OverwriteError when something of that name is there, FolderInUse, OSError
+    when the disk refuses.
     """
     folder = Path(os.path.abspath(folder))  # noqa: PTH100 — without following a link at its end
+    refuse_reserved(folder)
     facts = {"id": new_id(), "volume": volume.model_dump(mode="json", exclude_none=True)}
     time = _stamp(now())
     first = Event(1, VOLUME, "session", "session", None, time, software_version(), facts)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 from station.console.state import sessions
 from station.errors import UsageError
 from station.session import open_session, read_session
 from station.session.overview import preset_of
+from station.session.tree import tree_digests
+from station.storage.folder_lock import WORK
 
 
 def test_a_session_is_made_opened_and_closed(client, root):
@@ -33,6 +36,25 @@ def test_names_lead_nowhere_else(client, root):
     assert [entry["name"] for entry in client.get("/api/sessions").json()["sessions"]] == ["missale"]
     assert client.post("/api/sessions/link/open").json()["error"]["key"] == "no_session"
     assert client.post("/api/sessions", json={"name": "link", "title": "x"}).json()["error"]["key"] == "exists"
+
+
+def test_the_folders_of_exports_and_batches_are_no_names_of_sessions(client, root):
+    for name in ("exports", "batches", "Exports"):
+        refused = client.post("/api/sessions", json={"name": name, "title": "x"})
+        assert (refused.status_code, refused.json()["error"]["key"]) == (422, "invalid")
+        assert not (root / name).exists()
+
+
+def test_a_session_in_their_place_is_not_written_into(client, root):
+    for name, path, wanted in (
+        ("exports", "/api/export", {"session": "missale", "format": "bagit"}),
+        ("batches", "/api/batch", {"sessions": ["missale"]}),
+    ):
+        shutil.copytree(root / "missale", root / name)  # of an older version, or from another station
+        before = tree_digests(root / name, without=WORK)
+        refused = client.post(path, json=wanted)
+        assert (refused.status_code, refused.json()["error"]["key"]) == (422, "invalid")
+        assert tree_digests(root / name, without=WORK) == before
 
 
 def test_a_damaged_session_is_listed_with_what_is_wrong_and_hides_no_other(client, root):
