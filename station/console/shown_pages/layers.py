@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from restore import BadInput, RangeScan, Seen, load_scan
+from restore import BadInput, RangeScan, RestoreError, Seen, load_scan
 from restore.scan import Bytes
 from station.console.faults import ConsoleFault
 from station.export.page_model import decode_model
@@ -24,6 +24,7 @@ MAX_PIXELS = 120_000_000  # of a picture that is shown: 360 MB as it is drawn
 MAX_MODEL_BYTES = 2**27  # of the mesh of a page: an A3 page has 20 MB
 FILES = {"page": "page.png", "master": "page-master.png", "coverage": "page-coverage.png", "strain": "page-model.plm"}
 MODEL = FILES["strain"]
+FORMATS = ("PNG",)  # of these files: no other decoder is let at them
 ON_CAPTURE = "original"
 STEPPING = ("sticks", "springs")  # methods whose steps are positions in space
 OPACITY = {Seen.OUTSIDE: 0, Seen.MEASURED: 0, Seen.FILLED: 110}
@@ -157,12 +158,14 @@ def _coverage_codes(path: Path) -> Bytes:
 def opened(path: Path) -> Iterator[Image.Image]:
     """A picture of a session, its size within limits; its pixels are read when they are asked for. Raises BadInput."""
     try:
-        with Image.open(path) as picture:
+        with Image.open(path, formats=FORMATS) as picture:
             width, height = picture.size
             if width * height > MAX_PIXELS:
                 raise BadInput(f"{path} has {width} × {height} pixels: too many to be shown", "open it elsewhere")
             yield picture
-    except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
+    except (RestoreError, ConsoleFault, MemoryError):
+        raise
+    except Exception as error:  # a decoder raises whatever it trips over
         raise BadInput(f"{path} is damaged: {error}", "planish verify tells more") from error
 
 

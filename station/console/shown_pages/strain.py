@@ -1,4 +1,4 @@
-"""The strain of a page as a layer: every tile is drawn from the mesh when it is asked for, so that no page is too large."""
+"""The strain of a page as a layer: each tile is drawn from the mesh on demand, so that no page is too large."""
 
 from __future__ import annotations
 

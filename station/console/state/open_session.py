@@ -19,6 +19,7 @@ from station.session import Page, Session, decide, open_session, read_session
 from station.session.bag import LOG, TAG_MANIFEST
 from station.session.judging import lacks_verdict
 from station.session.stages import RESTORE, Submit, run_restore
+from station.session.store import identity_of
 from station.workers.background import background
 
 DECISION_S = 150.0  # for a decision to be recorded: after the shot that is under way, at the latest
@@ -57,7 +58,7 @@ class OpenSession:
     def __init__(self, folder: Path, *, held_by: str = "") -> None:
         self.folder, self.name, self.held_by = folder, folder.name, held_by
         self._rows: tuple[tuple[int, tuple[int, ...]], list[Row]] | None = None
-        self._read: tuple[int, Session] | None = None
+        self._read: tuple[tuple[object, int], Session] | None = None
 
     @property
     def is_read_only(self) -> bool:
@@ -67,9 +68,9 @@ class OpenSession:
     @property
     def session(self) -> Session:
         """The session as it stands."""
-        size = (self.folder / LOG).stat().st_size
-        if self._read is None or self._read[0] != size:
-            self._read = (size, read_session(self.folder))
+        now = identity_of(self.folder), (self.folder / LOG).stat().st_size
+        if self._read is None or self._read[0] != now:
+            self._read, self._rows = (now, read_session(self.folder)), None
         return self._read[1]
 
     @property

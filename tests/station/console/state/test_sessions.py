@@ -5,12 +5,18 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
+import pytest
+
+from restore import BadInput
 from station.console.state import sessions
 from station.errors import UsageError
-from station.session import open_session, read_session
+from station.session import SessionDamaged, open_session, read_session
 from station.session.overview import preset_of
 from station.session.tree import tree_digests
 from station.storage.folder_lock import WORK
+from tests.station.conftest import curl_scan
+from tests.station.console.conftest import GatedScanner, StandInRestorer, serving
+from tests.station.session.test_facts import events, written
 
 
 def test_a_session_is_made_opened_and_closed(client, root):
@@ -101,3 +107,37 @@ def test_a_lock_that_a_killed_process_left_is_nobodys(root):
     (work / "lock").unlink()
     (work / "lock").symlink_to("/etc/passwd")
     assert sessions.holder_of(root / "missale") is None
+
+
+@pytest.mark.parametrize("read_only", [True, False])
+def test_a_session_that_cannot_be_shown_is_not_open_and_says_why(client, root, read_only):
+    wrong = {"verdict": {"result": {"level": "purple", "findings": []}}}
+    written(root / "foreign", events(**wrong))
+    refused = client.post("/api/sessions/foreign/open", json={"read_only": read_only})
+    assert (refused.status_code, refused.json()["error"]["key"]) == (422, "damaged")
+    assert "event 4, verdict: level" in refused.json()["error"]["text"]
+    state = client.get("/api/state")
+    assert (state.status_code, state.json()["session"]) == (200, None)
+    with pytest.raises(SessionDamaged), open_session(root / "foreign"):
+        pass  # nobody has it
+    assert client.post("/api/sessions/missale/open").status_code == 200
+
+
+def test_a_session_that_is_damaged_while_it_is_looked_at_is_let_go(client, root):
+    assert client.post("/api/sessions/missale/open", json={"read_only": True}).status_code == 200
+    (root / "missale" / "events.jsonl").chmod(0o600)
+    (root / "missale" / "events.jsonl").write_bytes(b"damaged\n")
+    state = client.get("/api/state").json()
+    assert state["session"] is None
+    assert "damaged" in state["failed"]["text"]
+
+
+def test_a_session_that_the_index_refuses_is_not_left_open(root):
+    def refuse(_session):
+        raise BadInput("the index cannot be used")
+
+    scanner, restorer = GatedScanner(curl_scan()), StandInRestorer()
+    with serving(root, scanner, restorer, enter=refuse) as served, served.client() as browser:
+        assert browser.post("/api/sessions/missale/open").status_code == 422
+        with open_session(root / "missale"):
+            pass
