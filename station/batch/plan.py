@@ -70,7 +70,7 @@ def find_scans(folder: Path, listing: Listing) -> Iterator[Arrival]:
         else:
             try:
                 companions = pairing.companions(source).found
-            except PermissionError:  # the restoration meets it again, and sets the scan aside
+            except OSError:  # the restoration meets it again, and sets the scan aside
                 companions = {}
             yield Arrival.of(folder, source, companions, listing)
 

@@ -70,7 +70,7 @@ class Pairing:
 
         Names are compared without regard to case, as the vendor's program does.
         """
-        named = dict(self._named(source))
+        named = dict(self._named(source, {source}))
         found = {name: path for name, path in named.items() if path is not None}
         picture = self._picture(source)
         if picture is not None:
@@ -78,13 +78,17 @@ class Pairing:
         complete = bool(found) or self._content(source).coloured
         return Companions(found, missing=None in named.values() or not complete)
 
-    def _named(self, source: Path) -> Iterator[tuple[str, Path | None]]:
-        """Names in a file and in the material files that it names, each with its path, None where there is none."""
+    def _named(self, source: Path, seen: set[Path]) -> Iterator[tuple[str, Path | None]]:
+        """Names in a file and in the material files that it names, each with its path, None where there is none.
+
+        seen: files that were read already; a material file may name itself, or the one that names it.
+        """
         for name in self._content(source).names:
             path = self._lookup(source.parent, name)
-            yield name, path
-            if path is not None and path.suffix.lower() == ".mtl":
-                yield from self._named(path)
+            yield str(PurePosixPath(name)), path
+            if path is not None and path.suffix.lower() == ".mtl" and path not in seen:
+                seen.add(path)
+                yield from self._named(path, seen)
 
     def _content(self, path: Path) -> _Content:
         stamp = self._listing[path]

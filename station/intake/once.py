@@ -11,7 +11,7 @@ from typing import Any, Literal, Protocol
 from restore.runtime import LibraryMissing
 from station.errors import StationError, explain
 from station.intake import records
-from station.intake.arrival import Arrival
+from station.intake.arrival import OF_A_NAME, Arrival, Unreadable
 from station.run.one_page import Destination, Outcome
 from station.run.options import AUTO, RunOptions
 from station.workers.process import MAX_ATTEMPTS
@@ -31,7 +31,7 @@ class Restore(Protocol):
     """Restores a scan file; see `station.run.one_page.restore_file`."""
 
     def __call__(
-        self, source: Path, destination: Destination, options: RunOptions, *, facts: Mapping[str, Any]
+        self, source: Path, destination: Destination, options: RunOptions, *, facts: Mapping[str, Any], stem: str | None
     ) -> Outcome: ...
 
 
@@ -65,10 +65,21 @@ def restore_once(
     Raises Changed, OSError and other faults that are not the scan's.
     """
     try:
-        digest = arrival.copy(staged)
-    except PermissionError as error:
+        return _restored_once(arrival, out, options, staged, restore, now, causes)
+    except (PermissionError, Unreadable) as error:
         reasons = [f"cannot read {error.filename}: {error.strerror}"]
-        return _set_aside(arrival, out, UNREADABLE, reasons, now())
+    except OSError as error:
+        if error.errno not in OF_A_NAME:
+            raise
+        reasons = [f"its name cannot be used here: {error.strerror} ({error.filename})"]
+    records.end_attempt(out, arrival)
+    return _set_aside(arrival, out, UNREADABLE, reasons, now())
+
+
+def _restored_once(
+    arrival: Arrival, out: Path, options: RunOptions, staged: Path, restore: Restore, now: Now, causes: Sequence[str]
+) -> Settled:
+    digest = arrival.copy(staged)
     if known := records.find_result(out, arrival, digest):
         records.end_attempt(out, arrival)
         return Settled("done", known)
@@ -83,8 +94,9 @@ def restore_once(
     facts = {"scan": str(original), "arrival": arrival.as_data(digest)}
     if is_range_image(original):
         options = replace(options, unit=AUTO)
+    stem = None if arrival.stem == arrival.own_stem else arrival.stem
     try:
-        restore(staged / arrival.source.name, Destination(folder), options, facts=facts)
+        restore(staged / arrival.source.name, Destination(folder), options, facts=facts, stem=stem)
     except (OSError, StationError, LibraryMissing):  # a fault of the disk, the results or this computer
         records.end_attempt(out, arrival)
         raise

@@ -16,7 +16,7 @@ from station.run.options import RunOptions
 from tests.station.conftest import curl_scan
 
 
-def restored(source, destination, _options, *, facts):
+def restored(source, destination, _options, *, facts, stem=None):
     """Stands in for `restore_file`: a report and nothing else. A file of one byte is refused."""
     if source.is_file() and source.stat().st_size == 1:
         raise ValueError("too short")
@@ -81,7 +81,7 @@ def test_a_scan_folder_is_one_scan(tmp_path) -> None:
 
 
 def test_results_of_several_sheets_are_found_again(folder, tmp_path) -> None:
-    def two_sheets(source, destination, _options, *, facts):
+    def two_sheets(source, destination, _options, *, facts, stem=None):
         destination.folder.mkdir(parents=True)
         for number in (1, 2):
             (destination.folder / f"{source.stem}-{number}.json").write_text(json.dumps(facts))
