@@ -85,7 +85,9 @@ def _settle(
     for attempt in range(MAX_TRIES):
         try:
             with tempfile.TemporaryDirectory(prefix="planish-") as staged:
-                return restore_once(arrival, task.out, task.options, Path(staged), restore, causes=causes)
+                return restore_once(
+                    arrival, task.out, task.options, Path(staged), restore, causes=causes, memory_is_shared=True
+                )
         except Changed:
             return Settled("set aside", original, GONE)
         except OverwriteError as error:

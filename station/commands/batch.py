@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections import Counter
 from pathlib import Path
@@ -9,9 +10,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from station.commands.options import MOST_S, Debug, Kinds, Out, Restoration, Unit, grouped, run_options
-from station.commands.terminal import print_result, report_faults
-from station.errors import UsageError
+from station.commands.options import MOST_S, Debug, Json, Kinds, Out, Restoration, Unit, grouped, run_options
+from station.commands.terminal import print_note, print_result, report_faults
+from station.errors import SET_ASIDE, UsageError
 
 if TYPE_CHECKING:
     from contextlib import AbstractContextManager
@@ -60,9 +61,13 @@ def batch(
     page_limit: PageLimit = 3600.0,
     judge_as: JudgeAs = "book",
     unit: Unit = "auto",
+    as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Restore all scans of folders and sessions with several workers; started again, it goes on where it was."""
+    """Restore all scans of folders and sessions with several workers; started again, it goes on where it was.
+
+    Ends with 7 when pages were set aside: they could not be restored.
+    """
     with report_faults(debug=debug):
         from station.batch.runner import run_batch
         from station.session.presets import load_preset
@@ -81,15 +86,16 @@ def batch(
         threads = 1 if scheduler is not None else max(len(os.sched_getaffinity(0)) // count, 1)
         process = Limits(memory, page_limit, threads=threads)
         places: AbstractContextManager[Workers]
-        places = local_workers(count, process) if scheduler is None else cluster_workers(scheduler, process)
+        places = local_workers(count, process) if scheduler is None else cluster_workers(scheduler, process, print_note)
         counts: Counter[str] = Counter()
 
         def show(event: Event) -> None:
             counts[event.state] += 1
             progress = f"  [{event.done}]" if event.done else ""
-            print_result(f"{event.state:<10} {event.name}: {event.text}{progress}")
+            if not as_json:
+                print_result(f"{event.state:<10} {event.name}: {event.text}{progress}")
 
-        report = run_batch(
+        finished = run_batch(
             list(dict.fromkeys(source.resolve() for source in sources)),
             output.resolve(),
             options,
@@ -97,7 +103,16 @@ def batch(
             show,
             limits=limits,
         )
-        print_result(f"{counts['restored']} restored, {counts['set aside']} set aside\nreport     {report}")
+        if as_json:
+            aside = [{"name": page.name, "reasons": list(page.notes)} for page in finished.set_aside]
+            facts = {"restored": counts["restored"], "pages": len(finished.pages), "set_aside": aside}
+            print_result(json.dumps({**facts, "report": str(finished.report)}, indent=2))
+        else:
+            print_result(
+                f"{counts['restored']} restored, {counts['set aside']} set aside\nreport     {finished.report}"
+            )
+        if finished.set_aside:
+            raise typer.Exit(SET_ASIDE)
 
 
 def _share_mib(count: int) -> int:

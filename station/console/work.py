@@ -85,12 +85,12 @@ def batch(task: Mapping[str, Any], progress: Progress, tell: Tell) -> Result:
             progress(str(event.done), event.done.share)
 
     sessions = [Path(session) for session in task["sessions"]]
-    report = run_batch(sessions, free_folder(Path(task["out"])), RunOptions(), local_workers(count, limits), show)
+    finished = run_batch(sessions, free_folder(Path(task["out"])), RunOptions(), local_workers(count, limits), show)
     return {
         "restored": counts.get("restored", 0),
         "set_aside": counts.get("set aside", 0),
-        "folder": str(report.parent),
-        "report": str(report),
+        "folder": str(finished.report.parent),
+        "report": str(finished.report),
     }
 
 

@@ -58,14 +58,16 @@ def restore_once(
     *,
     now: Now = records.utc,
     causes: Sequence[str] = (),
+    memory_is_shared: bool = False,
 ) -> Settled:
     """Copy a scan to the empty folder `staged` and restore the copy, or set the scan aside when it cannot be restored.
 
-    causes: how earlier processes that restored it ended, where that is known.
+    causes: how earlier processes that restored it ended, where that is known. memory_is_shared: the process has a part
+    of the memory, so that MemoryError is raised, which is not the scan's fault.
     Raises Changed, OSError and other faults that are not the scan's.
     """
     try:
-        return _restored_once(arrival, out, options, staged, restore, now, causes)
+        return _restored_once(arrival, out, options, staged, restore, now, causes, memory_is_shared)
     except (PermissionError, Unreadable) as error:
         reasons = [f"cannot read {error.filename}: {error.strerror}"]
     except OSError as error:
@@ -77,15 +79,16 @@ def restore_once(
 
 
 def _restored_once(
-    arrival: Arrival, out: Path, options: RunOptions, staged: Path, restore: Restore, now: Now, causes: Sequence[str]
-) -> Settled:
+    arrival: Arrival, out: Path, options: RunOptions, staged: Path, restore: Restore, now: Now, causes: Sequence[str],
+    memory_is_shared: bool,
+) -> Settled:  # fmt: skip
     digest = arrival.copy(staged)
     if known := records.find_result(out, arrival, digest):
         records.end_attempt(out, arrival)
         return Settled("done", known)
     if records.failed_digest(out, arrival) == digest:
         return Settled("done", records.note_of(out, arrival))
-    if records.begin_attempt(out, arrival, digest) >= MAX_ATTEMPTS:
+    if max(records.begin_attempt(out, arrival, digest), len(causes)) >= MAX_ATTEMPTS:
         how = f": {'; '.join(dict.fromkeys(causes))}" if causes else ""
         reason = f"the program has ended {MAX_ATTEMPTS} times while it restored this scan{how}"
         return _set_aside(arrival, out, digest, [reason], now())
@@ -101,6 +104,9 @@ def _restored_once(
         records.end_attempt(out, arrival)
         raise
     except Exception as error:
+        if memory_is_shared and isinstance(error, MemoryError):
+            records.end_attempt(out, arrival)
+            raise
         fault = explain(error)
         lines = [line.replace(str(staged), str(original.parent)) for line in (fault.message, *fault.hints)]
         return _set_aside(arrival, out, digest, lines, now())

@@ -12,6 +12,7 @@ import psutil
 import pytest
 
 from station.batch.progress import Done, Event
+from station.batch.runner import Finished
 from station.console import work
 from station.console.faults import ConsoleFault
 from station.console.state.jobs import MAX_WAITING, Job, Jobs
@@ -156,7 +157,7 @@ def test_a_fault_of_the_work_is_told(root):
 def test_a_batch_reports_each_page_and_how_far_it_is(root, monkeypatch):
     def run_batch(_sessions, out, _options, _workers, show):
         show(Event("restored", "Missale, page 2", "green", Done(3, 12, datetime.now(UTC))))
-        return out / "report.html"
+        return Finished(out / "report.html", ())
 
     monkeypatch.setattr(work, "run_batch", run_batch)
     told = []
