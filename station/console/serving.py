@@ -57,30 +57,26 @@ def max_connections() -> int:
 
 
 def check_address(address: Address) -> None:
-    """Raise UsageError for an address that others reach without TLS, and for one that is no single address."""
+    """Raise UsageError for an address that others reach without TLS."""
     if (address.cert is None) != (address.key is None):
         raise UsageError("--cert and --key go together", "name both files")
     if address.host in (LOCALHOST, "localhost", "::1"):
         return
     if address.cert is None:
         raise UsageError(f"--listen {address.host}: others can read along", "give a certificate with --cert and --key")
-    try:
-        everywhere = ipaddress.ip_address(address.host).is_unspecified
-    except ValueError:
-        everywhere = False
-    if everywhere:
-        raise UsageError(
-            f"--listen {address.host}: that is every address", "name the one by which the tablet reaches this computer"
-        )
 
 
 def bind(address: Address) -> socket.socket:
-    """The listening socket. Raises UsageError when the address cannot be used."""
+    """The listening socket. Raises UsageError when the address cannot be used, or is no single one."""
     family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
     listener = socket.socket(family, socket.SOCK_STREAM)
     try:
         listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         listener.bind((address.host, address.port))
+        _refuse_everywhere(address, listener.getsockname()[0])
+    except UsageError:
+        listener.close()
+        raise
     except OSError as error:
         listener.close()
         raise UsageError(
@@ -90,13 +86,24 @@ def bind(address: Address) -> socket.socket:
     return listener
 
 
+def _refuse_everywhere(address: Address, bound: str) -> None:
+    """Raise UsageError for a socket that is bound to every address, however that was written: `0`, `0x0`, nothing."""
+    place = ipaddress.ip_address(bound.partition("%")[0])
+    mapped = place.ipv4_mapped if isinstance(place, ipaddress.IPv6Address) else None
+    if place.is_unspecified or (mapped is not None and mapped.is_unspecified):
+        raise UsageError(
+            f"--listen {address.host!r}: that is every address",
+            "name the one by which the tablet reaches this computer",
+        )
+
+
 def door_of(address: Address, port: int, token: str | None = None) -> Door:
     """What a request to this server has to bring. token: a new one by default."""
     shown = f"[{address.host}]" if ":" in address.host else address.host
     names = {shown.lower(), *({"localhost", LOCALHOST} if address.host == LOCALHOST else ())}
     usual = {"http": 80, "https": 443}[address.scheme]
     hosts = {f"{name}:{port}" for name in names} | (names if port == usual else set())
-    return Door(frozenset(hosts), address.scheme, token or secrets.token_urlsafe(TOKEN_BYTES), f"planish-{port}")
+    return Door(frozenset(hosts), address.scheme, token or secrets.token_urlsafe(TOKEN_BYTES))
 
 
 def link_of(address: Address, port: int, door: Door) -> str:

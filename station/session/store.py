@@ -24,6 +24,7 @@ from station.session.events import RECORD, VOLUME, Event, Input, Kind, encode
 from station.session.facts import check_facts
 from station.session.history import History, extended, folded
 from station.session.reading import MAX_EVENTS, SessionDamaged, Stored, complete_tag_files, read_stored
+from station.session.texts import check_text
 from station.session.volume import Volume
 from station.storage.atomic import lock_output_folder, new_folder
 from station.storage.disk import add_path_to_errors, sync_folder, sync_tree, write_and_sync, write_file
@@ -79,11 +80,13 @@ def create_session(
 ) -> None:
     """Create a session: a bag that holds one event. It is there whole, or not at all.
 
-    Raises UsageError for a reserved name, OverwriteError when something of that name is there, FolderInUse, OSError
-    when the disk refuses.
+    Raises UsageError for a reserved name and for control characters in a text, OverwriteError when something of that
+    name is there, FolderInUse, OSError when the disk refuses.
     """
     folder = Path(os.path.abspath(folder))  # noqa: PTH100 — without following a link at its end
     refuse_reserved(folder)
+    for name in ("title", "project", "organisation"):
+        check_text(name, getattr(volume, name))
     facts = {"id": new_id(), "volume": volume.model_dump(mode="json", exclude_none=True)}
     time = _stamp(now())
     first = Event(1, VOLUME, "session", "session", None, time, software_version(), facts)

@@ -41,6 +41,7 @@ from station.session.presets import Preset
 from station.session.reading import VERIFY, SessionDamaged
 from station.session.stages import run_restore
 from station.session.store import Session, read_session, utc
+from station.session.texts import check_text
 from station.verdict.thresholds import Thresholds
 from station.workers.background import background
 
@@ -209,12 +210,14 @@ class AppState:
     def press(self, action: str, page: int | None = None, text: str | None = None) -> int | None:
         """Have an action of the operator done, on the current page where none is named; returns its page.
 
-        Returns at once. Raises ConsoleFault when it cannot be done.
+        Returns at once. Raises ConsoleFault when it cannot be done, UsageError for control characters in the text.
         """
         if action == "preview":
             self.look()
             return None
         opened = self.writable()
+        if text is not None:
+            text = check_text(action, text)
         page = page or opened.page
         if action in ON_A_PAGE:
             if page is None:
@@ -232,7 +235,12 @@ class AppState:
                     self.scanner.release()
                     self._send_rows()  # its restoration has begun
 
-        opened.do(task)
+        try:
+            opened.do(task)
+        except ConsoleFault:  # it was closed at the same moment
+            if action in SHOTS:
+                self.scanner.release()
+            raise
         return page
 
     def look(self) -> None:

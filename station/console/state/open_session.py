@@ -135,6 +135,8 @@ class WritableSession(OpenSession):
         self._recovery: dict[str, Any] | None = None
         self._resumed: list[int] = []
         self.loop: CaptureLoop | None = None
+        self._taking = threading.Lock()
+        self._is_leaving = False
 
     def start(self) -> None:
         """Open the session. Raises FolderInUse, BadInput, SessionDamaged, OSError."""
@@ -169,8 +171,11 @@ class WritableSession(OpenSession):
         return {**self._recovery, "resumed": self._resumed, "left": len(waiting & set(self._resumed))}
 
     def do(self, task: Task) -> None:
-        """Have something done by the loop, between two keys."""
-        self._running.inbox.put(task)
+        """Have something done by the loop, between two keys. Raises ConsoleFault when it is being closed."""
+        with self._taking:
+            if self._is_leaving:
+                raise ConsoleFault("no_session_open", f"{self.name} is being closed", "open it again")
+            self._running.inbox.put(task)
 
     def decide(self, name: str, value: object) -> None:
         """Record a decision on the volume, and wait until it is. Raises OSError when the disk refuses."""
@@ -194,7 +199,9 @@ class WritableSession(OpenSession):
         def leave() -> None:
             raise _Leave
 
-        self.do(leave)
+        with self._taking:  # what was taken before is done before
+            self._is_leaving = True
+            self._running.inbox.put(leave)
         self._thread.join()
 
     def join(self, timeout: float) -> bool:
@@ -216,7 +223,11 @@ class WritableSession(OpenSession):
                     self._opened.set_exception(error)
                     return
                 self._opened.set_result(None)
-                self._running.run()
+                try:
+                    self._running.run()
+                finally:
+                    with self._taking:
+                        self._is_leaving = True
         except _Leave:
             self._listener.ended(None)
         except BaseException as error:

@@ -146,7 +146,6 @@ class Served:
     app_state: AppState
     port: int
     token: str
-    cookie: str
     scanner: GatedScanner
     restorer: StandInRestorer
     root: Path
@@ -159,10 +158,8 @@ class Served:
 
     def client(self, tab: str = TAB) -> httpx.Client:
         """A browser that has opened the link."""
-        headers = {"Origin": self.origin, "X-Planish-Tab": tab}
-        return httpx.Client(
-            base_url=self.origin, headers=headers, cookies={self.cookie: self.token}, timeout=WAIT_S, trust_env=False
-        )
+        headers = {"Origin": self.origin, "X-Planish-Tab": tab, "Authorization": f"Bearer {self.token}"}
+        return httpx.Client(base_url=self.origin, headers=headers, timeout=WAIT_S, trust_env=False)
 
     def say(self, data: bytes, *, timeout: float = WAIT_S) -> bytes:
         """What comes back for some bytes, until the server closes the connection."""
@@ -201,7 +198,7 @@ def serving(
         try:
             assert ready.wait(WAIT_S)
             wait_for(lambda: app_state.scanner.as_json()["busy"] is None, "the scanner")
-            yield Served(app_state, port, door.token, door.cookie, scanner, restorer, root, guard, address)
+            yield Served(app_state, port, door.token, scanner, restorer, root, guard, address)
         finally:
             server.should_exit = True
             thread.join()
