@@ -7,10 +7,11 @@ import hashlib
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any, BinaryIO
 
-from restore.formats import scan_stem
+from station.intake.companions import stem_of_name
 from station.intake.listing import Listing, Stamp
 from station.run.one_page import SCAN_SUFFIX
 
@@ -61,14 +62,14 @@ class Arrival:
         files = {str(path.relative_to(source.parent)): path for path in inside}
         return cls(folder, source, files, tuple(listing[path] for path in inside))
 
-    @property
+    @cached_property
     def own_stem(self) -> str:
         """The name of the scan without its ending."""
         if self.source.name in self.files:
-            return scan_stem(self.source)
+            return stem_of_name(self.source.name)
         return self.source.name.removesuffix(SCAN_SUFFIX) or self.source.name
 
-    @property
+    @cached_property
     def stem(self) -> str:
         """First part of the names of its results."""
         return shortened(self.own_stem)
