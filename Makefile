@@ -89,5 +89,5 @@ $(VENDORED): $(PAGE)/package.json $(PAGE)/package-lock.json | $(READY)
 
 # Compiled once, when all libraries are there: no first run has to wait.
 $(COMPILED): $(READY) | system
-	$(BIN)/planish warm-up
+	$(BIN)/planish compile
 	touch $@

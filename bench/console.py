@@ -94,7 +94,7 @@ def shots(station: Station) -> None:
         listener.start()
         ready.wait(WAIT_S)
         start = time.perf_counter()
-        station.browser.post("/api/press", json={"action": "shoot"}).raise_for_status()
+        station.browser.post("/api/press", json={"action": "capture"}).raise_for_status()
         done.wait(WAIT_S)
         listener.join()
         shot, verdict = seen["stored"] - start, seen["verdict"] - start

@@ -64,7 +64,7 @@ def _session(page: Page, title: str) -> None:
 
 
 def _shoot(page: Page, number: int) -> None:
-    page.locator("[data-action=shoot]:not([aria-disabled])").wait_for(timeout=WAIT_MS)
+    page.locator("[data-action=capture]:not([aria-disabled])").wait_for(timeout=WAIT_MS)
     page.keyboard.press(" ")
     page.wait_for_selector("[data-laser=on]", timeout=WAIT_MS)
     page.wait_for_selector(f"#strip-{number}", timeout=WAIT_MS)
@@ -84,13 +84,13 @@ def _shift(page: Page, keep: Keep) -> None:
             keep(page, "first-shot-dark")
         _judged(page, number)
         if number == PAGES:
-            keep(page, "shoot-dark")
+            keep(page, "capture-dark")
         else:
             page.keyboard.press("Enter")
             page.wait_for_selector(f"#strip-{number}[aria-label*=accepted]", timeout=WAIT_MS)
     page.keyboard.press("p")
     page.wait_for_selector(".overlay:visible", timeout=WAIT_MS)
-    page.wait_for_selector("[data-action=shoot]:not([aria-disabled])", timeout=WAIT_MS)
+    page.wait_for_selector("[data-action=capture]:not([aria-disabled])", timeout=WAIT_MS)
     page.keyboard.press(" ")
     page.wait_for_selector("[data-laser=on]", timeout=WAIT_MS)
     page.get_by_role("button", name="Preview").first.click()
@@ -133,7 +133,7 @@ def _crash(browser: Browser, console: Console, link: str, keep: Keep) -> None:
         page.locator("[data-name=missale-romanum]").get_by_role("button", name="Open", exact=True).click()
         page.get_by_role("heading", name="Nothing is lost").wait_for(timeout=WAIT_MS)
         keep(page, "recovery-dark")
-        page.get_by_role("button", name="Go on shooting").click()
+        page.get_by_role("button", name="Continue capturing").click()
         _judged(page, PAGES + 2)
         page.evaluate("location.hash = '#/sessions'")
         page.wait_for_selector(".session")

@@ -20,8 +20,8 @@ from drivers.simulated.scene.sheets import Sheet
 from oracles.simulation.camera import Camera, Exposure
 from oracles.studio import View, restored_mesh, scan_page, take_photograph
 from restore import FlatMesh, Photograph
-from restore.mesh.adjacency import border_of
 from restore.mesh.measures import signed_areas
+from restore.mesh.topology import Topology
 from restore.photo import Registered, paint_registered, photo_findings, register_photographs
 from restore.scan import Bytes, Mask
 
@@ -150,7 +150,7 @@ def _hidden_on_page(page: FlatMesh, one: Registered, covered: Covered) -> Mask:
 def _shot(page: FlatMesh, camera: Camera, image: Bytes) -> Shot:
     pixels = camera.project(page.vertices)
     area = np.abs(signed_areas(pixels, page.faces)).sum() / np.abs(signed_areas(page.flat, page.faces)).sum()
-    return Shot(image, pixels[border_of(page.faces)], float(area**0.5))
+    return Shot(image, pixels[Topology(page.faces).border], float(area**0.5))
 
 
 def _line(result: Result) -> str:

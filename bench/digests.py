@@ -28,7 +28,7 @@ RUNS: dict[str, tuple[str, ...]] = {
     "applicable": ("--method", "applicable"),
     "many-points": ("--points", "5000", "--map"),
     "fine": ("--dpi", "300"),
-    "without-light": ("--shading", "remove", "--fill-hidden", "3"),
+    "without-light": ("--shading", "remove", "--inpaint", "3"),
 }
 VOLATILE = ("seconds", "peak_memory_mb", "scan", "texture", "files", "source", "provenance")
 

@@ -21,7 +21,7 @@ from drivers.vivid900.geometry.lenses import LENSES
 from restore import Settings, restore
 from restore.scan import Bytes
 from restore.texture.page import MM_PER_INCH
-from restore.texture.super_resolution import finer_scan
+from restore.texture.super_resolution import super_resolve
 from station.colour.chart import find_chart
 from station.colour.figures import mean_differences
 from station.colour.fit import fit_colours
@@ -78,7 +78,7 @@ def super_figure() -> Image.Image:
     config = small_print.station(SMALL_PT)
     taken, text = small_print.shots(config, SHOTS), small_print.printed(config)
     panels = []
-    for title, scan in (("one shot", taken[0]), (f"{SHOTS} shots", finer_scan(taken))):
+    for title, scan in (("one capture", taken[0]), (f"{SHOTS} captures", super_resolve(taken))):
         page = restore(scan, Settings(shading="remove")).image
         read = recognise(page, 150.0, name=title).text
         right = f"{100 * count_matching_characters(text, read).precision:.1f} % of the characters read right"

@@ -1,4 +1,4 @@
-"""Colours of pages under tinted lamps drawn afresh, by what `--white` makes of them.
+"""Colours of pages under tinted lamps drawn afresh, by what `--white-balance` makes of them.
 
     python -m bench.light_white [--seed N] [--sheet KIND]... [--each 7]
 
@@ -88,7 +88,7 @@ def errors(
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Print a line a page, and the means."""
-    parser = argparse.ArgumentParser(description="colours of pages under tinted lamps, by the modes of --white")
+    parser = argparse.ArgumentParser(description="colours of pages under tinted lamps, by the modes of --white-balance")
     parser.add_argument("--seed", type=int, default=None, help="drawn, and printed, unless given")
     parser.add_argument("--sheet", action="append", choices=SHEETS, help=f"a kind of sheet ({', '.join(KINDS)})")
     parser.add_argument("--each", type=int, default=len(FAMILIES), help="pages of every sheet")

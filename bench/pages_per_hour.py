@@ -76,7 +76,7 @@ def work(scans: list[RangeScan], shot_s: float, pages: int) -> tuple[list[float]
 
     with tempfile.TemporaryDirectory() as name, background(run_restore) as submit:
         settings = load_preset("leaflet").model_dump(mode="json", exclude_none=True)
-        create_session(Path(name) / "volume", Volume(title="A volume", settings=settings))
+        create_session(Path(name) / "volume", Volume(title="A volume", preset_values=settings))
         with open_session(Path(name) / "volume") as writer:
             loop = CaptureLoop(writer, take, submit, show)
             loop.inbox.put(" ")

@@ -20,7 +20,8 @@ from oracles.markers import rigid_residual
 from oracles.sheets import CASES
 from restore import flatten
 from restore.mesh.measures import edge_strain, flipped_faces, straight_lengths
-from restore.mesh.network import edges_of, make_network
+from restore.mesh.network import make_network
+from restore.mesh.topology import Topology
 from restore.mesh.triangulate import triangulate
 from restore.scan import Floats, SurfaceMesh
 
@@ -118,7 +119,7 @@ def methods_for(points: int, peers: dict[str, Method], *, full: bool) -> dict[st
 
 def on_chords(mesh: SurfaceMesh) -> Floats:
     """The sticks with no more than the peers are given: straight distances."""
-    return flatten(mesh, lengths=make_network(mesh.vertices, mesh.faces).lengths).flat
+    return flatten(mesh, lengths=make_network(mesh.vertices, Topology(mesh.faces)).lengths).flat
 
 
 def judged(name: str, mesh: SurfaceMesh, truth: Floats, noise: float, methods: dict[str, Method]) -> Iterator[Result]:
@@ -134,7 +135,7 @@ def judged(name: str, mesh: SurfaceMesh, truth: Floats, noise: float, methods: d
                 found[method] = run(mesh)
                 seconds[method].append(time.perf_counter() - start)
             memory[method] = growth()
-    edges = edges_of(mesh.faces)
+    edges = Topology(mesh.faces).edges
     lengths = straight_lengths(truth, edges)
     for method, flat in found.items():
         rest, _ = rigid_residual(flat, truth)

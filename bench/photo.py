@@ -74,7 +74,7 @@ def _registration(sheet: Sheet, artwork: Artwork, camera: Camera) -> tuple[str, 
     errors_px = reprojection_errors(page, truth, camera, registration)
     figures = float(np.sqrt(np.mean(errors_px**2))), float(np.percentile(errors_px, 99)), registration.residual_px
     focal = f"{registration.camera.focal_px / camera.focal_px - 1:+.1%}"
-    return *(f"{figure:.2f}" for figure in figures), f"{registration.alike:.0%}", focal
+    return *(f"{figure:.2f}" for figure in figures), f"{registration.match_fraction:.0%}", focal
 
 
 def _refusals() -> None:
@@ -102,8 +102,8 @@ def _large() -> None:
     print(
         f"registration {np.sqrt(np.mean(errors_px**2)):.2f} pixels rms, 99 % within {np.percentile(errors_px, 99):.2f}"
     )
-    print(f"{photo['sampling_ppi']:.0f} pixels per inch from the photograph, painted {photo['painted_share']:.1%}")
-    print(f"effective ppi {photo['effective_ppi'] or float('nan'):.0f}")
+    print(f"{photo['sampling_ppi']:.0f} pixels per inch from the photograph, painted {photo['textured_fraction']:.1%}")
+    print(f"effective ppi {photo['resolved_ppi'] or float('nan'):.0f}")
     stages = ", ".join(f"{stage} {taken:.2f}" for stage, taken in report["seconds"].items())
     print(f"seconds: {stages}")
     print(f"with start and files {wall:.1f} s by the clock, {seconds:.1f} s of the processor's time")

@@ -81,7 +81,7 @@ def _measure(paths: list[Path]) -> tuple[RestoredPage, list[Path]]:
     whole = np.array(list(table.values()))
     print(ROW.format("whole", *(f"{value:.1f}" for value in whole[:, :2].sum(axis=0)), f"{whole[:, 2].max():.0f}"))
     mtf50 = print_or_outline_mtf50(fine.image, fine.mask)
-    held, kept = fine.report["effective_ppi"], 2.0 * (mtf50 or 0.0) * FINE_DPI
+    held, kept = fine.report["resolved_ppi"], 2.0 * (mtf50 or 0.0) * FINE_DPI
     print(f"{kept:.0f} of {held:.0f} pixels per inch: {kept / held:.1%}")
     return page, names
 

@@ -27,7 +27,7 @@ from oracles.markers import rigid_residual
 from oracles.simulation.photographs import PhotographSet, Shots, photograph_page
 from restore import Photograph, RestoreError, Settings, reconstruct_page, restore
 from restore.photogrammetry import SCALE_CARD
-from restore.texture.coverage import Seen
+from restore.texture.coverage import CoverageClass
 from restore.texture.page import MM_PER_INCH
 
 ROW = "{:<6} {:>6} {:>7} {:>8} {:>8} {:>8} {:>13}"
@@ -103,7 +103,7 @@ def _measured(taken: PhotographSet, artwork: WithBlank) -> tuple[str, ...]:
         f"{np.sqrt((off[inside] ** 2).mean()):.3f}",
         f"{np.quantile(off[inside], 0.99):.3f}",
         f"{np.sqrt((off**2).mean()):.3f}",
-        f"{(kinds == Seen.FILLED).mean():.0%}",
+        f"{(kinds == CoverageClass.INTERPOLATED).mean():.0%}",
     )
 
 

@@ -60,7 +60,7 @@ def hidden() -> Bytes:
     """A page with a pleat: colour image, hidden places hatched, hidden places filled."""
     mesh = pleated()
     assert mesh.texture is not None
-    unfilled, filled = (restore(mesh, Settings(points=0, fill_hidden_mm=mm)) for mm in (0.0, FILLED_MM))
+    unfilled, filled = (restore(mesh, Settings(points=0, inpaint_mm=mm)) for mm in (0.0, FILLED_MM))
     panels = [
         Panel(
             resize_to_fit(mesh.texture, height=HEIGHT, width=WIDTH),

@@ -1,4 +1,4 @@
-"""`effective_ppi` against slanted edges: `python -m bench.resolution [SEED]`.
+"""`resolved_ppi` against slanted edges: `python -m bench.resolution [SEED]`.
 
 The report's figure comes from a page of text; the slanted edges are those of a square turned by 5°, printed on the
 same page before the same camera. They are measured after ISO 12233: a line is fitted to the edge, the pixels round
@@ -33,8 +33,8 @@ from restore.pipeline import Stopwatch
 from restore.prepared.prepare import prepare
 from restore.scan import Bytes, Floats
 from restore.texture.page import paint_page
-from restore.texture.resolution import effective_share
-from restore.texture.super_resolution import finer_scan
+from restore.texture.resolution import resolved_fraction
+from restore.texture.super_resolution import super_resolve
 
 PAGE_MM = (240.0, 170.0)
 SQUARE_MM, TURN_DEG, CLEAR_MM = 26.0, 5.0, 44.0
@@ -99,8 +99,8 @@ def _figures(rng: np.random.Generator) -> Iterator[tuple[str, float | None, floa
         yield f"{name}, scanner", *_scanner(page, targets[0].texture, truths[0], 1)
         if shots > 1:
             yield (
-                f"{name}, --super {shots}",
-                *_scanner(_flat(finer_scan(scans)), finer_scan(targets).texture, truths[0], 2),
+                f"{name}, --super-resolution {shots}",
+                *_scanner(_flat(super_resolve(scans)), super_resolve(targets).texture, truths[0], 2),
             )
         yield from _photographed(name, page, plain, target, truths[0], rng)
 
@@ -120,7 +120,7 @@ def _photographed(
             print(f"{label:<34}refused: {one.reason}", flush=True)
             continue
         _, (report,) = paint_registered(page, [one], 60.0)
-        yield label, report["effective_ppi"], *_slanted(taken[1], lambda p: camera.project(truth.surface(p)))
+        yield label, report["resolved_ppi"], *_slanted(taken[1], lambda p: camera.project(truth.surface(p)))
 
 
 def _scene(sheet: Sheet, artwork: Artwork, pose: tuple[float, float]) -> Scene:
@@ -152,7 +152,7 @@ def _scanner(page: FlatMesh, texture: Bytes | None, truth: Truth, factor: int) -
         rows, cols = np.unravel_index(away.reshape(len(points), -1).argmin(axis=1), truth.flat.shape[:2])
         return np.stack([cols, rows], axis=1) * float(factor) + (factor - 1) / 2
 
-    return paint_page(page, 150.0).resolution.effective_ppi, *_slanted(texture, project)
+    return paint_page(page, 150.0).resolution.resolved_ppi, *_slanted(texture, project)
 
 
 def _slanted(picture: Bytes, project: Callable[[Floats], Floats]) -> tuple[float, float]:
@@ -165,7 +165,7 @@ def _slanted(picture: Bytes, project: Callable[[Floats], Floats]) -> tuple[float
     across = (np.roll(spans, 1) + np.roll(spans, -1)) / 2 * 25.4
     light = _linear(cv2.cvtColor(picture, cv2.COLOR_RGB2GRAY))
     figures = [
-        effective_share(slanted_edge_mtf50(light, middle, REACH_MM * ppi / 25.4)) * ppi
+        resolved_fraction(slanted_edge_mtf50(light, middle, REACH_MM * ppi / 25.4)) * ppi
         for middle, ppi in zip(pixels, across, strict=True)
     ]
     return float(np.median(figures)), float(np.median(across))

@@ -15,7 +15,7 @@ from pathlib import Path
 import cv2
 import numpy as np
 
-from bench.replay import restore_now
+from bench.reproduce import restore_now
 from drivers.simulated import Text
 from drivers.simulated.imaging.shot import printed
 from restore import RangeScan
@@ -41,7 +41,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "missale"
         settings = load_preset("book").model_dump(mode="json", exclude_none=True)
-        create_session(folder, Volume(title="Missale", project="P 12", settings=settings))
+        create_session(folder, Volume(title="Missale", project="P 12", preset_values=settings))
         _work(folder)
         print(*overview_lines(read_session(folder)), sep="\n")
         inspection = verify(folder)

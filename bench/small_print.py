@@ -1,7 +1,8 @@
 """Small print read from one shot and from several: `python -m bench.small_print`.
 
 A curled page of 230 × 160 mm before the MIDDLE lens at 0.9 m, 53 pixels to the inch. The shots come from the driver of
-the simulated device as `planish scan --super` takes them: a hand moves the page by half a pixel at most between them.
+the simulated device as `planish scan --super-resolution` takes them: a hand moves the page by half a pixel at most
+between them.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from drivers import CaptureSettings
 from drivers.simulated import connect, rig
 from drivers.vivid900.geometry.lenses import FINE
 from restore import RangeScan, Settings, restore
-from restore.texture.super_resolution import finer_scan
+from restore.texture.super_resolution import super_resolve
 from station.words.ocr_precision import MatchCount, count_matching_characters, count_matching_words
 from station.words.words import recognise
 
@@ -43,7 +44,7 @@ def printed(config: Mapping[str, Any]) -> str:
 
 def read(taken: Sequence[RangeScan], text: str) -> tuple[MatchCount, MatchCount]:
     """Words and characters read in the page that these shots give together."""
-    scan = finer_scan(taken) if len(taken) > 1 else taken[0]
+    scan = super_resolve(taken) if len(taken) > 1 else taken[0]
     page = restore(scan, Settings(dpi=DPI, shading="remove"))
     recognised = recognise(page.image, DPI, name="page").text
     return count_matching_words(text, recognised), count_matching_characters(text, recognised)

@@ -100,7 +100,7 @@ def judged(views: Views) -> Result:
     if shown.sum() < 3:
         return Result("warned" if doubted else "SILENT", said, np.inf, foreign)
     error, scale = rigid_residual(places[shown], true[shown])
-    if page.report["scale"]["from"] == "none":
+    if page.report["scale_source"]["from"] == "none":
         error, _ = rigid_residual(places[shown] * scale, true[shown])
     rms = float(np.sqrt((error**2).sum(axis=1).mean()))
     if rms <= RIGHT_MM and foreign <= FOREIGN and _whole(true[shown]):

@@ -74,7 +74,7 @@ def _measured(simulated: SimulatedRig, rng: np.random.Generator) -> tuple[str, .
         f"{np.sqrt((off**2).mean()):.3f}",
         f"{np.quantile(off, 0.99):.3f}",
         "/".join(f"{side:+.1f}" for side in size),
-        f"{scan.provenance['measured_share']:.1%}",
+        f"{scan.provenance['decoded_fraction']:.1%}",
     )
 
 

@@ -61,7 +61,7 @@ def main() -> int:
     first = run(load_profile(SIMULATED), lens)
     wrong = 0
     print(f"{'variant':<18} {'damage':<12} {'commands':>8}  {'same':<12} does without")
-    print(f"{SIMULATED:<18.18} {first.profile.assurance:<12} {first.commands:>8}  {'-':<12}")
+    print(f"{SIMULATED:<18.18} {first.profile.integrity:<12} {first.commands:>8}  {'-':<12}")
     for path in sorted((PROFILES / "variants").glob("*.toml")):
         one = run(load_profile(path), lens)
         other = [part for part, mine, its in zip(PARTS, one.digests, first.digests, strict=True) if mine != its]
@@ -69,7 +69,7 @@ def main() -> int:
         wrong += bool(other)
         told = f"not {', '.join(other)}" if other else "to the byte"
         lacks = ", ".join(name.removeprefix("commands.").removeprefix("blocks.") for name in one.profile.absences)
-        print(f"{path.stem:<18} {one.profile.assurance:<12} {one.commands:>8}  {told:<12} {lacks or '-'}", flush=True)
+        print(f"{path.stem:<18} {one.profile.integrity:<12} {one.commands:>8}  {told:<12} {lacks or '-'}", flush=True)
     print(f"wrong: {wrong}")
     return 1 if wrong else 0
 

@@ -1,4 +1,4 @@
-"""Range scanners: `open_scanner(config)` opens one, `open_turntable` one with a rotary stage in front of it."""
+"""Range scanners: `open_scanner(config)` opens one, `open_turntable` one with a turntable in front of it."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def open_link(config: Mapping[str, Any]) -> tuple[Link, Profile]:
 def _driver(config: Mapping[str, Any]) -> ModuleType:
     name = config.get("driver")
     if name not in DRIVERS:
-        raise SettingsError(f"there is no scanner driver {name!r}", f"use one of: {', '.join(sorted(DRIVERS))}")
+        raise SettingsError(f"the scanner driver {name!r} does not exist", f"use one of: {', '.join(sorted(DRIVERS))}")
     return import_module(DRIVERS[name])
 
 
@@ -56,7 +56,7 @@ def _driver(config: Mapping[str, Any]) -> ModuleType:
 def open_turntable(
     config: Mapping[str, Any], *, model: str, port: str, relative: bool = False
 ) -> Iterator[tuple[Scanner, RotaryStage]]:
-    """A scanner and its rotary stage as a context manager; on exit the laser is off, the stage stopped, both closed.
+    """A scanner and its turntable as a context manager; on exit the laser is off, the stage stopped, both closed.
 
     config           the table `[scanner]`, as for `open_scanner`.
     model, relative  of the stage's controller, as for `open_stage`.
@@ -71,7 +71,7 @@ def open_turntable(
     if port == SIMULATED_PORT or config.get("driver") == "simulated":
         raise SettingsError(
             "a simulated scanner and a real stage do not see each other",
-            f'use port = "{SIMULATED_PORT}" in [stage] with driver = "simulated" in [scanner], and only there',
+            f'use port = "{SIMULATED_PORT}" in [turntable] with driver = "simulated" in [scanner], and only there',
         )
     from drivers.stage import open_stage
 

@@ -24,7 +24,7 @@ def main(scan_path: Path, page_path: Path) -> None:
     # 4. The report says how far the surface had to be strained, and what the source resolves.
     width, height = page.report["page_mm"]
     print(f"{width:.1f} × {height:.1f} mm, rms strain {page.report['strain']['rms']:.2%}")
-    ppi = page.report["effective_ppi"]
+    ppi = page.report["resolved_ppi"]
     print(f"the source resolves {ppi:.0f} pixels per inch" if ppi else "what the source resolves cannot be measured")
 
 

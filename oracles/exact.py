@@ -10,8 +10,9 @@ from scipy.stats.qmc import Halton
 
 from drivers.simulated.scene.sheets import PageSize, Sheet
 from restore.mesh.measures import straight_lengths
-from restore.mesh.network import Network, edges_of, make_network
+from restore.mesh.network import Network, make_network
 from restore.mesh.pose import PosedSheet, pose_on_table
+from restore.mesh.topology import Topology
 from restore.scan import Floats, Ints, SurfaceMesh
 
 PAGE_MM: PageSize = (280.0, 200.0)
@@ -30,7 +31,7 @@ class ExactSheet:
 
     def network(self, *, chords: bool = False) -> Network:
         """Sticks of the true lengths, or of the straight distances between the points, shorter over a bend."""
-        return make_network(self.mesh.vertices, self.mesh.faces, None if chords else self.lengths)
+        return make_network(self.mesh.vertices, Topology(self.mesh.faces), None if chords else self.lengths)
 
     def posed(self) -> PosedSheet:
         """The sheet over the table."""
@@ -44,7 +45,7 @@ def exact_sheet(
     rng = np.random.default_rng(seed)
     flat, faces = scatter_points(points, page_mm, rng)
     vertices = add_noise(sheet.warp(flat, page_mm), np.array([0.0, 0.0, DISTANCE_MM]), noise_mm, rng)
-    return ExactSheet(SurfaceMesh(vertices, faces), flat, straight_lengths(flat, edges_of(faces)))
+    return ExactSheet(SurfaceMesh(vertices, faces), flat, straight_lengths(flat, Topology(faces).edges))
 
 
 def add_noise(points: Floats, eye: Floats, noise_mm: float, rng: np.random.Generator) -> Floats:

@@ -11,7 +11,7 @@ from oracles.overlaps import overlapping_pairs
 from oracles.random_sheets import RandomSheet
 from restore import RestoreError, flatten
 from restore.mesh.measures import edge_strain, flipped_faces
-from restore.mesh.network import edges_of
+from restore.mesh.topology import Topology
 
 MAX_STRAIN = 0.02  # rms over the edges of a sheet, against their lengths measured on the surface
 
@@ -39,7 +39,7 @@ def flatten_and_judge(sheet: RandomSheet) -> Outcome:
         page = flatten(sheet.mesh)
     except RestoreError as error:
         return Outcome(sheet, failed=str(error))
-    strain = edge_strain(page.flat, edges_of(page.faces), page.lengths)
+    strain = edge_strain(page.flat, Topology(page.faces).edges, page.lengths)
     rest, _ = rigid_residual(page.flat, sheet.flat)
     return Outcome(
         sheet,

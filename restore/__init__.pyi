@@ -6,6 +6,7 @@ from .errors import (
 )
 from .findings import Finding as Finding
 from .formats import load_scan as load_scan, save_scan as save_scan
+from .mirror import mirror_page as mirror_page
 from .page import FlatMesh as FlatMesh, RestoredPage as RestoredPage
 from .phones.load import load_capture as load_capture
 from .photo import Photograph as Photograph, read_photographs as read_photographs
@@ -16,9 +17,9 @@ from .prepared.separate import separate_sheets as separate_sheets
 from .scan import RangeScan as RangeScan, SurfaceMesh as SurfaceMesh
 from .settings import Settings as Settings
 from .structured_light import Projector as Projector
-from .texture.coverage import Seen as Seen
-from .texture.super_resolution import finer_scan as finer_scan
-from .turn import turn_page as turn_page
+from .texture.coverage import CoverageClass as CoverageClass
+from .texture.super_resolution import super_resolve as super_resolve
+from .turn import rotate_page as rotate_page
 from .turntable import (
     RotationAxis as RotationAxis,
     fit_axis as fit_axis,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from restore.findings import Finding
-from restore.mesh.network import edges_of
+from restore.mesh.topology import Topology
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
 
 
@@ -20,7 +20,7 @@ class FlatMesh(SurfaceMesh):
     """A surface mesh with its flat positions on the page.
 
     flat       (n, 2) float64 mm, x right, y up, never mirrored, upright as in the scanner's view.
-    steps      iterations or time steps that the flattening took.
+    iterations  iterations or time steps that the flattening took.
     lengths    (e,) float64 mm: rest lengths along the surface, in the order of `edges`.
     residual   rms strain that a single vertex could still be relieved of when the solver stopped.
     converged  whether the solver reached its tolerance on every piece.
@@ -32,15 +32,20 @@ class FlatMesh(SurfaceMesh):
     """
 
     flat: Floats = field(default_factory=lambda: np.empty((0, 2)))
-    steps: int = 0
+    iterations: int = 0
     lengths: Floats = field(default_factory=lambda: np.empty(0))
     residual: float = 0.0
     converged: bool = True
 
     @cached_property
+    def topology(self) -> Topology:
+        """Which faces meet in which edges."""
+        return Topology(self.faces)
+
+    @property
     def edges(self) -> Ints:
         """(e, 2): each edge of its faces once, the smaller vertex first, in ascending order."""
-        return edges_of(self.faces)
+        return self.topology.edges
 
     @property
     def convergence(self) -> dict[str, Any]:
@@ -48,13 +53,13 @@ class FlatMesh(SurfaceMesh):
         return {"residual": self.residual, "converged": self.converged}
 
     @classmethod
-    def of(cls, mesh: SurfaceMesh, flat: Floats, lengths: Floats, steps: int, **convergence: Any) -> Self:
+    def of(cls, mesh: SurfaceMesh, flat: Floats, lengths: Floats, iterations: int, **convergence: Any) -> Self:
         """A flat mesh from a surface mesh, its flat positions (n, 2) mm and its rest lengths (e,) mm.
 
         convergence: `residual` and `converged` of the solver.
         """
         surface: dict[str, Any] = {name: getattr(mesh, name) for name in SurfaceMesh.__dataclass_fields__}
-        return cls(**surface, flat=flat, lengths=lengths, steps=steps, **convergence)
+        return cls(**surface, flat=flat, lengths=lengths, iterations=iterations, **convergence)
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,7 +74,7 @@ class RestoredPage:
     report    options, sizes, strain, findings and times (JSON values only).
     page_map  (h, w, 2) float32, the texture pixel that each page pixel came from, NaN outside the page.
     master    (h, w, 3) uint8 RGB, the page with its shading; equal to the image where shading is kept.
-    coverage  (h, w) uint8, the kind of each pixel: values of `restore.texture.coverage.Seen`.
+    coverage  (h, w) uint8, the kind of each pixel: values of `restore.texture.coverage.CoverageClass`.
     page_source  (h, w) uint8, with photographs: the picture that page_map's pixel is in. 0 is the texture, k the k-th
                  photograph, 255 outside the page. None without photographs.
     findings  what is to be reported of the page; `report["findings"]` has the same as JSON values.

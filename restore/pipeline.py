@@ -74,12 +74,13 @@ def restore(
     with clock("texture"):
         painted, photo_report = paint_registered(fine, registered, dpi)
         kinds = prepared.kinds_on(fine, painted.mask, dpi)
-        coverage = cover(fine, painted, kinds, prepared.camera_centre(fine), dpi)
+        camera_centre, one_shot = prepared.camera_centre(fine), prepared.is_one_shot
+        coverage = cover(fine, painted, kinds, camera_centre, dpi, may_be_cut=one_shot)
         painting = seen_part(painted, coverage)
     with clock("shade"):
         shaded = shade(fine, painting, registered, prepared.normals_on, settings)
         image = blank_hidden(shaded.image, coverage)
-        image, coverage = inpaint_hidden(image, coverage, dpi, settings.fill_hidden_mm)
+        image, coverage = inpaint_hidden(image, coverage, dpi, settings.inpaint_mm)
     report = describe(prepared, unrolled, painting, settings) | shaded.report
     found = [
         *findings_of_page(fine, report),
@@ -87,7 +88,7 @@ def restore(
         *mirror_findings(fine),
         *hole_findings(painted.mask, kinds, dpi),
         *shaded.findings,
-        *coverage.findings(),
+        *coverage.findings(dpi),
         *prepared.findings_on(painting, coverage, dpi),
         *photo_findings(registered, photo_report),
     ]
@@ -127,17 +128,17 @@ def shade(
     """The painted page without its light and the lamp's colour, as far as settings and page allow."""
     image, mask, dpi = painting.image, painting.mask, settings.dpi
     light: Mapping[str, Any] = {}
-    white: Mapping[str, Any] = {"mode": "keep"}
+    white: Mapping[str, Any] = {"setting": "keep"}
     if fine.texture is not None and settings.shading != "keep":
         relief = relief_of(fine, normals_on, min(LIGHT_DPI, dpi))
         removed = remove_registered_shading(fine, registered, dpi, relief, image, mask)
         image, light = removed.image, removed.report
-    if fine.texture is not None and settings.white != "keep":
+    if fine.texture is not None and settings.white_balance != "keep":
         balanced = balance_on_paper(image, mask, dpi)
-        image, white = balanced.image, {"mode": settings.white, **balanced.report}
+        image, white = balanced.image, {"setting": settings.white_balance, **balanced.report}
     kept = (("light_kept", light), ("white_kept", white))
     found = tuple(Finding.of(code, reason=report["reason"]) for code, report in kept if "reason" in report)
-    return Shaded(image, {"light": light, "white": white}, found)
+    return Shaded(image, {"light": light, "white_balance": white}, found)
 
 
 class Stopwatch:

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from restore.findings import Finding
-from restore.mesh.adjacency import border_of, piece_of_faces
 from restore.mesh.measures import edge_strain, face_signs, flipped_faces, signed_areas, straight_lengths, surface_area
-from restore.mesh.network import edges_of
 from restore.mesh.strain import face_strain, smooth_rms_strain
+from restore.mesh.topology import Topology
 from restore.numerics.limits import SINGLE_PRECISION
 from restore.outline.rectangle import page_size
 from restore.page import FlatMesh
@@ -29,18 +28,18 @@ MOSTLY = 0.5  # of the edges: the rest lengths of fewer are checked by those tha
 def describe(prepared: Prepared, unrolled: Unrolled, painting: Painting, settings: Settings) -> dict[str, Any]:
     """The report of a restoration, all but its times."""
     fine = unrolled.fine
-    edges = edges_of(fine.faces)
+    edges = fine.edges
     strain = edge_strain(fine.flat, edges, fine.lengths)
     smooth = smooth_rms_strain(fine.flat, edges, fine.lengths)
     chords = _chord_strain(fine, edges)
     flipped = flipped_faces(fine.flat, fine.faces)
-    width, height = page_size(fine.flat[border_of(fine.faces)])
+    width, height = page_size(fine.flat[fine.topology.border])
     report: dict[str, Any] = {
         "points": len(unrolled.coarse.vertices),
         "method": settings.method,
         "dpi": settings.dpi,
         "shading": settings.shading,
-        "steps": unrolled.coarse.steps,
+        "iterations": unrolled.coarse.iterations,
         "flipped_faces": flipped,
         "area_ratio": float(np.abs(signed_areas(fine.flat, fine.faces)).sum())
         / surface_area(fine.vertices, fine.faces),
@@ -51,11 +50,11 @@ def describe(prepared: Prepared, unrolled: Unrolled, painting: Painting, setting
             "smooth_rms": smooth,
             "max": float(np.abs(strain).max()),
             "faces": _face_strain_statistics(fine, edges),
-            "against_chords": chords,
+            "chord_strain": chords,
         },
         "page_mm": [width, height],
         **painting.resolution.described(),
-        "decimation": unrolled.distance,
+        "decimation_error_mm": unrolled.distance,
     }
     return {**report, **prepared.facts}
 
@@ -85,14 +84,14 @@ def _chord_strain(mesh: FlatMesh, edges: Ints) -> dict[str, Any]:
         "rms": float(np.sqrt(np.mean(strain**2))),
         "max": float(np.abs(strain).max()),
         "estimate_rms": float(np.sqrt(np.mean(estimated**2))),
-        "estimated_share": float((np.abs(estimated) > ESTIMATED).mean()),
-        "farthest_at_mm": mesh.flat[farthest].mean(axis=0).tolist(),
+        "estimated_fraction": float((np.abs(estimated) > ESTIMATED).mean()),
+        "max_difference_at_mm": mesh.flat[farthest].mean(axis=0).tolist(),
     }
 
 
 def connected_pieces(faces: Ints) -> int:
     """The number of connected pieces of faces (m, 3)."""
-    return len(np.unique(piece_of_faces(faces)))
+    return len(np.unique(Topology(faces).pieces))
 
 
 def findings_of_page(fine: FlatMesh, report: Mapping[str, Any]) -> list[Finding]:
@@ -108,7 +107,7 @@ def findings_of_page(fine: FlatMesh, report: Mapping[str, Any]) -> list[Finding]
         found.append(Finding.of("upside_down", upside_down))
     if report["strain"]["smooth_rms"] > NOT_DEVELOPABLE:
         found.append(Finding.of("not_developable", strain=report["strain"]["smooth_rms"]))
-    estimated = report["strain"]["against_chords"]["estimated_share"]
+    estimated = report["strain"]["chord_strain"]["estimated_fraction"]
     if estimated > MOSTLY:
         found.append(Finding.of("lengths_estimated", estimated))
     return found

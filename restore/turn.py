@@ -16,19 +16,19 @@ RIGHT_ANGLES = (0, 90, 180, 270)
 
 
 @checks_types
-def turn_page(page: RestoredPage, degrees: int) -> RestoredPage:
+def rotate_page(page: RestoredPage, degrees: int) -> RestoredPage:
     """The page turned clockwise by 0, 90, 180 or 270 degrees: its pictures, its maps and its flat meshes.
 
-    The report has the size of the turned page, and in `turned_deg` how far it is turned in all, if it is. Raises
+    The report has the size of the turned page, and in `rotation_deg` how far it is turned in all, if it is. Raises
     ValueError for another angle.
 
     >>> corners = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [100.0, 50.0, 0.0], [0.0, 50.0, 0.0]])
     >>> page = restore(SurfaceMesh(corners, np.array([[0, 1, 2], [0, 2, 3]])), Settings(dpi=30))
-    >>> [page.image.shape, turn_page(page, 90).image.shape]
+    >>> [page.image.shape, rotate_page(page, 90).image.shape]
     [(59, 118, 3), (118, 59, 3)]
     """
     if degrees not in RIGHT_ANGLES:
-        raise ValueError(f"{degrees!r} degrees are no right angle from 0 to 270")
+        raise ValueError(f"{degrees!r} degrees are not a right angle from 0 to 270")
     quarters = int(degrees) // 90
     if quarters == 0:
         return page
@@ -46,12 +46,12 @@ def _turn_report(report: Mapping[str, Any], quarters: int) -> dict[str, Any]:
     """The report of a turned page: its size, a place on it, and how far it is turned in all."""
     turned = {**report, "page_mm": list(report["page_mm"])[:: -1 if quarters % 2 else 1]}
     strain = turned.get("strain", {})
-    if place := strain.get("against_chords", {}).get("farthest_at_mm"):
+    if place := strain.get("chord_strain", {}).get("max_difference_at_mm"):
         (x,), (y,) = _clockwise(np.array(place)[None], quarters).T
-        chords = {**strain["against_chords"], "farthest_at_mm": [float(x), float(y)]}
-        turned["strain"] = {**strain, "against_chords": chords}
-    in_all = (turned.pop("turned_deg", 0) + 90 * quarters) % 360
-    return {**turned, "turned_deg": in_all} if in_all else turned
+        chords = {**strain["chord_strain"], "max_difference_at_mm": [float(x), float(y)]}
+        turned["strain"] = {**strain, "chord_strain": chords}
+    in_all = (turned.pop("rotation_deg", 0) + 90 * quarters) % 360
+    return {**turned, "rotation_deg": in_all} if in_all else turned
 
 
 def _turn_mesh(mesh: FlatMesh, quarters: int) -> FlatMesh:

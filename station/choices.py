@@ -3,27 +3,33 @@
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import Literal
 
 FLAGS = ("tiff", "map", "mesh", "strain", "frames", "review", "ocr", "coverage")
 """Output files that are asked for, as the options of a run and the `outputs` of presets call them."""
 
 
-class Pieces(StrEnum):
+Method = Literal["isometric", "sticks", "springs", "conformal", "applicable"]
+Shading = Literal["keep", "remove"]
+"""The values of `restore.Settings`, repeated so that the command line knows them without loading the library."""
+
+
+class Sheets(StrEnum):
     """What becomes of several pieces of surface in one scan.
 
-    AUTO      rectangular sheets of a mesh as EACH, fragments as TOGETHER, a shot of the scanner as LARGEST.
-    EACH      each is a page of its own, `<stem>-1`, `<stem>-2` and so on, left to right as the scanner saw them.
+    AUTO      rectangular sheets of a mesh as SEPARATE, fragments as TOGETHER, a shot of the scanner as LARGEST.
+    SEPARATE  each is a page of its own, `<stem>-1`, `<stem>-2` and so on, left to right as the scanner saw them.
     LARGEST   the largest is the page; a warning tells of the others.
     TOGETHER  all are laid out in one picture.
     """
 
     AUTO = "auto"
-    EACH = "each"
+    SEPARATE = "separate"
     LARGEST = "largest"
     TOGETHER = "together"
 
 
-class Turn(StrEnum):
+class Rotation(StrEnum):
     """Degrees, clockwise, by which a page is turned; AUTO as its words are read."""
 
     NONE = "0"

@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Annotated
 
 import typer
 
 from station.commands.batch import batch
 from station.commands.calibrate import axis, board, calibrate
-from station.commands.capture import shoot
+from station.commands.capture import capture
 from station.commands.card import card
-from station.commands.compile import warm_up
+from station.commands.compile import compile_command
 from station.commands.devices import devices
 from station.commands.doctor import doctor
 from station.commands.export import export
+from station.commands.groups import CommandGroups, with_verbosity
 from station.commands.page import demo, merge, photos, restore, scan
 from station.commands.park import park
 from station.commands.patterns import patterns
-from station.commands.query import ask
+from station.commands.preservation import reindex, repair, reproduce, verify
+from station.commands.query import query
 from station.commands.reading import colour, ocr
 from station.commands.serve import serve
 from station.commands.sessions import app as sessions
-from station.commands.sessions import reindex, repair, replay, verify
 from station.commands.terminal import (
     READER_GONE,
     CommandLineError,
@@ -38,9 +39,7 @@ from station.errors import USAGE, UsageError, explain
 from station.version import software_version
 
 # Commands import what they need inside: it takes seconds, and `--help` answers at once.
-app = typer.Typer(
-    add_completion=False, invoke_without_command=True, pretty_exceptions_enable=False, rich_markup_mode=None
-)
+app = typer.Typer(cls=CommandGroups, invoke_without_command=True, pretty_exceptions_enable=False, rich_markup_mode=None)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -72,11 +71,23 @@ def _planish(
         raise typer.Exit(0 if version else USAGE)
 
 
-for command in (
-    *(scan, demo, merge, axis, restore, photos, ocr, colour),
-    *(devices, doctor, ask, park, trace, board, calibrate, card, patterns, warm_up, watch),
-    *(shoot, serve, verify, repair, replay, reindex),
-    *(batch, export),
-):
-    app.command()(command)
-app.add_typer(sessions, name="session")
+COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
+    "Start here": {"demo": demo, "doctor": doctor},
+    "One page": {"scan": scan, "restore": restore, "photos": photos, "merge": merge, "ocr": ocr},
+    "Volumes": {"capture": capture, "batch": batch, "watch": watch, "serve": serve, "export": export},
+    "Preservation": {"verify": verify, "repair": repair, "reproduce": reproduce, "reindex": reindex},
+    "Calibration": {
+        "board": board,
+        "calibrate": calibrate,
+        "axis": axis,
+        "card": card,
+        "patterns": patterns,
+        "colour": colour,
+    },
+    "Scanner": {"devices": devices, "query": query, "park": park, "trace": trace},
+    "Maintenance": {"compile": compile_command},
+}
+for panel, commands in COMMANDS.items():
+    for name, command in commands.items():
+        app.command(name, rich_help_panel=panel)(with_verbosity(command))
+app.add_typer(sessions, name="session", rich_help_panel="Volumes")

@@ -31,7 +31,7 @@ Millimetres = tuple[float, float, float]
 
 
 class AxisSettings(BaseModel):
-    """The axis of the rotary stage in the scanner's frame, as `planish axis` finds it.
+    """The axis of the turntable in the scanner's frame, as `planish axis` finds it.
 
     point_mm   any point on it.
     direction  of any length; the stage turns counter-clockwise seen against it.
@@ -49,12 +49,12 @@ class AxisSettings(BaseModel):
         return direction
 
 
-class StageSettings(BaseModel):
-    """The rotary stage.
+class TurntableSettings(BaseModel):
+    """The turntable.
 
-    model     of its controller, from the table in docs/rotary-stage.md.
+    model     of its controller, from the table in docs/turntable.md.
     port      its serial port.
-    relative  True when the controller takes rotations relative to its position: see docs/rotary-stage.md.
+    relative  True when the controller takes rotations relative to its position: see docs/turntable.md.
     arc_deg   angle that the views cover: a full turn, or less for a page that stands upright.
     axis      axis of rotation; not needed to calibrate it.
     """
@@ -72,7 +72,7 @@ class StationConfig(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid")
     scanner: dict[str, Any]
-    stage: StageSettings | None = None
+    turntable: TurntableSettings | None = None
     capture: CaptureSettings = CaptureSettings()
     restore: Settings = Settings()
     output: OutputSettings = OutputSettings()
@@ -110,7 +110,7 @@ def not_there(what: str, name: str, shipped: Path) -> UsageError:
     meant = Path(f"{name}.toml")
     own = f"give the whole name, {meant}" if meant.is_file() else "give the path of a TOML file"
     named = ", ".join(sorted(path.stem for path in shipped.glob("*.toml")))
-    return UsageError(f"there is no {what} {name!r}", f"{own}, or one that comes along: {named}")
+    return UsageError(f"the {what} {name!r} does not exist", f"{own}, or a bundled one: {named}")
 
 
 def _resolve_file_names(path: Path, scanner: Any) -> None:

@@ -1,9 +1,11 @@
-"""Progress bars on a terminal; no output elsewhere."""
+"""Progress on stderr: bars on a terminal, lines when verbose, nothing when quiet."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
+from enum import IntEnum
 from time import monotonic
 from typing import TextIO
 
@@ -12,6 +14,17 @@ WHOLE = "whole run"
 """The stage that stands for all stages of a run together; its bar says how long the run still takes."""
 EARLY, LATE = 0.1, 0.99  # shares of a run: before the first nothing is known of its speed, after the second it is over
 SECONDS, MINUTES = 10, 120  # the time left is rounded to as many seconds; beyond the second, to minutes
+
+
+class Verbosity(IntEnum):
+    """How much a command prints on stderr besides errors."""
+
+    QUIET = 0  # nothing
+    NORMAL = 1  # notes, and bars on a terminal
+    VERBOSE = 2  # notes, and a line for each stage that begins
+
+
+verbosity: ContextVar[Verbosity] = ContextVar("verbosity", default=Verbosity.NORMAL)
 
 Progress = Callable[[str, float], None]
 """Called with the name of the stage and the fraction done, 0 to 1."""
@@ -33,13 +46,18 @@ def silent(_stage: str, _fraction: float) -> None:
 
 @contextmanager
 def progress_on(stream: TextIO | None) -> Iterator[Progress]:
-    """Bars on `stream` while the block runs, one a stage, if the stream is a terminal; `silent` otherwise.
+    """Show progress on `stream` while the block runs: bars, one a stage, if it is a terminal.
 
+    Verbose, a line for each stage that begins, on any stream. Otherwise, and when quiet, nothing.
     A stream that was closed before the program began is None.
 
     A stage that waits for the compilation of kernels is labelled: it takes seconds, and looks like a fault.
     """
-    if stream is None or not stream.isatty():
+    level = verbosity.get()
+    if stream is not None and level == Verbosity.VERBOSE:
+        yield _lines_on(stream)
+        return
+    if stream is None or level == Verbosity.QUIET or not stream.isatty():
         yield silent
         return
     from rich.console import Console
@@ -67,3 +85,15 @@ def progress_on(stream: TextIO | None) -> Iterator[Progress]:
 
         with notify_when_compiling(show_compiling):
             yield show
+
+
+def _lines_on(stream: TextIO) -> Progress:
+    """A line on `stream` for each stage that begins, with the seconds since the first one."""
+    start, begun = monotonic(), {WHOLE}
+
+    def show(stage: str, _fraction: float) -> None:
+        if stage not in begun:
+            begun.add(stage)
+            print(f"{monotonic() - start:7.1f} s  {stage}", file=stream, flush=True)
+
+    return show

@@ -67,6 +67,7 @@ def test_own_driver(scan, tmp_path, capsys):
     assert (float(width), float(height)) == pytest.approx(PAGE_MM, abs=SIZE_MM)
 
 
+@pytest.mark.slow
 def test_turntable(tmp_path, capsys):
     turns = (0.0, 90.0)
     for name, artwork in (("board", Markers()), ("views", Text())):

@@ -14,7 +14,7 @@ from bench.families.samplers import MOST_FOLDED, Sample, random_sample
 from oracles.markers import rigid_residual
 from restore import RestoreError, flatten
 from restore.mesh.measures import signed_areas, straight_lengths
-from restore.mesh.network import edges_of
+from restore.mesh.topology import Topology
 from restore.scan import Floats, SurfaceMesh
 
 OURS, EXACT, CHORDS, ARAP, SLIM = "isometric", "exact lengths", "own chords", "ARAP", "SLIM"
@@ -83,7 +83,7 @@ def measured(seed: int, points: int, without: tuple[str, ...] = ()) -> Row:
     from bench import libigl
 
     sample = random_sample(seed, points)
-    edges = edges_of(sample.mesh.faces)
+    edges = Topology(sample.mesh.faces).edges
     truth, chords = straight_lengths(sample.flat, edges), straight_lengths(sample.mesh.vertices, edges)
     methods: dict[str, Method] = {
         OURS: lambda mesh: flatten(mesh).flat,

@@ -13,7 +13,7 @@ from random import Random
 from bench.hostile import samples
 from bench.hostile.mutations import mutate
 from restore import load_scan
-from restore.formats import read_picture
+from restore.formats import read_image
 from restore.formats.folder import INDEX, POINTS, _sha256
 from restore.photo import read_photograph
 from station.images.icc import read_profile, srgb_profile
@@ -74,7 +74,7 @@ def readers() -> list[Reader]:
         Reader("mtl", "a.mtl", "text", _write_material, lambda path: load_scan(path.with_suffix(".obj"))),
         Reader("folder, index", INDEX, "json", folder, _load_folder),
         Reader("folder, points", POINTS, "zip", folder, _load_folder),
-        *(Reader(name, f"a.{name}", kind, samples.write_picture, read_picture) for name, kind in _PICTURES.items()),
+        *(Reader(name, f"a.{name}", kind, samples.write_picture, read_image) for name, kind in _PICTURES.items()),
         Reader("photograph", "a.jpg", "binary", photo, read_photograph),
         Reader("page", "a.png", "png", partial(samples.write_picture, dpi=(150, 150)), read_page),
         Reader("ICC profile", "a.icc", "binary", lambda path: path.write_bytes(srgb_profile()), read_profile, 0.3),

@@ -114,7 +114,7 @@ def _restored(folder: Path) -> Run:
     folder.mkdir()
     image = np.full((8, 6, 3), 200, np.uint8)
     (folder / PAGE).write_bytes(cv2.imencode(".png", image)[1].tobytes())
-    return Run({"measures": {"fingerprint": fingerprint(image), "strain_rms": 0.001}})
+    return Run({"measures": {"fingerprint": fingerprint(image), "smooth_strain_rms": 0.001}})
 
 
 def _decide(writer: Writer, acknowledge: Acknowledge) -> None:

@@ -19,14 +19,14 @@ WRITE_TIMEOUT_S = 1.0  # the longest string takes 50 ms; with RTS/CTS a controll
 def controller_named(model: str, *, relative: bool = False) -> Controller:
     """The row of the table. Raises SettingsError that lists the models, or when this one cannot be relative."""
     if model not in CONTROLLERS:
-        raise SettingsError(f"there is no stage controller {model!r}", f"use one of: {', '.join(CONTROLLERS)}")
+        raise SettingsError(f"the stage controller {model!r} does not exist", f"use one of: {', '.join(CONTROLLERS)}")
     if relative and not CONTROLLERS[model].ambiguous:
-        raise SettingsError(f"the controller {model} counts from home", "leave `relative` out of [stage]")
+        raise SettingsError(f"the controller {model} counts from home", "leave `relative` out of [turntable]")
     return CONTROLLERS[model]
 
 
 def open_stage(model: str, port: str, *, relative: bool = False) -> RotaryStage:
-    """Open the controller of a rotary stage; nothing is sent yet.
+    """Open the controller of a turntable; nothing is sent yet.
 
     model     a model of the table.
     port      serial port, such as /dev/ttyUSB0.
@@ -56,5 +56,5 @@ def open_port(port: str, controller: Controller) -> serial.Serial:
     except (OSError, ValueError) as error:
         raise TransportError(
             f"cannot open the serial port {port}: {error}",
-            "check `port` in [stage]; a user who may open serial ports is in the group dialout (or uucp)",
+            "check `port` in [turntable]; a user who may open serial ports is in the group dialout (or uucp)",
         ) from error

@@ -15,7 +15,7 @@ Values = dict[str, Any]
 ANSWERS: Values = json.loads((Path(__file__).parent / "answers.json").read_text("utf-8"))
 TIME = ANSWERS["row"]["captured"]
 RED, AMBER = 11, 7  # every so many pages
-WORST: dict[str, dict[str, float]] = {"green": {}, "amber": {"blur_px": 1.51}, "red": {"cut_share": 0.209}}
+WORST: dict[str, dict[str, float]] = {"green": {}, "amber": {"blur_px": 1.51}, "red": {"cropped_fraction": 0.209}}
 MM_PER_INCH = 25.4
 
 
@@ -61,7 +61,7 @@ def detail(of: Values, size: tuple[int, int]) -> Values:
     event = {"number": 1, "kind": "capture", "name": "capture", "time": TIME, "software": "planish"}
     return {
         **of,
-        **{"findings": findings, "report": {}, "page_mm": list(SHEET_MM), "page_px": list(size), "dpi": DPI},
+        **{"checks": findings, "report": {}, "page_mm": list(SHEET_MM), "page_px": list(size), "dpi": DPI},
         **{"layers": layers, "models": ["scan", "mesh", "steps"], "words": True},
         "shots": [{"capture": of["capture"], "time": TIME, "current": True, "size_bytes": 10**6}],
         **{"events": [event], "files": [{"event": of["restore"], "name": "page.png", "bytes": 812_345}]},

@@ -21,10 +21,10 @@ from restore.flattening.published.applicable import flatten_applicable
 from restore.flattening.published.springs import flatten_springs
 from restore.flattening.published.sticks import flatten_sticks
 from restore.flattening.solution import Follow, Solution
+from restore.mesh.flattenable import refuse_unflattenable
 from restore.mesh.network import Network, Piece, make_network, pieces
 from restore.mesh.pose import PosedSheet, pose_on_table
 from restore.mesh.surface_lengths import straight_and_along, surface_lengths
-from restore.mesh.topology import refuse_unflattenable
 from restore.mesh.validate import ValidMesh, validated
 from restore.page import FlatMesh
 from restore.scan import Floats, Ints, SurfaceMesh
@@ -46,30 +46,46 @@ METHODS: dict[str, Solver] = {
 DEFAULT = "isometric"
 
 
-def flatten_points(
-    mesh: SurfaceMesh, method: str = DEFAULT, *, lengths: Floats | None = None, on_step: OnStep | None = None
+def flatten_with_lengths(
+    mesh: SurfaceMesh, lengths: Floats, method: str = DEFAULT, *, on_step: OnStep | None = None
 ) -> FlatMesh:
-    """The page of least strain of all vertices of a mesh, every edge as near to its length on the surface as can be.
+    """The page of least strain of all vertices of a mesh, every edge as near to its given length as can be.
 
-    lengths (e,) mm are the rest lengths of the mesh's edges in the order of `network.edges_of`; when None, those along
-    the surface that the vertices sample (`surface_lengths`), by the default method as far as they agree
-    (`two_lengths.py`).
+    lengths (e,) mm are the rest lengths of the mesh's edges in the order of `Topology.edges`.
     Each connected piece is flattened by itself and stays where the scan had it, unless it would lie over another. Faces
     that run the wrong way round are turned.
     Raises BadInput for an unknown method, a mesh that is broken, one-sided or a closed band, or lengths that are not
     one for each edge, NotEnoughSurface for a mesh without area or without a border.
     """
+    mesh = _flattenable(mesh, method)
+    return _not_overstrained(mesh, flatten_with(mesh, METHODS[method], lengths, on_step), method, on_step)
+
+
+def flatten_points(mesh: SurfaceMesh, method: str = DEFAULT, *, on_step: OnStep | None = None) -> FlatMesh:
+    """The page of least strain by the lengths along the surface that the vertices sample (`surface_lengths`).
+
+    The default method takes them as far as they agree (`two_lengths.py`). Pieces and errors as those of
+    `flatten_with_lengths`.
+    """
+    mesh = _flattenable(mesh, method)
+    if method != DEFAULT:
+        return flatten_with(mesh, METHODS[method], surface_lengths(mesh.vertices, mesh.topology), on_step)
+    straight, along = straight_and_along(mesh.vertices, mesh.topology)
+    page = with_surface_lengths(flatten_with(mesh, flatten_by_least_squares, straight, on_step), mesh, along)
+    return _not_overstrained(mesh, page, method, on_step)
+
+
+def _flattenable(mesh: SurfaceMesh, method: str) -> ValidMesh:
     if method not in METHODS:
-        raise BadInput(f"there is no flattening method {method!r}", f"use one of: {', '.join(METHODS)}")
+        raise BadInput(f"the flattening method {method!r} does not exist", f"use one of: {', '.join(METHODS)}")
     mesh = validated(mesh)
-    refuse_unflattenable(mesh.vertices, mesh.faces, mesh.sides)
-    if lengths is None and method == DEFAULT:
-        straight, along = straight_and_along(mesh.vertices, mesh.faces, mesh.sides)
-        page = with_surface_lengths(flatten_with(mesh, flatten_by_least_squares, straight, on_step), mesh, along)
-    else:
-        lengths = surface_lengths(mesh.vertices, mesh.faces, mesh.sides) if lengths is None else lengths
-        page = flatten_with(mesh, METHODS[method], lengths, on_step)
-    strained = method == DEFAULT and stretched(page.flat, mesh.sides.edges, page.lengths)
+    refuse_unflattenable(mesh.vertices, mesh.topology)
+    return mesh
+
+
+def _not_overstrained(mesh: ValidMesh, page: FlatMesh, method: str, on_step: OnStep | None) -> FlatMesh:
+    """The page, or that of least distortion where the default method strains it more than paper can be."""
+    strained = method == DEFAULT and stretched(page.flat, mesh.topology.edges, page.lengths)
     return flatten_with(mesh, flatten_least_distorted, page.lengths, on_step) if strained else page
 
 
@@ -78,8 +94,8 @@ def flatten_with(mesh: ValidMesh, solver: Solver, lengths: Floats, on_step: OnSt
 
     Raises NotEnoughSurface for a surface without a border.
     """
-    network = make_network(mesh.vertices, mesh.faces, lengths, mesh.sides)
-    if not (np.diff(mesh.sides.first) == 1).any():
+    network = make_network(mesh.vertices, mesh.topology, lengths)
+    if not len(mesh.topology.border):
         raise NotEnoughSurface("the surface is closed all round: a page has a border", "cut the page out of the mesh")
     flat, arranged = np.zeros((len(mesh.vertices), 2)), list[tuple[Ints, Ints]]()
     whole, worst = pose_on_table(mesh.vertices, mesh.faces), Solution(flat, 0)

@@ -21,9 +21,9 @@ from restore.flattening.isometric.page import flatten_isometric
 from restore.flattening.methods import flatten_with
 from restore.mesh.adjacency import components
 from restore.mesh.measures import straight_lengths, surface_area
-from restore.mesh.network import edges_of
 from restore.mesh.ordered_grid import GridMesh, fit_patches, grid_faces
 from restore.mesh.surface_lengths import bent_lengths
+from restore.mesh.topology import Topology
 from restore.mesh.validate import validated
 from restore.numerics.limits import SINGLE_PRECISION, SMALL, TINY
 from restore.numerics.robust import robust_sigma
@@ -112,11 +112,11 @@ def flatten_grid(mesh: GridMesh, *most: int) -> list[FlatMesh]:
 def _page_at(mesh: GridMesh, solved: FlatMesh, flat: Floats, surface: Floats) -> FlatMesh:
     """The page at the points of a grid, flat (rows, cols, 2) mm and surface (rows, cols, 3) mm, as it was solved."""
     mesh = replace(mesh, vertices=surface.reshape(-1, 3)[mesh.places])
-    edges, on_page = edges_of(mesh.faces), flat.reshape(-1, 2)[mesh.places]
+    edges, on_page = Topology(mesh.faces).edges, flat.reshape(-1, 2)[mesh.places]
     lengths = straight_lengths(mesh.vertices, edges)
     empty = lengths < NO_LENGTH * lengths.mean()  # a point that is there twice: nothing tells how far its places are
     lengths[empty] = np.maximum(straight_lengths(on_page, edges)[empty], SINGLE_PRECISION * lengths.mean())
-    return FlatMesh.of(mesh, on_page, lengths, solved.steps, **solved.convergence)
+    return FlatMesh.of(mesh, on_page, lengths, solved.iterations, **solved.convergence)
 
 
 def points_on_grid(mesh: GridMesh) -> Floats:
@@ -191,7 +191,7 @@ def _page_of(nodes: Nodes, sheet: Mask, along: float, down: float) -> FlatMesh:
     """The page of the nodes of the sheet (k, l), their mesh lying as the grid does, with links of along and down mm."""
     lying = np.stack(np.meshgrid(along * nodes.cols, -down * nodes.rows), axis=-1)[sheet]
     mesh = validated(SurfaceMesh(np.column_stack([lying, np.zeros(len(lying))]), grid_faces(sheet)))
-    edges, pieces = mesh.sides.edges, nodes.pieces[sheet]
+    edges, pieces = mesh.topology.edges, nodes.pieces[sheet]
     lengths = bent_lengths(nodes.positions[sheet], nodes.normals[sheet], edges)
     jumps = pieces[edges[:, 0]] != pieces[edges[:, 1]]
     lengths = np.where(jumps, straight_lengths(lying, edges), lengths)

@@ -13,8 +13,9 @@ from restore.formats.folder import read_folder, save_scan
 from restore.formats.glb import read_glb, read_gltf
 from restore.formats.mesh import PaintedMesh
 from restore.formats.obj import read_obj, write_obj
-from restore.formats.picture import SUFFIXES as PICTURE_SUFFIXES
-from restore.formats.picture import encode_png, read_picture
+from restore.formats.older import current_provenance
+from restore.formats.picture import SUFFIXES as IMAGE_SUFFIXES
+from restore.formats.picture import encode_png, read_image
 from restore.formats.ply import read_ply, write_ply
 from restore.formats.references import referenced_files
 from restore.formats.rounding import joined_by_rounding
@@ -23,7 +24,7 @@ from restore.formats.source import is_file, is_folder, read_bytes, scan_stem
 from restore.formats.stl import read_stl
 from restore.formats.texture_map import with_oriented_map
 from restore.formats.tifxyz import is_tifxyz, read_tifxyz
-from restore.formats.unit import AUTO, check_unit, in_millimetres
+from restore.formats.unit import AUTO, check_unit, in_millimetres, rescale_mesh
 from restore.formats.vcps import read_vcps
 from restore.formats.vertex_colours import with_picture
 from restore.formats.vrml import read_vrml, write_vrml
@@ -35,15 +36,17 @@ from restore.scan import Bytes, RangeScan, SurfaceMesh
 from restore.units import UNSTATED
 
 __all__ = [
-    "PICTURE_SUFFIXES",
+    "IMAGE_SUFFIXES",
     "READERS",
     "SCAN_SUFFIXES",
     "check_unit",
+    "current_provenance",
     "encode_png",
     "load_scan",
     "read_bytes",
-    "read_picture",
+    "read_image",
     "referenced_files",
+    "rescale_mesh",
     "save_scan",
     "scan_stem",
 ]
@@ -97,12 +100,12 @@ def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str 
     """
     path = Path(path)
     check_unit(unit)
-    given_picture = None if texture is None else read_picture(Path(texture))
+    given_picture = None if texture is None else read_image(Path(texture))
     if is_folder(path):
         if is_tifxyz(path):
             return in_millimetres(path, read_tifxyz(path, given_picture), unit)
         if given_picture is not None:
-            raise BadInput(f"{path}: a scan folder has its own picture", "leave --texture out")
+            raise BadInput(f"{path}: a scan folder has its own image", "leave --texture out")
         return _in_its_unit(path, read_captures(path) if is_captures(path) else read_folder(path), unit)
     scan = _reader(path)(path, given_picture)
     if isinstance(scan, SurfaceMesh):
@@ -112,7 +115,7 @@ def load_scan(path: Path | str, texture: Path | str | None = None, *, unit: str 
         scan = _in_its_unit(path, scan, unit)
     if given_picture is not None and scan.texture is None:
         raise BadInput(
-            f"{path} does not say where the picture {texture} lies on it",
+            f"{path} does not say where the image {texture} lies on it",
             "export it with texture coordinates, or unmoved in the frame of the scanner",
         )
     return scan

@@ -16,7 +16,7 @@ import numpy as np
 from restore.errors import BadInput
 from restore.formats.grid import check_grid, samples_in_picture
 from restore.formats.mesh import provenance
-from restore.formats.picture import adjacent_picture, read_picture
+from restore.formats.picture import adjacent_picture, read_image
 from restore.formats.source import CUT_SHORT, DAMAGED, is_file, parse_numbers, read_bytes
 from restore.scan import Bytes, RangeScan
 from restore.units import MAX_COORDINATE_MM
@@ -80,7 +80,7 @@ def _paired_picture(path: Path) -> Bytes | None:
     if name is None:
         return None
     picture = path.with_name(f"{name[1]}{int(name[2]) + 1:0{len(name[2])}d}.ppm")
-    return read_picture(picture) if is_file(picture) else None
+    return read_image(picture) if is_file(picture) else None
 
 
 def _unpack(path: Path, data: bytes, limit: int, *, whole: bool = True) -> bytes:
@@ -103,7 +103,7 @@ def _header(path: Path, text: bytes) -> tuple[int, int, int]:
     """Rows, columns, and offset of the numbers. Writers differ in blanks and in the rest of the header lines."""
     match = _HEADER.match(text, 0, MAX_HEADER_BYTES)
     if match is None:
-        raise BadInput(f"{path} is no range image: it must begin with rows, columns and pixels", DAMAGED)
+        raise BadInput(f"{path} is not a range image: it must begin with rows, columns and pixels", DAMAGED)
     rows, cols = int(match[1]), int(match[2])
     check_grid(path, rows, cols)
     return rows, cols, match.end()

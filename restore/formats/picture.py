@@ -34,7 +34,7 @@ WHITE_IS_ZERO, SEPARATE, UNSIGNED = 0, 2, 1
 
 
 @checks_types
-def read_picture(path: Path | str) -> Bytes:
+def read_image(path: Path | str) -> Bytes:
     """Read a picture file as (h, w, 3) uint8 RGB. Raises BadInput when it is missing, damaged or too large."""
     return decode_picture(read_bytes(Path(path)), str(path))
 
@@ -54,7 +54,7 @@ def decode_picture(data: bytes, name: str) -> Bytes:
             if "truncated" in str(error).lower():
                 raise BadInput(f"{name} seems cut short: it does not hold all its pixels", CUT_SHORT) from error
             reason = "its kind is not known" if isinstance(error, UnidentifiedImageError) else error
-            raise BadInput(f"{name} is no readable picture: {reason}", f"use one of {', '.join(KINDS)}") from error
+            raise BadInput(f"{name} is not a readable image: {reason}", f"use one of {', '.join(KINDS)}") from error
 
 
 def check_size(width: int, height: int, size: int, name: str) -> None:
@@ -104,4 +104,4 @@ def adjacent_picture(path: Path) -> Bytes | None:
     Raises BadInput when it is damaged.
     """
     names = (path.with_name(scan_stem(path) + suffix) for suffix in SUFFIXES)
-    return next((read_picture(name) for name in names if is_file(name)), None)
+    return next((read_image(name) for name in names if is_file(name)), None)

@@ -15,7 +15,7 @@ from restore.formats.grid import check_grid, grid_polygons
 from restore.formats.mesh import check_polygons, checked_mesh, colours_from, fan_triangles, split_seams, texture_uv
 from restore.formats.obj import file_name
 from restore.formats.packing import MAX_PICTURES, pack
-from restore.formats.picture import encode_png, read_picture
+from restore.formats.picture import encode_png, read_image
 from restore.formats.ply_data import PlyData, parse_ply
 from restore.formats.source import DAMAGED, MISSING, ONE_SHOT, find_reference, read_bytes
 from restore.scan import Bytes, Floats, Ints, Mask, SurfaceMesh
@@ -203,13 +203,13 @@ def _pictures(path: Path, comments: tuple[bytes, ...]) -> list[Bytes]:
     texture_files = (comment.partition(b" ") for comment in comments)
     names = [file_name(name.strip()) for key, _, name in texture_files if key.lower() == PICTURE]
     if len(names) > MAX_PICTURES:
-        raise BadInput(f"{path} names {len(names)} pictures, a scan has one or some", ONE_SHOT)
+        raise BadInput(f"{path} names {len(names)} images, a scan has one or some", ONE_SHOT)
     found = []
     for name in names:
         file = find_reference(path, own_name(path, name))
         if file is None:
-            raise BadInput(f"{path}: its picture {name!r} is missing", MISSING)
-        found.append(read_picture(file))
+            raise BadInput(f"{path}: its image {name!r} is missing", MISSING)
+        found.append(read_image(file))
     return found
 
 

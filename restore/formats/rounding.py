@@ -13,8 +13,9 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from restore.findings import Finding
-from restore.mesh.adjacency import border_of, components
+from restore.mesh.adjacency import components
 from restore.mesh.places import first_at_place
+from restore.mesh.topology import Topology
 from restore.scan import Floats, SurfaceMesh, with_findings
 
 SINGLE = 1e-6  # of the largest coordinate: single precision and what is computed in it, ten of its last places
@@ -34,7 +35,7 @@ def joined_by_rounding(mesh: SurfaceMesh) -> SurfaceMesh:
     distances between vertices tells it from the edges, as in parts that were fitted to each other.
     """
     place = first_at_place(mesh.vertices)
-    border = border_of(place[mesh.faces])
+    border = Topology(place[mesh.faces]).border
     lengths = _edge_lengths(mesh)
     lengths = lengths[lengths > 0.0]
     if not len(border) or not len(lengths):

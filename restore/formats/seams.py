@@ -14,9 +14,9 @@ from scipy.ndimage import binary_dilation
 from restore.errors import RestoreError
 from restore.flattening.methods import flatten_points
 from restore.mesh.adjacency import components
-from restore.mesh.network import edges_of
 from restore.mesh.places import SAME_PIXELS, first_at_place
 from restore.mesh.raster import rasterise
+from restore.mesh.topology import Topology
 from restore.mesh.triangulate import compact
 from restore.mesh.validate import validated
 from restore.scan import Bytes, Ints, SurfaceMesh
@@ -48,7 +48,7 @@ def without_seams(mesh: SurfaceMesh) -> SurfaceMesh:
         return mesh
     corner = np.array([of_charts[:, 0].min(), of_charts[:, 1].max()])
     texcoords = (flat - corner) * (np.array([1.0, -1.0]) * ppi / MM_PER_INCH) - 0.5  # as in page_map
-    label = components(edges_of(charts), len(mesh.vertices))[charts[:, 0]]
+    label = components(Topology(charts).edges, len(mesh.vertices))[charts[:, 0]]
     provenance = {**mesh.provenance, "charts": len(np.unique(label)), "oversampling": OVERSAMPLING}
     return replace(
         mesh, vertices=mesh.vertices[used], faces=faces, texcoords=texcoords, texture=picture, provenance=provenance

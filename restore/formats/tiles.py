@@ -11,7 +11,7 @@ import numpy as np
 
 from restore.errors import BadInput
 from restore.mesh.adjacency import components
-from restore.mesh.network import edges_of
+from restore.mesh.topology import Topology
 from restore.scan import Floats, Ints
 
 # Of the picture, in another tile: rounding and the padding round a chart leave it by less.
@@ -27,7 +27,7 @@ def in_first_tile(path: Path, uv: Floats, faces: Ints) -> Floats:
     """
     if _beyond(uv) <= BORDER:
         return uv
-    chart = components(edges_of(faces), len(uv))
+    chart = components(Topology(faces).edges, len(uv))
     least, most = np.full((chart.max() + 1, 2), np.inf), np.full((chart.max() + 1, 2), -np.inf)
     np.minimum.at(least, chart, uv)
     np.maximum.at(most, chart, uv)
@@ -39,7 +39,7 @@ def in_first_tile(path: Path, uv: Floats, faces: Ints) -> Floats:
         (u0, v0), (u1, v1) = least[worst], most[worst]
         raise BadInput(
             f"{path}: texture coordinates from ({u0:.3g}, {v0:.3g}) to ({u1:.3g}, {v1:.3g}) on one piece of the "
-            "surface repeat its picture",
+            "surface repeat its image",
             "lay the texture coordinates out between 0 and 1 in a mesh editor",
         )
     return moved

@@ -64,7 +64,7 @@ def _painted(mesh: ValidMesh, source: SurfaceMesh, colours: Floats) -> SurfaceMe
     texcoords = (flat - corner) * (np.array([1.0, -1.0]) * ppi / MM_PER_INCH) - 0.5  # as in page_map
     surface = np.linalg.norm(face_normals(mesh.vertices, mesh.faces), axis=1)
     finer = median_over_area(_apart(areas), surface) * ppi / MM_PER_INCH
-    provenance = {**source.provenance, "picture": "colours of vertices", "oversampling": finer}
+    provenance = {**source.provenance, "texture_source": "colours of vertices", "oversampling": finer}
     return SurfaceMesh(mesh.vertices, mesh.faces, texcoords, picture, provenance, findings=source.findings)
 
 

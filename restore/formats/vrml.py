@@ -16,7 +16,7 @@ import numpy as np
 from restore.errors import BadInput
 from restore.formats.grid import grid_polygons
 from restore.formats.mesh import check_counts, check_polygons, checked_mesh, colours_from, fan_triangles, split_seams
-from restore.formats.picture import encode_png, read_picture
+from restore.formats.picture import encode_png, read_image
 from restore.formats.source import (
     CUT_SHORT,
     DAMAGED,
@@ -196,5 +196,5 @@ def _named_picture(path: Path, text: bytes) -> Bytes | None:
     bodies = (node[2] for node in _NODE.finditer(text) if node[1] == b"Texture2")
     names = {name[1].decode("utf-8", "replace") for body in bodies if (name := _FILE_NAME.search(body))}
     if len(names) > 1:
-        raise BadInput(f"{path} uses {len(names)} pictures, a scan has one", ONE_SHOT)
-    return read_picture(resolve_reference(path, names.pop())) if names else None
+        raise BadInput(f"{path} uses {len(names)} images, a scan has one", ONE_SHOT)
+    return read_image(resolve_reference(path, names.pop())) if names else None

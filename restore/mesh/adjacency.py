@@ -96,12 +96,6 @@ def used_vertices(faces: Ints, count: int) -> Mask:
     return used
 
 
-def border_of(faces: Ints) -> Ints:
-    """Vertices on the border of faces (m, 3), in ascending order: the ends of edges of one face only."""
-    sides = sides_of(faces)
-    return np.unique(sides.edges[np.diff(sides.first) == 1])
-
-
 def components(pairs: Ints, count: int) -> Ints:
     """(count,) connected component of each of `count` nodes joined by pairs (k, 2), numbered by first node."""
     root = np.arange(count)

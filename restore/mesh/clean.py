@@ -13,6 +13,7 @@ from restore.mesh.adjacency import components
 from restore.mesh.decimate import decimate, patch_and_smooth
 from restore.mesh.network import make_network, pieces
 from restore.mesh.places import first_at_place, first_in_chart
+from restore.mesh.topology import Topology
 from restore.mesh.triangulate import MIN_PIECE_SHARE, compact
 from restore.mesh.validate import ValidMesh, validated
 from restore.scan import Ints, SurfaceMesh
@@ -65,7 +66,7 @@ def large_pieces(mesh: ValidMesh) -> list[Ints]:
 
     Raises NotEnoughSurface for more than MAX_PIECES of them: a surface in scraps, which nothing puts together.
     """
-    label = components(mesh.sides.edges, len(mesh.vertices))[mesh.faces[:, 0]]
+    label = components(mesh.topology.edges, len(mesh.vertices))[mesh.faces[:, 0]]
     sizes = np.bincount(label)
     large = np.flatnonzero(sizes >= max(1.0, MIN_PIECE_SHARE * sizes.max()))
     if len(large) > MAX_PIECES:
@@ -104,6 +105,6 @@ def _large_pieces(mesh: SurfaceMesh) -> Ints:
     faces = mesh.faces[(a != b) & (b != c) & (c != a)]
     if len(faces) == 0:
         raise NotEnoughSurface("the mesh has no triangles", "scan the page again or give a mesh with triangles")
-    parts = [piece.vertices[piece.faces] for piece in pieces(make_network(mesh.vertices, faces))]
+    parts = [piece.vertices[piece.faces] for piece in pieces(make_network(mesh.vertices, Topology(faces)))]
     min_faces = MIN_PIECE_SHARE * max(map(len, parts))
     return np.concatenate([part for part in parts if len(part) >= min_faces])

@@ -4,28 +4,49 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from restore.errors import BadInput
-from restore.mesh.adjacency import Sides, components, sides_of
+from restore.mesh.adjacency import Sides, components
 from restore.mesh.measures import lengths_between, straight_lengths
-from restore.numerics.limits import SINGLE_PRECISION, TINY
+from restore.mesh.topology import Topology
+from restore.numerics.limits import SINGLE_PRECISION, TINY, overflows_silently
 from restore.scan import Floats, Ints, Mask
 
 
 @dataclass(frozen=True, eq=False)
 class Network:
-    """faces (m, 3), their sides, and the lengths (e,) mm of the edges, each edge of the mesh once."""
+    """The faces of a mesh, and the lengths (e,) mm at rest of its edges, each edge once."""
 
-    faces: Ints
-    sides: Sides
+    topology: Topology
     lengths: Floats
+
+    @property
+    def faces(self) -> Ints:
+        """(m, 3) faces."""
+        return self.topology.faces
+
+    @property
+    def sides(self) -> Sides:
+        """The sides of the faces, grouped by edge."""
+        return self.topology.sides
 
     @property
     def edges(self) -> Ints:
         """(e, 2) edges, the smaller vertex first."""
-        return self.sides.edges
+        return self.topology.edges
+
+    @cached_property
+    @overflows_silently
+    def areas(self) -> Floats:
+        """(m,) mm² areas of the faces at rest; 0 for one that has no two different corners."""
+        own = self.sides.edge.reshape(-1, 3).T
+        a, b, c = self.lengths[own]
+        half = 0.5 * (a + b + c)
+        areas = np.sqrt(np.maximum(half * (half - a) * (half - b) * (half - c), 0.0))  # Heron
+        return np.where(own.min(axis=0) >= 0, areas, 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,30 +58,22 @@ class Piece:
     network: Network
 
 
-def edges_of(faces: Ints) -> Ints:
-    """(e, 2): each edge of faces (m, 3) once, the smaller vertex first, in ascending order.
+def make_network(vertices: Floats, topology: Topology, lengths: Floats | None = None) -> Network:
+    """Join vertices (n, 3) mm along the edges of a topology; lengths (e,) mm in their order, or measured here.
 
-    >>> edges_of(np.array([[0, 1, 2], [0, 2, 3]])).tolist()
-    [[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]]
-    """
-    return sides_of(faces).edges
-
-
-def make_network(vertices: Floats, faces: Ints, lengths: Floats | None = None, sides: Sides | None = None) -> Network:
-    """Join vertices (n, 3) mm along the edges of faces (m, 3); lengths (e,) as in `edges_of`, or measured here.
-
-    sides are those of the faces when they are known already.
     Raises BadInput when the lengths are not one positive number for each edge.
     """
-    sides = sides or sides_of(faces)
     if lengths is None:
-        lengths = straight_lengths(vertices, sides.edges)
-    count, lengths = len(sides.edges), np.asarray(lengths)
+        lengths = straight_lengths(vertices, topology.edges)
+    count, lengths = len(topology.edges), np.asarray(lengths)
     fit = lengths.shape == (count,) and lengths.dtype.kind in "fiu" and lengths.min(initial=0.0) >= 0.0
+    lengths = lengths.astype(np.float64, copy=False) if fit else lengths  # of any precision; kernels take one
     mean = float(lengths.mean(dtype=float)) if fit else 0.0
     if not TINY < mean * mean * mean * mean < 1.0 / TINY:  # as they are multiplied for the areas of faces
-        raise BadInput(f"{count} edges need {count} finite lengths", "give them in mm, in the order of `edges_of`")
-    return Network(faces, sides, np.maximum(lengths, SINGLE_PRECISION * mean))  # to divide by
+        raise BadInput(
+            f"{count} edges need {count} finite lengths", "give them in mm, in the order of `Topology.edges`"
+        )
+    return Network(topology, np.maximum(lengths, SINGLE_PRECISION * mean))  # to divide by
 
 
 def pieces(network: Network) -> Iterator[Piece]:
@@ -84,7 +97,7 @@ def part_of(network: Network, member: Mask) -> Piece:
     inside[chosen] = True
     vertices = np.flatnonzero(inside)
     faces = (np.cumsum(inside) - 1)[chosen]
-    sides = sides_of(faces)
-    start, end = vertices[sides.edges].T
+    topology = Topology(faces)
+    start, end = vertices[topology.edges].T
     lengths = lengths_between(start, end, network.edges, network.lengths)
-    return Piece(vertices, faces, make_network(np.empty((0, 3)), faces, lengths, sides))
+    return Piece(vertices, faces, make_network(np.empty((0, 3)), topology, lengths))

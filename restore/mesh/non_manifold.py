@@ -18,16 +18,16 @@ def without_fins(mesh: ValidMesh) -> tuple[ValidMesh, list[Finding]]:
     Of the faces at such an edge the two that go on most smoothly are of one sheet. Of the sheets that meet there the
     largest is the page.
     """
-    crossings = np.flatnonzero(np.diff(mesh.sides.first) > 2)
+    crossings = np.flatnonzero(mesh.topology.face_counts > 2)
     if not len(crossings):
         return mesh, []
     outward = _outward(mesh, crossings)
-    smooth = np.array([_smoothest(mesh.sides, edge, outward) for edge in crossings.tolist()])
-    inner = mesh.sides.first[:-1][np.diff(mesh.sides.first) == 2]
-    ordinary = np.stack([mesh.sides.at[inner], mesh.sides.at[inner + 1]], axis=1) // 3
+    smooth = np.array([_smoothest(mesh.topology.sides, edge, outward) for edge in crossings.tolist()])
+    inner = mesh.topology.sides.first[:-1][mesh.topology.face_counts == 2]
+    ordinary = np.stack([mesh.topology.sides.at[inner], mesh.topology.sides.at[inner + 1]], axis=1) // 3
     sheet = components(np.concatenate([ordinary, smooth]), len(mesh.faces))
     meeting = np.concatenate(
-        [_faces_at(mesh.sides, edge)[[[0, k]]] for edge in crossings.tolist() for k in _others(mesh, edge)]
+        [_faces_at(mesh.topology.sides, edge)[[[0, k]]] for edge in crossings.tolist() for k in _others(mesh, edge)]
     )
     group = components(np.concatenate([ordinary, smooth, meeting]), len(mesh.faces))
     areas = 0.5 * np.linalg.norm(mesh.normals, axis=1)
@@ -41,7 +41,7 @@ def without_fins(mesh: ValidMesh) -> tuple[ValidMesh, list[Finding]]:
     if not kept.all():
         findings.append(Finding.of("fins_cut", lost / float(areas.sum()), area_mm2=lost))
         mesh = validated(select(mesh, mesh.faces[kept]))
-    if left := int((np.diff(mesh.sides.first) > 2).sum()):
+    if left := int((mesh.topology.face_counts > 2).sum()):
         findings.append(Finding.of("edges_unclear", count=left))
     return mesh, findings
 
@@ -51,16 +51,18 @@ def _faces_at(sides: Sides, edge: int) -> Ints:
 
 
 def _others(mesh: ValidMesh, edge: int) -> range:
-    return range(1, int(mesh.sides.first[edge + 1] - mesh.sides.first[edge]))
+    return range(1, int(mesh.topology.sides.first[edge + 1] - mesh.topology.sides.first[edge]))
 
 
 def _outward(mesh: ValidMesh, crossings: Ints) -> dict[int, Floats]:
     """By edge, the unit directions (k, 3) in which its faces leave it."""
     found = {}
     for edge in crossings:
-        a, b = mesh.vertices[mesh.sides.edges[edge]]
+        a, b = mesh.vertices[mesh.topology.sides.edges[edge]]
         way = (b - a) / max(float(np.linalg.norm(b - a)), TINY)
-        out = mesh.vertices[mesh.faces[_faces_at(mesh.sides, edge)]].sum(axis=1) - a - b - a  # the third corners
+        out = (
+            mesh.vertices[mesh.faces[_faces_at(mesh.topology.sides, edge)]].sum(axis=1) - a - b - a
+        )  # the third corners
         out -= (out @ way)[:, None] * way
         found[int(edge)] = out / np.maximum(np.linalg.norm(out, axis=1), TINY)[:, None]
     return found

@@ -11,10 +11,10 @@ from math import asin, atan2, cos, sin, sqrt
 import numba
 import numpy as np
 
-from restore.mesh.adjacency import Sides, inner_vertices
 from restore.mesh.decimation_bias import correct_decimation_bias, stood_outside
 from restore.mesh.jets import ROUNDS, SIGMAS, Jets, Rings, fit_jets, rings_of
 from restore.mesh.measures import corner_angles, straight_lengths
+from restore.mesh.topology import Topology
 from restore.numerics.limits import SINGLE_PRECISION, SQUARE_TINY
 from restore.numerics.robust import MAD_TO_SIGMA, robust_sigma
 from restore.scan import Floats, Ints
@@ -28,43 +28,44 @@ CREASE = 0.1  # radians, 6°: a turn that the curvature of both patches does not
 LEVEL = cos(CREASE)
 
 
-def surface_lengths(vertices: Floats, faces: Ints, sides: Sides) -> Floats:
+def surface_lengths(vertices: Floats, topology: Topology) -> Floats:
     """(e,) mm between the ends of the edges of faces (m, 3), along the surface that vertices (n, 3) mm sample."""
-    return straight_and_along(vertices, faces, sides)[1]
+    return straight_and_along(vertices, topology)[1]
 
 
-def straight_and_along(vertices: Floats, faces: Ints, sides: Sides) -> tuple[Floats, Floats]:
+def straight_and_along(vertices: Floats, topology: Topology) -> tuple[Floats, Floats]:
     """(e,) mm between the ends of the edges of faces (m, 3): straight, and along the surface that vertices sample.
 
-    Both between the points of the surface that the vertices (n, 3) mm stand for. sides are those of the faces.
+    Both between the points of the surface that the vertices (n, 3) mm stand for.
     """
-    edges = sides.edges
-    points, jets = _points_of_surface(vertices, faces, sides)
+    edges = topology.edges
+    points, jets = _points_of_surface(vertices, topology)
     straight, bent = straight_lengths(points, edges), bent_lengths(points, jets.normals, edges)
     over = _over_creases(points, jets.normals, jets.forms, edges)
     return straight, np.where(over > straight, over, bent)
 
 
-def _points_of_surface(vertices: Floats, faces: Ints, sides: Sides) -> tuple[Floats, Jets]:
+def _points_of_surface(vertices: Floats, topology: Topology) -> tuple[Floats, Jets]:
     """The points (n, 3) mm of the surface that vertices (n, 3) mm stand for, and the patches round them.
 
     Vertices that decimation has put outside of a bend are put back. Noise makes every way longer, the more the closer
     the vertices lie: where that brings the faces nearer to unfolding, all are put on their patches, and on patches
     fitted to those again. But not beside creases, which that would round off.
     """
-    edges, rings = sides.edges, rings_of(vertices, faces, sides.edges)
+    faces, edges = topology.faces, topology.edges
+    rings = rings_of(vertices, faces, edges)
     noise = estimate_noise_sigma(vertices, rings)
     points, jets = vertices, fit_jets(vertices, rings, np.arange(len(vertices)), noise, noise)
-    steepest, defect = _steepest_bend(jets, edges), _angle_defect(vertices, faces, sides)
+    steepest, defect = _steepest_bend(jets, edges), _angle_defect(vertices, topology)
     smooth, bent = (_beside_no_crease(vertices, jets, edges, turn) for turn in (steepest, np.pi))  # or however steeply
     inside = correct_decimation_bias(vertices, jets, edges, bent)
     again = _fitted_again(jets, inside, rings, bent, noise)
     if stood_outside(jets.offsets[bent], again.offsets[bent] - jets.offsets[bent]):
-        defect_inside = _angle_defect(inside, faces, sides)
+        defect_inside = _angle_defect(inside, topology)
         if defect_inside < ROUGHER * defect:
             points, jets, defect = inside, again, defect_inside
     on_patches = _on_patches(points, jets, smooth)
-    if _angle_defect(on_patches, faces, sides) >= defect:
+    if _angle_defect(on_patches, topology) >= defect:
         return points, jets
     smooth = _beside_no_crease(on_patches, jets, edges, steepest)
     jets = _fitted_again(jets, on_patches, rings_of(on_patches, faces, edges), smooth, noise)
@@ -78,14 +79,14 @@ def _on_patches(points: Floats, jets: Jets, chosen: Ints) -> Floats:
     return moved
 
 
-def _angle_defect(points: Floats, faces: Ints, sides: Sides) -> float:
+def _angle_defect(points: Floats, topology: Topology) -> float:
     """rad by which the angles of faces (m, 3) round the inner ones of points (n, 3) miss 2π, in total.
 
     0 where the faces by themselves unfold into a plane.
     """
-    angles = corner_angles(faces, sides, straight_lengths(points, sides.edges))
-    missing = 2.0 * np.pi - np.bincount(faces.ravel(), angles, len(points))
-    return float(np.abs(missing[inner_vertices(sides, len(points))]).sum())
+    angles = corner_angles(topology.faces, topology.sides, straight_lengths(points, topology.edges))
+    missing = 2.0 * np.pi - np.bincount(topology.faces.ravel(), angles)
+    return float(np.abs(missing[topology.inner]).sum())
 
 
 def _fitted_again(jets: Jets, points: Floats, rings: Rings, chosen: Ints, noise: float) -> Jets:

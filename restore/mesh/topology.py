@@ -1,36 +1,60 @@
-"""Whether a mesh can be a page at all: refuse one-sided surfaces and closed bands."""
+"""Which faces of a mesh meet in which edges, from the faces alone: each table is made once, when it is first read."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 
-from restore.errors import BadInput
-from restore.mesh.adjacency import Sides, components
-from restore.mesh.measures import corner_angles, straight_lengths
-from restore.scan import Floats, Ints
+from restore.mesh.adjacency import Sides, inner_vertices, piece_of_faces, sides_of
+from restore.scan import Ints, Mask
 
 
-def refuse_unflattenable(vertices: Floats, faces: Ints, sides: Sides) -> None:
-    """Raise BadInput for a mesh of vertices (n, 3) mm, faces (m, 3) that is one-sided or a band closed on itself.
+@dataclass(frozen=True, eq=False)
+class Topology:
+    """The faces (m, 3) of a mesh, and what follows from them.
 
-    Only meshes without flaws are judged: no edge has more than two faces, and no border meets itself in a vertex.
+    >>> square = Topology(np.array([[0, 1, 2], [0, 2, 3]]))
+    >>> square.edges.tolist(), square.border.tolist()
+    ([[0, 1], [0, 2], [0, 3], [1, 2], [2, 3]], [0, 1, 2, 3])
     """
-    counts = np.diff(sides.first)
-    inner = np.flatnonzero(counts == 2)
-    one, other = (faces.ravel()[sides.at[sides.first[inner] + k]] for k in (0, 1))  # where either side starts
-    border = sides.edges[counts == 1]
-    ends = np.bincount(border.ravel(), minlength=len(vertices))
-    if counts.max() > 2 or (ends[border] != 2).any():
-        return
-    if (one == other).any():
-        raise BadInput("the surface has one side only, as a Möbius strip has", "cut the page out of the mesh")
-    if np.count_nonzero(np.bincount(faces.ravel())) - len(sides.edges) + len(faces) != 0:  # Euler: a band has 0
-        return
-    loop = components(border, len(vertices))
-    corners = corner_angles(faces, sides, straight_lengths(vertices, sides.edges))
-    angles = np.bincount(faces.ravel(), corners, len(vertices))
-    turning = np.bincount(loop, np.where(ends > 0, np.pi - angles, 0.0))
-    loops = np.unique(loop[np.unique(border)])
-    # In a flat page the border turns by 2π, a hole by −2π; both borders of a band turn by nothing.
-    if len(loops) == 2 and (np.abs(turning[loops]) < np.pi).all():
-        raise BadInput("the surface is a band closed on itself", "cut it open where the page begins")
+
+    faces: Ints
+
+    @cached_property
+    def sides(self) -> Sides:
+        """The sides of the faces, grouped by edge."""
+        return sides_of(self.faces)
+
+    @property
+    def edges(self) -> Ints:
+        """(e, 2): each edge once, the smaller vertex first, in ascending order."""
+        return self.sides.edges
+
+    @cached_property
+    def face_counts(self) -> Ints:
+        """(e,) how many faces meet in each edge."""
+        return np.diff(self.sides.first)
+
+    @cached_property
+    def border(self) -> Ints:
+        """(b,) the ends of edges of one face only, in ascending order."""
+        return np.unique(self.edges[self.face_counts == 1])
+
+    @cached_property
+    def inner(self) -> Mask:
+        """(n,) whether a vertex, up to the last that a face uses, has edges, and all of them two faces."""
+        return inner_vertices(self.sides, int(self.faces.max(initial=-1)) + 1)
+
+    @cached_property
+    def pieces(self) -> Ints:
+        """(m,) the connected piece of each face; faces that share a vertex are of one."""
+        return piece_of_faces(self.faces)
+
+    @cached_property
+    def is_disc(self) -> bool:
+        """Whether a connected mesh has one border and no handle: V − E + F = 1, no border vertex met twice."""
+        ends = np.bincount(self.edges[self.face_counts == 1].ravel())
+        simple = bool(self.face_counts.max() <= 2 and (ends[self.border] == 2).all())
+        return simple and len(np.unique(self.faces)) - len(self.edges) + len(self.faces) == 1

@@ -7,9 +7,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from restore.errors import BadInput, NotEnoughSurface
-from restore.mesh.adjacency import Sides, order_of_pairs, sides_of
+from restore.mesh.adjacency import Sides, order_of_pairs
 from restore.mesh.measures import face_normals, surface_area
 from restore.mesh.orient import orient
+from restore.mesh.topology import Topology
 from restore.scan import Floats, Ints, Mask, SurfaceMesh
 
 FARTHEST_MM = 1e60  # whatever the unit: lengths are multiplied by each other up to four times
@@ -22,24 +23,22 @@ class ValidMesh(SurfaceMesh):
     Faces that name a vertex twice are left out, since they have no area, and so are copies of a face; the others run
     counter-clockwise on the printed side.
 
-    sides    of the faces, by edge.
-    normals  (m, 3) of the faces, mm², twice as long as their areas.
+    topology  which faces meet in which edges.
+    normals   (m, 3) of the faces, mm², twice as long as their areas.
     Raises BadInput for arrays that are no triangle mesh, NotEnoughSurface for one without faces or area.
     """
 
-    sides: Sides = field(init=False)
+    topology: Topology = field(init=False)
     normals: Floats = field(init=False)
 
     def __post_init__(self) -> None:
         mesh = _checked(self)
-        proper, sides = mesh.faces, sides_of(mesh.faces)
-        if (left_out := _improper(proper, sides)).any():
-            proper = _turned_copies(mesh.vertices, proper, left_out)[~left_out]
-            sides = sides_of(proper)
-        faces = orient(proper, mesh.texcoords, sides)
-        if faces is not proper:
-            sides = sides_of(faces)
-        derived = {"sides": sides, "normals": face_normals(mesh.vertices, faces)}
+        proper = Topology(mesh.faces)
+        if (left_out := _improper(proper.faces, proper.sides)).any():
+            proper = Topology(_turned_copies(mesh.vertices, proper.faces, left_out)[~left_out])
+        faces = orient(proper.faces, mesh.texcoords, proper.sides)
+        topology = proper if faces is proper.faces else Topology(faces)
+        derived = {"topology": topology, "normals": face_normals(mesh.vertices, faces)}
         for name, value in {"vertices": mesh.vertices, "faces": faces, **derived}.items():
             object.__setattr__(self, name, value)
 
@@ -109,8 +108,8 @@ def _declared_types(mesh: SurfaceMesh) -> tuple[Floats, Ints]:
     vertices, faces = np.asarray(mesh.vertices), np.asarray(mesh.faces)
     if vertices.shape[1:] != (3,) or faces.shape[1:] != (3,):
         shapes = f"vertices {vertices.shape} and faces {faces.shape}"
-        raise BadInput(f"{shapes} are no triangles in space", "give (n, 3) mm and (m, 3) numbers of vertices")
+        raise BadInput(f"{shapes} are not triangles in space", "give (n, 3) mm and (m, 3) numbers of vertices")
     if vertices.dtype.kind not in "fiu" or faces.dtype.kind not in "iu":
         kinds = f"vertices of {vertices.dtype} and faces of {faces.dtype}"
-        raise BadInput(f"{kinds} are no triangles in space", "give millimetres and whole numbers of vertices")
+        raise BadInput(f"{kinds} are not triangles in space", "give millimetres and whole numbers of vertices")
     return vertices.astype(np.float64, copy=False), faces.astype(np.int64, copy=False)

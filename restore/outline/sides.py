@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
-from restore.mesh.adjacency import border_of
 from restore.mesh.measures import signed_areas
-from restore.mesh.network import edges_of
+from restore.mesh.topology import Topology
 from restore.mesh.triangulate import compact
 from restore.outline.crossings import WRONG, Crossings, crossings_of, separate, where
 from restore.outline.picture_edge import PictureSteps, edge_in_picture, steps_in_picture
@@ -55,7 +54,7 @@ def straighten(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
 
     A side that is torn, curved or has a protrusion is left unchanged, and so is a page without sides of a rectangle.
     """
-    border = border_of(page.faces)
+    border = page.topology.border
     outline = page.flat[border]
     area = float(signed_areas(page.flat, page.faces).sum())
     if not has_straight_sides(outline, area):
@@ -69,7 +68,7 @@ def straighten(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
     target = np.full_like(page.flat, np.nan)
     target[border] = _project_to_sides(outline, jacobians[border], lines)
     flat, faces = _move_border(page.flat, page.faces, target)
-    nodes = _update_grid_positions(sheet, page.nodes, jacobians, page.flat, flat, edges_of(faces))
+    nodes = _update_grid_positions(sheet, page.nodes, jacobians, page.flat, flat, Topology(faces).edges)
     return _of_faces(PageOnGrid(flat, faces, nodes), faces)
 
 
@@ -121,7 +120,7 @@ def _update_grid_positions(
 def _grid_jacobians(page: PageOnGrid, border: Ints) -> Floats:
     """(n, 2, 2) samples/mm: the Jacobian of grid position by flat position at vertices of the border, fitted to their
     edges; 0 at the others."""
-    flat, nodes, edges = page.flat, page.nodes, edges_of(page.faces)
+    flat, nodes, edges = page.flat, page.nodes, page.topology.edges
     edges = edges[np.isin(edges, border).any(axis=1)]
     start, end = edges.T
     on_page, on_grid = flat[end] - flat[start], nodes[end] - nodes[start]

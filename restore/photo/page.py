@@ -85,7 +85,7 @@ def _photograph(photo: Photograph | Bytes, number: int) -> Photograph:
     photograph = photo if isinstance(photo, Photograph) else Photograph(photo, f"photograph {number}")
     image = np.asarray(photograph.image)
     if image.dtype != np.uint8 or image.ndim != 3 or image.shape[2] != 3 or min(image.shape) == 0:
-        raise BadInput(f"{photograph.name} is no RGB picture", "give an array (h, w, 3) of uint8")
+        raise BadInput(f"{photograph.name} is not an RGB image", "give an array (h, w, 3) of uint8")
     return photograph
 
 
@@ -153,9 +153,9 @@ def photo_findings(registered: Sequence[Registered], reports: Sequence[dict[str,
         if one.registration is None
     ]
     covered = [
-        Finding.of("photo_covered", one["covered_share"], name=one["name"], area_cm2=one["covered_mm2"] / 100)
+        Finding.of("photo_covered", one["obstructed_fraction"], name=one["name"], area_cm2=one["obstructed_mm2"] / 100)
         for one in reports
-        if one.get("covered_mm2", 0.0) > 0
+        if one.get("obstructed_mm2", 0.0) > 0
     ]
     return refused + covered
 
@@ -169,11 +169,11 @@ def _acceptance(one: Registered, found: Registration) -> dict[str, Any]:
     return {
         "name": one.photograph.name,
         "accepted": True,
-        "size": [width, height],
+        "size_px": [width, height],
         "residual_px": found.residual_px,
         "uncertainty_px": found.uncertainty_px,
-        "alike": found.alike,
-        "coverage": found.coverage,
+        "match_fraction": found.match_fraction,
+        "shown_fraction": found.coverage,
         "camera": found.camera.described(),
     }
 
@@ -183,8 +183,8 @@ def _use(planned: Plan, source: Source, here: Mask, index: int) -> dict[str, Any
     seen = here & (planned.ppi[index] > 0)
     covered = planned.covered[index] & (planned.ppi[0] > 0)
     return {
-        "covered_share": float(covered.sum() / max((planned.ppi[0] > 0).sum(), 1)),
-        "covered_mm2": float(covered.sum() * COARSE_MM**2),
-        "painted_share": float(seen.sum() / max((planned.ppi[0] > 0).sum(), 1)),
+        "obstructed_fraction": float(covered.sum() / max((planned.ppi[0] > 0).sum(), 1)),
+        "obstructed_mm2": float(covered.sum() * COARSE_MM**2),
+        "textured_fraction": float(seen.sum() / max((planned.ppi[0] > 0).sum(), 1)),
         **Resolution(float(np.median(planned.ppi[index][seen])) if seen.any() else 0.0, source.mtf50).described(),
     }

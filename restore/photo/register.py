@@ -44,7 +44,7 @@ MIN_COVERAGE = 0.1  # of the page: less is hardly worth its seams
 
 ANOTHER = "check that it shows this page, sharply and in full"
 STILL = "focus on the page, hold the camera still (a stand, more light, a shorter exposure), and photograph it again"
-AGAIN = "photograph the page from above so that it fills the picture, and do not move it between scan and photograph"
+AGAIN = "photograph the page from above so that it fills the image, and do not move it between scan and photograph"
 
 
 class Refused(Exception):
@@ -73,7 +73,7 @@ class Registration:
     camera: PhotoCamera
     residual_px: float
     uncertainty_px: float
-    alike: float
+    match_fraction: float
     coverage: float
     scale: float
 
@@ -232,8 +232,10 @@ def _insist_on_sharpness(reference: Reference, grey: Bytes, camera: PhotoCamera,
 
 def _insist(found: Registration, reference: Reference) -> None:
     """Raise Refused when a registration is not certain."""
-    if found.alike < MIN_ALIKE:
-        raise Refused(f"the photograph does not show this page: only {found.alike:.0%} of the print looks the same")
+    if found.match_fraction < MIN_ALIKE:
+        raise Refused(
+            f"the photograph does not show this page: only {found.match_fraction:.0%} of the print looks the same"
+        )
     if found.residual_px > MAX_RESIDUAL * found.scale:
         raise Refused(
             f"the photograph does not fit the surface: {found.residual_px:.1f} pixels rms are left; "
@@ -243,7 +245,7 @@ def _insist(found: Registration, reference: Reference) -> None:
     if found.uncertainty_px > MAX_UNCERTAIN * found.scale:
         mm = found.uncertainty_px / found.scale * reference.pixel_mm
         raise Refused(
-            "the photograph and the scan share too little print, or all of it in one corner, to tell where the rest of "
+            "the photograph and the scan have too little print in common, or all of it in one corner, to locate the rest of "
             f"the page lies: {_off(mm)}",
             AGAIN,
         )

@@ -20,12 +20,12 @@ from restore.numerics.limits import SINGLE_TINY
 from restore.page import FlatMesh
 from restore.photo.coarse import COARSE_DPI, LINEAR, CoarseView, Placed, blurred_widely
 from restore.photo.obstructions import MARGIN_MM, compare, covered_mask
-from restore.photo.visible import clipped_share, glare_mask, visible_points
+from restore.photo.visible import clipped_fraction, glare_mask, visible_points
 from restore.runtime.threads import in_threads
 from restore.scan import Bytes, Floats, Mask
 from restore.texture.occlusion import occluded, viewpoint
 from restore.texture.page import MM_PER_INCH, page_map
-from restore.texture.resolution import effective_share
+from restore.texture.resolution import resolved_fraction
 
 FEATHER_MM = 3.0  # of a seam: wide enough that light does not jump, narrow enough that print is not seen twice
 MATCH_MM = 8.0  # light is matched over this, which is wider than a line of print
@@ -50,7 +50,7 @@ class Source:
     @property
     def share(self) -> float:
         """The ideal pixels to one of its own."""
-        return effective_share(self.mtf50)
+        return resolved_fraction(self.mtf50)
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +124,7 @@ def _photographed(
     good[inside] = visible_points(camera, page.vertices, page.faces, points, normals)
     placed = Placed.at(source.image, pixels, good)
     view = _coarse_view(placed, good)
-    clipped = placed.read(clipped_share(source.image, placed.size))
+    clipped = placed.read(clipped_fraction(source.image, placed.size))
     reach = GLARE_MM / MM_PER_INCH * COARSE_DPI
     glare = glare_mask(clipped, view.light.mean(axis=2), scanned.light.mean(axis=2), good, reach)
     glare = cv2.dilate(glare.astype(np.uint8), np.ones((3, 3), np.uint8)).astype(bool)

@@ -69,7 +69,7 @@ def glare_mask(clipped: Floats, light: Floats, expected: Floats, seen: Mask, rea
     return np.asarray(haze & np.isin(pieces, np.unique(pieces[core])))
 
 
-def clipped_share(image: Bytes, size: tuple[int, int]) -> Floats:
+def clipped_fraction(image: Bytes, size: tuple[int, int]) -> Floats:
     """(h, w) share of pixels of an image (H, W, 3) whose every channel is full, at a smaller size (w, h)."""
     full = cv2.inRange(image, (CLIPPED,) * 3, (255,) * 3)
     return np.asarray(cv2.resize(full, size, interpolation=cv2.INTER_AREA).astype(np.float64) / 255.0)

@@ -65,7 +65,7 @@ class PhotographedPage:
     report: Mapping[str, Any]
     findings: tuple[Finding, ...] = ()
 
-    def rescaled(self, factor: float, source: Mapping[str, Any]) -> PhotographedPage:
+    def rescale_page(self, factor: float, source: Mapping[str, Any]) -> PhotographedPage:
         """The page made larger by a factor, as its scale was not known, without findings.
 
         source: what the factor was taken from, for the report.
@@ -81,7 +81,7 @@ class PhotographedPage:
             measured=larger.points(self.mesh.measured),
             reach_mm=factor * self.mesh.reach_mm,
         )
-        return PhotographedPage(mesh, photographs, {**self.report, "scale": dict(source)})
+        return PhotographedPage(mesh, photographs, {**self.report, "scale_source": dict(source)})
 
 
 @checks_types
@@ -92,7 +92,7 @@ def reconstruct_page(
 
     card: that lies beside the page, to take the scale from; it is needed in three of them. None for no scale.
     The result has the `mesh`, the `photographs` that joined, with their cameras, a `report` and `findings`; its method
-    `rescaled(factor, source)` gives it another size.
+    `rescale_page(factor, source)` gives it another size.
     Raises MixedLenses, Mirrored, TooFewViews, NoPage, CardApart, or ExtraMissing without pycolmap.
 
     `examples/photographs.py` makes a page of a folder of photographs.
@@ -148,7 +148,7 @@ def _page_of(
     if card is None:
         return page
     seen = {row: markers[view] for row, view in enumerate(views)}
-    return replace(page, findings=page.findings + card_findings(page.photographs, seen, page.report["scale"]))
+    return replace(page, findings=page.findings + card_findings(page.photographs, seen, page.report["scale_source"]))
 
 
 def _card_in(seen: Mapping[int, Floats], camera: PhotoCamera, corners: Floats | None) -> CardInView:
@@ -179,17 +179,17 @@ def _dense(
     )
     left_out = {photographs[k].name: why for k, why in failed.items()}
     report = {
-        "views": [photographs[view].name for view in model.views],
-        "left_out": {name: why.text for name, why in left_out.items()},
-        "scale": dict(model.scale),
-        "points": len(fitted.points),
-        "edge_measured": float(edge.measured.mean()),
-        "uncovered_paper": masks.uncovered(model.cameras, mesh.vertices, mesh.faces),
-        "interpolated": float((distance_to(mesh.measured, mesh.vertices) > mesh.reach_mm).mean()),
-        "surface_off_mm": missed(surface, fitted.points, fitted.feet),
-        "stretch": None if isinstance(surface, Relief) else stretch(mesh.vertices, mesh.faces, places),
+        "photographs_used": [photographs[view].name for view in model.views],
+        "rejected": {name: why.text for name, why in left_out.items()},
+        "scale_source": dict(model.scale),
+        "surface_points": len(fitted.points),
+        "edge_measured_fraction": float(edge.measured.mean()),
+        "paper_outside_fraction": masks.uncovered(model.cameras, mesh.vertices, mesh.faces),
+        "interpolated_fraction": float((distance_to(mesh.measured, mesh.vertices) > mesh.reach_mm).mean()),
+        "surface_residual_mm": missed(surface, fitted.points, fitted.feet),
+        "excess_area_fraction": None if isinstance(surface, Relief) else stretch(mesh.vertices, mesh.faces, places),
         **_described(surface, fitted.stiffness),
-        "rounds": fitted.rounds,
+        "adjustments": fitted.rounds,
     }
     return PhotographedPage(mesh, kept, report, _findings(report, left_out))
 
@@ -197,29 +197,29 @@ def _dense(
 def _described(surface: PageSurface, stiffness: float) -> dict[str, Any]:
     """What a report tells of a surface; stiffness in mm⁴, where it is smooth."""
     if isinstance(surface, Relief):
-        return {"shape": "facets", "stiffness_mm4": None, "pieces": None}
+        return {"shape": "facets", "stiffness_mm4": None, "smooth_pieces": None}
     if isinstance(surface, FoldedSurface):
-        return {"shape": "pieces", "stiffness_mm4": surface.paper.stiffness, "pieces": len(surface.pieces)}
-    return {"shape": "smooth", "stiffness_mm4": stiffness, "pieces": 1}
+        return {"shape": "pieces", "stiffness_mm4": surface.paper.stiffness, "smooth_pieces": len(surface.pieces)}
+    return {"shape": "smooth", "stiffness_mm4": stiffness, "smooth_pieces": 1}
 
 
 def _findings(report: Mapping[str, Any], left_out: Mapping[str, Finding]) -> tuple[Finding, ...]:
     """What is to be reported of a page; report as `PhotographedPage` has it, left_out: photograph's name → why."""
     found = [Finding.of("view_apart", name=name, reason=why.text) for name, why in left_out.items()]
-    if len(report["views"]) < ENOUGH_VIEWS:
-        found.append(Finding.of("few_views", count=len(report["views"]), enough=ENOUGH_VIEWS))
+    if len(report["photographs_used"]) < ENOUGH_VIEWS:
+        found.append(Finding.of("few_views", count=len(report["photographs_used"]), enough=ENOUGH_VIEWS))
     if any(why.code in ("zoomed", "cropped") for why in left_out.values()):
         found.append(Finding.of("views_zoomed"))
-    if report["scale"]["from"] == "none":
+    if report["scale_source"]["from"] == "none":
         found.append(Finding.of("no_scale"))
-    if report["edge_measured"] < LEAST_EDGE:
-        found.append(Finding.of("edge_unseen", report["edge_measured"]))
-    if report["surface_off_mm"] > MOST_OFF_MM:
-        found.append(Finding.of("surface_off", distance_mm=report["surface_off_mm"]))
-    if report["stretch"] is not None and abs(report["stretch"]) > MOST_STRETCH:
-        found.append(Finding.of("area_gained", change=report["stretch"]))
-    if report["uncovered_paper"] > MOST_UNCOVERED:
-        found.append(Finding.of("paper_uncovered", report["uncovered_paper"]))
+    if report["edge_measured_fraction"] < LEAST_EDGE:
+        found.append(Finding.of("edge_unseen", report["edge_measured_fraction"]))
+    if report["surface_residual_mm"] > MOST_OFF_MM:
+        found.append(Finding.of("surface_off", distance_mm=report["surface_residual_mm"]))
+    if report["excess_area_fraction"] is not None and abs(report["excess_area_fraction"]) > MOST_STRETCH:
+        found.append(Finding.of("area_gained", change=report["excess_area_fraction"]))
+    if report["paper_outside_fraction"] > MOST_UNCOVERED:
+        found.append(Finding.of("paper_uncovered", report["paper_outside_fraction"]))
     return tuple(found)
 
 

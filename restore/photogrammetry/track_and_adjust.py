@@ -102,5 +102,5 @@ def play_round(
     model.cameras, model.points = adjusted.cameras, adjusted.points[: len(used)][agree]
     surface = surface.moved(model.set_frame(model.points))
     feet = surface.feet(model.points, places[used[agree]])
-    facts = {"patches": len(places), "points": len(model.points), "reprojection_px": rms}
+    facts = {"patches": len(places), "surface_points": len(model.points), "reprojection_px": rms}
     return surface, model.points, feet, facts

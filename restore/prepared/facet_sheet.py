@@ -10,19 +10,19 @@ import cv2
 import numpy as np
 
 from restore.findings import Finding
-from restore.flattening.methods import OnStep, flatten_points
+from restore.flattening.methods import OnStep, flatten_with_lengths
 from restore.mesh.decimate import decimate
-from restore.mesh.network import edges_of
+from restore.mesh.topology import Topology
 from restore.mesh.triangulate import lattice
 from restore.outline.sides import straighten
 from restore.page import FlatMesh
-from restore.prepared.prepared import Clock, Prepared, Unrolled, square_to_picture
+from restore.prepared.prepared import Clock, Prepared, Unrolled, square_to_picture, upright_as_textured
 from restore.prepared.refine import interpolate_flat_positions, refine, subdivide
 from restore.range_image.facets.normals import facet_normals
 from restore.range_image.facets.sheet import PageOnGrid, Sheet, depth_distance
 from restore.scan import Bytes, Floats, Mask, SurfaceMesh
 from restore.settings import Settings
-from restore.texture.coverage import Seen
+from restore.texture.coverage import CoverageClass
 from restore.texture.occlusion import viewpoint
 from restore.texture.page import PageMap, page_map, rasterise_on_page
 
@@ -47,13 +47,17 @@ class FacetSheet(Prepared):
 
     def unroll(self, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
         """The flat page: decimated, flattened by the lengths of the facets, refined and made straight."""
-        return unroll(self.sheet, settings, clock, on_step)
+        unrolled = unroll(self.sheet, settings, clock, on_step)
+        return unrolled if self.is_one_shot else upright_as_textured(unrolled)
 
     @property
     def facts(self) -> Mapping[str, Any]:
         """How many samples were measured on it, and how much of it is filled in."""
         measured = self.sheet.measured
-        return {"samples": int(measured.sum()), "filled_share": float(1.0 - measured[self.sheet.inside].mean())}
+        return {
+            "samples": int(measured.sum()),
+            "interpolated_fraction": float(1.0 - measured[self.sheet.inside].mean()),
+        }
 
     @property
     def findings(self) -> tuple[Finding, ...]:
@@ -71,14 +75,18 @@ class FacetSheet(Prepared):
         return normals
 
     def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:
-        """(h, w) MEASURED or FILLED as the samples are, OUTSIDE in the holes through which the table was measured."""
+        """(h, w) MEASURED or INTERPOLATED as the samples are, OUTSIDE in holes that show the table."""
         grid_xy = np.stack(self.sheet.rays.grid(fine.vertices), axis=1)[:, ::-1]
         at = rasterise_on_page(fine, grid_xy, page.shape, dpi)
         samples = self.sheet.measured.astype(np.uint8)
         measured = cv2.remap(samples, at, None, cv2.INTER_NEAREST, borderMode=cv2.BORDER_REPLICATE)
-        kinds = np.where(page, np.where(measured > 0, Seen.MEASURED, Seen.FILLED), Seen.OUTSIDE).astype(np.uint8)
+        kinds = np.where(
+            page, np.where(measured > 0, CoverageClass.MEASURED, CoverageClass.INTERPOLATED), CoverageClass.OUTSIDE
+        ).astype(np.uint8)
         if self.sheet.holes is not None and self.sheet.holes.any():
-            kinds[cv2.remap(self.sheet.holes.astype(np.float32), at, None, cv2.INTER_LINEAR) > HALF] = Seen.OUTSIDE
+            kinds[cv2.remap(self.sheet.holes.astype(np.float32), at, None, cv2.INTER_LINEAR) > HALF] = (
+                CoverageClass.OUTSIDE
+            )
         return kinds
 
     def camera_centre(self, fine: FlatMesh) -> Floats | None:
@@ -101,8 +109,8 @@ def unroll(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnStep | Non
         mesh, nodes = decimate_sheet(sheet, min(requested, MAX_SOLVED_POINTS))
         distance = depth_distance(sheet, nodes, mesh.faces)
     with clock("flatten"):
-        lengths = sheet.lengths(nodes, edges_of(mesh.faces))
-        coarse = flatten_points(mesh, settings.method, lengths=lengths, on_step=on_step)
+        lengths = sheet.lengths(nodes, Topology(mesh.faces).edges)
+        coarse = flatten_with_lengths(mesh, lengths, settings.method, on_step=on_step)
     with clock("refine"):
         fine, fine_nodes = refine(sheet, coarse, nodes)
         fine = square_to_picture(fine)
@@ -130,14 +138,14 @@ def decimate_sheet(sheet: Sheet, points: int) -> tuple[SurfaceMesh, Floats]:
 
 def _on_sheet(sheet: Sheet, solved: FlatMesh, page: PageOnGrid) -> FlatMesh:
     """The page with its surface, measured on the sheet; solved: the flat mesh that it was made of."""
-    flat, faces, nodes = page
-    points, texcoords, lengths = sheet.points(nodes), sheet.texcoords(nodes), sheet.lengths(nodes, edges_of(faces))
-    return replace(solved, vertices=points, faces=faces, texcoords=texcoords, flat=flat, lengths=lengths)
+    nodes, lengths = page.nodes, sheet.lengths(page.nodes, page.topology.edges)
+    points, texcoords = sheet.points(nodes), sheet.texcoords(nodes)
+    return replace(solved, vertices=points, faces=page.faces, texcoords=texcoords, flat=page.flat, lengths=lengths)
 
 
 def _interpolated(sheet: Sheet, page: PageOnGrid, mesh: SurfaceMesh, nodes: Floats, solved: FlatMesh) -> FlatMesh:
     """A mesh at grid positions nodes (n, 2) flattened by interpolation of the page, which was solved."""
-    edges = edges_of(mesh.faces)
+    edges = Topology(mesh.faces).edges
     flat = interpolate_flat_positions(sheet.inside.shape, page.nodes, page.faces, page.flat, nodes)
     lengths = sheet.lengths(nodes, edges)
-    return FlatMesh.of(mesh, flat, lengths, solved.steps, **solved.convergence)
+    return FlatMesh.of(mesh, flat, lengths, solved.iterations, **solved.convergence)

@@ -10,18 +10,18 @@ import numpy as np
 from restore.flattening.isometric.page import least_absolute_page
 from restore.flattening.isometric.repair import uninverted
 from restore.flattening.layout import arrange_pieces
-from restore.flattening.methods import DEFAULT, METHODS, OnStep, flatten_points
+from restore.flattening.methods import DEFAULT, METHODS, OnStep, flatten_points, flatten_with_lengths
 from restore.flattening.ordered_grid import flatten_grid, points_on_grid, typical_links
 from restore.flattening.solution import Solution
-from restore.mesh.adjacency import sides_of
 from restore.mesh.clean import select
 from restore.mesh.decimate import patch_and_smooth
 from restore.mesh.jets import rings_of
 from restore.mesh.measures import flipped_faces, signed_areas, straight_lengths
-from restore.mesh.network import edges_of, make_network, pieces
+from restore.mesh.network import make_network, pieces
 from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.pose import move_upright, pose_on_table
 from restore.mesh.surface_lengths import estimate_noise_sigma, surface_lengths
+from restore.mesh.topology import Topology
 from restore.mesh.validate import validated
 from restore.page import FlatMesh
 from restore.prepared.facet_sheet import unroll
@@ -44,7 +44,7 @@ def flatten(
     """Unroll a mesh into the plane, every edge as near to its length on the surface as can be.
 
     The vertices of a piece of less than MIN_VERTICES all settle together; those of a larger one settle on few points,
-    and its noise is taken out. lengths (e,) mm are the rest lengths of the edges in the order of `network.edges_of`;
+    and its noise is taken out. lengths (e,) mm are the rest lengths of the edges in the order of `Topology.edges`;
     when None, those along the surface that the vertices sample. Each connected piece stays where the scan had it,
     unless it would lie over another. Faces that run the wrong way round are turned. An ordered grid keeps its order.
     on_step(step, positions (n, 3) mm, faces (m, 3)) is called after each time step.
@@ -66,10 +66,12 @@ def flatten(
             mesh.vertices, mesh.faces, mesh.texcoords, mesh.texture, mesh.provenance, findings=mesh.findings
         )
         return _in_order(flatten(unordered, method, lengths=lengths, on_step=on_step), mesh)
-    if lengths is not None or method not in METHODS or len(mesh.vertices) < MIN_VERTICES:
-        return flatten_points(mesh, method, lengths=lengths, on_step=on_step)
+    if lengths is not None:
+        return flatten_with_lengths(mesh, lengths, method, on_step=on_step)
+    if method not in METHODS or len(mesh.vertices) < MIN_VERTICES:
+        return flatten_points(mesh, method, on_step=on_step)
     mesh = validated(mesh)
-    network = make_network(mesh.vertices, mesh.faces, sides=mesh.sides)
+    network = make_network(mesh.vertices, mesh.topology)
     parts = list(pieces(network))
     flat, rest = np.zeros((len(mesh.vertices), 2)), network.lengths.copy()
     worst = Solution(flat, 0)
@@ -79,7 +81,7 @@ def flatten(
         posed = pose_on_table(piece.vertices, piece.faces)
         flat[part.vertices] = move_upright(piece.flat, replace(posed, seen=seen[part.vertices]))
         rest[np.isin(network.edges[:, 0], part.vertices)] = piece.lengths
-        worst = worst.joined(Solution(piece.flat, piece.steps, **piece.convergence))
+        worst = worst.joined(Solution(piece.flat, piece.iterations, **piece.convergence))
     arrange_pieces(flat, [(part.vertices, part.faces) for part in parts])
     return FlatMesh.of(mesh, flat, rest, worst.iterations, **worst.convergence)
 
@@ -89,7 +91,7 @@ def _in_order(page: FlatMesh, grid: GridMesh) -> FlatMesh:
     (along, _), (down, _) = typical_links(points_on_grid(grid))
     rows, cols = np.divmod(grid.places, grid.shape[1])
     wanted, flat = np.stack([along * cols, -down * rows], axis=1), page.flat.copy()
-    parts = list(pieces(make_network(page.vertices, page.faces)))
+    parts = list(pieces(make_network(page.vertices, page.topology)))
     for part in parts:
         own = flat[part.vertices]
         if signed_areas(own, part.faces).sum() < 0.0:
@@ -118,19 +120,19 @@ def _over_grid(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMe
     flat = interpolate_flat_positions(
         sheet.inside.shape, unrolled.nodes, unrolled.fine.faces, unrolled.fine.flat, nodes
     )
-    sides = sides_of(mesh.faces)
-    lengths = sheet.lengths(nodes, sides.edges)
-    if _clean(mesh, sides.edges, lengths):  # then its vertices know better
-        lengths = surface_lengths(mesh.vertices, mesh.faces, sides)
-        flat = least_absolute_page(flat, make_network(mesh.vertices, mesh.faces, lengths)).flat
+    topology = Topology(mesh.faces)
+    lengths = sheet.lengths(nodes, topology.edges)
+    if _clean(mesh, topology.edges, lengths):  # then its vertices know better
+        lengths = surface_lengths(mesh.vertices, topology)
+        flat = least_absolute_page(flat, make_network(mesh.vertices, topology, lengths)).flat
     if flipped_faces(flat, mesh.faces):  # noise has put a vertex beyond its neighbours
-        flat = uninverted(flat, make_network(mesh.vertices, mesh.faces, lengths), np.ones(len(mesh.faces)))
-    return FlatMesh.of(mesh, flat, lengths, unrolled.coarse.steps, **unrolled.fine.convergence)
+        flat = uninverted(flat, make_network(mesh.vertices, topology, lengths), np.ones(len(mesh.faces)))
+    return FlatMesh.of(mesh, flat, lengths, unrolled.coarse.iterations, **unrolled.fine.convergence)
 
 
 def _over_points(mesh: SurfaceMesh, method: str, on_step: OnStep | None) -> FlatMesh:
     """By its own vertices alone, smoothed where they are noisy."""
-    edges = edges_of(mesh.faces)
+    edges = Topology(mesh.faces).edges
     if _clean(mesh, edges, straight_lengths(mesh.vertices, edges)):
         return flatten_points(mesh, method, on_step=on_step)
     smoothed, _ = patch_and_smooth(mesh.vertices, mesh.faces)

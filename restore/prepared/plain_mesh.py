@@ -13,10 +13,10 @@ from restore.flattening.methods import OnStep
 from restore.mesh.clean import clean
 from restore.page import FlatMesh
 from restore.prepared.flatten import flatten
-from restore.prepared.prepared import Clock, Prepared, Unrolled, square_to_picture
+from restore.prepared.prepared import Clock, Prepared, Unrolled, square_to_picture, upright_as_textured
 from restore.scan import Bytes, Floats, InterpolatedMesh, Mask, SurfaceMesh
 from restore.settings import Settings
-from restore.texture.coverage import Coverage, Seen, distance_to
+from restore.texture.coverage import Coverage, CoverageClass, distance_to
 from restore.texture.page import PageMap, Painting, rasterise_on_page
 
 
@@ -33,7 +33,8 @@ class PlainMesh(Prepared):
             mesh = clean(self.mesh, settings.points or len(self.mesh.vertices))
         with clock("flatten"):
             flat = square_to_picture(flatten(mesh, settings.method, on_step=on_step))
-        return Unrolled(flat, flat, np.empty((0, 2)), {})
+        unrolled = Unrolled(flat, flat, np.empty((0, 2)), {})
+        return unrolled if self.is_one_shot else upright_as_textured(unrolled)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,11 +67,11 @@ class InterpolatedPage(Prepared):
         return self.page.camera_centre(fine)
 
     def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:
-        """(h, w) as of its mesh, and FILLED farther from all measured points than `reach_mm`."""
+        """(h, w) as of its mesh, and INTERPOLATED farther from all measured points than `reach_mm`."""
         kinds = self.page.kinds_on(fine, page, dpi)
         distance = distance_to(self.scan.measured, fine.vertices)
         near = rasterise_on_page(fine, distance[:, None], page.shape, dpi)[..., 0] <= self.scan.reach_mm
-        kinds[~near & (kinds == Seen.MEASURED)] = Seen.FILLED
+        kinds[~near & (kinds == CoverageClass.MEASURED)] = CoverageClass.INTERPOLATED
         return kinds
 
     def findings_on(self, _painting: Painting, _coverage: Coverage, _dpi: float) -> list[Finding]:

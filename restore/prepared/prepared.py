@@ -12,16 +12,17 @@ import numpy as np
 
 from restore.findings import Finding
 from restore.flattening.methods import OnStep
-from restore.mesh.adjacency import border_of
 from restore.mesh.measures import signed_areas, vertex_normals
 from restore.numerics.limits import SINGLE_TINY
-from restore.outline.rectangle import squaring_rotation
+from restore.outline.rectangle import has_straight_sides, squaring_rotation
 from restore.page import FlatMesh
 from restore.scan import Bytes, Floats, Mask
 from restore.settings import Settings
-from restore.texture.coverage import Coverage, Seen, cut_findings, filled_findings
+from restore.texture.coverage import Coverage, CoverageClass, cut_findings, filled_findings
 from restore.texture.occlusion import viewpoint
 from restore.texture.page import PageMap, Painting, page_map
+
+MIN_OVERLAP = 0.7  # correlation of flat and texture positions: one chart explains half of their variance
 
 Clock = Callable[[str], AbstractContextManager[None]]
 
@@ -70,8 +71,8 @@ class Prepared(ABC):
         return normals / np.maximum(np.linalg.norm(normals, axis=2, keepdims=True), SINGLE_TINY)
 
     def kinds_on(self, fine: FlatMesh, page: Mask, dpi: float) -> Bytes:  # noqa: ARG002 - others need both
-        """(h, w) how the shape is known at the pixels of a flat page (h, w): MEASURED, FILLED, or OUTSIDE in holes."""
-        return np.where(page, Seen.MEASURED, Seen.OUTSIDE).astype(np.uint8)
+        """(h, w) how the shape of a flat page (h, w) is known: MEASURED, INTERPOLATED, or OUTSIDE in holes."""
+        return np.where(page, CoverageClass.MEASURED, CoverageClass.OUTSIDE).astype(np.uint8)
 
     def camera_centre(self, fine: FlatMesh) -> Floats | None:
         """The centre (3,) mm of the camera that took the texture; None where it is not one camera's picture."""
@@ -95,7 +96,31 @@ def square_to_picture(flat: FlatMesh) -> FlatMesh:
     return replace(flat, flat=(flat.flat - centre) @ turn.T + centre)
 
 
+def upright_as_textured(unrolled: Unrolled) -> Unrolled:
+    """The flat page turned to where its image is upright, by right angles for a rectangular page.
+
+    An image of one chart shows the page upright, and so do charts that were packed as they lie on it; of an atlas whose
+    charts are turned every way the page stays as it is.
+    """
+    fine = unrolled.fine
+    if fine.texcoords is None or fine.texture is None or "oversampling" in fine.provenance:
+        return unrolled
+    flat, chart = ((part - part.mean(axis=0)) @ [1.0, 1.0j] for part in (fine.flat, fine.texcoords * [1.0, -1.0]))
+    overlap = np.vdot(flat, chart)
+    if abs(overlap) < MIN_OVERLAP * np.linalg.norm(flat) * np.linalg.norm(chart):
+        return unrolled
+    angle = float(np.angle(overlap))
+    area = float(signed_areas(fine.flat, fine.faces).sum())
+    if has_straight_sides(fine.flat[fine.topology.border], area):
+        angle = round(angle / (np.pi / 2)) * np.pi / 2
+    if angle == 0.0:
+        return unrolled
+    turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    coarse, turned = (replace(mesh, flat=mesh.flat @ turn) for mesh in (unrolled.coarse, fine))
+    return replace(unrolled, coarse=turned if unrolled.coarse is fine else coarse, fine=turned)
+
+
 def squaring(flat: FlatMesh) -> tuple[Floats, Floats]:
     """The rotation (2, 2) that makes the sides of a rectangular page parallel to the axes, and its centre (2,) mm."""
     area = float(signed_areas(flat.flat, flat.faces).sum())
-    return squaring_rotation(flat.flat[border_of(flat.faces)], area), flat.flat.mean(axis=0)
+    return squaring_rotation(flat.flat[flat.topology.border], area), flat.flat.mean(axis=0)

@@ -21,6 +21,7 @@ from restore.mesh.adjacency import sides_of
 from restore.mesh.measures import straight_lengths
 from restore.mesh.network import make_network
 from restore.mesh.raster import rasterise
+from restore.mesh.topology import Topology
 from restore.mesh.triangulate import lattice
 from restore.page import FlatMesh
 from restore.range_image.facets.sheet import PageOnGrid, Sheet
@@ -40,8 +41,8 @@ def refine(sheet: Sheet, coarse: FlatMesh, nodes: Floats) -> tuple[FlatMesh, Flo
     Its initial positions are those of a coarse mesh, whose vertices have grid positions nodes (n, 2).
     """
     fine_nodes, faces = lattice(sheet.inside, STRIDE)
-    sides, vertices = sides_of(faces), sheet.points(fine_nodes)
-    network = make_network(vertices, faces, sheet.lengths(fine_nodes, sides.edges), sides)
+    topology, vertices = Topology(faces), sheet.points(fine_nodes)
+    network = make_network(vertices, topology, sheet.lengths(fine_nodes, topology.edges))
     flat = interpolate_flat_positions(sheet.inside.shape, nodes, coarse.faces, coarse.flat, fine_nodes)
     found = least_absolute_page(flat, network)
     texcoords = sheet.texcoords(fine_nodes)
@@ -103,9 +104,8 @@ def subdivide(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
 
     An edge is split where the middle of it in the picture would be shown more than NONLINEAR_MM off on the page.
     """
-    (flat, faces, nodes), normals = page, sheet.normals()
+    flat, faces, nodes, sides, normals = page.flat, page.faces, page.nodes, page.topology.sides, sheet.normals()
     for _ in range(SPLITS):
-        sides = sides_of(faces)
         start, end = sides.edges.T
         middles = _middles(sheet, normals, nodes, sides.edges)
         apart = np.hypot(*(middles - 0.5 * (nodes[start] + nodes[end])).T)
@@ -116,6 +116,7 @@ def subdivide(sheet: Sheet, page: PageOnGrid) -> PageOnGrid:
         faces = _split_faces(faces, sides.edge.reshape(-1, 3), split, len(nodes))
         flat = np.concatenate([flat, 0.5 * (flat[start[split]] + flat[end[split]])])
         nodes = np.concatenate([nodes, middles[split]])
+        sides = sides_of(faces)
     return PageOnGrid(flat, faces, nodes)
 
 

@@ -11,11 +11,12 @@ from scipy.spatial import cKDTree
 
 from restore.camera.rays import MAX_GAP, find_rays
 from restore.errors import RestoreError
-from restore.mesh.adjacency import border_of, components
+from restore.mesh.adjacency import components
 from restore.mesh.clean import clean, large_pieces, select, weld
 from restore.mesh.measures import signed_areas, straight_lengths, surface_area
 from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.pose import pose_on_table
+from restore.mesh.topology import Topology
 from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import ValidMesh, validated
 from restore.outline.rectangle import fills_rectangle
@@ -98,7 +99,7 @@ def _is_rectangular(mesh: SurfaceMesh) -> bool:
     except RestoreError:  # closed, one-sided: no sheet of any shape
         return False
     area = float(signed_areas(page.flat, page.faces).sum())
-    return fills_rectangle(page.flat[border_of(page.faces)], area)
+    return fills_rectangle(page.flat[page.topology.border], area)
 
 
 def _sheets_of_mesh(scan: SurfaceMesh) -> list[ScannedSheet]:
@@ -117,7 +118,7 @@ def _sheets_of_mesh(scan: SurfaceMesh) -> list[ScannedSheet]:
 
 def _joined_over_gaps(mesh: ValidMesh, pieces: list[Ints]) -> list[Ints]:
     """The faces (m, 3) of each sheet, from those of its pieces."""
-    reach = (MAX_GAP + 1) * float(straight_lengths(mesh.vertices, mesh.sides.edges).mean())
+    reach = (MAX_GAP + 1) * float(straight_lengths(mesh.vertices, mesh.topology.edges).mean())
     borders = [_border(mesh.vertices, faces) for faces in pieces]
     near = [
         (a, b)
@@ -142,5 +143,5 @@ def _near_boxes(borders: list[cKDTree], reach: float) -> Iterator[tuple[int, int
 
 def _border(vertices: Floats, faces: Ints) -> cKDTree:
     """The border vertices of faces (m, 3), all of them where there is no border."""
-    border = border_of(faces)
+    border = Topology(faces).border
     return cKDTree(vertices[border if len(border) else np.unique(faces)])

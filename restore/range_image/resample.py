@@ -54,7 +54,7 @@ def view_of(mesh: ValidMesh) -> tuple[RangeScan, Rays] | None:
     # Divided by depth, everything on a plane is affine over the picture: the perspective-correct interpolation.
     values = np.column_stack([inverse_depth, texture_xy * inverse_depth[:, None]])
     grid = rasterise(corners, faces, values, rows, cols, inverse_depth).astype(np.float64)
-    if _hidden_share(corners, faces, np.isfinite(grid[..., 0])) > MAX_HIDDEN:
+    if _hidden_fraction(corners, faces, np.isfinite(grid[..., 0])) > MAX_HIDDEN:
         return None
     row_index, col_index = np.indices((rows, cols))
     depth = 1.0 / grid[..., 0]
@@ -87,7 +87,7 @@ def _foreshortening(normals: Floats, posed: PosedSheet) -> float:
     return float(np.clip(slopes[order[steep]], MIN_PITCH, 1.0))
 
 
-def _hidden_share(corners: Floats, faces: Ints, covered: Mask) -> float:
+def _hidden_fraction(corners: Floats, faces: Ints, covered: Mask) -> float:
     """Share of the projected area of faces with corners (n, 2) that is turned away or not in covered (rows, cols)."""
     areas = signed_areas(corners * [1.0, -1.0], faces)
     total = float(np.abs(areas).sum())

@@ -12,7 +12,7 @@ from typing import TypeVar
 
 VARIABLE = "PLANISH_THREADS"  # set for the processes of a pool, which share the processors
 MAX_THREADS = 4  # more gain little: the kernels are bound by memory bandwidth
-EQUAL_BANDS = 8  # more than threads, so that a busy core gets fewer of them
+BANDS_A_THREAD = 2  # more than one, so that a busy core gets fewer of them
 
 Part = TypeVar("Part")
 Result = TypeVar("Result")
@@ -54,6 +54,7 @@ def in_threads(work: Callable[[Part], Result], parts: Iterable[Part], count: int
 
 def in_bands(work: Callable[[slice], None], rows: int, height: int | None = None) -> None:
     """Call work(rows of a band) for all rows, in any order; bands of a given height, or a few of equal heights."""
-    equal = [rows * k // EQUAL_BANDS for k in range(EQUAL_BANDS + 1)]
+    count = BANDS_A_THREAD * thread_count()
+    equal = [rows * k // count for k in range(count + 1)]
     edges = equal if height is None else [*range(0, rows, height), rows]
     in_threads(work, (slice(a, b) for a, b in pairwise(edges) if b > a))

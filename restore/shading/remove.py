@@ -66,7 +66,7 @@ def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Shad
     places = places_of(relief, surroundings.horizon)
     found = estimate_light(as_list(colour), candidates, places, surroundings, regions, judges, inside)
     if found is None:
-        return _kept(image, "nothing within its regions of one print shows for certain that the light on it is uneven")
+        return _kept(image, "nothing within its regions of one print shows reliably that the light on it is uneven")
     if not found.certainty.sure:
         again = estimate_again(found, colour, relief.normals, candidates, places, surroundings, inside)
         found, judges = again or (found, judges)
@@ -85,7 +85,7 @@ def remove_shading(image: Bytes, mask: Mask, dpi: float, relief: Relief) -> Shad
         surface = expected
     gain = fill_nearest(np.clip(1 / np.maximum(surface, SINGLE_TINY), 1 / MAX_GAIN, MAX_GAIN), inside)
     evened = divided(image, mask, relief.dpi / dpi, gain, steps, MAX_GAIN)
-    report = {"removed": True, "corrected": corrected, "regions_share": regions.share(inside)} | _told_by(found)
+    report = {"removed": True, "corrected": corrected, "regions_fraction": regions.share(inside)} | _told_by(found)
     return ShadingResult(evened, report | _evenness(colour, gain, residual.ground, inside))
 
 
@@ -162,10 +162,10 @@ def _evenness(colour: Field, gain: Field, paper: Mask, inside: Mask) -> dict[str
     seen, gains = (as_list(field)[some] for field in (colour, gain))
     before, after = seen.mean(axis=1), (seen * gains).mean(axis=1)
     return {
-        "paper_share": float(paper.sum() / max(inside.sum(), 1)),
+        "paper_fraction": float(paper.sum() / max(inside.sum(), 1)),
         "unevenness_before": _unevenness(before),
         "unevenness": _unevenness(after),
-        "gain": {"min": float(gain.min()), "max": float(gain.max())},
+        "illumination_gain": {"min": float(gain.min()), "max": float(gain.max())},
     }
 
 

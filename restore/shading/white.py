@@ -59,7 +59,7 @@ def balance_on_paper(image: Bytes, mask: Mask, dpi: float) -> WhiteBalance:
         {
             "balanced": True,
             "paper": [int(code) for code in srgb_codes(white)],
-            "paper_share": share,
+            "paper_fraction": share,
             "gains": [float(gain) for gain in gains],
         },
     )

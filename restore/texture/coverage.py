@@ -30,77 +30,102 @@ MAX_CUT = 0.02
 NO_PICTURE = 255  # in page_source, off the page
 
 
-class Seen(IntEnum):
+class CoverageClass(IntEnum):
     """The kind of a page pixel, as `RestoredPage.coverage` has it.
 
     >>> coverage = np.array([[0, 1, 1], [0, 2, 3]], np.uint8)
-    >>> int((coverage == Seen.MEASURED).sum())
+    >>> int((coverage == CoverageClass.MEASURED).sum())
     2
     """
 
     OUTSIDE = 0  # off the page
     MEASURED = 1  # seen by the camera, its shape measured
-    FILLED = 2  # seen by the camera, its shape filled in
-    HIDDEN = 3  # on the page and not seen by the camera
-    INVENTED = 4  # hidden, and inpainted from its neighbourhood
-    COVERED = 5  # seen, but covered by something in a photograph, and painted from another picture
+    INTERPOLATED = 2  # seen by the camera, its shape filled in
+    OCCLUDED = 3  # on the page and not seen by the camera
+    INPAINTED = 4  # hidden, and inpainted from its neighbourhood
+    OBSTRUCTED = 5  # seen, but covered by something in a photograph, and painted from another picture
 
 
 @dataclass(frozen=True, eq=False)
 class Coverage:
     """The kinds of the pixels of a page.
 
-    seen  (h, w) uint8, values of `Seen`.
-    cut   fraction of the page's outline that is at the edge of the source's picture; None without a picture.
+    seen  (h, w) uint8, values of `CoverageClass`.
+    cut   fraction of the page's outline that is at the edge of the source's picture; None where the page may fill that.
+    gaps  (h, w) True in the holes that the page encloses, which are OCCLUDED or INPAINTED; None for none.
     """
 
     seen: Bytes
     cut: float | None = None
+    gaps: Mask | None = None
 
     @property
     def mask(self) -> Mask:
         """(h, w) True where the camera saw the page."""
-        return np.asarray((self.seen == Seen.MEASURED) | (self.seen == Seen.FILLED) | (self.seen == Seen.COVERED))
+        return np.asarray(
+            (self.seen == CoverageClass.MEASURED)
+            | (self.seen == CoverageClass.INTERPOLATED)
+            | (self.seen == CoverageClass.OBSTRUCTED)
+        )
 
-    def shares(self) -> dict[str, float]:
-        """The share of the page's area of each kind, 0 to 1."""
-        count = {kind: np.count_nonzero(self.seen == kind) for kind in Seen if kind is not Seen.OUTSIDE}
+    def fractions(self) -> dict[str, float]:
+        """The fraction of the page's area of each kind, 0 to 1."""
+        count = {
+            kind: np.count_nonzero(self.seen == kind) for kind in CoverageClass if kind is not CoverageClass.OUTSIDE
+        }
         page = max(sum(count.values()), 1)
         return {kind.name.lower(): number / page for kind, number in count.items()}
 
     def described(self) -> dict[str, float | None]:
         """The coverage as the report has it: the shares of the kinds, and `cut`."""
-        return {**self.shares(), "cut": self.cut}
+        return {**self.fractions(), "cropped_fraction": self.cut}
 
-    def findings(self) -> list[Finding]:
-        """What is to be reported of a page that is white in large part."""
-        hidden = self.shares()["hidden"]
-        return [Finding.of("hidden", hidden)] if hidden > MAX_HIDDEN else []
+    def findings(self, dpi: float) -> list[Finding]:
+        """What is to be reported of a page that is white in large part, or has a broad hole."""
+        missing = self.seen == CoverageClass.OCCLUDED
+        gaps = np.zeros_like(missing) if self.gaps is None else self.gaps & missing
+        hidden = float((missing & ~gaps).sum() / max((self.seen != CoverageClass.OUTSIDE).sum(), 1))
+        across = _across_mm(gaps, dpi)
+        found = [Finding.of("hidden", hidden)] if hidden > MAX_HIDDEN else []
+        return [*found, Finding.of("gap", across_mm=across)] if across > MAX_FILLED_MM else found
 
 
-def cover(fine: FlatMesh, painting: Painting, kinds: Bytes, camera_centre: Floats | None, dpi: float) -> Coverage:
+def cover(
+    fine: FlatMesh,
+    painting: Painting,
+    kinds: Bytes,
+    camera_centre: Floats | None,
+    dpi: float,
+    *,
+    may_be_cut: bool = True,
+) -> Coverage:
     """The coverage of a painted page at a resolution of dpi.
 
-    kinds (h, w) are how the shape of its pixels is known: MEASURED, FILLED, or OUTSIDE in holes and off the page.
+    kinds (h, w) are how the shape of its pixels is known: MEASURED, INTERPOLATED, or OUTSIDE in holes and off the page.
     camera_centre (3,) mm: of the camera that took the texture; None where it is not one camera's picture.
+    may_be_cut: whether the edge of the texture can cut the page off, as it does in a scanner's picture; a chart ends
+    there by rights.
     """
-    seen, on_page = kinds.copy(), painting.mask & (kinds != Seen.OUTSIDE)
-    seen[_enclosed_holes(painting.mask)] = Seen.HIDDEN
+    seen, on_page = kinds.copy(), painting.mask & (kinds != CoverageClass.OUTSIDE)
+    gaps = _enclosed_holes(painting.mask)
+    seen[gaps] = CoverageClass.OCCLUDED
     if painting.covered is not None:
-        seen[painting.covered & on_page] = Seen.COVERED
+        seen[painting.covered & on_page] = CoverageClass.OBSTRUCTED
     if camera_centre is not None and fine.texcoords is not None and fine.texture is not None:
         hidden = on_page & occluded(fine, camera_centre, on_page.shape, dpi)
         # Pixels painted from a photograph need not be visible to the scanner's camera.
-        seen[hidden if painting.page_source is None else hidden & (painting.page_source == 0)] = Seen.HIDDEN
-    cut = None if fine.texture is None else cut_share(seen != Seen.OUTSIDE, painting.source, fine.texture.shape[:2])
-    return Coverage(seen, cut)
+        seen[hidden if painting.page_source is None else hidden & (painting.page_source == 0)] = CoverageClass.OCCLUDED
+    cut = None
+    if fine.texture is not None and may_be_cut:
+        cut = cropped_fraction(seen != CoverageClass.OUTSIDE, painting.source, fine.texture.shape[:2])
+    return Coverage(seen, cut, gaps)
 
 
 def seen_part(painting: Painting, coverage: Coverage) -> Painting:
     """The painted page with what the camera did not see blank; in holes it ends, and has no source."""
-    holes = painting.mask & (coverage.seen == Seen.OUTSIDE)
+    holes = painting.mask & (coverage.seen == CoverageClass.OUTSIDE)
     image, source, page_source = painting.image.copy(), painting.source, painting.page_source
-    image[holes | (coverage.seen == Seen.HIDDEN)] = PAPER
+    image[holes | (coverage.seen == CoverageClass.OCCLUDED)] = PAPER
     if holes.any():
         source = np.where(holes[..., None], np.float32(np.nan), source)
         page_source = None if page_source is None else np.where(holes, np.uint8(NO_PICTURE), page_source)
@@ -109,7 +134,7 @@ def seen_part(painting: Painting, coverage: Coverage) -> Painting:
 
 def hole_findings(page: Mask, kinds: Bytes, dpi: float) -> list[Finding]:
     """What is to be reported of a page (h, w) whose kinds (h, w) are OUTSIDE in its holes."""
-    area = float((page & (kinds == Seen.OUTSIDE)).sum()) * (MM_PER_INCH / dpi) ** 2
+    area = float((page & (kinds == CoverageClass.OUTSIDE)).sum()) * (MM_PER_INCH / dpi) ** 2
     return [Finding.of("holes", area_mm2=area)] if area else []
 
 
@@ -125,7 +150,7 @@ def _enclosed_holes(covered: Mask) -> Mask:
     return outside[1:-1, 1:-1] == 0
 
 
-def cut_share(page: Mask, page_map: NDArray[np.float32], size: tuple[int, int]) -> float:
+def cropped_fraction(page: Mask, page_map: NDArray[np.float32], size: tuple[int, int]) -> float:
     """Share of the outline of a page (h, w) that shows the edge of the picture: there the page goes on, unseen.
 
     page_map: (h, w, 2) texture pixels. size: height and width of the texture.
@@ -143,7 +168,12 @@ def cut_findings(share: float) -> list[Finding]:
 
 
 def filled_findings(seen: Bytes, dpi: float) -> list[Finding]:
-    """What is to be reported of a page (h, w), values of `Seen`, that gave no range over a broad area."""
-    filled = np.pad(seen == Seen.FILLED, 1).astype(np.uint8)
-    across = 2.0 * float(cv2.distanceTransform(filled, cv2.DIST_L2, cv2.DIST_MASK_5).max()) * MM_PER_INCH / dpi
+    """What is to be reported of a page (h, w), values of `CoverageClass`, that gave no range over a broad area."""
+    across = _across_mm(seen == CoverageClass.INTERPOLATED, dpi)
     return [Finding.of("filled", across_mm=across)] if across > MAX_FILLED_MM else []
+
+
+def _across_mm(places: Mask, dpi: float) -> float:
+    """The diameter in mm of the largest circle within places (h, w) of a page."""
+    padded = np.pad(places, 1).astype(np.uint8)
+    return 2.0 * float(cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_5).max()) * MM_PER_INCH / dpi

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import label
 
 from restore.scan import Bytes, Mask
-from restore.texture.coverage import Coverage, Seen
+from restore.texture.coverage import Coverage, CoverageClass
 from restore.texture.page import MM_PER_INCH, PAPER
 
 STROKE_MM = 2.5  # of a title; those of running text are half a millimetre
@@ -19,17 +19,17 @@ STROKE_MM = 2.5  # of a title; those of running text are half a millimetre
 def blank_hidden(image: Bytes, coverage: Coverage) -> Bytes:
     """The page (h, w, 3) with hidden pixels white, as off the page."""
     blanked = image.copy()
-    blanked[coverage.seen == Seen.HIDDEN] = PAPER
+    blanked[coverage.seen == CoverageClass.OCCLUDED] = PAPER
     return blanked
 
 
 def inpaint_hidden(image: Bytes, coverage: Coverage, dpi: float, widest_mm: float) -> tuple[Bytes, Coverage]:
-    """The page (h, w, 3), hidden regions up to `widest_mm` wide inpainted, and the coverage that marks them INVENTED.
+    """The page (h, w, 3), hidden regions up to `widest_mm` wide inpainted, and the coverage that marks them INPAINTED.
 
     Strokes of ink are removed before, or letters would be extended to other letters; paper and broad areas are not.
     A. Telea, "An image inpainting technique based on the fast marching method", J. Graphics Tools 9(1), 2004.
     """
-    hidden = coverage.seen == Seen.HIDDEN
+    hidden = coverage.seen == CoverageClass.OCCLUDED
     if widest_mm == 0 or not hidden.any():
         return image, coverage
     pieces, count = label(hidden, np.ones((3, 3)))
@@ -42,7 +42,7 @@ def inpaint_hidden(image: Bytes, coverage: Coverage, dpi: float, widest_mm: floa
     # Pixels off the page are unknown too: their white must not be propagated into the hole.
     unknown = (~coverage.mask).astype(np.uint8)
     filled = _inpaint(_close_strokes(image, unknown, dpi), unknown, selected)
-    seen = np.where(selected, np.uint8(Seen.INVENTED), coverage.seen)
+    seen = np.where(selected, np.uint8(CoverageClass.INPAINTED), coverage.seen)
     return np.where(selected[..., None], filled, image), replace(coverage, seen=seen)
 
 

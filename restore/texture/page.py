@@ -85,7 +85,7 @@ def _mixed_edge_pixels(page: FlatMesh) -> int:
 
     It is one, half of which is table; after super-resolution the step to the table rings as far again.
     """
-    factor = int(page.provenance.get("super", {}).get("factor", 1))
+    factor = int(page.provenance.get("super_resolution", {}).get("factor", 1))
     return 1 if factor == 1 else 2 * factor
 
 

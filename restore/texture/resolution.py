@@ -52,25 +52,25 @@ class Resolution:
     mtf50: float | None = None
 
     @property
-    def effective_ppi(self) -> float | None:
+    def resolved_ppi(self) -> float | None:
         """2 · MTF50 per inch of paper, at most the sampling; 0 without a picture, None where it cannot be measured."""
         if not self.sampling_ppi:
             return 0.0
-        return None if self.mtf50 is None else self.sampling_ppi * effective_share(self.mtf50)
+        return None if self.mtf50 is None else self.sampling_ppi * resolved_fraction(self.mtf50)
 
     def described(self) -> dict[str, float | str | None]:
         """Entries of a report."""
         entries: dict[str, float | str | None] = {
-            "effective_ppi": self.effective_ppi,
+            "resolved_ppi": self.resolved_ppi,
             "sampling_ppi": self.sampling_ppi,
             "mtf50_per_mm": None if self.mtf50 is None else self.mtf50 * self.sampling_ppi / MM_PER_INCH,
         }
         if self.mtf50 is None or not self.sampling_ppi:
-            entries["effective_ppi_unknown"] = NO_EDGES if self.sampling_ppi else NO_PICTURE
+            entries["resolved_ppi_unknown"] = NO_EDGES if self.sampling_ppi else NO_PICTURE
         return entries
 
 
-def effective_share(mtf50: float | None) -> float:
+def resolved_fraction(mtf50: float | None) -> float:
     """The effective pixels, at most 1, to a pixel of a picture of MTF50 cycles per pixel; 1 where that is unknown."""
     return 1.0 if mtf50 is None else min(1.0, 2.0 * mtf50)
 

@@ -45,12 +45,12 @@ class AxisFit:
     """An axis with the residuals of its fit.
 
     rms_mm      distance of the corners from their positions predicted by the axis and the stage's angles.
-    turned_deg  angle of each view, measured from the corners alone.
+    rotation_deg  angle of each view, measured from the corners alone.
     """
 
     axis: RotationAxis
     rms_mm: float
-    turned_deg: tuple[float, ...]
+    rotation_deg: tuple[float, ...]
 
 
 @checks_types
@@ -58,7 +58,7 @@ def fit_axis(scans_of_board: Sequence[RangeScan], turns_deg: Sequence[float]) ->
     """Find the axis from scans of a flat board of markers that the stage turned, and the angles of the stage.
 
     The board has ArUco markers of the dictionary 4×4; each scan is one shot with colour. The result has the `axis`, the
-    residual `rms_mm` and the angle of each view as the markers have it, `turned_deg`.
+    residual `rms_mm` and the angle of each view as the markers have it, `rotation_deg`.
     Raises BadInput when a scan shows no such board, the views share too few markers, turn too little, or by other
     angles than stated.
 
@@ -81,7 +81,7 @@ def axis_of_corners(views: Sequence[Mapping[int, Floats]], turns_deg: Sequence[f
     pairs = [_shared_corners(first, view) for view in views[1:]]
     if not pairs or np.abs(np.sin(np.radians(turns))).max() < np.sin(np.radians(MIN_TURN_DEG)):
         raise BadInput(
-            "the views do not tell where the axis is and which way it turns",
+            "the views do not say where the axis is and which way it turns",
             "turn the board between them by something else than half a turn: three views or more do",
         )
     rotations, shifts = zip(*(_rigid(before, after) for before, after in pairs), strict=True)
@@ -144,8 +144,8 @@ def _check_turns(turned: Sequence[float], stated: Floats) -> None:
     worst = int(np.argmax(np.abs(off)))
     if abs(off[worst]) > MAX_TURN_ERROR_DEG:
         raise BadInput(
-            f"the stage turned the board by {turned[worst] % 360:.2f}° when it was told {stated[worst] % 360:.2f}°",
-            "check `model` and `relative` in [stage], and that nothing slips",
+            f"the stage turned the board by {turned[worst] % 360:.2f}° when it was set to {stated[worst] % 360:.2f}°",
+            "check `model` and `relative` in [turntable], and that nothing slips",
         )
 
 

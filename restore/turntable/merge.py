@@ -102,7 +102,7 @@ def merge_views(
             layers.append(reference_view.subtract_offset(layer))
             views[index] = replace(views[index], filled=reference_view.count_fillable(layers[-1]))
     view_reports = [{key: value for key, value in vars(view).items() if value != ""} for view in views]
-    provenance = {**reference_view.scan.provenance, "reference": reference, "views": view_reports}
+    provenance = {**reference_view.scan.provenance, "reference": reference, "view_registrations": view_reports}
     scan = replace(reference_view.scan, points=reference_view.fill_holes(layers), provenance=provenance)
     return MergedViews(rotate_quarters(scan, _quarter_turns(motions[reference])), reference, tuple(views))
 

@@ -18,7 +18,7 @@ from station.archive.mix import read_image_facts
 from station.archive.sheets import encode_sheet, surface_of
 from station.archive.tiff import encode_master
 from station.archive.volume import Page, Role, StoredFile, Volume, missing
-from station.choices import Pieces
+from station.choices import Sheets
 from station.images.image_metadata import software
 from station.images.pages import read_page
 from station.progress import Progress, silent
@@ -182,7 +182,7 @@ def _mesh(volume: Volume, source: Source | None) -> Iterator[tuple[str, Content]
     for page in volume.pages:
         if source is None or page.find(Role.ORIGINAL) is None:
             continue
-        (sheet, *_) = select_sheets(source(page), Pieces.LARGEST)
+        (sheet, *_) = select_sheets(source(page), Sheets.LARGEST)
         for name, data in encode_sheet(surface_of(sheet.scan), f"{page.number:04}"):
             yield name, _written(data)
 

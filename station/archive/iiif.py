@@ -40,7 +40,9 @@ def folder_address(text: str) -> str:
     except ValueError:  # of a port or an IPv6 address that is none
         whole = False
     if not whole or parts.query or parts.fragment or NO_ADDRESS.search(text):
-        raise UsageError(f"--url: {text!r} is no address of a web folder", "give one as https://example.org/volumes/1")
+        raise UsageError(
+            f"--url: {text!r} is not an address of a web folder", "give one as https://example.org/volumes/1"
+        )
     return text.rstrip("/")
 
 

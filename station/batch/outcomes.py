@@ -34,10 +34,10 @@ FIGURES = (
     Figure("strain rms", lambda report: report["strain"].get("smooth_rms", report["strain"]["rms"]), "{:.3%}"),
     Figure("strain max", lambda report: report["strain"]["max"], "{:.2%}"),
     Figure("inverted triangles", lambda report: report["flipped_faces"], "{:.0f}"),
-    Figure("filled in", lambda report: report.get("filled_share"), "{:.1%}"),
+    Figure("filled in", lambda report: report.get("interpolated_fraction"), "{:.1%}"),
     Figure(
         "source ppi",
-        lambda report: report.get("sampling_ppi", report["effective_ppi"]) or None,
+        lambda report: report.get("sampling_ppi", report["resolved_ppi"]) or None,
         "{:.0f}",
         less_is_worse=True,
     ),

@@ -13,7 +13,7 @@ from pathlib import Path
 from PIL import Image
 
 from restore import BadInput
-from restore.formats import read_picture
+from restore.formats import read_image
 from station.batch.outcomes import FIGURES, PageOutcome, Ranked, worst_first
 from station.verdict.judge import LEVELS
 
@@ -94,7 +94,7 @@ def _value(page: PageOutcome, name: str, text: str) -> str:
 def _picture(path: Path) -> str:
     """The page, small, inside the file itself; empty when it cannot be read any more."""
     try:
-        image = Image.fromarray(read_picture(path))
+        image = Image.fromarray(read_image(path))
     except BadInput:
         return ""
     image.thumbnail((PICTURE_PX, PICTURE_PX))

@@ -71,7 +71,8 @@ def run_batch(
     refuse_session(output)
     if sessions and options.colours is not None:
         raise UsageError(
-            f"{sessions[0]} is a session, whose pages take no profile", "leave --profile and the profile of --white out"
+            f"{sessions[0]} is a session, whose pages take no profile",
+            "leave --icc-profile and the profile of --white-balance out",
         )
     with ExitStack() as stack:
         lock = stack.enter_context(lock_output_folder(output))

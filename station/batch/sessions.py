@@ -165,7 +165,7 @@ def _outcome(session: Session, page: Page, position: int) -> PageOutcome:
         "restored",
         session.path(event, PAGE),
         figures_of(report),
-        (*concerns(verdict.get("findings", ())), *texts_of(report)),
+        (*concerns(verdict.get("checks", ())), *texts_of(report)),
         (size[0], size[1]),
         float(seconds.get("total", 0.0)) if isinstance(seconds, dict) else 0.0,
         str(verdict.get("level", "")),

@@ -10,7 +10,7 @@ from typing import Any
 
 from restore import BadInput, Finding, Settings, load_scan, restore
 from restore.files import read_regular
-from restore.formats import PICTURE_SUFFIXES, read_picture
+from restore.formats import IMAGE_SUFFIXES, read_image
 from restore.scan import Bytes
 from station.colour.chart import find_chart
 from station.colour.figures import UNMEASURED, mean_differences, quality_figures
@@ -74,11 +74,11 @@ def _findings(fit: ColourFit) -> list[Finding]:
 
 def _read_target(target: Path) -> tuple[Bytes, float | None]:
     """The picture (h, w, 3) of the target, and its pixels per inch where known."""
-    if target.suffix.lower() in PICTURE_SUFFIXES:
-        return read_picture(target), _resolution(target.with_suffix(".json"))
+    if target.suffix.lower() in IMAGE_SUFFIXES:
+        return read_image(target), _resolution(target.with_suffix(".json"))
     page = restore(load_scan(target), Settings())
     if page.flat.texture is None:
-        raise BadInput(f"{target} has no colour image", "shoot the chart with the scanner's colour exposure")
+        raise BadInput(f"{target} has no colour image", "capture the chart with the scanner's colour exposure")
     return page.image, page.report["sampling_ppi"]
 
 

@@ -27,25 +27,28 @@ Sources = Annotated[
     list[Path],
     typer.Argument(
         metavar="SOURCE...",
-        help="Folders of scans, sub-folders included, but no sessions in them; sessions.",
+        help="Folders of scans, searched with their sub-folders, and sessions.",
         show_default=False,
     ),
 ]
-Count = Annotated[
-    int | None, typer.Option("--workers", "-w", min=1, help="Pages to restore at a time (one for each processor).")
+Jobs = Annotated[
+    int | None,
+    typer.Option("--jobs", "-j", min=1, help="Pages to restore at a time.", show_default="one per processor"),
 ]
 Scheduler = Annotated[
-    str | None, typer.Option(metavar="ADDRESS", help="Restore on a Dask cluster: its scheduler, tcp://HOST:8786.")
+    str | None, typer.Option(metavar="ADDRESS", help="Restore on a Dask cluster with this scheduler: tcp://HOST:8786.")
 ]
-Memory = Annotated[
+MemoryLimit = Annotated[
     int | None,
-    typer.Option(min=0, max=2**30, metavar="MIB", help="Memory of each worker, 0 for no limit (an equal share)."),
+    typer.Option(
+        min=0, max=2**30, metavar="MIB", help="Memory limit of each worker; 0: none.", show_default="an equal part"
+    ),
 ]
-PageLimit = Annotated[
-    float, typer.Option(min=1, max=MOST_S, metavar="S", help="Seconds after which a page is given up.")
+PageTimeout = Annotated[
+    float, typer.Option(min=1, max=MOST_S, metavar="S", help="Seconds after which a page is quarantined.")
 ]
-JudgeAs = Annotated[
-    str, typer.Option(metavar="PRESET", help="Limits of the verdict on pages of folders: book, map, …, a TOML file.")
+QualityPreset = Annotated[
+    str, typer.Option(metavar="PRESET", help="Preset of the quality check for folders: book, map, … or a TOML file.")
 ]
 
 
@@ -55,18 +58,19 @@ def batch(
     output: Out,
     chosen: Restoration,
     kinds: Kinds,
-    workers: Count = None,
+    jobs: Jobs = None,
     scheduler: Scheduler = None,
-    memory: Memory = None,
-    page_limit: PageLimit = 3600.0,
-    judge_as: JudgeAs = "book",
+    memory_limit: MemoryLimit = None,
+    page_timeout: PageTimeout = 3600.0,
+    quality_preset: QualityPreset = "book",
     unit: Unit = "auto",
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Restore all scans of folders and sessions with several workers; started again, it goes on where it was.
+    """Restore all scans of folders and sessions in parallel.
 
-    Ends with 7 when pages were set aside: they could not be restored.
+    Started again, it continues where it was interrupted. Ends with 7 when pages were set aside: they could not be
+    restored.
     """
     with report_faults(debug=debug):
         from station.batch.runner import run_batch
@@ -74,26 +78,30 @@ def batch(
         from station.workers.executors import cluster_workers, local_workers
         from station.workers.process import Limits
 
-        if workers is not None and scheduler is not None:
-            raise UsageError("--workers is the cluster's business", "leave --workers out with --scheduler")
-        if memory is not None and 0 < memory < LEAST_MIB:
-            raise UsageError(f"--memory: in {memory} MiB no page is restored", f"give {LEAST_MIB} or more, or 0")
+        if jobs is not None and scheduler is not None:
+            raise UsageError("--jobs is the cluster's business", "leave --jobs out with --scheduler")
+        if memory_limit is not None and 0 < memory_limit < LEAST_MIB:
+            raise UsageError(
+                f"--memory-limit: in {memory_limit} MiB no page is restored", f"give {LEAST_MIB} or more, or 0"
+            )
         options = run_options("batch", kinds, chosen, unit=unit)
-        limits = load_preset(judge_as).thresholds
-        count = workers or len(os.sched_getaffinity(0))
-        if memory is None and scheduler is None:
-            memory = _share_mib(count)
+        limits = load_preset(quality_preset).thresholds
+        count = jobs or len(os.sched_getaffinity(0))
+        if memory_limit is None and scheduler is None:
+            memory_limit = _share_mib(count)
         threads = 1 if scheduler is not None else max(len(os.sched_getaffinity(0)) // count, 1)
-        process = Limits(memory, page_limit, threads=threads)
+        process = Limits(memory_limit, page_timeout, threads=threads)
         places: AbstractContextManager[Workers]
         places = local_workers(count, process) if scheduler is None else cluster_workers(scheduler, process, print_note)
         counts: Counter[str] = Counter()
 
         def show(event: Event) -> None:
             counts[event.state] += 1
+            if as_json:
+                print_result(json.dumps({"state": event.state, "name": event.name, "text": event.text}))
+                return
             progress = f"  [{event.done}]" if event.done else ""
-            if not as_json:
-                print_result(f"{event.state:<10} {event.name}: {event.text}{progress}")
+            print_result(f"{event.state:<10} {event.name}: {event.text}{progress}")
 
         finished = run_batch(
             list(dict.fromkeys(source.resolve() for source in sources)),
@@ -105,8 +113,8 @@ def batch(
         )
         if as_json:
             aside = [{"name": page.name, "reasons": list(page.notes)} for page in finished.set_aside]
-            facts = {"restored": counts["restored"], "pages": len(finished.pages), "set_aside": aside}
-            print_result(json.dumps({**facts, "report": str(finished.report)}, indent=2))
+            facts = {"counts": dict(counts), "pages": len(finished.pages), "set_aside": aside}
+            print_result(json.dumps({**facts, "report": str(finished.report)}))
         else:
             print_result(
                 f"{counts['restored']} restored, {counts['set aside']} set aside\nreport     {finished.report}"

@@ -1,4 +1,4 @@
-"""`planish board`, `calibrate` and `axis`: a body and its lens, and a rotary stage, from scans of a marker board."""
+"""`planish board`, `calibrate` and `axis`: a body and its lens, and a turntable, from scans of a marker board."""
 
 from __future__ import annotations
 
@@ -27,20 +27,28 @@ FROM_FRONT = re.compile(r"(?P<path>.+)@(?P<mm>\d+(\.\d+)?)")
 
 Columns = Annotated[int, typer.Option(min=2, max=50, help="Markers in a row of the board.")]
 Rows = Annotated[int, typer.Option(min=2, max=50, help="Rows of markers on the board.")]
-Marker = Annotated[float, typer.Option(min=1, max=500, help="Side of a marker as printed, mm: measure it.")]
-Pitch = Annotated[float, typer.Option(min=1, max=1000, help="From one marker to the next as printed, mm: measure it.")]
+MarkerSize = Annotated[float, typer.Option(min=1, max=500, help="Side of a marker as printed, mm: measure it.")]
+MarkerPitch = Annotated[
+    float, typer.Option(min=1, max=1000, help="Distance from marker to marker as printed, mm: measure it.")
+]
 
 
 def board(
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="PNG", show_default=False, parser=output_path)],
+    output: Annotated[
+        Path,
+        typer.Option("--output", "-o", metavar="PNG", help="Image to write.", show_default=False, parser=output_path),
+    ],
     columns: Columns = 12,
     rows: Rows = 9,
-    marker: Marker = 16.002,
-    pitch: Pitch = 21.505,
+    marker_size: MarkerSize = 16.002,
+    marker_pitch: MarkerPitch = 21.505,
     force: Force = False,
     debug: Debug = False,
 ) -> None:
-    """Draw a marker board to print at 100 %, glue to something flat, and calibrate by."""
+    """Draw the marker board for scanner calibration (PNG).
+
+    Print the board at 100 % and glue it to a flat plate.
+    """
     with report_faults(debug=debug):
         import cv2
 
@@ -48,7 +56,7 @@ def board(
         from station.storage.atomic import write_all
 
         require_suffix(output, ".png")
-        picture = _board(columns, rows, marker, pitch).picture(BOARD_DPI)
+        picture = _board(columns, rows, marker_size, marker_pitch).picture(BOARD_DPI)
         write_all([(output, encode_png(cv2.cvtColor(picture, cv2.COLOR_GRAY2RGB), BOARD_DPI))], force=force)
         print_result(f"{output}: print it at 100 %, then measure markers and pitch for `planish calibrate`")
 
@@ -58,24 +66,31 @@ def calibrate(
         list[str],
         typer.Argument(
             metavar="SCAN[@MM]...",
-            help="Scan folders of the board, or of a bare plate that fills the picture; after @, if it was measured, "
-            "how far the plate is from the front of the lens.",
+            help="Scan folders of the board, or of a bare plate that fills the image; @MM: its measured distance "
+            "from the front of the lens.",
             show_default=False,
         ),
     ],
     output: Annotated[
         Path,
-        typer.Option("--output", "-o", metavar="FILE", help="Calibration.", show_default=False, parser=output_path),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="Calibration file (TOML) to write.",
+            show_default=False,
+            parser=output_path,
+        ),
     ],
     columns: Columns = 12,
     rows: Rows = 9,
-    marker: Marker = 16.002,
-    pitch: Pitch = 21.505,
+    marker_size: MarkerSize = 16.002,
+    marker_pitch: MarkerPitch = 21.505,
     force: Force = False,
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Calibrate a scanner with its lens from scans of a marker board at several distances and tilts."""
+    """Calibrate a scanner and lens from scans of the board."""
     with report_faults(debug=debug):
         from drivers.vivid900.calibrating.calibrate import calibrate as calibrate_body
         from drivers.vivid900.calibrating.plates import nominal_of_scans, plate_shot
@@ -83,7 +98,7 @@ def calibrate(
         from station.storage.atomic import refuse_existing, write_all
 
         refuse_existing([output], force=force)
-        printed_board = _board(columns, rows, marker, pitch)
+        printed_board = _board(columns, rows, marker_size, marker_pitch)
         loaded = list(_load(scans))
         shots = [plate_shot(scan, printed_board, front_mm=front_mm) for scan, front_mm in loaded]
         result = calibrate_body(shots, nominal_of_scans([scan for scan, _ in loaded]))
@@ -95,17 +110,17 @@ def calibrate(
 def axis(
     config: Config,
     output: Out,
-    turns: Annotated[int, typer.Option(min=3, max=72, help="Views of the board.")] = 4,
+    views: Annotated[int, typer.Option(min=3, max=72, help="Views of the board.")] = 4,
     force: Force = False,
     debug: Debug = False,
 ) -> None:
-    """Find the axis of the rotary stage with a flat board of markers on it."""
+    """Find the turntable axis from scans of a marker board."""
     with report_faults(debug=debug), progress_on(sys.stderr) as progress:
         from station.config import load_config
         from station.run.destination import Destination
         from station.run.turntable import find_axis
 
-        table, path = find_axis(load_config(config), Destination(output, force=force), turns=turns, progress=progress)
+        table, path = find_axis(load_config(config), Destination(output, force=force), turns=views, progress=progress)
         print_result(f"{path}\n{table.rstrip()}")
 
 
@@ -115,7 +130,7 @@ def _board(columns: int, rows: int, marker_mm: float, pitch_mm: float) -> Board:
     if columns * rows > MAX_MARKERS:
         raise UsageError(f"a board has {MAX_MARKERS} markers at most", "lower --columns or --rows")
     if pitch_mm <= marker_mm:
-        raise UsageError("the markers would overlap", "--pitch has to be greater than --marker")
+        raise UsageError("the markers would overlap", "--marker-pitch has to be greater than --marker-size")
     return Board(columns, rows, marker_mm, pitch_mm)
 
 
@@ -138,6 +153,6 @@ def _load(scans: Sequence[str]) -> Iterator[tuple[RangeScan, float | None]]:
 def _summary(result: CalibrationResult, shots: int) -> Iterator[str]:
     body = result.calibration
     yield f"{body.lens} {body.lens_serial} on body {body.body}".replace("  ", " ").removesuffix(" on body ")
-    yield f"{shots} shots; rms of the markers {result.markers_px:.3f} px, of the samples {result.lines:.3f} lines"
+    yield f"{shots} captures; rms of the markers {result.markers_px:.3f} px, of the samples {result.lines:.3f} lines"
     yield f"largest error to expect over the field, one sigma: {result.expected_mm:.2f} mm"
     yield "sigmas: " + ", ".join(f"{name} {sigma:.2g}" for name, sigma in result.sigma.items())

@@ -1,4 +1,4 @@
-"""The command `planish shoot`."""
+"""The command `planish capture`."""
 
 from __future__ import annotations
 
@@ -16,18 +16,23 @@ from station.commands.terminal import print_result, report_faults
 Station = Annotated[
     Path | None,
     typer.Option(
-        "--config", help="The station's configuration (TOML), or `simulated` (that of the session).", show_default=False
+        "--config",
+        help="Configuration of the station: a TOML file, or `simulated`; else that of the session.",
+        show_default=False,
     ),
 ]
 FootSwitch = Annotated[
-    str | None, typer.Option(metavar="PORT", help="Serial port of a foot-switch, which shoots the next page.")
+    str | None, typer.Option(metavar="PORT", help="Serial port of a foot switch that captures the next page.")
 ]
 
 
-def shoot(
+def capture(
     session: Named, config: Station = None, foot_switch: FootSwitch = None, index: Index = None, debug: Debug = False
 ) -> None:
-    """Shoot the pages of a session; each is restored and judged while the next one is shot."""
+    """Capture a volume page by page, with quality checks.
+
+    Each page is restored and checked while the next one is captured.
+    """
     with report_faults(debug=debug), ExitStack() as stack:
         import drivers
         from station.capture_loop import keys
@@ -43,15 +48,15 @@ def shoot(
         station = load_config(config or Path(named)) if config or named else None
         stack.callback(lambda: enter(index, writer.session))
         submit = stack.enter_context(background(run_restore))
-        capture = None
+        take = None
         if station is not None:
             try:
                 scanner = stack.enter_context(drivers.open_scanner(station.scanner))
             except drivers.SettingsError as error:
                 raise UsageError(f"configuration: {error}", error.hint) from error
             settings = station.capture
-            capture = lambda: scanner.capture(settings)  # noqa: E731 — bound to this scanner
-        loop = CaptureLoop(writer, capture, submit, print_result, changed=lambda: enter(index, writer.session))
+            take = lambda: scanner.capture(settings)  # noqa: E731 — bound to this scanner
+        loop = CaptureLoop(writer, take, submit, print_result, changed=lambda: enter(index, writer.session))
         stack.enter_context(keys.single_strokes(sys.stdin))
         stack.enter_context(keys.foot_switch(foot_switch, lambda: loop.inbox.put(" ")))
         keys.read_keys(sys.stdin, loop.inbox.put)

@@ -1,4 +1,4 @@
-"""`planish warm-up`: compile the numerical kernels before the first scan has to wait for them."""
+"""`planish compile`: compile the numerical kernels before the first scan has to wait for them."""
 
 from __future__ import annotations
 
@@ -36,10 +36,13 @@ def compile_kernels() -> int:
     return len(compiled)
 
 
-def warm_up(
-    debug: Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")] = False,
+def compile_command(
+    debug: Annotated[bool, typer.Option("--debug", help="Print the traceback of an error.")] = False,
 ) -> None:
-    """Compile the numerical kernels of the default method, once, so that no restoration has to wait for them."""
+    """Compile the numerical kernels before the first run.
+
+    Kernels of the default method only; others are compiled when they are first used.
+    """
     with report_faults(debug=debug):
         count = compile_kernels()
         print_result(f"{count} functions compiled" if count else "all kernels are compiled already")

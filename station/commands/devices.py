@@ -51,11 +51,9 @@ class ConnectedDevices:
         return [device for device in self.scsi if not device.is_scanner and device.problem]
 
 
-Vendor = Annotated[str, typer.Option(help="Word in a scanner's vendor name.")]
-Product = Annotated[str, typer.Option(help="Word in a scanner's product name.")]
-Probe = Annotated[
-    bool, typer.Option("--probe", help="Ask behind USB bridges that Linux does not drive. Unmount their disks first.")
-]
+Vendor = Annotated[str, typer.Option(help="Word in the vendor name of the scanner.")]
+Product = Annotated[str, typer.Option(help="Word in the product name of the scanner.")]
+Probe = Annotated[bool, typer.Option("--probe", help="Query devices behind USB bridges; unmount their disks first.")]
 
 
 def find_connected(
@@ -78,12 +76,15 @@ def devices(
     product: Product = "VIVID",
     probe: Probe = False,
     rescan: Annotated[
-        bool, typer.Option("--rescan", help="Let SCSI cards look for devices that were switched on late.")
+        bool, typer.Option("--rescan", help="Let SCSI cards search for devices switched on late.")
     ] = False,
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """List scanners, USB-SCSI bridges and serial ports. Nothing but INQUIRY is sent."""
+    """List scanners, USB-SCSI bridges and serial ports.
+
+    Only INQUIRY is sent.
+    """
     with report_faults(debug=debug):
         from drivers.vivid900 import discovery
 
@@ -98,12 +99,12 @@ def format_listing(connected: ConnectedDevices) -> Iterator[str]:
     """Lines of the listing for the operator."""
     yield "Scanners"
     yield from _entries(_scanner_line(device) for device in connected.scanners)
-    yield "Other SCSI devices (not asked anything)" if not connected.probed else "Other SCSI devices"
+    yield "Other SCSI devices (not queried)" if not connected.probed else "Other SCSI devices"
     yield from _entries(f"{device.where}  {device.identity}" for device in connected.others)
     yield "USB-SCSI bridges" + (f" (not searched: {connected.usb_error})" if connected.usb_error else "")
     yield from _entries(_bridge_line(bridge) for bridge in connected.bridges)
     for device in connected.unusable_bridges:
-        yield f"  {device.where} cannot be asked: {device.problem}"
+        yield f"  {device.where} cannot be queried: {device.problem}"
         yield f"      {device.hint}"
     yield "Serial ports"
     yield from _entries(f"{port.node}  {port.description}" for port in connected.serial)

@@ -148,9 +148,9 @@ def _serial_ports(connected: ConnectedDevices) -> Iterator[Check]:
         else:
             group = _group_of(port.node)
             hint = f"sudo usermod -aG {group} $USER, then log out and in again"
-            yield Check("serial port", "optional", f"you may not open {port.node}: only a rotary stage needs it", hint)
+            yield Check("serial port", "optional", f"you may not open {port.node}: only a turntable needs it", hint)
     if not connected.serial:
-        yield Check("serial port", "optional", "no serial port: only a rotary stage needs one")
+        yield Check("serial port", "optional", "no serial port: only a turntable needs one")
 
 
 def _tesseract(languages: Sequence[str] | None) -> Check:
@@ -211,12 +211,12 @@ def doctor(
     product: Product = "VIVID",
     probe: Probe = False,
     packages: Annotated[
-        bool, typer.Option("--packages", help="Print only the Debian packages of the libraries that are missing.")
+        bool, typer.Option("--packages", help="Print only the Debian packages of missing libraries.")
     ] = False,
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Tell what is missing before a real scanner can be used, and what to do about it."""
+    """Check what is installed and connected, with fixes."""
     with report_faults(debug=debug):
         if packages:
             for package in missing_packages(missing_libraries()):

@@ -2,42 +2,42 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from datetime import UTC, datetime
 from functools import partial
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from station.commands.options import Debug, Out
+from station.commands.options import Debug, Json, Out
 from station.commands.sessions import Index, Named, find_session
 from station.commands.terminal import print_result, report_faults
 from station.progress import progress_on
 
-FORMATS = ("bagit", "mets", "iiif", "pdf", "tiff", "mesh")
-Url = Annotated[
-    str, typer.Option(metavar="URL", help="Address of the web folder that the IIIF export will be served from.")
-]
+ExportFormat = Literal["bagit", "mets", "iiif", "pdf", "tiff", "mesh"]
+Url = Annotated[str, typer.Option(metavar="URL", help="Web address from which the IIIF export will be served.")]
 
 
 def export(
     session: Named,
-    to: Annotated[str, typer.Option(metavar="FORMAT", help=f"{', '.join(FORMATS)}.", show_default=False)],
+    to: Annotated[ExportFormat, typer.Option(help="Format of the export.")],
     output: Out,
     url: Url = "http://localhost:8000",
     index: Index = None,
+    as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """Write a session to a new folder in a format of archives and libraries; what is missing is named."""
+    """Export a session: BagIt, METS, IIIF, PDF/A, TIFF, mesh.
+
+    Files that a format needs and the session lacks are listed as missing.
+    """
     with report_faults(debug=debug), progress_on(sys.stderr) as progress:
         from station.archive.deliver import Format, deliver
         from station.archive.from_session import scan_of, volume_of
         from station.archive.iiif import folder_address
-        from station.errors import UsageError
         from station.session import read_session
 
-        if to not in FORMATS:
-            raise UsageError(f"--to {to}: no such format", f"use one of {', '.join(FORMATS)}")
         address = folder_address(url)
         stored = read_session(find_session(index, session))
         delivery = deliver(
@@ -49,5 +49,9 @@ def export(
             source=partial(scan_of, stored),
             progress=progress,
         )
+        if as_json:
+            report = {"folder": str(delivery.folder), "files": delivery.files, "missing": delivery.missing}
+            print_result(json.dumps(report, indent=2, ensure_ascii=False))
+            return
         lines = [f"{'missing':<10} {line}" for line in delivery.missing]
         print_result("\n".join([*lines, f"{'files':<10} {delivery.files}", f"{'folder':<10} {delivery.folder}"]))

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
-from station.choices import FLAGS, Pieces, Turn
+from station.choices import FLAGS, Method, Rotation, Shading, Sheets
 from station.errors import UsageError
 from station.storage.session_folder import refuse_session, session_around
 
@@ -58,6 +58,14 @@ def unit_name(text: str) -> str:
     return text
 
 
+def output_names(text: str) -> list[str]:
+    """The names in a list separated by commas. Raises UsageError for one that is not an output."""
+    names = [name for part in text.split(",") if (name := part.strip())]
+    if unknown := [name for name in names if name not in FLAGS]:
+        raise UsageError(f"--outputs: {unknown[0]!r} is not an output", f"give names of {', '.join(FLAGS)}")
+    return names
+
+
 Out = Annotated[
     Path,
     typer.Option(
@@ -66,25 +74,38 @@ Out = Annotated[
 ]
 Config = Annotated[
     Path,
-    typer.Option(help="The station's configuration (TOML), or `simulated`, which comes along.", show_default=False),
+    typer.Option(help="Configuration of the station: a TOML file, or `simulated`.", show_default=False),
 ]
-Coverage = Annotated[bool, typer.Option("--coverage", help="Write where the page was seen, hidden or invented.")]
-Tiff = Annotated[bool, typer.Option("--tiff", help="Write the page as TIFF, too.")]
-Map = Annotated[bool, typer.Option("--map", help="Write the map: the source pixel of every page pixel.")]
-Mesh = Annotated[bool, typer.Option("--mesh", help="Write the mesh as OBJ, flat and as it was measured.")]
-Strain = Annotated[bool, typer.Option("--strain", help="Draw where the flattening stretched the page.")]
+Outputs = Annotated[str, typer.Option(metavar="NAME,…", help=f"Further files: {', '.join(FLAGS)}.", show_default=False)]
+Coverage = Annotated[
+    bool, typer.Option("--coverage", help="Write the coverage map: measured, interpolated, occluded, …")
+]
+Tiff = Annotated[bool, typer.Option("--tiff", help="Write the page as TIFF also.")]
+Map = Annotated[bool, typer.Option("--map", help="Write the map from page pixels to source pixels.")]
+Mesh = Annotated[bool, typer.Option("--mesh", help="Write the mesh as OBJ, flattened and as measured.")]
+Strain = Annotated[bool, typer.Option("--strain", help="Draw the strain of the flattening.")]
 Frames = Annotated[bool, typer.Option("--frames", help="Draw eight frames of the flattening.")]
-Review = Annotated[bool, typer.Option("--review", help="Draw colour image, 3D view and page side by side.")]
-Ocr = Annotated[bool, typer.Option("--ocr", help="Read the words: text, ALTO and searchable PDF/A (needs Tesseract).")]
-Language = Annotated[str, typer.Option(help="Language of the words, as Tesseract calls it; several joined by +.")]
-Profile = Annotated[Path | None, typer.Option(help="ICC profile of the colour image, of `planish colour` (sRGB).")]
-Force = Annotated[bool, typer.Option("--force", help="Overwrite what an earlier run wrote.")]
-Json = Annotated[bool, typer.Option("--json", help="Print as JSON.")]
-TurnBy = Annotated[
-    Turn, typer.Option("--turn", help="Degrees to turn the page clockwise; auto: as its words are read (Tesseract).")
+Review = Annotated[bool, typer.Option("--review", help="Draw source image, 3D view and page side by side.")]
+Ocr = Annotated[bool, typer.Option("--ocr", help="Recognise text: TXT, ALTO, PDF/A (needs Tesseract).")]
+Language = Annotated[
+    str, typer.Option("--language", "-l", help="Language of the text as a Tesseract code; join several with +.")
 ]
-Anyway = Annotated[bool, typer.Option("--anyway", help="Write a page whose surface is no page's, too.")]
-Debug = Annotated[bool, typer.Option("--debug", help="Show where in the program a fault happened.")]
+IccProfile = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE", help="ICC profile of the source image, written by `planish colour`.", show_default="sRGB"
+    ),
+]
+Force = Annotated[bool, typer.Option("--force", help="Overwrite the files of an earlier run.")]
+Json = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
+RotateBy = Annotated[
+    Rotation,
+    typer.Option("--rotate", help="Rotate the page clockwise by degrees; auto: by OCR."),
+]
+AllowDistorted = Annotated[
+    bool, typer.Option("--allow-distorted", help="Write a page also if its surface is too distorted for paper.")
+]
+Debug = Annotated[bool, typer.Option("--debug", help="Print the traceback of an error.")]
 
 MOST_S = 1e6  # of any time that is waited: eleven days
 
@@ -93,6 +114,7 @@ MOST_S = 1e6  # of any time that is waited: eleven days
 class Kinds:
     """Optional output files and their settings."""
 
+    outputs: Outputs = ""
     tiff: Tiff = False
     map: Map = False
     mesh: Mesh = False
@@ -102,12 +124,12 @@ class Kinds:
     ocr: Ocr = False
     coverage: Coverage = False
     language: Language = "eng"
-    profile: Profile = None
+    icc_profile: IccProfile = None
 
     @property
     def wanted(self) -> frozenset[str]:
-        """The kinds of `station.export.outputs.OUTPUTS` that were asked for."""
-        return frozenset(name for name in FLAGS if getattr(self, name))
+        """The kinds of `station.export.outputs.OUTPUTS` that were requested, by --outputs or by a flag of each."""
+        return frozenset(output_names(self.outputs)) | {name for name in FLAGS if getattr(self, name)}
 
 
 @dataclass(frozen=True)
@@ -115,8 +137,8 @@ class Run:
     """Options that all commands that write a page share."""
 
     force: Force = False
-    turn: TurnBy = Turn.NONE
-    anyway: Anyway = False
+    rotate: RotateBy = Rotation.NONE
+    allow_distorted: AllowDistorted = False
     as_json: Json = False
     debug: Debug = False
 
@@ -125,23 +147,26 @@ class Run:
 class Restoration:
     """The settings of a restoration; None leaves the default of `restore.Settings`."""
 
-    points: Annotated[int | None, typer.Option(help="Points kept for the flattening, 0 for all (1000).")] = None
-    dpi: Annotated[float | None, typer.Option(help="Page pixels to an inch of paper (150).")] = None
-    method: Annotated[
-        str | None, typer.Option(help="isometric, sticks, springs, conformal or applicable (isometric).")
+    points: Annotated[
+        int | None, typer.Option(help="Points kept for flattening; 0 keeps all.", show_default="1000")
     ] = None
-    shading: Annotated[str | None, typer.Option(help="Light and shadow: keep or remove (keep).")] = None
-    white: Annotated[
+    dpi: Annotated[float | None, typer.Option(help="Pixels per inch of the page.", show_default="150")] = None
+    method: Annotated[Method | None, typer.Option(help="Flattening method.", show_default="isometric")] = None
+    shading: Annotated[Shading | None, typer.Option(help="Keep or remove light and shadow.", show_default="keep")] = (
+        None
+    )
+    white_balance: Annotated[
         str | None,
         typer.Option(
-            metavar="keep|paper|PROFILE",
-            help="Colour of the light: keep it; make bare paper neutral; or convert to sRGB by the ICC profile of a "
-            "chart in the same light, of `planish colour` (keep).",
+            metavar="keep|paper|FILE",
+            help="Keep the colour of the light, make bare paper neutral, or convert to sRGB by an ICC profile of "
+            "`planish colour`.",
+            show_default="keep",
         ),
     ] = None
-    fill_hidden_mm: Annotated[
+    inpaint_mm: Annotated[
         float | None,
-        typer.Option("--fill-hidden", metavar="MM", help="Invent hidden places up to this wide (0: leave them blank)."),
+        typer.Option("--inpaint", metavar="MM", help="Inpaint occluded places up to this width.", show_default="0"),
     ] = None
 
     @property
@@ -149,18 +174,18 @@ class Restoration:
         """The settings that the operator named."""
         given = {item.name: value for item in fields(self) if (value := getattr(self, item.name)) is not None}
         if self.white_profile is not None:
-            del given["white"]
+            del given["white_balance"]
         return given
 
     @property
     def white_profile(self) -> Path | None:
         """The file of the profile that `white` names, if it is one."""
-        return None if self.white in (None, "keep", "paper") else Path(str(self.white))
+        return None if self.white_balance in (None, "keep", "paper") else Path(str(self.white_balance))
 
     @classmethod
     def option(cls, setting: str) -> str:
         """The name of a setting on the command line."""
-        return "--fill-hidden" if setting == "fill_hidden_mm" else f"--{setting.replace('_', '-')}"
+        return "--inpaint" if setting == "inpaint_mm" else f"--{setting.replace('_', '-')}"
 
 
 def run_options(command: str, kinds: Kinds, chosen: Restoration, **others: Any) -> RunOptions:
@@ -179,11 +204,16 @@ def _colours(kinds: Kinds, chosen: Restoration) -> dict[str, Any]:
 
     path = chosen.white_profile
     if path is None:
-        return {"colours": kinds.profile and read_profile(kinds.profile), "to_srgb": False}
-    if kinds.profile is not None:
-        raise UsageError("--white and --profile name a profile each", "give one: --white to convert, --profile to keep")
+        return {"colours": kinds.icc_profile and read_profile(kinds.icc_profile), "to_srgb": False}
+    if kinds.icc_profile is not None:
+        raise UsageError(
+            "--white-balance and --icc-profile both name a profile",
+            "give one: --white-balance to convert, --icc-profile to keep",
+        )
     if not path.is_file():
-        raise UsageError(f"--white: there is no file {path}", "give keep, paper, or the ICC profile of a chart")
+        raise UsageError(
+            f"--white-balance: the file {path} does not exist", "give keep, paper, or the ICC profile of a chart"
+        )
     return {"colours": read_profile(path), "to_srgb": True}
 
 
@@ -192,8 +222,7 @@ Unit = Annotated[
     typer.Option(
         metavar="UNIT",
         parser=unit_name,
-        help="Unit of a mesh's coordinates: mm, cm, m, in, or the edge of a voxel, as 7.91um "
-        "(auto: that of its format, else mm).",
+        help="Unit of mesh coordinates: mm, cm, m, in, or a voxel's edge like 7.91um; auto: of the format, else mm.",
     ),
 ]
 
@@ -203,26 +232,31 @@ class Reading:
     """How a scan file is read, and which of its sheets become pages."""
 
     unit: Unit = "auto"
-    pieces: Annotated[
-        Pieces,
+    scale: Annotated[
+        str | None,
+        typer.Option(metavar="WxH", help="Size of a mesh's page in mm, either way round; it replaces the unit."),
+    ] = None
+    mirror: Annotated[bool, typer.Option("--mirror", help="Mirror the page: its file is a mirror image.")] = False
+    sheets: Annotated[
+        Sheets,
         typer.Option(
-            help="Several sheets in one scan: each a page, left to right; the largest; together in one picture "
-            "(auto: each rectangular sheet of a mesh, fragments together, of a shot the largest)."
+            help="Several sheets in one scan: a page each, the largest only, or all in one image; auto: by their shape."
         ),
-    ] = Pieces.AUTO
+    ] = Sheets.AUTO
 
 
 @dataclass(frozen=True)
 class Pictures:
     """Image files from which a restoration takes colour."""
 
-    texture: Annotated[Path | None, typer.Option(help="The colour image, where the scan has none.")] = None
+    texture: Annotated[Path | None, typer.Option(metavar="IMG", help="Source image, if the scan has none.")] = None
     photo: Annotated[
-        list[Path], typer.Option(metavar="IMG", help="A photograph of the page to paint from; may be repeated.")
+        list[Path], typer.Option(metavar="IMG", help="Photograph of the page as texture; repeat for more.")
     ] = field(default_factory=list)
-    shot: Annotated[list[Path], typer.Option(help="A further shot of the page, for finer colour; once for each.")] = (
-        field(default_factory=list)
-    )
+    extra_scan: Annotated[
+        list[Path],
+        typer.Option(metavar="SCAN", help="Further scan of the page, for super-resolution; repeat for more."),
+    ] = field(default_factory=list)
 
 
 def grouped(command: Callable[..., None]) -> Callable[..., None]:

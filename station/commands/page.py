@@ -23,14 +23,21 @@ def scan(
     output: Out,
     kinds: Kinds,
     run: Run,
-    average: Annotated[int | None, typer.Option(min=1, max=64, help="Shots to average (1).")] = None,
-    turns: Annotated[int | None, typer.Option(min=2, max=72, help="Views to take on the rotary stage.")] = None,
+    average: Annotated[
+        int | None, typer.Option(min=1, max=64, help="Captures to average.", show_default="as configured")
+    ] = None,
+    views: Annotated[int | None, typer.Option(min=2, max=72, help="Views to capture on the turntable.")] = None,
     shots: Annotated[
         int | None,
-        typer.Option("--super", min=4, max=64, help="Shots, the page moved by half a pixel between, for finer colour."),
+        typer.Option(
+            "--super-resolution",
+            min=4,
+            max=64,
+            help="Captures for super-resolution; move the page half a pixel between.",
+        ),
     ] = None,
 ) -> None:
-    """Capture a page, store the scan, restore the page."""
+    """Capture a page with the scanner, store and restore it."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.config import load_config
         from station.run.destination import Destination
@@ -41,39 +48,45 @@ def scan(
         if average is not None:
             station = station.model_copy(update={"capture": replace(station.capture, average=average)})
         destination = Destination(output, run.force)
-        options = run_options("scan", replace(kinds, review=True), Restoration(), turn=run.turn, anyway=run.anyway)
-        if turns is None:
+        options = run_options(
+            "scan", replace(kinds, review=True), Restoration(), rotate=run.rotate, allow_distorted=run.allow_distorted
+        )
+        if views is None:
             outcome = scan_page(station, destination, options, shots=shots or 1, progress=progress)
         else:
-            outcome = scan_views(station, destination, options, turns=turns, progress=progress)
+            outcome = scan_views(station, destination, options, turns=views, progress=progress)
     _print_report(outcome, run)
 
 
 @grouped
 def demo(output: Out, run: Run) -> None:
-    """Scan a simulated page and restore it: nothing else is needed."""
+    """Scan and restore a simulated page; needs no hardware."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.config import DEMONSTRATION, load_config
         from station.run.destination import Destination
         from station.run.one_page import scan_page
 
-        options = run_options("demo", Kinds(review=True), Restoration(), turn=run.turn, anyway=run.anyway)
+        options = run_options(
+            "demo", Kinds(review=True), Restoration(), rotate=run.rotate, allow_distorted=run.allow_distorted
+        )
         outcome = scan_page(load_config(DEMONSTRATION), Destination(output, run.force), options, progress=progress)
     _print_report(outcome, run)
 
 
 @grouped
 def merge(
-    views: Annotated[list[Path], typer.Argument(metavar="VIEW...", help="Views that `scan --turns` stored.")],
+    views: Annotated[list[Path], typer.Argument(metavar="VIEW...", help="Views stored by `scan --views`.")],
     output: Out,
     run: Run,
 ) -> None:
-    """Merge the views of a rotary stage and restore the page."""
+    """Merge turntable views of one page and restore it."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.run.destination import Destination
         from station.run.turntable import merge_files
 
-        options = run_options("merge", Kinds(review=True), Restoration(), turn=run.turn, anyway=run.anyway)
+        options = run_options(
+            "merge", Kinds(review=True), Restoration(), rotate=run.rotate, allow_distorted=run.allow_distorted
+        )
         outcome = merge_files(views, Destination(output, run.force), options, progress=progress)
     _print_report(outcome, run)
 
@@ -84,8 +97,8 @@ def restore(
         Path,
         typer.Argument(
             metavar="SCAN",
-            help="A scan: .abs[.gz], .obj, .ply, .stl, .glb, .gltf, .wrl, .vvd, a scan folder or one of captured "
-            "patterns; a segment: .vcps or tifxyz.",
+            help="Scan: .abs[.gz], .obj, .ply, .stl, .glb, .gltf, .wrl, .vvd, scan folder, folder of captured "
+            "patterns, or CT segment (.vcps, tifxyz).",
         ),
     ],
     output: Out,
@@ -95,19 +108,20 @@ def restore(
     kinds: Kinds,
     run: Run,
 ) -> None:
-    """Restore the page from a stored scan."""
+    """Restore a page from a stored scan or mesh."""
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.run.destination import Destination
         from station.run.one_page import restore_file
 
-        read = {"unit": reading.unit, "pieces": reading.pieces}
         outcome = restore_file(
             scan,
             Destination(output, run.force),
-            run_options("restore", kinds, chosen, **read, turn=run.turn, anyway=run.anyway),
+            run_options(
+                "restore", kinds, chosen, **vars(reading), rotate=run.rotate, allow_distorted=run.allow_distorted
+            ),
             texture=pictures.texture,
             photos=pictures.photo,
-            shots=pictures.shot,
+            shots=pictures.extra_scan,
             progress=progress,
         )
     _print_report(outcome, run)
@@ -116,7 +130,7 @@ def restore(
 @grouped
 def photos(
     pictures: Annotated[
-        list[Path], typer.Argument(metavar="IMG...", help="Photographs of one page from all round, by one lens.")
+        list[Path], typer.Argument(metavar="IMG...", help="Photographs of one page from all sides, by one lens.")
     ],
     output: Out,
     chosen: Restoration,
@@ -126,16 +140,21 @@ def photos(
         str,
         typer.Option(
             metavar="card|WxH|none",
-            help="Scale: the card of `planish card` beside the page; the page's width x height in mm; or none.",
+            help="Scale: the card of `planish card`, the page's width x height in mm, or none.",
         ),
     ] = "card",
 ) -> None:
-    """Restore a page from photographs of it alone: no scanner (extra `photos`)."""
+    """Restore a page from photographs alone, no scanner.
+
+    Needs the extra `photos`.
+    """
     with report_faults(debug=run.debug), progress_on(sys.stderr) as progress:
         from station.run.destination import Destination
         from station.run.photos import photographed_page
 
-        options = run_options("photos", kinds, chosen, scale=scale, turn=run.turn, anyway=run.anyway)
+        options = run_options(
+            "photos", kinds, chosen, scale=scale, rotate=run.rotate, allow_distorted=run.allow_distorted
+        )
         outcome = photographed_page(pictures, Destination(output, run.force), options, progress=progress)
     _print_report(outcome, run)
 
@@ -149,4 +168,4 @@ def _print_report(outcome: Outcome, run: Run) -> None:
             print_result(encode_report(outcome.report).rstrip())
         else:
             pages = [summary(page.report, page.files) for page in outcome.pages or (outcome,)]
-            print_result("\n\n".join([*pages, *left_out(outcome.report.get("left_out", ()))]))
+            print_result("\n\n".join([*pages, *left_out(outcome.report.get("rejected", ()))]))

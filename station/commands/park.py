@@ -1,4 +1,4 @@
-"""`planish park`: the laser off and the rotary stage stopped, whatever an earlier run left behind."""
+"""`planish park`: the laser off and the turntable stopped, whatever an earlier run left behind."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def park(config: Config, debug: Debug = False) -> None:
-    """Switch the scanner's laser off and stop the rotary stage."""
+    """Switch the laser off and stop the turntable."""
     with report_faults(debug=debug):
         from station.config import load_config
 
@@ -36,12 +36,12 @@ def park_station(config: StationConfig, *, report: Callable[[str], None]) -> Non
         errors.append(error)
     try:
         if _park_stage(config):
-            report("rotary stage: stopped")
+            report("turntable: stopped")
     except ScannerError as error:
         errors.append(error)
     if errors:
         for other in errors[1:]:
-            errors[0].add_note(f"and the rotary stage could not be stopped: {other}")
+            errors[0].add_note(f"and the turntable could not be stopped: {other}")
         raise errors[0]
 
 
@@ -56,7 +56,7 @@ def _park_stage(config: StationConfig) -> bool:
     from drivers import SIMULATED_PORT
     from drivers.stage import open_stage
 
-    if config.stage is None or config.stage.port == SIMULATED_PORT:
+    if config.turntable is None or config.turntable.port == SIMULATED_PORT:
         return False
-    open_stage(config.stage.model, config.stage.port, relative=config.stage.relative).close()
+    open_stage(config.turntable.model, config.turntable.port, relative=config.turntable.relative).close()
     return True

@@ -1,11 +1,12 @@
-"""`planish ask`: what a scanner answers to the questions of a command profile, before the profile is trusted."""
+"""`planish query`: what a scanner answers to the questions of a command profile, before the profile is trusted."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import TYPE_CHECKING
+import json
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
 
-from station.commands.options import Config, Debug
+from station.commands.options import Config, Debug, Json
 from station.commands.terminal import print_result, report_faults
 
 if TYPE_CHECKING:
@@ -15,8 +16,11 @@ if TYPE_CHECKING:
 BYTES_A_LINE = 16
 
 
-def ask(config: Config, debug: Debug = False) -> None:
-    """Ask the scanner for identity, status and parameters; nothing is written to it."""
+def query(config: Config, as_json: Json = False, debug: Debug = False) -> None:
+    """Read a scanner's identity, status and parameters.
+
+    Nothing is written to the scanner.
+    """
     with report_faults(debug=debug):
         from drivers import open_link
         from drivers.vivid900.query import ask as ask_scanner
@@ -27,12 +31,24 @@ def ask(config: Config, debug: Debug = False) -> None:
             identity, answers = ask_scanner(link, profile)
         finally:
             link.transport.close()
+        if as_json:
+            print_result(json.dumps(_as_data(identity, profile, answers), indent=2))
+            return
         print_result(f"{identity}")
         print_result("\n".join([*_profile_lines(profile), *(line for answer in answers for line in _lines(answer))]))
 
 
+def _as_data(identity: object, profile: Profile, answers: Sequence[Answer]) -> dict[str, Any]:
+    """The answers as JSON values; bytes in hexadecimal."""
+    blocks = [
+        {"name": one.name, "data": one.data.hex(), "values": dict(one.values), "problem": one.problem}
+        for one in answers
+    ]
+    return {"device": str(identity), "profile": profile.name, "trusted": profile.trusted, "blocks": blocks}
+
+
 def _profile_lines(profile: Profile) -> Iterator[str]:
-    trust = "trusted" if profile.trusted else "not trusted: the driver asks, and neither writes nor shoots"
+    trust = "trusted" if profile.trusted else "not trusted: the driver only queries: it neither writes nor captures"
     yield f"profile {profile.name}: {trust}"
     if profile.lacking:
         yield f"  has to be found out: {', '.join(profile.lacking)}"

@@ -12,38 +12,37 @@ from station.commands.options import Debug
 from station.commands.sessions import Index, enter
 from station.commands.terminal import print_note, print_result, report_faults
 
-Folder = Annotated[
-    Path, typer.Argument(metavar="FOLDER", help="The folder with the sessions (this one).", show_default=False)
-]
+Folder = Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder with the sessions.", show_default=False)]
 Station = Annotated[
     Path | None,
     typer.Option(
         "--config",
-        help="The station's configuration (TOML), or `simulated`; none: look, do not shoot.",
+        help="Configuration of the station: a TOML file, or `simulated`; without it nothing is captured.",
         show_default=False,
     ),
 ]
-Port = Annotated[int, typer.Option(min=0, max=65535, help="Port; 0 takes any free one.")]
-Listen = Annotated[
-    str, typer.Option(metavar="ADDRESS", help="Let other computers in, by this address of this one; wants --cert.")
-]
-Cert = Annotated[Path | None, typer.Option(help="TLS certificate (PEM) for --listen.", show_default=False)]
-Key = Annotated[Path | None, typer.Option(help="Its private key (PEM).", show_default=False)]
-Kiosk = Annotated[bool, typer.Option("--kiosk", help="Print the link as a QR code for a tablet; wants --listen.")]
+Port = Annotated[int, typer.Option(min=0, max=65535, help="Port; 0: any free one.")]
+HostAddress = Annotated[str, typer.Option(metavar="ADDRESS", help="Address to listen on; other computers need --cert.")]
+Cert = Annotated[Path | None, typer.Option(help="TLS certificate (PEM) for --host.", show_default=False)]
+Key = Annotated[Path | None, typer.Option(help="Private key of the certificate (PEM).", show_default=False)]
+Qr = Annotated[bool, typer.Option("--qr", help="Print the link as a QR code; needs --host.")]
 
 
 def serve(
     folder: Folder = Path(),
     config: Station = None,
     port: Port = 8765,
-    listen: Listen = "127.0.0.1",
+    host: HostAddress = "127.0.0.1",
     cert: Cert = None,
     key: Key = None,
-    kiosk: Kiosk = False,
+    qr: Qr = False,
     index: Index = None,
     debug: Debug = False,
 ) -> None:
-    """Open the station as a page in the browser of this machine: shoot, look, export. Ends with Ctrl-C."""
+    """Serve the web interface: capture, review, export.
+
+    Open the printed link in the browser of this computer. Ctrl-C ends.
+    """
     with report_faults(debug=debug):
         from station.errors import UsageError
 
@@ -58,10 +57,10 @@ def serve(
             ) from error
         from station.config import load_config
 
-        if kiosk and listen == LOCALHOST:
-            raise UsageError("--kiosk shows the link to other devices", "name this computer's address with --listen")
+        if qr and host == LOCALHOST:
+            raise UsageError("--qr shows the link to other devices", "name this computer's address with --host")
         if not folder.is_dir():
-            raise UsageError(f"{folder} is no folder", "make it, or name the one with the sessions")
+            raise UsageError(f"{folder} is not a folder", "create it, or name the folder with the sessions")
         configuration = None if config is None else load_config(config)
         named = "" if config is None else str(config.resolve() if config.suffix == ".toml" else config)
         app_state = AppState(
@@ -72,12 +71,12 @@ def serve(
             print_note(told)
 
         def show(link: str) -> None:
-            if kiosk:
+            if qr:
                 print_code(link)
             print_result(link)
             print_note("open this link in the browser; Ctrl-C ends")
 
-        serve(app_state, Address(listen, port, cert, key), show=show)
+        serve(app_state, Address(host, port, cert, key), show=show)
 
 
 def print_code(link: str) -> None:

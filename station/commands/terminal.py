@@ -16,11 +16,17 @@ import typer
 
 from station.errors import SIGNAL_BASE, STANDARD_OUTPUT, USAGE, Fault, Stopped, explain
 from station.interrupt import raise_on_ctrl_c
+from station.progress import Verbosity, verbosity
 
 # Sent by a service manager, and by a terminal that closes: both leave time to let the scanner go.
 ENDING_SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")  # all but line feed and tab
 READER_GONE = SIGNAL_BASE + signal.SIGPIPE  # as a shell reports a program that writes to a pipe without a reader
+
+# The sentences of typer and pydantic about the value of an option: `--rotate: '45' is not one of '0', '90'`.
+VALUE = re.compile(r"^Invalid value for '?([^']+?)'?: (?:Value error, )?")
+NOT_A_NUMBER = re.compile(r"([^:]+): Input should be a valid (number|integer).*")
+NOT_A_CHOICE = re.compile(r"([^:]+): ('[^']*') is not one of ('[^']*'(?:, '[^']*')+)")
 
 
 @runtime_checkable
@@ -66,9 +72,16 @@ def report_faults(*, debug: bool = False) -> Iterator[None]:
 
 def usage_fault(error: CommandLineError) -> Fault:
     """The fault that describes an error about options or arguments."""
-    message = error.format_message().rstrip(".")
+    message = VALUE.sub(r"\1: ", error.format_message().rstrip("."))
     context = getattr(error, "ctx", None)
     command = context.command_path if context else "planish"
+    if choice := NOT_A_CHOICE.fullmatch(message):
+        option, given, allowed = choice.groups()
+        *first, last = (value.strip(" '") for value in allowed.split(","))
+        return Fault(USAGE, f"{option}: {given} is not an allowed value", (f"give {', '.join(first)} or {last}",))
+    if wrong := NOT_A_NUMBER.fullmatch(message):
+        kind = "whole number" if wrong[2] == "integer" else "number"
+        return Fault(USAGE, f"{wrong[1]}: the value is not a {kind}", (f"give a {kind}; see {command} --help",))
     return Fault(USAGE, message[:1].lower() + message[1:], (f"see {command} --help",))
 
 
@@ -102,7 +115,9 @@ def print_result(text: str) -> None:
 
 
 def print_note(text: str) -> None:
-    """Print a line on stderr: what is being done, beside the result."""
+    """Print a line on stderr in addition to the result, unless the command is quiet."""
+    if verbosity.get() == Verbosity.QUIET:
+        return
     print(_escaped(text, sys.stderr), file=sys.stderr, flush=True)
 
 

@@ -25,21 +25,24 @@ def trace(
         str | None,
         typer.Option(
             metavar="NAME=A,B,...",
-            help="The captures differ in this setting, which had these values: find its field.",
+            help="Setting in which the captures differ, with its values: find its field.",
             show_default=False,
         ),
     ] = None,
-    profile: Annotated[
+    draft: Annotated[
         Path | None,
         typer.Option(
-            metavar="FILE", help="Write a draft of a command profile (TOML).", show_default=False, parser=output_path
+            metavar="FILE", help="Draft of a command profile to write (TOML).", show_default=False, parser=output_path
         ),
     ] = None,
     force: Force = False,
     as_json: Json = False,
     debug: Debug = False,
 ) -> None:
-    """List the SCSI commands in a capture of the vendor's program and draft a command profile; of two, what differs."""
+    """Decode SCSI commands from USB captures; draft a profile.
+
+    Of two captures the differences are listed.
+    """
     with report_faults(debug=debug):
         from drivers.trace.capture import read_transfers
         from drivers.trace.compare import list_changes, list_field
@@ -48,11 +51,11 @@ def trace(
         from station.errors import UsageError
         from station.storage.atomic import refuse_existing
 
-        if profile:
-            refuse_existing([profile], force=force)
+        if draft:
+            refuse_existing([draft], force=force)
         found = [read_exchanges(read_transfers(capture)) for capture in captures]
-        if profile:
-            _write_draft(profile, list(chain.from_iterable(found)), force=force)
+        if draft:
+            _write_draft(draft, list(chain.from_iterable(found)), force=force)
         if setting:
             lines = list_field(found, *_setting(setting))
         elif len(found) == 2:
@@ -75,12 +78,12 @@ def _setting(text: str) -> tuple[str, list[int]]:
         return name, [int(value) for value in values.split(",")]
     except ValueError:
         hint = "write it like distance_mm=600,900,1200, a value for each capture in their order"
-        raise UsageError(f"{text!r} is no setting with values", hint) from None
+        raise UsageError(f"{text!r} is not a setting with values", hint) from None
 
 
-def _write_draft(profile: Path, exchanges: list[Exchange], *, force: bool) -> None:
+def _write_draft(path: Path, exchanges: list[Exchange], *, force: bool) -> None:
     from drivers.trace.draft import draft_profile
     from station.storage.atomic import write_all
 
     numbered = [replace(exchange, number=number) for number, exchange in enumerate(exchanges)]
-    write_all([(profile, draft_profile(numbered, name=profile.stem).encode())], force=force)
+    write_all([(path, draft_profile(numbered, name=path.stem).encode())], force=force)

@@ -63,7 +63,7 @@ def check_address(address: Address) -> None:
     if address.host in (LOCALHOST, "localhost", "::1"):
         return
     if address.cert is None:
-        raise UsageError(f"--listen {address.host}: others can read along", "give a certificate with --cert and --key")
+        raise UsageError(f"--host {address.host}: others can read along", "give a certificate with --cert and --key")
 
 
 def bind(address: Address) -> socket.socket:
@@ -92,7 +92,7 @@ def _refuse_everywhere(address: Address, bound: str) -> None:
     mapped = place.ipv4_mapped if isinstance(place, ipaddress.IPv6Address) else None
     if place.is_unspecified or (mapped is not None and mapped.is_unspecified):
         raise UsageError(
-            f"--listen {address.host!r}: that is every address",
+            f"--host {address.host!r}: that is every address",
             "name the one by which the tablet reaches this computer",
         )
 

@@ -95,7 +95,7 @@ def decode_arrays(data: bytes) -> tuple[dict[str, NDArray[Any]], dict[str, Any]]
     """The arrays (…) and the facts of `encode_arrays`. Raises ValueError for what it did not write."""
     length = int.from_bytes(data[4:8], "little")
     if data[:4] != MAGIC or length > min(MAX_HEADER_BYTES, len(data)):
-        raise ValueError("it is no model")
+        raise ValueError("it is not a model")
     header = Header.model_validate_json(data[8 : 8 + length])
     arrays, start = {}, 8 + length
     for name, one in header.arrays.items():

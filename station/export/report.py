@@ -12,12 +12,12 @@ from restore import Finding
 
 Report = Mapping[str, Any]
 
-ASSURANCES = {
-    "checksummed": "checksummed in transfer",
-    "doubled": "read twice from the scanner, which sends no checksums",
-    "single": "read once, without checksums: damage in transfer is not detected",
+INTEGRITY = {
+    "checksum": "checksummed in transfer",
+    "read_twice": "read twice from the scanner, which sends no checksums",
+    "read_once": "read once, without checksums: damage in transfer is not detected",
 }
-"""How sure the samples of a capture are, as `source.assurance` of a report names it → the words of the summary."""
+"""How sure the samples of a capture are, as `source.integrity` of a report names it → the words of the summary."""
 
 
 def encode_report(report: Report) -> str:
@@ -30,10 +30,10 @@ def summary(report: Report, files: Iterable[Path]) -> str:
     width, height = report["page_mm"]
     rows = [
         ("page", f"{width:.1f} × {height:.1f} mm at {report['dpi']:g} dpi, shading: {report['shading']}"),
-        *(("white", text) for text in _white(report.get("white", {}))),
+        *(("white", text) for text in _white(report.get("white_balance", {}))),
         ("source", _resolution(report)),
-        *(("samples", text) for key, text in ASSURANCES.items() if report.get("source", {}).get("assurance") == key),
-        ("flattened", f"{report['points']} points by {report['method']} in {report['steps']} steps"),
+        *(("samples", text) for key, text in INTEGRITY.items() if report.get("source", {}).get("integrity") == key),
+        ("flattened", f"{report['points']} points by {report['method']} in {report['iterations']} steps"),
         ("strain", _strain(**report["strain"])),
         ("area", f"ratio {report['area_ratio']:.4f}, {report['flipped_faces']} flipped faces"),
         ("seconds", ", ".join(f"{stage} {seconds:.2f}" for stage, seconds in report["seconds"].items())),
@@ -52,7 +52,7 @@ def _strain(*, smooth_rms: float, rms: float, **_: Any) -> str:
 
 def _resolution(report: Report) -> str:
     """What the source of a page, or a photograph, resolves."""
-    ppi, sampling = report["effective_ppi"], report.get("sampling_ppi")
+    ppi, sampling = report["resolved_ppi"], report.get("sampling_ppi")
     if ppi:
         return f"resolves {ppi:.0f} pixels per inch"
     return f"{sampling:.0f} pixels per inch; what they resolve cannot be measured" if sampling else "no colour image"
@@ -60,13 +60,13 @@ def _resolution(report: Report) -> str:
 
 def left_out(pieces: Iterable[Report]) -> list[str]:
     """A line for each piece of a scan that is no page."""
-    return [f"{'warning':<10} piece {one['number']} of {one['of']} is left out: {one['reason']}" for one in pieces]
+    return [f"{'warning':<10} piece {one['number']} of {one['of']} is skipped: {one['reason']}" for one in pieces]
 
 
 def _white(white: Report) -> list[str]:
     """What was done to the colour of the light, if anything."""
-    if white.get("mode") == "profile":
-        return [f"converted to sRGB by the profile {white['profile']}"]
+    if white.get("setting") == "profile":
+        return [f"converted to sRGB by the profile {white['icc_profile']}"]
     if white.get("balanced"):
         return ["bare paper made neutral; it was sRGB {}, {}, {}".format(*white["paper"])]
     return []
@@ -74,7 +74,7 @@ def _white(white: Report) -> list[str]:
 
 def _photo(photo: Report) -> str:
     return (
-        f"{photo['name']} gives {photo['painted_share']:.0%} of the page and {_resolution(photo)}, "
+        f"{photo['name']} gives {photo['textured_fraction']:.0%} of the page and {_resolution(photo)}, "
         f"registered to {photo['residual_px']:.1f} pixels rms"
     )
 

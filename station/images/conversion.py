@@ -20,7 +20,7 @@ def convert_to_srgb(page: RestoredPage, profile: bytes) -> RestoredPage:
     """
     converted, name = image_to_srgb(page.image, profile)
     image = np.where(page.mask[..., None], converted, page.image)
-    report = {**page.report, "white": {"mode": "profile", "profile": name}}
+    report = {**page.report, "white_balance": {"setting": "profile", "icc_profile": name}}
     return replace(page, image=image, report=report)
 
 

@@ -1,4 +1,4 @@
-"""Coverage of the page as a palette PNG: exact values of `Seen`, one colour for each."""
+"""Coverage of the page as a palette PNG: exact values of `CoverageClass`, one colour for each."""
 
 from __future__ import annotations
 
@@ -8,23 +8,23 @@ from PIL import Image
 
 # White as paper, the page in two greens, what is missing red, what was invented violet, what was covered in a
 # photograph yellow: apart for the colour-blind too.
-from restore import Seen
+from restore import CoverageClass
 from restore.scan import Bytes
 
 COLOURS = {
-    Seen.OUTSIDE: (255, 255, 255),
-    Seen.MEASURED: (200, 226, 204),
-    Seen.FILLED: (112, 168, 140),
-    Seen.HIDDEN: (192, 48, 40),
-    Seen.INVENTED: (96, 56, 168),
-    Seen.COVERED: (240, 200, 64),
+    CoverageClass.OUTSIDE: (255, 255, 255),
+    CoverageClass.MEASURED: (200, 226, 204),
+    CoverageClass.INTERPOLATED: (112, 168, 140),
+    CoverageClass.OCCLUDED: (192, 48, 40),
+    CoverageClass.INPAINTED: (96, 56, 168),
+    CoverageClass.OBSTRUCTED: (240, 200, 64),
 }
 
 
 def encode_coverage(seen: Bytes, dpi: float) -> bytes:
-    """The coverage (h, w) uint8 as a PNG with a palette: each pixel's index is its value of `Seen`."""
+    """The coverage (h, w) uint8 as a PNG with a palette: each pixel's index is its value of `CoverageClass`."""
     picture = Image.fromarray(seen)
-    picture.putpalette([channel for kind in Seen for channel in COLOURS[kind]])
+    picture.putpalette([channel for kind in CoverageClass for channel in COLOURS[kind]])
     out = io.BytesIO()
     picture.save(out, "PNG", dpi=(dpi, dpi))
     return out.getvalue()

@@ -9,7 +9,7 @@ from pathlib import Path
 from PIL import Image
 
 from restore import BadInput
-from restore.formats import read_picture
+from restore.formats import read_image
 from restore.scan import Bytes
 
 KINDS = (".png", ".tif", ".tiff")
@@ -33,7 +33,9 @@ def find_pages(path: Path) -> list[Path]:
     """
     if not path.is_dir():
         if path.suffix.lower() not in KINDS:
-            raise BadInput(f"{path} is no page", f"give a file that ends in {', '.join(KINDS)}, or a folder of results")
+            raise BadInput(
+                f"{path} is not a page", f"give a file that ends in {', '.join(KINDS)}, or a folder of results"
+            )
         return [path]
     pages = [page for report in sorted(path.glob("*.json")) if (page := report.with_suffix(".png")).is_file()]
     if not pages:
@@ -43,11 +45,11 @@ def find_pages(path: Path) -> list[Path]:
 
 def read_page(path: Path) -> StoredPage:
     """Read a page. Raises BadInput when it is missing, damaged or has no resolution."""
-    image = read_picture(path)
+    image = read_image(path)
     with warnings.catch_warnings(), Image.open(path) as file:  # it has just been read whole
         warnings.simplefilter("ignore")
         across, up = (float(dots) for dots in file.info.get("dpi", (0, 0)))
         profile = file.info.get("icc_profile")
     if across <= 1 or abs(across - up) > 0.01 * across:  # 1 is what Pillow gives for a TIFF without a unit
-        raise BadInput(f"{path} does not tell how large the page is", NO_SCALE)
+        raise BadInput(f"{path} does not say how large the page is", NO_SCALE)
     return StoredPage(path, image, across, profile)

@@ -104,7 +104,7 @@ class Arrival:
             str(path): [stamp.size, stamp.modified_ns]
             for path, stamp in zip(self.files.values(), self.stamps, strict=True)
         }
-        return {"source": str(self.source), "sha256": digest, "files": files}
+        return {"scan": str(self.source), "sha256": digest, "files": files}
 
 
 def shortened(name: str) -> str:

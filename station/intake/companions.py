@@ -9,7 +9,7 @@ from functools import lru_cache
 from pathlib import Path, PurePosixPath
 from typing import BinaryIO
 
-from restore.formats import PICTURE_SUFFIXES, SCAN_SUFFIXES
+from restore.formats import IMAGE_SUFFIXES, SCAN_SUFFIXES
 from station.intake.kept import Kept
 from station.intake.listing import Listing
 
@@ -126,7 +126,7 @@ class Pairing:
     def _picture(self, source: Path) -> Path | None:
         """The picture with the name of the scan, in the order of preference."""
         stem = beside(source, stem_of_name(source.name)).lower()
-        names = (stem + suffix for suffix in PICTURE_SUFFIXES)
+        names = (stem + suffix for suffix in IMAGE_SUFFIXES)
         return next((self._by_lower_case[name] for name in names if name in self._by_lower_case), None)
 
 

@@ -46,7 +46,7 @@ def find_result(out: Path, arrival: Arrival, digest: str | None = None) -> Path 
         if _is_free(folder, arrival.stem):
             return None
         known = next(map(_arrival_in, reports_of(folder, arrival)), {})
-        if known.get("source") != str(arrival.source):
+        if known.get("scan", known.get("source")) != str(arrival.source):
             continue
         if known.get("sha256") == digest or known.get("files") == arrival.as_data("")["files"]:
             return folder

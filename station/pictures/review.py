@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from restore import RestoredPage, Seen
+from restore import CoverageClass, RestoredPage
 from restore.scan import Bytes
 from station.pictures.panels import Panel, resize_to_fit, side_by_side
 from station.pictures.view import oblique_camera, render_mesh
 
 # Red lines rising to the right where nothing was seen, violet ones falling where something was invented.
-HATCHES = {Seen.HIDDEN: ((192, 48, 40), 1), Seen.INVENTED: ((96, 56, 168), -1)}
+HATCHES = {CoverageClass.OCCLUDED: ((192, 48, 40), 1), CoverageClass.INPAINTED: ((96, 56, 168), -1)}
 HATCH, LINE_SHARE = 8, 0.3  # pixels of the review picture from line to line, and how much of it is line
 HEIGHT, WIDTH = 720, 960  # pixels of a panel: the colour image's own shape, half as large again
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from restore import Settings
-from station.choices import Pieces, Turn
+from station.choices import Rotation, Sheets
 
 AUTO = "auto"
 
@@ -20,10 +20,11 @@ class RunOptions:
     colours   ICC profile of the colour image, as `planish colour` writes it; None for sRGB.
     to_srgb   convert the page from that profile to sRGB; the master keeps codes and profile.
     unit      of a mesh's coordinates, as for `load_scan`; range images have their own.
-    scale     of photographs, as `planish photos` has it; None for a scan.
-    pieces    what becomes of several sheets in one scan.
-    turn      right angles by which the page is turned.
-    anyway    write a page whose surface is no page's, too.
+    scale     of photographs, as `planish photos` has it, or the size of the page of a mesh; None for that of the scan.
+    sheets    what becomes of several sheets in one scan.
+    mirror    mirror the page from left to right, before it is turned.
+    rotate      right angles by which the page is turned.
+    allow_distorted    write a page whose surface is no page's, too.
     """
 
     settings: Settings = field(default_factory=Settings)
@@ -33,13 +34,14 @@ class RunOptions:
     to_srgb: bool = False
     unit: str = AUTO
     scale: str | None = None
-    pieces: Pieces = Pieces.AUTO
-    turn: Turn = Turn.NONE
-    anyway: bool = False
+    sheets: Sheets = Sheets.AUTO
+    mirror: bool = False
+    rotate: Rotation = Rotation.NONE
+    allow_distorted: bool = False
 
     def with_implied_outputs(self) -> RunOptions:
         """The options with the outputs that they imply: the master when light or colours change, the coverage when
         hidden places are filled."""
-        changed = self.settings.shading == "remove" or self.settings.white != "keep" or self.to_srgb
-        implied = {"master": changed, "coverage": self.settings.fill_hidden_mm > 0}
+        changed = self.settings.shading == "remove" or self.settings.white_balance != "keep" or self.to_srgb
+        implied = {"master": changed, "coverage": self.settings.inpaint_mm > 0}
         return replace(self, outputs=self.outputs | {kind for kind, on in implied.items() if on})

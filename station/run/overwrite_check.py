@@ -64,7 +64,7 @@ def superseded_pieces(folder: Path, stem: str, scan: str, input_files: Sequence[
     for number in count(1):
         report = folder / f"{stem}-{number}.json"
         content = _read_report(report)
-        if content.get("scan") != scan or "piece" not in content:
+        if content.get("scan") != scan or "sheet" not in content:
             return files
         possible = [folder / name for name in outputs.names(f"{stem}-{number}", outputs.KINDS)]
         files += superseded(report, possible, input_files)
@@ -78,7 +78,7 @@ def _is_same_file(a: Path, b: Path) -> bool:
 def _refuse_unreported(files: Sequence[Path], reported: frozenset[str]) -> None:
     for path in files:
         if os.path.lexists(path) and path.name not in reported:
-            raise OverwriteError(f"{path} lies beside the original and no earlier run wrote it", HINT)
+            raise OverwriteError(f"{path} lies next to the original and no earlier run wrote it", HINT)
 
 
 def _reported_files(report: Path) -> frozenset[str]:

@@ -1,4 +1,4 @@
-"""Which of the sheets in a scan a run restores, as `--pieces` says."""
+"""Which of the sheets in a scan a run restores, as `--sheets` says."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from restore import BadInput, Finding, RangeScan, SurfaceMesh, separate_sheets
 from restore.scan import ScannedSheet
-from station.choices import Pieces
+from station.choices import Sheets
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,26 +27,27 @@ class Selected:
     findings: tuple[Finding, ...] = ()
 
 
-def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Pieces) -> list[Selected]:
+def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Sheets) -> list[Selected]:
     """The sheets of a scan that are to be restored, left to right.
 
     Raises BadInput for a range image whose pieces are to be laid out TOGETHER, NotEnoughSurface without any surface.
     """
     is_mesh = isinstance(scan, SurfaceMesh)
-    if pieces == Pieces.TOGETHER and is_mesh:
+    if pieces == Sheets.TOGETHER and is_mesh:
         return [Selected(scan)]
     sheets = separate_sheets(scan)
     if len(sheets) < 2:
         return [Selected(scan, sheet) for sheet in sheets]
-    if pieces == Pieces.TOGETHER:
+    if pieces == Sheets.TOGETHER:
         raise BadInput(
-            f"a range image of {len(sheets)} pieces cannot be laid out in one picture", "use --pieces each or largest"
+            f"a range image of {len(sheets)} pieces cannot be packed in one image",
+            "use --sheets separate or largest",
         )
-    if pieces == Pieces.AUTO:
+    if pieces == Sheets.AUTO:
         if is_mesh and not all(sheet.is_rectangular for sheet in sheets):
             return [Selected(scan)]
-        pieces = Pieces.EACH if is_mesh else Pieces.LARGEST
-    return [_largest(sheets)] if pieces == Pieces.LARGEST else _each(sheets)
+        pieces = Sheets.SEPARATE if is_mesh else Sheets.LARGEST
+    return [_largest(sheets)] if pieces == Sheets.LARGEST else _each(sheets)
 
 
 def _largest(sheets: list[ScannedSheet]) -> Selected:
@@ -58,6 +59,6 @@ def _largest(sheets: list[ScannedSheet]) -> Selected:
 def _each(sheets: list[ScannedSheet]) -> list[Selected]:
     count = len(sheets)
     return [
-        Selected(sheet.scan, sheet, f"-{number}", {"piece": {"number": number, "of": count}})
+        Selected(sheet.scan, sheet, f"-{number}", {"sheet": {"number": number, "of": count}})
         for number, sheet in enumerate(sheets, start=1)
     ]

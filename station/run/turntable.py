@@ -1,4 +1,4 @@
-"""Several views of one page on a rotary stage: rotate → capture → store each → merge → restore."""
+"""Several views of one page on a turntable: rotate → capture → store each → merge → restore."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ import drivers
 from drivers import Scanner
 from drivers.stage import RotaryStage
 from restore import BadInput, RangeScan, RotationAxis, fit_axis, load_scan, merge_views, save_scan
-from station.config import AxisSettings, StageSettings, StationConfig
+from station.config import AxisSettings, StationConfig, TurntableSettings
 from station.errors import UsageError
 from station.progress import Progress, silent
 from station.run.destination import Clock, Destination, Outcome, SourceRecord
@@ -28,8 +28,8 @@ from station.storage.folder_lock import FolderLock, recover
 VIEW = "-view-"  # between the stem and the number of a view
 AXIS_FILE = "axis.toml"
 FULL_TURN_DEG = 360.0
-NO_STAGE = "add a table [stage], as in configs/simulated-turntable.toml"
-NO_AXIS = "find it with `planish axis`, and put the table [stage.axis] that it writes into the configuration"
+NO_STAGE = "add a table [turntable], as in configs/simulated-turntable.toml"
+NO_AXIS = "find it with `planish axis`, and put the table [turntable.axis] that it writes into the configuration"
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +87,7 @@ def merge_files(
     refuse_existing(destination.files(stem, options), force=destination.force)
     start = clock()
     scans = [_stored_view(folder) for folder in folders]
-    turned = [scan.provenance["turn"] for scan in scans]
+    turned = [scan.provenance["turntable"] for scan in scans]
     views = Views(scans, folders, [turn["deg"] for turn in turned])
     axis = _rotation_axis(turned[0]["axis"]["point_mm"], turned[0]["axis"]["direction"])
     seconds = {"load": clock() - start}
@@ -120,7 +120,7 @@ def find_axis(
 def axis_table(axis: RotationAxis, rms_mm: float) -> str:
     """An axis as a table of the configuration; rms_mm: the residual of its fit."""
     point, direction = (", ".join(f"{x:.6g}" for x in vector) for vector in (axis.point, axis.direction))
-    return f"[stage.axis]  # corners lie {rms_mm:.3f} mm rms off\npoint_mm = [{point}]\ndirection = [{direction}]\n"
+    return f"[turntable.axis]  # corners lie {rms_mm:.3f} mm rms off\npoint_mm = [{point}]\ndirection = [{direction}]\n"
 
 
 def view_angles(turns: int, arc_deg: float) -> list[float]:
@@ -145,7 +145,9 @@ def capture_views(
 
     def store_view(angle_deg: float, scan: RangeScan) -> None:
         turned.append(angle_deg)
-        scans.append(replace(scan, provenance={**scan.provenance, "turn": _rotation_record(angle_deg, stage.axis)}))
+        scans.append(
+            replace(scan, provenance={**scan.provenance, "turntable": _rotation_record(angle_deg, stage.axis)})
+        )
         with new_folder(lock, folders[len(scans) - 1].name) as folder:
             save_scan(scans[-1], folder)
 
@@ -165,7 +167,9 @@ def capture_views(
     return Views(scans, folders, turned)
 
 
-def _open_turntable(config: StationConfig, stage: StageSettings) -> AbstractContextManager[tuple[Scanner, RotaryStage]]:
+def _open_turntable(
+    config: StationConfig, stage: TurntableSettings
+) -> AbstractContextManager[tuple[Scanner, RotaryStage]]:
     return drivers.open_turntable(config.scanner, model=stage.model, port=stage.port, relative=stage.relative)
 
 
@@ -204,15 +208,15 @@ def _merge_and_restore(
     )
 
 
-def _require_stage(config: StationConfig) -> StageSettings:
-    if config.stage is None:
-        raise UsageError("the configuration has no rotary stage", NO_STAGE)
-    return config.stage
+def _require_stage(config: StationConfig) -> TurntableSettings:
+    if config.turntable is None:
+        raise UsageError("the configuration has no turntable", NO_STAGE)
+    return config.turntable
 
 
-def _require_axis(stage: StageSettings) -> AxisSettings:
+def _require_axis(stage: TurntableSettings) -> AxisSettings:
     if stage.axis is None:
-        raise UsageError("the configuration does not tell where the stage's axis is", NO_AXIS)
+        raise UsageError("the configuration does not say where the stage's axis is", NO_AXIS)
     return stage.axis
 
 
@@ -228,8 +232,8 @@ def _rotation_record(angle_deg: float, axis: AxisSettings | None) -> dict[str, A
 
 def _stored_view(folder: Path) -> RangeScan:
     scan = load_scan(folder)
-    if not isinstance(scan, RangeScan) or not (scan.provenance.get("turn") or {}).get("axis"):
-        raise BadInput(f"{folder} is not a view that was taken on a rotary stage", "give folders named *-view-*.scan")
+    if not isinstance(scan, RangeScan) or not (scan.provenance.get("turntable") or {}).get("axis"):
+        raise BadInput(f"{folder} is not a view that was taken on a turntable", "give folders named *-view-*.scan")
     return scan
 
 

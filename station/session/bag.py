@@ -83,6 +83,6 @@ def check_name(name: str) -> None:
     try:
         name.encode()
     except UnicodeEncodeError as error:
-        raise BadInput(f"{name!r} is no name in UTF-8", "rename the file") from error
+        raise BadInput(f"{name!r} is not a name in UTF-8", "rename the file") from error
     if "%" in name or any(unicodedata.category(character) == "Cc" for character in name):
         raise BadInput(f"{name!r} holds a per cent sign or a control character", "rename the file")

@@ -11,8 +11,10 @@ from typing import Any, Literal
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
+from station.session.older import OLDER_FORMAT, current_facts
+
 RECORD = "event.json"
-FORMAT = 1
+FORMAT = 2
 VOLUME = 0  # the page number of events that concern the whole volume
 MAX_RECORD_BYTES = 2**20  # settings, provenance and results of one step: a page or two of text
 
@@ -91,6 +93,18 @@ class Event:
         return hashlib.sha512(self.line).hexdigest()
 
 
+@dataclass(frozen=True)
+class OlderEvent(Event):
+    """An event of an earlier format: its facts have today's names, its line and digest are as they were written."""
+
+    written: bytes = b""
+
+    @property
+    def line(self) -> bytes:
+        """The record as it was written."""
+        return self.written
+
+
 _ADAPTER = TypeAdapter(Event)
 
 
@@ -121,23 +135,29 @@ def decode(line: bytes) -> Event:
         event: Event = _ADAPTER.validate_json(line)
         same = encode(event) == line
     except (ValidationError, ValueError, RecursionError, TypeError) as error:
-        raise EventDamaged(f"it is no record of an event: {str(error).splitlines()[0]}") from error
+        raise EventDamaged(f"it is not a record of an event: {str(error).splitlines()[0]}") from error
     if not same:
         raise EventDamaged("it is not written as a record is")
     problem = _problem(event)
     if problem:
         raise EventDamaged(problem)
+    if event.format == OLDER_FORMAT:
+        try:
+            facts = current_facts(event.facts)
+        except (LookupError, TypeError, ValueError, AttributeError) as error:
+            raise EventDamaged(f"its facts are not those of a record of format {OLDER_FORMAT}") from error
+        return OlderEvent(**{**vars(event), "facts": facts}, written=line)
     return event
 
 
 def _problem(event: Event) -> str:
     """Why an event cannot be; empty when it can."""
-    if event.format != FORMAT:
-        return f"it has the format {event.format}; this program knows {FORMAT}"
+    if event.format not in (OLDER_FORMAT, FORMAT):
+        return f"it has the format {event.format}; this program reads {OLDER_FORMAT} and {FORMAT}"
     if not (0 < event.number <= MAX_NUMBER and VOLUME <= event.page <= MAX_PAGE):
         return "its number or its page is out of range"
     if not SLOT.fullmatch(event.slot):
-        return f"{event.slot!r} is no slot"
+        return f"{event.slot!r} is not a slot"
     earlier = [event.parent, event.on, *(one.event for one in event.inputs)]
     if any(number is not None and not 0 < number < event.number for number in earlier):
         return "it refers to an event that is not before it"

@@ -53,9 +53,9 @@ class Created(_Facts):
 
 
 class Captured(_Facts):
-    """Facts of a capture. source: the scan among its files."""
+    """Facts of a capture. scan: its path among its files."""
 
-    source: Annotated[str, AfterValidator(_inside)]
+    scan: Annotated[str, AfterValidator(_inside)]
     unit: str = "auto"
     scale: str | None = None
     provenance: dict[str, Any] = {}
@@ -75,7 +75,7 @@ class Restored(_Facts):
     method: str | None = None
     page_mm: Lengths | None = None
     dpi: Length | None = None
-    measures: Measures | None = None  # type: ignore[valid-type]
+    measures: Measures | None = None
 
 
 class Checked(_Facts):
@@ -93,7 +93,7 @@ class Judged(_Facts):
     """The result of the quality check."""
 
     level: Level
-    findings: list[Checked]
+    checks: list[Checked]
 
 
 RESULTS: Mapping[str, type[BaseModel]] = {"restore": Restored, "verdict": Judged}
@@ -112,7 +112,7 @@ def check_facts(history: History) -> None:
         try:
             _check_place(event, history)
             if event.kind == SESSION:
-                preset = Preset.model_validate(_volume(event).settings)
+                preset = Preset.model_validate(_volume(event).preset_values)
             elif event.kind == "capture":
                 Captured.model_validate(dict(event.facts))
             elif event.kind == "stage" and event.name in RESULTS:

@@ -34,7 +34,7 @@ def record_verdict(writer: Writer, restored: Event) -> Event:
 
 def verdict_lines(name: str, result: Any) -> list[str]:
     """A verdict for the operator: the level, then each measure that is not green beside its limits, with what to do."""
-    findings: Sequence[Any] = result["findings"]
+    findings: Sequence[Any] = result["checks"]
     lines = [f"{name}: {str(result['level']).upper()}  {len(findings)} checks"]
     lines += [f"    {one['level']:<6} {one['text']}: {one['hint']}" for one in findings if one["level"] != "green"]
     return lines

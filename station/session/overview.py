@@ -19,7 +19,9 @@ ROW = "{:>5}  {:<8} {:<6} {:<9} {:<6} {}"
 def preset_of(session: Session) -> Preset:
     """The preset that the session began with, with the settings that were changed since."""
     changed = session.history.page(VOLUME).decided(SETTINGS, {})
-    return changed_preset(Preset.model_validate(session.volume.settings), changed if isinstance(changed, dict) else {})
+    return changed_preset(
+        Preset.model_validate(session.volume.preset_values), changed if isinstance(changed, dict) else {}
+    )
 
 
 def label_of(page: Page, position: int, preset: Preset) -> str:
@@ -33,7 +35,7 @@ def overview(session: Session) -> dict[str, Any]:
     return {
         "id": session.identifier,
         "folder": str(session.folder),
-        **volume.model_dump(mode="json", exclude={"settings"}),
+        **volume.model_dump(mode="json", exclude={"preset_values"}),
         "events": len(session.history.events),
         "pages": [_page(page, at, preset) for at, page in enumerate(session.history.pages(), 1)],
     }

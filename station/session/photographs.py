@@ -9,7 +9,7 @@ from typing import Any
 
 from restore import BadInput, Photograph, read_photographs
 from restore.files import VIDEO_SUFFIXES
-from station.run.photos import Scale
+from station.run.scale import Scale
 from station.session.events import Event
 from station.session.steps import add_files
 from station.session.store import Writer
@@ -39,7 +39,7 @@ def add_photographs(writer: Writer, paths: Sequence[Path], *, page: int | None =
             sizes = {copy.name: _size(copy) for copy in pictures_in(copies)}
         except BadInput as error:  # which names the copy
             raise BadInput(str(error).replace(f"{copies}/", ""), error.hint) from error
-        return {"provenance": {"device": "photographs", "unit": "mm", "pictures": sizes}}
+        return {"provenance": {"device": "photographs", "unit": "mm", "image_sizes_px": sizes}}
 
     copied = {f"{FOLDER}/{name}": path for name, path in files.items()}
     return add_files(writer, copied, FOLDER, page=page, facts=facts, inspect=provenance)
@@ -79,7 +79,7 @@ def _by_name(paths: Sequence[Path]) -> dict[str, Path]:
         if not path.exists():
             raise BadInput(f"{path} is not there", "check the name and the folder")
         if not path.is_file():
-            raise BadInput(f"{path} is no file", "give the photographs, or one folder of them and nothing else")
+            raise BadInput(f"{path} is not a file", "give the photographs, or one folder of them and nothing else")
         if path.name in files:
             raise BadInput(f"{files[path.name]} and {path} have one name", "rename one of them")
         files[path.name] = path

@@ -58,7 +58,7 @@ class Preset(BaseModel):
     def _are_known(cls, outputs: tuple[str, ...]) -> tuple[str, ...]:
         unknown = sorted(set(outputs) - set(FLAGS))
         if unknown:
-            raise ValueError(f"{unknown[0]!r} is no output; there are {', '.join(FLAGS)}")
+            raise ValueError(f"{unknown[0]!r} is not an output; there are {', '.join(FLAGS)}")
         return outputs
 
     def parameters(self, capture: Mapping[str, Any] = NO_FACTS) -> dict[str, Any]:

@@ -25,7 +25,7 @@ MAX_EVENTS = 200_000  # twenty for each of the pages that a session has at most:
 MAX_TAG_FILE_BYTES = 2**28  # 1.3 KB for each of them
 NO_TAG_FILE = (errno.EFBIG, errno.EINVAL, errno.EISDIR)  # of a file that is too large, or of another kind
 PADDING = b"\0"  # which some file systems leave at the end of a file that grew before a power cut
-VERIFY = "planish verify names what is damaged, planish repair mends what can be"
+VERIFY = "planish verify names what is damaged, planish repair repairs what can be repaired"
 
 
 class SessionDamaged(StationError):
@@ -48,7 +48,7 @@ def read_stored(folder: Path) -> Stored:
     Raises BadInput when the folder is no session, SessionDamaged, OSError.
     """
     if not (folder / bag.BAGIT).is_file() or not (folder / bag.PAYLOAD).is_dir():
-        raise BadInput(f"{folder} is no session", "make one with planish session new, or check the path")
+        raise BadInput(f"{folder} is not a session", "make one with planish session new, or check the path")
     files = {name: _read(folder, name) for name in (*bag.FIXED, *bag.GROWING)}
     whole = _whole_lines(files[bag.LOG])
     if (count := whole.count(b"\n")) > MAX_EVENTS:

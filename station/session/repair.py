@@ -14,7 +14,7 @@ from station.errors import StationError
 from station.session import bag
 from station.session.events import RECORD
 from station.session.history import folded
-from station.session.replay import Derive, derive
+from station.session.reproduce import Derive, derive
 from station.session.store import READ_ONLY, Session, file_digest
 from station.session.verify import Inspection, Problem, verify
 from station.storage.disk import sync_folder, sync_tree

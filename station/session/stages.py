@@ -12,7 +12,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict
 
 from restore import RestoreError, Settings
-from station.choices import Pieces, Turn
+from station.choices import Rotation, Sheets
 from station.progress import Progress, silent
 from station.run.destination import Destination
 from station.run.one_page import restore_file
@@ -43,13 +43,13 @@ class RestoreParameters(BaseModel):
     language: str = "eng"
     unit: str = "auto"
     scale: str | None = None
-    turn: Turn = Turn.NONE
-    anyway: bool = False
+    rotate: Rotation = Rotation.NONE
+    allow_distorted: bool = False
 
     def options(self) -> RunOptions:
         """The options of the run."""
         outputs = frozenset({*self.outputs, "coverage"})
-        return RunOptions(**{**dict(self), "outputs": outputs, "pieces": Pieces.LARGEST})
+        return RunOptions(**{**dict(self), "outputs": outputs, "sheets": Sheets.LARGEST})
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from restore import BadInput, RangeScan, save_scan
 from station.session.events import VOLUME, Event, slot_of
@@ -21,11 +21,11 @@ def add_scan(writer: Writer, scan: RangeScan, *, page: int | None = None, facts:
     """Store a scan of the scanner as a page's current one, and return its event; it is on the disk by then.
 
     page   None for a new page.
-    facts  further facts of the capture; `source` is where `load_scan` finds it in the event's folder.
+    facts  further facts of the capture; `scan` is where `load_scan` finds it in the event's folder.
     """
     folder = _empty(writer.staging(CAPTURING))
     save_scan(scan, folder / ORIGINAL / SCAN)
-    return _capture(writer, folder, page, {"source": f"{ORIGINAL}/{SCAN}", **facts})
+    return _capture(writer, folder, page, {"scan": f"{ORIGINAL}/{SCAN}", **facts})
 
 
 def add_files(
@@ -37,14 +37,35 @@ def add_files(
     facts: Mapping[str, Any],
     inspect: Callable[[Path], Mapping[str, Any]] = lambda _path: {},
 ) -> Event:
-    """Store a copy of a scan's files as a page's current scan, and return its event.
+    """Store a copy of a scan's files as a page's current scan, and return its event. Parameters as of `stage_files`."""
+    return record_staged(writer, stage_files(writer, files, source, facts=facts, inspect=inspect), page=page)
+
+
+class Staged(NamedTuple):
+    """A copy of a scan's files in a folder of `staging`, which is no page yet, with the facts of its capture."""
+
+    folder: Path
+    facts: Mapping[str, Any]
+
+
+def stage_files(
+    writer: Writer,
+    files: Mapping[str, Path],
+    source: str,
+    *,
+    facts: Mapping[str, Any],
+    inspect: Callable[[Path], Mapping[str, Any]] = lambda _path: {},
+    name: str = CAPTURING,
+) -> Staged:
+    """A copy of a scan's files, which `record_staged` makes a page.
 
     files   name under `original` → the file to copy.
     source  the name of the scan among them.
-    inspect looks at the copy before it is stored: returns further facts, or raises.
+    inspect looks at the copy: returns further facts, or raises.
+    name    of the copy; two under way at once have different ones.
     Raises BadInput for a file that changes while it is copied, OSError.
     """
-    folder = _empty(writer.staging(CAPTURING))
+    folder = _empty(writer.staging(name))
     for name, path in files.items():
         target = folder / ORIGINAL / name
         with named_as(folder / ORIGINAL, writer.session.folder):
@@ -53,7 +74,12 @@ def add_files(
         if file_digest(path) != file_digest(target):
             raise BadInput(f"{path} changed while it was copied", "wait until it is complete, then add it again")
     found = inspect(folder / ORIGINAL / source)
-    return _capture(writer, folder, page, {"source": f"{ORIGINAL}/{source}", **facts, **found})
+    return Staged(folder, {"scan": f"{ORIGINAL}/{source}", **facts, **found})
+
+
+def record_staged(writer: Writer, staged: Staged, *, page: int | None = None) -> Event:
+    """Make a copy a page's current scan, of a new page for None, and return its event. Raises OSError."""
+    return _capture(writer, staged.folder, page, staged.facts)
 
 
 def record_run(
@@ -69,9 +95,9 @@ def record_run(
 ) -> Event:
     """Record a stage's run on the result of another event, and return its event.
 
-    parameters  all that the run depends on beside its input; a replay uses them.
-    result      JSON values that follow from input and parameters: a replay must find the same.
-    files       a folder of `staging` with the run's files, which a replay must write again to the byte.
+    parameters  all that the run depends on beside its input; `reproduce` uses them.
+    result      JSON values that follow from input and parameters: `reproduce` must find the same.
+    files       a folder of `staging` with the run's files, which `reproduce` must write again to the byte.
     facts       what does not follow from them: seconds, memory.
     others      further events that it read.
     """
@@ -109,7 +135,7 @@ def redo(writer: Writer) -> Event | None:
 
 def scan_path(session: Session, capture: Event) -> Path:
     """The path of a capture's scan, for `load_scan`."""
-    return session.path(capture, str(capture.facts["source"]))
+    return session.path(capture, str(capture.facts["scan"]))
 
 
 def undo_run(writer: Writer, page: int, stage: str) -> Event | None:

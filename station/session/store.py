@@ -207,7 +207,7 @@ class Writer:
         if self._broken:
             raise SessionBroken(
                 f"{self.session.folder} was not written to the end: the disk refused",
-                "mend the disk, then run the same command again: what was stored is there",
+                "repair the disk, then run the same command again: what was stored is there",
             )
         if identity_of(self.session.folder) != self._identity:
             raise SessionBroken(
@@ -244,7 +244,7 @@ def _line_of(event: Event) -> bytes:
     try:
         return encode(event)
     except UnicodeEncodeError as error:
-        raise BadInput(f"{error.object[error.start : error.end]!r} is no text in UTF-8", "write it anew") from error
+        raise BadInput(f"{error.object[error.start : error.end]!r} is not text in UTF-8", "write it again") from error
 
 
 def file_digests(folder: Path) -> dict[str, str]:

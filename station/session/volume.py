@@ -17,7 +17,7 @@ class Volume(BaseModel):
     organisation  who keeps it; may be empty.
     preset        name of the preset that the session began with.
     station       configuration of the station that shoots it, unless another one is named; may be empty.
-    settings      the whole of that preset, so that a later change of its file changes no session.
+    preset_values the whole of that preset, so that a later change of its file changes no session.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid")
@@ -26,4 +26,4 @@ class Volume(BaseModel):
     organisation: str = Field(default="", max_length=MAX_TEXT)
     preset: str = Field(default="book", max_length=MAX_TEXT)
     station: str = Field(default="", max_length=4096)
-    settings: dict[str, Any] = {}
+    preset_values: dict[str, Any] = {}

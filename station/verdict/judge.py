@@ -11,23 +11,27 @@ from station.verdict.thresholds import LEVELS, Level, Limits, Thresholds
 
 # name → what it is, how it is printed, what to do when it is not green.
 CHECKS = {
-    "covered_share": (
+    "measured_fraction": (
         "covered",
         "{:.1%}",
-        "turn the page to the light of the laser, or shoot it again from another side",
+        "turn the page to the light of the laser, or capture it again from another side",
     ),
-    "hole_mm": ("widest hole", "{:.1f} mm", "dark or glossy places give no range: shoot again with more laser power"),
-    "cut_share": ("cut off", "{:.1%} of the outline", "move the page into the picture"),
-    "depth_share": ("depth window", "{:.0%} of the way", "move the page to the middle of the scanner's range"),
-    "strain_rms": (
+    "hole_mm": ("widest hole", "{:.1f} mm", "dark or glossy places give no range: capture again with more laser power"),
+    "cropped_fraction": ("cut off", "{:.1%} of the outline", "move the page into the image"),
+    "depth_window_fraction": (
+        "depth window",
+        "{:.0%} of the way",
+        "move the page to the middle of the scanner's range",
+    ),
+    "smooth_strain_rms": (
         "strain",
         "{:.2%} rms",
-        "the surface is no single sheet: look for a finger, a weight, a leaf behind",
+        "the surface is not a single sheet: look for a finger, a weight, a leaf behind",
     ),
-    "effective_ppi": ("resolution", "{:.0f} ppi", "go nearer, or take the lens of longer focal length"),
+    "sampling_ppi": ("resolution", "{:.0f} ppi", "go nearer, or take the lens of longer focal length"),
     "blur_px": ("focus", "{:.1f} px", "focus again; did the page move?"),
-    "clipped_share": ("clipped", "{:.1%}", "change the exposure: light or gain"),
-    "similarity": ("same page", "{:.2f}", "it looks like a page that was shot already: did the leaf turn?"),
+    "clipped_fraction": ("clipped", "{:.1%}", "change the exposure: light or gain"),
+    "similarity": ("same page", "{:.2f}", "it looks like a page that was captured already: did the leaf turn?"),
 }
 
 
@@ -78,8 +82,8 @@ def worst(levels: Sequence[Level]) -> Level:
 
 
 def as_result(level: Level, checks: Sequence[Check]) -> dict[str, Any]:
-    """The verdict as JSON values, as it is recorded; its checks are under `findings` there."""
-    return {"level": level, "findings": [{**asdict(one), "limits": list(one.limits)} for one in checks]}
+    """The verdict as JSON values, as it is recorded; its checks are under `checks` there."""
+    return {"level": level, "checks": [{**asdict(one), "limits": list(one.limits)} for one in checks]}
 
 
 def _text(name: str, value: float, limits: Limits, with_page: str) -> str:

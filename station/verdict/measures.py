@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from drivers.vivid900.geometry.lenses import FAST, FINE, LENSES, depth_window
-from restore import RangeScan, RestoredPage, Seen, SurfaceMesh
+from restore import CoverageClass, RangeScan, RestoredPage, SurfaceMesh
 from restore.scan import Bytes, Mask
 from station.verdict.same_page import fingerprint
 
@@ -27,18 +27,18 @@ Measures = dict[str, Any]
 
 def measure(page: RestoredPage, scan: RangeScan | SurfaceMesh) -> Measures:
     """The measures of a page and of the scan that it was restored from; None for one that the scan does not allow."""
-    inside = page.coverage != Seen.OUTSIDE
-    measured = page.coverage == Seen.MEASURED
+    inside = page.coverage != CoverageClass.OUTSIDE
+    measured = page.coverage == CoverageClass.MEASURED
     texture, report = scan.texture, page.report
     return {
-        "covered_share": float(measured.sum() / max(inside.sum(), 1)),
+        "measured_fraction": float(measured.sum() / max(inside.sum(), 1)),
         "hole_mm": widest_place(inside & ~measured) * MM_PER_INCH / page.dpi,
-        "cut_share": report["coverage"]["cut"],
-        "depth_share": depth_share(scan) if isinstance(scan, RangeScan) else None,
-        "strain_rms": float(report["strain"]["smooth_rms"]),
-        "effective_ppi": None if texture is None else report["sampling_ppi"],
+        "cropped_fraction": report["coverage"]["cropped_fraction"],
+        "depth_window_fraction": depth_window_fraction(scan) if isinstance(scan, RangeScan) else None,
+        "smooth_strain_rms": float(report["strain"]["smooth_rms"]),
+        "sampling_ppi": None if texture is None else report["sampling_ppi"],
         "blur_px": None if texture is None else blur_px(texture, seen_in(page.page_map, texture.shape[:2])),
-        "clipped_share": None if texture is None else clipped_share(page.master, measured),
+        "clipped_fraction": None if texture is None else clipped_fraction(page.master, measured),
         "fingerprint": fingerprint(page.image),
     }
 
@@ -56,7 +56,7 @@ def widest_place(mask: Mask) -> float:
     return 2.0 * float(cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_PRECISE).max()) - 1.0
 
 
-def depth_share(scan: RangeScan) -> float | None:
+def depth_window_fraction(scan: RangeScan) -> float | None:
     """How far the surface reaches to an end of the depth window: 0 in its middle, 1 at its end, the window in 1/depth.
 
     None unless the scan says with which lens, mode and distance it was shot, at one distance.
@@ -103,7 +103,7 @@ def blur_px(texture: Bytes, page: Mask) -> float | None:
     return float(np.sqrt(max(spread**2 - PRE_SMOOTH_PX**2 - DIFFERENCE_PX**2, 0.0)))
 
 
-def clipped_share(image: Bytes, measured: Mask) -> float:
+def clipped_fraction(image: Bytes, measured: Mask) -> float:
     """Share of the measured pixels (h, w) of a page (h, w, 3) in which a channel is full, or all are empty."""
     red, green, blue = cv2.split(image)
     brightest = cv2.max(cv2.max(red, green), blue)[measured]

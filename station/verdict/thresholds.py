@@ -11,14 +11,14 @@ Limits = tuple[float, float]
 Level = Literal["green", "amber", "red"]
 LEVELS: tuple[Level, ...] = ("green", "amber", "red")
 WORSE: Mapping[str, Literal["less", "more"]] = {
-    "covered_share": "less",
+    "measured_fraction": "less",
     "hole_mm": "more",
-    "cut_share": "more",
-    "depth_share": "more",
-    "strain_rms": "more",
-    "effective_ppi": "less",
+    "cropped_fraction": "more",
+    "depth_window_fraction": "more",
+    "smooth_strain_rms": "more",
+    "sampling_ppi": "less",
     "blur_px": "more",
-    "clipped_share": "more",
+    "clipped_fraction": "more",
     "similarity": "more",
 }
 """The direction in which each measure is worse."""
@@ -32,14 +32,14 @@ class Thresholds(BaseModel):
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-    covered_share: Limits | None = None
+    measured_fraction: Limits | None = None
     hole_mm: Limits | None = None
-    cut_share: Limits | None = None
-    depth_share: Limits | None = None
-    strain_rms: Limits | None = None
-    effective_ppi: Limits | None = None
+    cropped_fraction: Limits | None = None
+    depth_window_fraction: Limits | None = None
+    smooth_strain_rms: Limits | None = None
+    sampling_ppi: Limits | None = None
     blur_px: Limits | None = None
-    clipped_share: Limits | None = None
+    clipped_fraction: Limits | None = None
     similarity: Limits | None = None
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable
-from concurrent.futures import Executor, Future
+from concurrent.futures import Future
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from typing import Any
@@ -58,7 +58,7 @@ class Cluster:
 
     def __init__(self, client: Any, limits: Limits, say: Callable[[str], None]) -> None:
         self._client, self._limits, self._say = client, limits, say
-        self._executor: Executor = client.get_executor(pure=False)
+        self._executor: Any = client.get_executor(pure=False)
         self._places: dict[str, Place] = {}
         self._given = WeakKeyDictionary[Future[Any], frozenset[str]]()  # to some workers only
         self._asked, self._without_since, self._is_said = -REFRESH_S, time.monotonic(), False
@@ -67,11 +67,12 @@ class Cluster:
         """Hand out a task to the workers that can restore it, with more memory than was too little before."""
         larger = [address for address, place in self._places.items() if place.has_more_than(above_mib)]
         usable = larger or [address for address, place in self._places.items() if not place.problem]
-        keywords = {"limits": self._limits, "is_last": not larger or self._is_largest(larger)}
-        if len(usable) == len(self._places):
-            return self._executor.submit(run_on_worker, work, task, **keywords)
-        future = self._executor.submit(run_on_worker, work, task, **keywords, workers=usable)
-        self._given[future] = frozenset(usable)
+        keywords: dict[str, Any] = {"limits": self._limits, "is_last": not larger or self._is_largest(larger)}
+        if len(usable) < len(self._places):
+            keywords["workers"] = usable
+        future: Future[Any] = self._executor.submit(run_on_worker, work, task, **keywords)
+        if "workers" in keywords:
+            self._given[future] = frozenset(usable)
         return future
 
     def threads(self) -> int:

@@ -7,11 +7,11 @@ from restore import BadInput, RangeScan, save_scan
 from restore.scan_check import check_provenance
 
 UNREADABLE = [
-    (None, "no dictionary"),
-    ([1], "no dictionary"),
-    ({"super": {"factor": 0}}, r"provenance\.super\.factor"),
+    (None, "not a dictionary"),
+    ([1], "not a dictionary"),
+    ({"super_resolution": {"factor": 0}}, r"provenance\.super_resolution\.factor"),
     ({"oversampling": 0.0}, r"provenance\.oversampling"),
-    ({"turn": {"deg": 3, "axis": {"point_mm": [0, 0, 0], "direction": [0, 0, 0]}}}, "direction has no length"),
+    ({"turntable": {"deg": 3, "axis": {"point_mm": [0, 0, 0], "direction": [0, 0, 0]}}}, "direction has no length"),
 ]
 
 
@@ -23,7 +23,7 @@ def test_what_cannot_be_read_is_named(provenance, fault):
 
 
 def test_what_is_free_is_left_alone():
-    check_provenance({"device": "any", "super": {"factor": 2, "shots": 8}, "oversampling": 1.5})
+    check_provenance({"device": "any", "super_resolution": {"factor": 2, "captures": 8}, "oversampling": 1.5})
 
 
 @pytest.mark.parametrize("provenance", [*(value for value, _ in UNREADABLE), {1: 2}, {"a": {1, 2}}])

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from restore.mesh.network import edges_of
+from restore.mesh.topology import Topology
 from restore.mesh.triangulate import lattice
 from restore.page import FlatMesh
 from restore.prepared.facet_sheet import FacetSheet
@@ -26,11 +26,17 @@ def page():
     nodes, faces = lattice(np.ones((41, 61), bool), 4)
     upright = nodes[:, ::-1] * [1, -1]
     surface = (upright - upright.min(axis=0)) / np.ptp(upright, axis=0) * [120.0, 80.0]
-    edges = edges_of(faces)
+    edges = Topology(faces).edges
     vertices = np.column_stack([surface, np.full(len(surface), -900.0)])
     lengths = np.linalg.norm(np.diff(surface[edges], axis=1)[:, 0], axis=1)
     return FlatMesh(
-        vertices, faces, surface, np.zeros((9, 9, 3), np.uint8), flat=surface * [1.005, 1.0], lengths=lengths, steps=57
+        vertices,
+        faces,
+        surface,
+        np.zeros((9, 9, 3), np.uint8),
+        flat=surface * [1.005, 1.0],
+        lengths=lengths,
+        iterations=57,
     )
 
 
@@ -49,7 +55,7 @@ def described(fine, *, surface=None, settings=None, distance=None):
 def test_a_page_that_is_folded_over_itself_is_told(page):
     across = page.flat[:, 0]
     folded = replace(page, flat=np.column_stack([np.where(across > 90.0, 180.0 - across, across), page.flat[:, 1]]))
-    assert any("of the faces lie upside down" in one["text"] for one in described(folded)["findings"])
+    assert any("of the faces are flipped" in one["text"] for one in described(folded)["findings"])
 
 
 def test_the_report_holds_the_options_and_the_measures(page):
@@ -57,12 +63,12 @@ def test_the_report_holds_the_options_and_the_measures(page):
     report = described(page, settings=settings, distance={"mean_mm": 0.1, "sd_mm": 0.2, "max_mm": 0.3})
     assert json.loads(json.dumps(report)) == report
     assert {key: report[key] for key in ("method", "dpi", "shading")} == settings.model_dump(
-        exclude={"points", "fill_hidden_mm", "white"}
+        exclude={"points", "inpaint_mm", "white_balance"}
     )
     assert report["points"] == 50
-    assert report["steps"] == 57
-    assert (report["sampling_ppi"], report["effective_ppi"]) == (141.5, 141.5 / 2)
-    assert report["decimation"] == {"mean_mm": 0.1, "sd_mm": 0.2, "max_mm": 0.3}
+    assert report["iterations"] == 57
+    assert (report["sampling_ppi"], report["resolved_ppi"]) == (141.5, 141.5 / 2)
+    assert report["decimation_error_mm"] == {"mean_mm": 0.1, "sd_mm": 0.2, "max_mm": 0.3}
     assert report["flipped_faces"] == 0
     assert report["area_ratio"] == pytest.approx(1.005, rel=SINGLE)
     np.testing.assert_allclose(report["page_mm"], [120.6, 80.0], rtol=SINGLE)
@@ -71,7 +77,7 @@ def test_the_report_holds_the_options_and_the_measures(page):
 
 def test_strain_is_relative_to_the_lengths_on_the_surface(page):
     strain = described(page)["strain"]
-    edges = edges_of(page.faces)
+    edges = Topology(page.faces).edges
     along = np.abs(np.diff(page.vertices[edges], axis=1)[:, 0, 0]) / page.lengths
     expected = np.sqrt(1 + (1.005**2 - 1) * along**2) - 1
     assert strain["max"] == pytest.approx(0.005, rel=SINGLE)
@@ -95,7 +101,7 @@ def test_a_flipped_face_is_counted(page):
 
 def test_a_stretched_sheet_is_reported_as_a_warning(page):
     (found,) = described(replace(page, flat=page.flat * (1 + 2 * NOT_DEVELOPABLE)))["findings"]
-    assert "cannot be laid flat without stretching" in found["text"]
+    assert "cannot be flattened without stretching" in found["text"]
 
 
 @pytest.mark.parametrize("without", ["texture", "texcoords"])
@@ -112,39 +118,39 @@ def test_the_filled_share_of_a_sheet_on_its_grid_is_reported(camera, page):
     measured[40:60, 50:100] = False
     report = described(page, surface=replace(sheet, measured=measured))
     assert report["samples"] == 9000
-    assert report["filled_share"] == pytest.approx(0.1)
+    assert report["interpolated_fraction"] == pytest.approx(0.1)
     assert "samples" not in described(page)
 
 
 def test_paper_lost_at_the_border_is_warned_about(page, camera):
     sheet = camera.sheet(camera.facets(camera.plane()))
     (found,) = described(page, surface=replace(sheet, lost_border=0.05))["findings"]
-    assert found["text"].startswith("along 5% of its border or more the page ends where the scanner measured nothing")
+    assert found["text"].startswith("along at least 5% of the page border")
     assert described(page, surface=sheet)["findings"] == []
 
 
 def test_a_border_that_is_turned_away_is_warned_about(page, camera):
     sheet = camera.sheet(camera.facets(camera.plane()))
     (found,) = described(page, surface=replace(sheet, turned_border=0.05))["findings"]
-    assert found["text"].startswith("along 5% of its border the page is turned from the scanner")
+    assert found["text"].startswith("along 5% of its border the page is tilted")
 
 
 def test_strain_is_also_given_against_straight_lengths_with_how_far_the_estimates_differ(page):
     longer = replace(page, flat=page.flat, lengths=1.02 * page.lengths)
-    chords = described(longer)["strain"]["against_chords"]
+    chords = described(longer)["strain"]["chord_strain"]
     assert chords["estimate_rms"] == pytest.approx(0.02, rel=SINGLE)
     assert chords["max"] == pytest.approx(described(page)["strain"]["max"], rel=SINGLE)
     assert chords["rms"] == pytest.approx(described(page)["strain"]["rms"], rel=SINGLE)
 
 
 def test_a_page_whose_lengths_are_mostly_estimates_is_warned_about_and_told_where_they_differ_most(page):
-    edges = edges_of(page.faces)
+    edges = Topology(page.faces).edges
     lengths = np.where(np.arange(len(edges)) % 3 > 0, 1.05, 1.0) * page.lengths
     lengths[7] = 2.0 * page.lengths.max()
     report = described(replace(page, lengths=lengths))
-    chords = report["strain"]["against_chords"]
-    assert chords["estimated_share"] == pytest.approx(2 / 3, abs=2 / len(edges))
-    np.testing.assert_allclose(chords["farthest_at_mm"], page.flat[edges[7]].mean(axis=0), rtol=SINGLE)
+    chords = report["strain"]["chord_strain"]
+    assert chords["estimated_fraction"] == pytest.approx(2 / 3, abs=2 / len(edges))
+    np.testing.assert_allclose(chords["max_difference_at_mm"], page.flat[edges[7]].mean(axis=0), rtol=SINGLE)
     assert any("67% of the edges" in one["text"] for one in report["findings"])
     assert not any("of the edges" in one["text"] for one in described(page)["findings"])
 

@@ -24,7 +24,7 @@ def test_a_flat_mesh_has_every_field_of_its_surface_mesh():
     page = FlatMesh.of(mesh, flat, lengths, 7)
     for field in fields(SurfaceMesh):
         assert getattr(page, field.name) is getattr(mesh, field.name), field.name
-    assert (page.flat is flat, page.lengths is lengths, page.steps) == (True, True, 7)
+    assert (page.flat is flat, page.lengths is lengths, page.iterations) == (True, True, 7)
 
 
 def test_scans_and_meshes_cannot_be_reassigned():

@@ -8,7 +8,7 @@ import pytest
 from restore import Settings, restore
 from restore.scan import SurfaceMesh
 from restore.texture.page import page_map
-from restore.turn import turn_page
+from restore.turn import rotate_page
 
 ROUNDING = 1e-4  # pixels of the texture: float32 of the page map
 FIELDS = ("image", "mask", "page_map", "master", "coverage")
@@ -28,16 +28,16 @@ def page():
 
 
 def test_a_quarter_brings_the_left_side_up(page):
-    right = turn_page(page, 90)
+    right = rotate_page(page, 90)
     np.testing.assert_array_equal(right.image[0], page.image[::-1, 0])
     assert right.report["page_mm"] == page.report["page_mm"][::-1]
-    assert right.report["turned_deg"] == 90
+    assert right.report["rotation_deg"] == 90
 
 
 @pytest.mark.parametrize("degrees", [0, 90, 180, 270])
 def test_the_mesh_is_turned_with_the_map(page, degrees):
     """The map of the turned mesh is the turned map."""
-    done = turn_page(page, degrees)
+    done = rotate_page(page, degrees)
     again = page_map(done.fine.flat, done.fine.faces, done.fine.texcoords, done.dpi)
     np.testing.assert_array_equal(np.isnan(again), np.isnan(done.page_map))
     np.testing.assert_allclose(again, done.page_map, atol=ROUNDING)
@@ -45,7 +45,7 @@ def test_the_mesh_is_turned_with_the_map(page, degrees):
 
 @pytest.mark.parametrize("degrees", [90, 180, 270])
 def test_turned_on_to_a_full_turn_it_is_the_page_itself(page, degrees):
-    back = turn_page(turn_page(page, degrees), 360 - degrees)
+    back = rotate_page(rotate_page(page, degrees), 360 - degrees)
     for name in FIELDS:
         np.testing.assert_array_equal(getattr(back, name), getattr(page, name))
     np.testing.assert_array_equal(back.flat.flat, page.flat.flat)
@@ -55,27 +55,27 @@ def test_turned_on_to_a_full_turn_it_is_the_page_itself(page, degrees):
 
 @pytest.mark.parametrize(("first", "second", "both"), [(90, 90, 180), (180, 90, 270), (270, 180, 90)])
 def test_turned_twice_it_is_as_turned_once_by_both(page, first, second, both):
-    twice, once = turn_page(turn_page(page, first), second), turn_page(page, both)
+    twice, once = rotate_page(rotate_page(page, first), second), rotate_page(page, both)
     for name in FIELDS:
         np.testing.assert_array_equal(getattr(twice, name), getattr(once, name))
     np.testing.assert_array_equal(twice.fine.flat, once.fine.flat)
-    assert twice.report == once.report and once.report["turned_deg"] == both
+    assert twice.report == once.report and once.report["rotation_deg"] == both
 
 
 @pytest.mark.parametrize("degrees", [90, 180, 270])
 def test_the_place_in_the_report_is_turned_with_the_mesh(page, degrees):
-    at = np.array(page.report["strain"]["against_chords"]["farthest_at_mm"])
-    now = turn_page(page, degrees)
+    at = np.array(page.report["strain"]["chord_strain"]["max_difference_at_mm"])
+    now = rotate_page(page, degrees)
     nearest = np.linalg.norm(page.fine.flat - at, axis=1)
-    turned = np.linalg.norm(now.fine.flat - now.report["strain"]["against_chords"]["farthest_at_mm"], axis=1)
+    turned = np.linalg.norm(now.fine.flat - now.report["strain"]["chord_strain"]["max_difference_at_mm"], axis=1)
     np.testing.assert_allclose(turned, nearest, atol=ROUNDING)
 
 
 def test_pictures_that_are_not_there_stay_away(page):
-    assert turn_page(replace(page, page_source=None), 90).page_source is None
+    assert rotate_page(replace(page, page_source=None), 90).page_source is None
 
 
 @pytest.mark.parametrize("degrees", [45, -90, 360])
 def test_other_angles_are_refused(page, degrees):
     with pytest.raises(ValueError, match="right angle"):
-        turn_page(page, degrees)
+        rotate_page(page, degrees)

@@ -17,6 +17,7 @@ import typer
 from drivers import CaptureSettings
 from restore import FlatMesh, Photograph, RangeScan, RestoredPage, Settings
 from restore.mesh.network import make_network
+from restore.mesh.topology import Topology
 from restore.phones.load import Capture
 from restore.scan import ScannedSheet
 from station import cli
@@ -54,7 +55,7 @@ def curl_mesh(scan: RangeScan) -> FlatMesh:
     flat = np.stack(np.meshgrid(np.linspace(0, WIDTH_MM, COLS), np.linspace(HEIGHT_MM, 0, ROWS)), axis=2)
     texcoords = scan.texture_xy.reshape(-1, 2)
     vertices = scan.points.reshape(-1, 3)
-    lengths = make_network(vertices, faces).lengths
+    lengths = make_network(vertices, Topology(faces)).lengths
     return FlatMesh(vertices, faces, texcoords, scan.texture, {}, flat.reshape(-1, 2), 40, lengths)
 
 
@@ -94,12 +95,12 @@ def restored(scan: RangeScan, settings: Settings) -> RestoredPage:
         "method": settings.method,
         "dpi": settings.dpi,
         "shading": settings.shading,
-        "steps": 40,
+        "iterations": 40,
         "flipped_faces": 0,
         "area_ratio": 1.0,
         "strain": {"rms": 0.002, "smooth_rms": 0.001, "max": 0.012},
         "page_mm": [WIDTH_MM, HEIGHT_MM],
-        "effective_ppi": 20.3,
+        "resolved_ppi": 20.3,
         "coverage": {"measured": 1.0, "cut": 0.0},
         "seconds": dict.fromkeys(("prepare", "decimate", "flatten", "texture", "shade"), 0.5),
     }

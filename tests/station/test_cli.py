@@ -45,7 +45,17 @@ def test_json_is_the_report_and_nothing_else(library, scan_file, tmp_path, capsy
     assert main(["restore", str(scan_file), "-o", str(tmp_path), "--json"]) == 0
     printed = json.loads(capsys.readouterr().out)
     assert printed == json.loads((tmp_path / "book.json").read_text())
-    wanted = {"points", "method", "dpi", "steps", "flipped_faces", "area_ratio", "strain", "page_mm", "effective_ppi"}
+    wanted = {
+        "points",
+        "method",
+        "dpi",
+        "iterations",
+        "flipped_faces",
+        "area_ratio",
+        "strain",
+        "page_mm",
+        "resolved_ppi",
+    }
     assert wanted <= printed.keys()
     assert set(printed["strain"]) >= {"rms", "max"}
     assert len(printed["page_mm"]) == 2
@@ -85,7 +95,7 @@ def test_a_command_that_cannot_be_is_refused(arguments, capsys):
     ("error", "code"),
     [
         (BadInput("book.abs.gz is damaged", "copy it again"), 3),
-        (NotEnoughSurface("there is no page in the scan", "lay one under the scanner"), 5),
+        (NotEnoughSurface("the scan shows no page", "lay one under the scanner"), 5),
         (OSError(errno.ENOSPC, "No space left on device"), 6),
         (MemoryError(), 1),
         (KeyboardInterrupt(), 130),
@@ -168,7 +178,7 @@ def test_scan_stores_what_it_captured_and_reviews_it(library, scanner, config_fi
 
 
 def test_a_fault_after_the_capture_keeps_the_scan(library, scanner, config_file, tmp_path, capsys):
-    library.fault = NotEnoughSurface("there is no page in the scan", "lay one under the scanner")
+    library.fault = NotEnoughSurface("the scan shows no page", "lay one under the scanner")
     assert main(["scan", "--config", str(config_file), "-o", str(tmp_path / "out")]) == 5
     assert [path.name for path in (tmp_path / "out").iterdir()] == ["page.scan"]
     *_, advice = fault(capsys.readouterr().err)
@@ -288,8 +298,8 @@ def test_a_photograph_is_never_overwritten(library, scan_file, tmp_path, capsys)
 
 
 def test_a_setting_is_called_by_its_option(library, scan_file, tmp_path, capsys):
-    assert main(["restore", str(scan_file), "-o", str(tmp_path / "out"), "--fill-hidden", "-3"]) == 2
-    assert fault(capsys.readouterr().err)[0].startswith("--fill-hidden: ")
+    assert main(["restore", str(scan_file), "-o", str(tmp_path / "out"), "--inpaint", "-3"]) == 2
+    assert fault(capsys.readouterr().err)[0].startswith("--inpaint: ")
 
 
 @pytest.mark.parametrize("name", ["", " "])

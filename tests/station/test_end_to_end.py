@@ -81,6 +81,7 @@ def test_the_map_paints_the_same_page_from_the_original(out):
     assert np.abs(np.roll(again, 4, axis=1) - page)[seen].mean() > LEVELS  # the measure can fail
 
 
+@pytest.mark.slow
 def test_a_stored_scan_gives_the_same_files_to_the_byte(out, report, tmp_path):
     assert main(["restore", str(out / "leaf.scan"), "-o", str(tmp_path), "--review", *EXTRAS]) == 0
     again = json.loads((tmp_path / "leaf.json").read_text())

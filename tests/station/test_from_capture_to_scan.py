@@ -115,7 +115,7 @@ def test_from_captures_to_the_first_scan(variant, link_type, scanner, planish, t
 
     # 2. The draft.
     draft = tmp_path / "mine.toml"
-    listing = planish("trace", both, "--profile", str(draft))
+    listing = planish("trace", both, "--draft", str(draft))
     assert "read_pitch" in listing
     assert "read_colour" in listing
 
@@ -143,7 +143,7 @@ def test_from_captures_to_the_first_scan(variant, link_type, scanner, planish, t
         f'transport = {{ kind = "socket", port = {port} }}\n'
         '[capture]\nmode = "fast"\ndistance_mm = 900\nlaser_power = 60\n'
     )
-    told = planish("ask", "--config", str(station))
+    told = planish("query", "--config", str(station))
     assert "not trusted" in told
     assert "has to be found out" not in told
     assert f"distance_mm = {device.parameters.distance_mm}" in told

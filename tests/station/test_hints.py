@@ -51,7 +51,7 @@ COMMANDS = [
     ["trace", "IN"],
     ["scan", "--config", "IN", "-o", "out"],
     ["axis", "--config", "IN", "-o", "out"],
-    ["ask", "--config", "IN"],
+    ["query", "--config", "IN"],
     ["park", "--config", "IN"],
     ["batch", "IN", "-o", "out"],
     ["watch", "IN", "-o", "out", "--once", "--settle", "0", "--pair", "0"],
@@ -62,9 +62,9 @@ COMMANDS = [
     ["session", "undo", "IN"],
     ["verify", "IN"],
     ["repair", "IN"],
-    ["replay", "IN"],
+    ["reproduce", "IN"],
     ["reindex", "IN"],
-    ["shoot", "IN"],
+    ["capture", "IN"],
 ]
 
 

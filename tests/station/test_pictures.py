@@ -9,7 +9,7 @@ import pytest
 
 from restore import SurfaceMesh
 from restore.mesh.measures import vertex_normals
-from restore.texture.coverage import Seen
+from restore.texture.coverage import CoverageClass
 from station.pictures import view
 from station.pictures.frames import COLUMNS, FRAMES, HEIGHT, KEPT, WIDTH, Recorder, frames_sheet
 from station.pictures.panels import Panel, resize_to_fit, side_by_side
@@ -144,13 +144,13 @@ def test_frames_sheet_has_a_place_for_each(page):
 
 def test_what_was_not_seen_is_hatched_and_told_in_the_review(page, scan):
     coverage = page.coverage.copy()
-    coverage[:30, :40] = Seen.HIDDEN
-    coverage[40:, 60:] = Seen.INVENTED
+    coverage[:30, :40] = CoverageClass.OCCLUDED
+    coverage[40:, 60:] = CoverageClass.INPAINTED
     image = np.full_like(page.image, 255)
     marked = hatch_unseen(replace(page, image=image, coverage=coverage))
-    for kind, part in ((Seen.HIDDEN, marked[:30, :40]), (Seen.INVENTED, marked[40:, 60:])):
+    for kind, part in ((CoverageClass.OCCLUDED, marked[:30, :40]), (CoverageClass.INPAINTED, marked[40:, 60:])):
         assert 0.15 < (part == HATCHES[kind][0]).all(axis=2).mean() < 0.5
-    untouched = coverage == Seen.MEASURED
+    untouched = coverage == CoverageClass.MEASURED
     assert (marked[untouched] == 255).all()
 
 

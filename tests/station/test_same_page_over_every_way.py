@@ -9,6 +9,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
+import pytest
 import usb.core
 
 from drivers.scanner import CaptureSettings
@@ -78,6 +79,7 @@ def page_of(scan: RangeScan) -> bytes:
     return encode_png(page.image, page.dpi)
 
 
+@pytest.mark.slow
 def test_the_page_is_the_same_to_the_byte(repository, tmp_path):
     table = tomllib.loads((repository / "configs/simulated.toml").read_text("utf-8"))["scanner"]
     lens = rig(table).device.lens

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from restore import load_scan
-from station.choices import Pieces
+from station.choices import Sheets
 from station.cli import main
 from station.run.pieces import select_sheets
 from tests.restore.flattening.test_ordered_grid import spiral
@@ -41,7 +41,7 @@ def test_what_is_no_unit_is_an_error_of_usage(segment, tmp_path, unit):
     assert main(["restore", str(segment), "--unit", unit, "-o", str(tmp_path / "out")]) == 2
 
 
-@pytest.mark.parametrize("pieces", Pieces)
+@pytest.mark.parametrize("pieces", Sheets)
 def test_a_segment_is_one_sheet_whatever_its_gaps(segment, pieces):
     scan = load_scan(segment)
     assert [selected.scan for selected in select_sheets(scan, pieces)] == [scan]

@@ -199,7 +199,7 @@ class Vivid900(DeviceContext):
             "laser_power": parameters.laser_power,
             "gain": parameters.gain,
             "average": settings.average,
-            "assurance": self._profile.assurance,
+            "integrity": self._profile.integrity,
             "unchecked": [text for text in self._profile.absences.values() if text.startswith("no check")],
             "time": self._now().isoformat(),
         }

@@ -159,7 +159,7 @@ def _command(
     """A command from its templates. Raises SettingsError when the profile does not have it."""
     if name not in profile.commands:
         raise SettingsError(
-            f"the command profile {profile.name!r} has no {name}", "see what `planish ask` prints of it"
+            f"the command profile {profile.name!r} has no {name}", "see what `planish query` prints of it"
         )
     written = profile.commands[name]
     kept = {key: value for key, value in {"length": data_in, **(values or {})}.items() if key in written.fields}

@@ -30,7 +30,7 @@ CDB_LENGTHS = range(6, 17)  # six bytes are the shortest; sixteen the longest th
 Mode = Annotated[str, Field(pattern="^(FINE_COLOUR|FAST_COLOUR|COLOUR_8|COLOUR_10|MONITOR|RED|GREEN|BLUE)$")]
 State = Annotated[str, Field(pattern="^(warming-up|barrier-closed|ready|busy|data)$")]
 LensName = Annotated[str, Field(pattern="^(TELE|MIDDLE|WIDE)$")]
-Assurance = Literal["checksummed", "doubled", "single"]
+Integrity = Literal["checksum", "read_twice", "read_once"]
 
 _Model = ConfigDict(frozen=True, extra="forbid", arbitrary_types_allowed=True)
 
@@ -176,12 +176,12 @@ class Profile(BaseModel):
         }
 
     @property
-    def assurance(self) -> Assurance:
+    def integrity(self) -> Integrity:
         """How damage in transfer is detected: by checksums, by reading images twice, or not at all."""
         images = [self.blocks.pitch, *([self.blocks.colour] if "read_colour" in self.commands else [])]
         if all(block.is_checked for block in images):
-            return "checksummed"
-        return "single" if self.reads_once else "doubled"
+            return "checksum"
+        return "read_once" if self.reads_once else "read_twice"
 
     @cached_property
     def panel_by_sense(self) -> dict[tuple[int, int], str]:
@@ -197,7 +197,7 @@ class Profile(BaseModel):
             mine = f"{self.firmware.vendor} {self.firmware.product} {' or '.join(self.firmware.revisions)}"
             raise ProfileMismatch(
                 f"the command profile {self.name!r} is for {mine}, and the scanner is {identity}",
-                "name a profile that was made for this firmware; docs/operators-guide.md tells how to get one",
+                "name a profile that was made for this firmware; docs/operators-guide.md explains how to get one",
             )
 
     def require_trust(self, what: str) -> None:
@@ -205,7 +205,7 @@ class Profile(BaseModel):
         if not self.trusted:
             raise NotTrusted(
                 f"the command profile {self.name!r} is not trusted yet: {what} is not sent",
-                "compare what `planish ask` prints with the scanner's panel, then write trusted = true in the profile",
+                "compare the answers of `planish query` with the scanner's panel, then set trusted = true in it",
             )
 
 
@@ -254,7 +254,7 @@ def _remove(table: dict[str, Any], name: str) -> None:
     for key in inner:
         table = table.get(key, {})
     if last not in table:
-        raise ValueError(f"there is no {name} to be without")
+        raise ValueError(f"{name} is not a block that can be missing")
     del table[last]
 
 

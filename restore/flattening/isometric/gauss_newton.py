@@ -16,7 +16,6 @@ import numpy as np
 from restore.flattening.isometric.angle_synchronisation import SHORTEST
 from restore.flattening.isometric.preconditioner import STIFFEN, Preconditioner, precondition, prepared, rim_first
 from restore.flattening.solution import Solution
-from restore.mesh.adjacency import Sides
 from restore.mesh.measures import edge_strain, straight_lengths
 from restore.mesh.network import Network
 from restore.numerics.limits import SMALL, TINY, overflows_silently, sum_in_order
@@ -45,7 +44,7 @@ def minimise_strain(
     An iteration that decreases the sum by a smaller share than LEAST_DECREASE is the last.
     """
     lengths = network.lengths[:, None] if other is None else np.column_stack([network.lengths, other])
-    areas = edge_areas(network.sides, network.lengths)
+    areas = edge_areas(network)
     vertices, order, edges = rim_first(flat, network.edges)
     found = flat[vertices]
     iterations, residual, converged = _minimise(found, edges, 1.0 / lengths[order], areas[order], corner, most)
@@ -78,22 +77,12 @@ def strained_less(flat: Floats, other: Floats, network: Network) -> bool:
 
 
 @overflows_silently
-def rest_areas(sides: Sides, lengths: Floats) -> Floats:
-    """(m,) mm² areas of faces whose edges have lengths (e,) mm; 0 for one that has no two different corners."""
-    own = sides.edge.reshape(-1, 3).T
-    a, b, c = lengths[own]
-    half = 0.5 * (a + b + c)
-    areas = np.sqrt(np.maximum(half * (half - a) * (half - b) * (half - c), 0.0))  # Heron
-    return np.where(own.min(axis=0) >= 0, areas, 0.0)
-
-
-@overflows_silently
-def edge_areas(sides: Sides, lengths: Floats) -> Floats:
-    """(e,) a third of the areas of the faces at each edge, from edge lengths (e,) mm, with a mean of 1; none is less
-    than SHORTEST but of shorter edges, or no step would be too long for a vertex that slivers alone hold."""
-    some, count = sides.edge >= 0, len(lengths)
-    thirds = np.repeat(rest_areas(sides, lengths), 3)[some] / 3.0
-    areas: Floats = np.asarray(np.bincount(sides.edge[some], thirds, count), np.float64)
+def edge_areas(network: Network) -> Floats:
+    """(e,) a third of the areas at rest of the faces at each edge, with a mean of 1; none is less than SHORTEST but of
+    shorter edges, or no step would be too long for a vertex that slivers alone hold."""
+    edge, lengths, count = network.sides.edge, network.lengths, len(network.lengths)
+    thirds = np.repeat(network.areas, 3)[edge >= 0] / 3.0
+    areas: Floats = np.asarray(np.bincount(edge[edge >= 0], thirds, count), np.float64)
     least = SHORTEST * np.minimum(lengths / (SHORTEST * (sum_in_order(lengths) / count)), 1.0) ** 2
     return np.maximum(areas / max(sum_in_order(areas) / count, TINY), least)
 

@@ -21,15 +21,6 @@ from restore.scan import Floats, Ints
 STILL = 1e-4  # of its size the page moves in an iteration, rms: it is then within half a per cent of the least energy
 
 
-def is_disc(network: Network) -> bool:
-    """Whether a connected network has one border and no handle: V − E + F = 1, no border vertex met twice."""
-    counts = np.diff(network.sides.first)
-    used = len(np.unique(network.faces))
-    border = network.edges[counts == 1]
-    simple = bool(counts.max() <= 2 and (np.bincount(border.ravel())[np.unique(border)] == 2).all())
-    return simple and used - len(network.edges) + len(network.faces) == 1
-
-
 def least_distorted_page(vertices: Floats, network: Network) -> Solution:
     """Flat positions (n, 2) mm of a disc with vertices (n, 3) mm, no face inverted, at the scale of the surface."""
     import igl

@@ -18,7 +18,7 @@ from restore.flattening.isometric.angle_synchronisation import flat_from_lengths
 from restore.flattening.isometric.fan_orientation import closing_signs
 from restore.flattening.isometric.fans import angle_fans
 from restore.flattening.isometric.gauss_newton import MOST_STRAIN, least_absolute_strain, minimise_strain, strained_less
-from restore.flattening.isometric.least_distortion import is_disc, least_distorted_page
+from restore.flattening.isometric.least_distortion import least_distorted_page
 from restore.flattening.isometric.repair import inverted_count, opened, repaired
 from restore.flattening.solution import Follow, Solution
 from restore.mesh.measures import edge_strain, face_signs
@@ -93,7 +93,7 @@ def _other_starts(posed: PosedSheet, network: Network) -> Iterator[Floats]:
 def flatten_least_distorted(posed: PosedSheet, network: Network, follow: Follow | None = None) -> Solution:
     """As `flatten_isometric`, and a disc that is strained by more than MOST_STRAIN the least distorted page instead."""
     found = flatten_isometric(posed, network, follow)
-    strained = stretched(found.flat, network.edges, network.lengths) and is_disc(network)
+    strained = stretched(found.flat, network.edges, network.lengths) and network.topology.is_disc
     return least_distorted_page(posed.positions, network) if strained else found
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numba
 import numpy as np
 
-from restore.flattening.isometric.gauss_newton import MOST_ITERATIONS, minimise_strain, rest_areas, strained_less
+from restore.flattening.isometric.gauss_newton import MOST_ITERATIONS, minimise_strain, strained_less
 from restore.flattening.solution import Solution
 from restore.mesh.measures import signed_areas
 from restore.mesh.network import Network
@@ -43,7 +43,7 @@ def repaired(flat: Floats, network: Network, signs: Floats) -> Floats:
     if not inverted_count(flat, network.faces, signs):
         return flat
     areas = signed_areas(flat, network.faces) * signs
-    contradicted = areas < -CONTRADICTED * rest_areas(network.sides, network.lengths)
+    contradicted = areas < -CONTRADICTED * network.areas
     return uninverted(flat, network, np.where(contradicted, -signs, signs))
 
 
@@ -54,7 +54,7 @@ def inverted_count(flat: Floats, faces: Ints, signs: Floats) -> int:
 
 def uninverted(flat: Floats, network: Network, signs: Floats) -> Floats:
     """Flat positions (n, 2) mm with fewer inverted faces, if that can be; only the corners of such faces are moved."""
-    turned, least = flat.copy(), OPEN * rest_areas(network.sides, network.lengths)
+    turned, least = flat.copy(), OPEN * network.areas
     open_inverted(turned, network.faces, signs, least)
     fewer = inverted_count(turned, network.faces, signs) < inverted_count(flat, network.faces, signs)
     return turned if fewer else flat

@@ -27,14 +27,14 @@ def with_surface_lengths(page: FlatMesh, mesh: ValidMesh, along: Floats) -> Flat
     good: the page is that of the least absolute differences from both, and its rest lengths are the nearest to it
     between them.
     """
-    edges = mesh.sides.edges
-    straight = make_network(mesh.vertices, mesh.faces, page.lengths, mesh.sides)
-    surface = make_network(mesh.vertices, mesh.faces, along, mesh.sides)
+    edges = mesh.topology.edges
+    straight = make_network(mesh.vertices, mesh.topology, page.lengths)
+    surface = make_network(mesh.vertices, mesh.topology, along)
     squares = minimise_strain(page.flat, surface)
     if mean_strain(squares.flat, surface) <= mean_strain(page.flat, straight):
-        start = squares._replace(iterations=page.steps + squares.iterations)
+        start = squares._replace(iterations=page.iterations + squares.iterations)
         return _page(mesh, least_absolute_strain(start, surface), surface)
-    found = least_absolute_strain(Solution(page.flat, page.steps), straight, surface.lengths)
+    found = least_absolute_strain(Solution(page.flat, page.iterations), straight, surface.lengths)
     between = np.linalg.norm(found.flat[edges[:, 0]] - found.flat[edges[:, 1]], axis=1)
     shorter, longer = np.sort([straight.lengths, surface.lengths], axis=0)
     return _page(mesh, found, replace(straight, lengths=np.clip(between, shorter, longer)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from functools import cached_property
 
 import numba
 import numpy as np
@@ -12,6 +12,7 @@ from scipy.ndimage import distance_transform_edt, map_coordinates
 
 from restore.camera.rays import MAX_SLOPE, LensTerms, Rays, distortion_factor
 from restore.mesh.raster import rasterise
+from restore.mesh.topology import Topology
 from restore.numerics.limits import TINY
 from restore.range_image.facets.facet_model import Facets, in_whole_windows
 from restore.range_image.facets.slope_statistics import slope_variances, unbiased
@@ -93,22 +94,27 @@ class Sheet:
         at an angle it runs over the line in which their sides would meet if they went on turning, not along the chord.
         By what the scatter of the slopes makes it longer in the mean it is shortened.
         """
-        lengths = np.empty(len(edges))
+        lengths, lens, tolerance = np.empty(len(edges)), self.rays.lens, CREASE_SIGMAS * self.noise
 
         def measure(part: slice) -> None:
-            tolerance = CREASE_SIGMAS * self.noise
-            _path_lengths(self.planes, self.scatter, nodes, edges[part], self.rays.lens, tolerance, lengths[part])
+            _path_lengths(self.planes, self.scatter, nodes, edges[part], lens, tolerance, lengths[part])
 
         in_bands(measure, len(edges))
         return lengths
 
 
-class PageOnGrid(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class PageOnGrid:
     """The flat page as a mesh over the grid: flat positions (n, 2) mm, faces (m, 3), grid positions nodes (n, 2)."""
 
     flat: Floats
     faces: Ints
     nodes: Floats
+
+    @cached_property
+    def topology(self) -> Topology:
+        """Which faces meet in which edges."""
+        return Topology(self.faces)
 
 
 def make_sheet(rays: Rays, facets: Facets, samples: Mask, inside: Mask, pixels: Floats, scan: RangeScan) -> Sheet:

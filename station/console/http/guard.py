@@ -132,7 +132,7 @@ class Guard:
         if not host:
             raise ConsoleFault("host", "the request names no host", status=400)
         if host.decode("latin-1").lower() not in self._door.hosts:
-            raise ConsoleFault("host", "this server has no such name", "open the link that planish serve printed")
+            raise ConsoleFault("host", "the host name is not this server", "open the link that planish serve printed")
 
     def _check_origin(self, scope: MutableMapping[str, Any], headers: _Headers) -> None:
         origin, site = headers.only(b"origin"), headers.only(b"sec-fetch-site")
@@ -229,7 +229,7 @@ def _check_head(scope: MutableMapping[str, Any], headers: _Headers) -> None:
         raise ConsoleFault("header", "the address is too long", status=414)
     coded_path = scope["raw_path"].lower()
     if any(part in coded_path for part in (b"%00", b"%2f", b"%5c", b"%2e", b"\\", b"//", b"/../", b"/./")):
-        raise ConsoleFault("not_found", "there is no such address")
+        raise ConsoleFault("not_found", "the address does not exist")
 
 
 def _too_large() -> ConsoleFault:

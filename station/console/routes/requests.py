@@ -17,7 +17,7 @@ EventNumber = Annotated[int, Field(ge=1, le=MAX_NUMBER)]
 Tab = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{16,64}$")]
 SessionName = Annotated[str, Field(min_length=1, max_length=255)]
 Text = Annotated[str, Field(max_length=MAX_TEXT)]
-Action = Literal["shoot", "again", "accept", "mark", "note", "undo", "redo", "insert", "label", "side", "preview"]
+Action = Literal["capture", "again", "accept", "mark", "note", "undo", "redo", "insert", "label", "side", "preview"]
 
 
 class _Request(BaseModel):

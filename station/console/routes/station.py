@@ -131,7 +131,7 @@ def presets() -> dict[str, Any]:
 def _page_file(request: Request, name: str) -> Response:
     found: PageFile | None = request.app.state.files.get(name)
     if found is None:
-        return Json({"error": {"key": "not_found", "text": "there is no such file", "hint": "", "data": {}}}, 404)
+        return Json({"error": {"key": "not_found", "text": "the file does not exist", "hint": "", "data": {}}}, 404)
     headers = {"ETag": f'"{found.tag}"', "Cache-Control": "no-cache"}
     if request.headers.get("if-none-match") == headers["ETag"]:
         return Response(status_code=304, headers=headers)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from restore import BadInput, RangeScan, RestoreError, Seen, load_scan
+from restore import BadInput, CoverageClass, RangeScan, RestoreError, load_scan
 from restore.scan import Bytes
 from station.console.faults import ConsoleFault
 from station.export.page_model import decode_model
@@ -27,7 +27,7 @@ MODEL = FILES["strain"]
 FORMATS = ("PNG",)  # of these files: no other decoder is let at them
 ON_CAPTURE = "original"
 STEPPING = ("sticks", "springs")  # methods whose steps are positions in space
-OPACITY = {Seen.OUTSIDE: 0, Seen.MEASURED: 0, Seen.FILLED: 110}
+OPACITY = {CoverageClass.OUTSIDE: 0, CoverageClass.MEASURED: 0, CoverageClass.INTERPOLATED: 110}
 OPAQUE = 170  # what was not seen as it is
 
 
@@ -65,7 +65,7 @@ def stored_file(session: Session, event: Event, name: str) -> Path:
 def scan_of(session: Session, event: Event) -> RangeScan | Any:
     """The scan of a capture. Raises ConsoleFault when its files are links, BadInput when they are damaged."""
     if event.kind != "capture":
-        raise ConsoleFault("not_found", f"event {event.number} is no scan")
+        raise ConsoleFault("not_found", f"event {event.number} is not a scan")
     if is_set(event.facts):
         raise ConsoleFault("not_recorded", "photographs have no scan", "look at the restored page")
     for name in event.files:
@@ -97,7 +97,7 @@ def read_model(session: Session, event: Event) -> tuple[Mapping[str, NDArray[Any
     """The arrays (…) and the facts of a page's model. Raises ConsoleFault when the restoration kept none."""
     if MODEL not in event.files:
         raise ConsoleFault(
-            "not_recorded", "this restoration kept no model", "look at its scan; pages shot here keep one"
+            "not_recorded", "this restoration kept no model", "look at its scan; pages captured here keep one"
         )
     path = stored_file(session, event, MODEL)
     if path.stat().st_size > MAX_MODEL_BYTES:
@@ -105,21 +105,21 @@ def read_model(session: Session, event: Event) -> tuple[Mapping[str, NDArray[Any
     try:
         return decode_model(path.read_bytes())
     except ValueError as error:
-        raise ConsoleFault("damaged", f"{path} is damaged: {error}", "planish verify tells more") from error
+        raise ConsoleFault("damaged", f"{path} is damaged: {error}", "planish verify shows more") from error
 
 
 def coverage_legend(session: Session, event: Event) -> dict[str, Any]:
     """The kinds of the page's pixels, their colours and their shares of the page."""
     seen = _coverage_codes(stored_file(session, event, FILES["coverage"]))
-    counts = np.bincount(seen.ravel(), minlength=len(Seen))
+    counts = np.bincount(seen.ravel(), minlength=len(CoverageClass))
     total = max(int(counts[1:].sum()), 1)
-    kinds = [kind for kind in Seen if kind != Seen.OUTSIDE]
+    kinds = [kind for kind in CoverageClass if kind != CoverageClass.OUTSIDE]
     return {
         "kinds": [
             {
                 "key": kind.name.lower(),
                 "colour": "#{:02x}{:02x}{:02x}".format(*COLOURS[kind]) if OPACITY.get(kind, OPAQUE) else None,
-                "share": float(counts[kind] / total),
+                "fraction": float(counts[kind] / total),
             }
             for kind in kinds
         ]
@@ -142,15 +142,15 @@ def _picture(path: Path, _session: Session, _event: Event) -> Bytes:
 
 
 def _coverage(path: Path, _session: Session, _event: Event) -> Bytes:
-    table = np.array([(*COLOURS[kind], OPACITY.get(kind, OPAQUE)) for kind in Seen], np.uint8)
-    return np.asarray(table[np.minimum(_coverage_codes(path), len(Seen) - 1)])
+    table = np.array([(*COLOURS[kind], OPACITY.get(kind, OPAQUE)) for kind in CoverageClass], np.uint8)
+    return np.asarray(table[np.minimum(_coverage_codes(path), len(CoverageClass) - 1)])
 
 
 def _coverage_codes(path: Path) -> Bytes:
     with opened(path) as picture:
         codes = np.asarray(picture)
     if codes.ndim != 2:
-        raise BadInput(f"{path} is no coverage", "planish verify tells more")
+        raise BadInput(f"{path} is not a coverage", "planish verify shows more")
     return codes.astype(np.uint8)
 
 
@@ -166,13 +166,13 @@ def opened(path: Path) -> Iterator[Image.Image]:
     except (RestoreError, ConsoleFault, MemoryError):
         raise
     except Exception as error:  # a decoder raises whatever it trips over
-        raise BadInput(f"{path} is damaged: {error}", "planish verify tells more") from error
+        raise BadInput(f"{path} is damaged: {error}", "planish verify shows more") from error
 
 
 def _refuse_links(session: Session, path: Path) -> None:
     """Raise ConsoleFault for a path that leads out of its session."""
     if path.is_symlink() or not path.resolve().is_relative_to(session.folder.resolve()) or not path.is_file():
-        raise ConsoleFault("damaged", f"{path} is no file of the session", "planish verify tells more")
+        raise ConsoleFault("damaged", f"{path} is not a file of the session", "planish verify shows more")
 
 
 READERS: Mapping[str, Callable[[Path, Session, Event], Bytes]] = {

@@ -102,7 +102,7 @@ class Ruler:
         outside = np.abs(ends - np.clip(ends, 0, limits)).max(axis=0)
         away = map_coordinates(self._away, ends, order=1, mode="nearest")
         if (outside + away > EDGE_PX).any():
-            raise ConsoleFault("off_page", "a point lies beside the page", "choose one on it")
+            raise ConsoleFault("off_page", "a point lies next to the page", "choose one on it")
         places = np.stack([map_coordinates(self._places[..., k], at, order=1, mode="nearest") for k in range(3)], 1)
         steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
         return {

@@ -34,10 +34,10 @@ def detail_of(session: Session, row: Row) -> dict[str, Any]:
     result = {} if restored is None else dict(restored.facts["result"])
     measures = dict(result.pop("measures", {}))
     measures.pop("fingerprint", None)
-    findings = [] if judged is None else list(judged.facts["result"]["findings"])
+    findings = [] if judged is None else list(judged.facts["result"]["checks"])
     return {
         **row,
-        "findings": [finding_of(one) for one in findings],
+        "checks": [finding_of(one) for one in findings],
         "report": {**result, "measures": measures} if restored else {},
         "page_mm": result.get("page_mm"),
         "dpi": result.get("dpi"),
@@ -73,7 +73,7 @@ def rank_of(page: Page) -> float:
     if judged is None:
         return 0.5
     result = judged.facts["result"]
-    past = max((_past(one) for one in result["findings"] if one["level"] == result["level"]), default=0.0)
+    past = max((_past(one) for one in result["checks"] if one["level"] == result["level"]), default=0.0)
     return LEVELS.index(result["level"]) + past
 
 

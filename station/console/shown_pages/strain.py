@@ -63,7 +63,7 @@ def strain_pyramid(session: Session, event: Event) -> StrainPyramid:
 def strain_scale(strain: Floats) -> dict[str, Any]:
     """The scale of the strain (n,): its ends, the colours along it, and what the numbers are."""
     return {
-        "unit": "share",
+        "unit": "fraction",
         "stretch": {"min": float(strain.min()), "max": float(strain.max()), "rms": float(np.sqrt((strain**2).mean()))},
         "end": end_of_scale(strain),
         "colours": ["#{:02x}{:02x}{:02x}".format(*colour.astype(int)) for colour in SIGNED],

@@ -60,7 +60,7 @@ class Pyramid(ABC):
     def tile(self, level: int, column: int, row: int) -> Bytes:
         """One tile (h, w, 3 or 4), with the overlap of its neighbours. Raises ConsoleFault when there is none."""
         if not 0 <= level < len(self.sizes):
-            raise ConsoleFault("not_found", f"there is no level {level}")
+            raise ConsoleFault("not_found", f"the level {level} does not exist")
         width, height = self.sizes[level]
         if not (0 <= column < ceil(width / TILE) and 0 <= row < ceil(height / TILE)):
             raise ConsoleFault("not_found", f"level {level} has no tile {column}, {row}")

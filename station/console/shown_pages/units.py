@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 UNITS = {
-    "covered_share": "share",
+    "measured_fraction": "fraction",
     "hole_mm": "mm",
-    "cut_share": "share",
-    "depth_share": "share",
-    "strain_rms": "share",
-    "effective_ppi": "ppi",
+    "cropped_fraction": "fraction",
+    "depth_window_fraction": "fraction",
+    "smooth_strain_rms": "fraction",
+    "sampling_ppi": "ppi",
     "blur_px": "px",
-    "clipped_share": "share",
+    "clipped_fraction": "fraction",
     "similarity": "",
 }

@@ -9,7 +9,7 @@ from station.capture_loop.loop import CaptureLoop
 from station.console.shown_pages.rows import rows_of
 from station.session import decide
 
-SHOTS = frozenset({"shoot", "again", "insert"})
+SHOTS = frozenset({"capture", "again", "insert"})
 ON_A_PAGE = frozenset({"again", "insert", "accept", "mark", "note", "label", "side"})
 
 Do = Callable[[CaptureLoop, int, str], None]
@@ -25,7 +25,7 @@ def insert(loop: CaptureLoop, before: int) -> None:
     order = rows[at]["order"]
     place = (rows[at - 1]["order"] + order) / 2 if at else order - 1.0
     events = len(loop.writer.history.events)
-    loop.press("shoot")
+    loop.press("capture")
     if len(loop.writer.history.events) > events and loop.page is not None:
         decide(loop.writer, "position", place, page=loop.page)
         loop.changed()
@@ -38,7 +38,7 @@ def set_value(loop: CaptureLoop, page: int, text: str, *, name: str) -> None:
 
 
 DO: Mapping[str, Do] = {
-    "shoot": lambda loop, _page, _text: loop.press("shoot"),
+    "capture": lambda loop, _page, _text: loop.press("capture"),
     "again": lambda loop, page, _text: loop.press("again", page=page),
     "insert": lambda loop, page, _text: insert(loop, page),
     "accept": lambda loop, page, _text: loop.press("accept", page=page),

@@ -200,8 +200,8 @@ class AppState:
 
     def _close(self) -> None:
         if self.open_session is not None:
-            if not self.open_session.is_read_only and self.scanner.as_json()["busy"] == "shoot":
-                raise ConsoleFault("session_open", "a page is being shot", "wait until it is stored")
+            if not self.open_session.is_read_only and self.scanner.as_json()["busy"] == "capture":
+                raise ConsoleFault("session_open", "a page is being captured", "wait until it is stored")
             opened, self.open_session = self.open_session, None
             opened.close()
 
@@ -221,10 +221,10 @@ class AppState:
         page = page or opened.page
         if action in ON_A_PAGE:
             if page is None:
-                raise ConsoleFault("no_page", "there is no page yet", "shoot the first one")
+                raise ConsoleFault("no_page", "no page has been captured yet", "capture the first one")
             opened.row(page)
         if action in SHOTS:
-            self.scanner.reserve("shoot")
+            self.scanner.reserve("capture")
 
         def task() -> None:
             assert opened.loop is not None
@@ -255,15 +255,15 @@ class AppState:
     def all_settings(self) -> dict[str, Any]:
         """The settings as they stand beside those of the preset."""
         session = None if self.open_session is None else self.open_session.session
-        base = None if session is None else Preset.model_validate(session.volume.settings)
+        base = None if session is None else Preset.model_validate(session.volume.preset_values)
         return {"groups": settings.groups(self.scanner.configured, base, self._changes())}
 
     def change(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Change settings by their keys, and return all. Raises ConsoleFault for a value that is not possible."""
         if self.scanner.as_json()["busy"] is not None:
-            raise ConsoleFault("busy", "the scanner is shooting", "change settings when it has ended")
+            raise ConsoleFault("busy", "the scanner is capturing", "change settings when it has ended")
         opened = None if self.open_session is None else self.writable()
-        base = None if opened is None else Preset.model_validate(opened.session.volume.settings)
+        base = None if opened is None else Preset.model_validate(opened.session.volume.preset_values)
         changes = settings.changed(self._changes(), values, self.scanner.configured, base)
         if opened is None:
             self._unrecorded = changes

@@ -64,7 +64,7 @@ def look_at(scan: RangeScan, thresholds: Thresholds) -> Preview:
         "sharpness": _sharpness(picture, scan, thresholds),
         "depth": _depth(depths[np.isfinite(depths)], window),
         "legend": [
-            {"key": name, "colour": "#{:02x}{:02x}{:02x}".format(*COLOURS[name]), "share": float(mask.mean())}
+            {"key": name, "colour": "#{:02x}{:02x}{:02x}".format(*COLOURS[name]), "fraction": float(mask.mean())}
             for name, mask in shown.items()
         ],
     }
@@ -124,7 +124,7 @@ def _depth(depths: Floats, window: tuple[float, float] | None) -> dict[str, Any]
     near, far = window
     inside = float(((depths >= near) & (depths <= far)).mean())
     least, most = float(depths.min()), float(depths.max())
-    return {"unit": "mm", "near": near, "far": far, "min": least, "max": most, "inside_share": inside}
+    return {"unit": "mm", "near": near, "far": far, "min": least, "max": most, "inside_fraction": inside}
 
 
 def _jpeg(picture: Bytes) -> bytes:

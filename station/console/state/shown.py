@@ -41,7 +41,7 @@ def state_of(
         "disk": {
             "free_bytes": usage.free,
             "total_bytes": usage.total,
-            "shots_left": None if opened is None else shots_left(opened, usage.free),
+            "captures_left": None if opened is None else captures_left(opened, usage.free),
         },
         "control": control.as_json(),
         "jobs": [job.as_json() | {"items": job.items[-1:]} for job in jobs.all()[:SHOWN_JOBS]],
@@ -77,7 +77,7 @@ def session_state(opened: OpenSession) -> dict[str, Any]:
     }
 
 
-def shots_left(opened: OpenSession, free: int) -> int | None:
+def captures_left(opened: OpenSession, free: int) -> int | None:
     """How many further pages the disk takes, by the mean of the latest ones; None before the first."""
     sizes = opened.page_sizes()
     return int(free / (sum(sizes) / len(sizes))) if sizes and sum(sizes) else None

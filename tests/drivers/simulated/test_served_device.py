@@ -92,7 +92,7 @@ def test_standard_commands_and_sense_data_come_through(port: int) -> None:
 def test_nobody_listening_is_told_of() -> None:
     with listen() as taken:
         free = taken.getsockname()[1]
-    with pytest.raises(TransportError, match="nobody listens"):
+    with pytest.raises(TransportError, match="no server listens"):
         TcpDevice("127.0.0.1", free)
 
 
@@ -122,6 +122,7 @@ def test_a_silent_device_times_out() -> None:
         transport.close()
 
 
+@pytest.mark.slow
 def test_two_processes(tmp_path: Path, repository: Path) -> None:
     (tmp_path / "station.toml").write_text(CONFIG)
     command = [sys.executable, "-m", "drivers.simulated", str(tmp_path / "station.toml")]
@@ -143,6 +144,7 @@ def test_two_processes(tmp_path: Path, repository: Path) -> None:
     assert scan.provenance["device"] == "PLANISH SIM VIVID 900 0.9"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
 def test_a_worker_that_is_ended_in_the_middle_of_a_shot(
     device: SimulatedDevice, port: int, tmp_path: Path, repository: Path, ending: signal.Signals

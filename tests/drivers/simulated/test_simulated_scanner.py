@@ -23,7 +23,7 @@ from drivers.vivid900.errors import NothingMeasured
 from drivers.vivid900.geometry.calibration import encode_calibration, nominal
 from drivers.vivid900.geometry.lenses import LENSES, MODES
 from restore.scan import RangeScan
-from restore.texture.super_resolution import MIN_SHOTS, finer_scan, registration
+from restore.texture.super_resolution import MIN_SHOTS, registration, super_resolve
 
 NOON = datetime(2024, 5, 17, 12, 0, tzinfo=UTC)
 FAST = CaptureSettings(mode="fast")
@@ -183,6 +183,7 @@ def test_an_impossible_setting_is_refused_by_name_with_the_choices(
     assert choice in f"{refused.value} {refused.value.hint}"
 
 
+@pytest.mark.slow
 def test_four_shots_halve_the_noise_against_the_truth(plain: Shots, truth: Truth) -> None:
     four = connect(small(seed=1)).capture(replace(FAST, average=4))
     assert z_noise(four, truth) / z_noise(plain.scans[0], truth) == pytest.approx(0.5, rel=HALF)
@@ -219,6 +220,7 @@ def test_a_calibration_is_used(plain: Shots, tmp_path: Path) -> None:
     assert np.nanmean(two.points[..., 2] / one.points[..., 2]) == pytest.approx(255 / 250, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_a_body_hides_its_geometry_from_the_driver(tmp_path: Path) -> None:
     path = tmp_path / "hidden.toml"
     hidden = replace(nominal(LENSES["MIDDLE"]), baseline_mm=255.0)
@@ -251,6 +253,7 @@ def touched() -> list[RangeScan]:
         return [scanner.capture(FAST) for _ in range(MIN_SHOTS)]
 
 
+@pytest.mark.slow
 def test_a_hand_moves_the_page_between_captures(touched: list[RangeScan]) -> None:
     first, second, third, *_ = touched
     shifts = np.array([moved(first, second), moved(first, third)])
@@ -259,6 +262,7 @@ def test_a_hand_moves_the_page_between_captures(touched: list[RangeScan]) -> Non
     assert np.linalg.norm(shifts[0] - shifts[1]) > 2 * PLACE_PX
 
 
+@pytest.mark.slow
 def test_it_keeps_off_during_a_capture() -> None:
     average = replace(FAST, average=2)
     with connect(printed(nudge_px=5.0)) as nudged, connect(printed()) as still:
@@ -266,11 +270,12 @@ def test_it_keeps_off_during_a_capture() -> None:
 
 
 def test_captures_of_a_page_that_was_touched_are_joined_to_a_finer_one(touched: list[RangeScan]) -> None:
-    joined = finer_scan(touched)
+    joined = super_resolve(touched)
     assert joined.texture.shape == (960, 1280, 3)
-    assert joined.provenance["super"]["shots"] == MIN_SHOTS
+    assert joined.provenance["super_resolution"]["captures"] == MIN_SHOTS
 
 
+@pytest.mark.slow
 def test_nobody_touches_what_lies_on_a_rotary_stage() -> None:
     with connect_turntable(printed(nudge_px=5.0), "MMC-2") as (scanner, _):
         first, second = (scanner.capture(FAST) for _ in range(2))

@@ -131,6 +131,7 @@ def three(variant, name, values, tmp_path):
     return captures
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("variant", UNLIKE)
 @pytest.mark.parametrize(("name", "values"), [("distance_mm", (600, 900, 1200)), ("laser_power", (20, 21, 40))])
 def test_the_field_of_a_setting_is_found(variant, name, values, tmp_path):

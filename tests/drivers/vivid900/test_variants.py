@@ -47,7 +47,7 @@ def test_the_scan_is_the_same_to_the_byte(path, make_stand, truth) -> None:
     assert scan.texture.tobytes() == truth.texture.tobytes()
     assert not np.array_equal(again.texture, truth.texture)  # of its own shot
     assert stand.device.is_parked
-    assert scan.provenance["assurance"] == load_profile(path).assurance
+    assert scan.provenance["integrity"] == load_profile(path).integrity
 
 
 @pytest.mark.parametrize("path", VARIANTS, ids=lambda path: path.stem)
@@ -114,7 +114,7 @@ def test_images_that_tell_their_shot_are_compared_even_without_a_status(make_sta
         old = stand.device._record.colour
         part = stand.device._part
         stand.device._part = lambda image, block, **span: part(image, old if image == "colour" else block, **span)
-        with pytest.raises(Interrupted, match="another shot"):
+        with pytest.raises(Interrupted, match="another capture"):
             camera.capture(SET)
         stand.device._part = part
 

@@ -16,6 +16,7 @@ from restore.flattening.conformal import conformal_map, flatten_conformal, unfol
 from restore.mesh.measures import flipped_faces, signed_areas, surface_area
 from restore.mesh.network import make_network
 from restore.mesh.pose import pose_on_table
+from restore.mesh.topology import Topology
 
 POINTS = 1000
 EXACT_MM = 1e-6  # rms; with true lengths the map is exact: what the solve rounds off is left
@@ -65,7 +66,7 @@ def test_moved_and_scaled_sheets_give_the_same_page(turn, shift, scale):
     mesh = sheet.mesh
     moved = scale * mesh.vertices @ Rotation.from_rotvec(turn).as_matrix().T + shift
     pages = [
-        flatten_conformal(pose_on_table(vertices, mesh.faces), make_network(vertices, mesh.faces))[0]
+        flatten_conformal(pose_on_table(vertices, mesh.faces), make_network(vertices, Topology(mesh.faces)))[0]
         for vertices in (mesh.vertices, moved)
     ]
     assert np.abs(rigid_residual(pages[1] / scale, pages[0])[0]).max() < EXACT_MM
@@ -104,7 +105,9 @@ def test_a_doubled_point_does_not_part_a_sheet():
     sheet = exact_sheet(Flat(), 300)
     vertices = sheet.mesh.vertices.copy()
     vertices[sheet.mesh.faces[7, 1]] = vertices[sheet.mesh.faces[7, 0]]
-    flat = flatten_conformal(pose_on_table(vertices, sheet.mesh.faces), make_network(vertices, sheet.mesh.faces)).flat
+    flat = flatten_conformal(
+        pose_on_table(vertices, sheet.mesh.faces), make_network(vertices, Topology(sheet.mesh.faces))
+    ).flat
     assert rms_mm(flat, sheet) < 2.0 * A_MILLIMETRE  # one of 300 is off by its spacing, 14 mm
 
 
@@ -112,21 +115,21 @@ def test_sheets_that_meet_in_a_single_point_are_refused():
     vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0.0]])
     faces = np.array([[0, 1, 2], [0, 3, 4]])
     with pytest.raises(BadInput, match="single points"):
-        flatten_conformal(pose_on_table(vertices, faces), make_network(vertices, faces))
+        flatten_conformal(pose_on_table(vertices, faces), make_network(vertices, Topology(faces)))
 
 
 def test_a_closed_surface_is_refused_as_its_map_covers_nothing():
     corners = np.array([[0.0, 0, 0], [9, 0, 0], [0, 9, 0], [0, 0, 9]])
     faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
     with pytest.raises(BadInput, match="closed all round"):
-        flatten_conformal(pose_on_table(corners, faces), make_network(corners, faces))
+        flatten_conformal(pose_on_table(corners, faces), make_network(corners, Topology(faces)))
 
 
 def test_lengths_that_no_triangle_has_give_a_finite_page():
     sheet = exact_sheet(Flat(), 200)
     lengths = sheet.lengths.copy()
     lengths[::17] *= 4.0  # longer than the two other sides together
-    network = make_network(sheet.mesh.vertices, sheet.mesh.faces, lengths)
+    network = make_network(sheet.mesh.vertices, Topology(sheet.mesh.faces), lengths)
     flat, *_ = flatten_conformal(sheet.posed(), network)
     assert np.isfinite(flat).all()
 

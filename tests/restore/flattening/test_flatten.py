@@ -13,7 +13,8 @@ from restore.errors import BadInput, NotEnoughSurface
 from restore.flattening.methods import METHODS
 from restore.flattening.methods import flatten_points as flatten
 from restore.mesh.measures import flipped_faces, signed_areas
-from restore.mesh.network import edges_of, make_network
+from restore.mesh.network import make_network
+from restore.mesh.topology import Topology
 from restore.scan import SurfaceMesh
 
 TRUE_MM = 0.01  # a fifteenth of what the paper's solver leaves; the sticks are relaxed to a tenth of it
@@ -48,7 +49,7 @@ def test_a_warped_page_comes_out_true(warped, shape, sign, count):
     assert page.error(flat.flat) < TRUE_MM
     assert flipped_faces(flat.flat, flat.faces) == 0
     assert signed_areas(flat.flat, flat.faces).sum() > 0
-    assert flat.steps > 0
+    assert flat.iterations > 0
     np.testing.assert_array_equal(flat.lengths, page.lengths)
 
 
@@ -56,7 +57,7 @@ def test_a_warped_page_comes_out_true(warped, shape, sign, count):
 def test_without_lengths_most_of_what_the_chords_cut_short_comes_back(warped, shape, left):
     """left: the share of the chords' error that may remain; less is known of a crease between two vertices."""
     page = warped(shape, count=1000)
-    chords = make_network(page.mesh.vertices, page.mesh.faces).lengths
+    chords = make_network(page.mesh.vertices, Topology(page.mesh.faces)).lengths
     short = page.error(flatten(page.mesh, lengths=chords).flat)
     assert short > TRUE_MM
     assert page.error(flatten(page.mesh).flat) < left * short
@@ -140,7 +141,7 @@ def test_the_order_of_vertices_and_faces_does_not_matter(warped, seed):
     order = random.permutation(len(page.flat))
     faces = random.permutation(np.argsort(order)[page.mesh.faces])
     shuffled = SurfaceMesh(page.mesh.vertices[order], faces, page.mesh.texcoords[order])
-    lengths = np.linalg.norm(np.diff(page.flat[order][edges_of(faces)], axis=1)[:, 0], axis=1)
+    lengths = np.linalg.norm(np.diff(page.flat[order][Topology(faces).edges], axis=1)[:, 0], axis=1)
     flat = np.empty_like(page.flat)
     flat[order] = flatten(shuffled, lengths=lengths).flat
     assert page.error(flat) < TRUE_MM
@@ -212,8 +213,8 @@ def test_on_step_is_told_every_step_of_every_piece_as_the_sheet_sinks(warped):
     told = []
     flat = flatten(mesh, "sticks", on_step=lambda *step: told.append(step))
     numbers = [step for step, _, _ in told]
-    assert numbers == [*range(1, flat.steps + 1)] * 2
-    heights = [positions[:count, 2].max() for _, positions, _ in told[: flat.steps]]
+    assert numbers == [*range(1, flat.iterations + 1)] * 2
+    heights = [positions[:count, 2].max() for _, positions, _ in told[: flat.iterations]]
     assert heights[-1] < 0.05 * heights[0]
     for _, positions, faces in told:
         assert positions.shape == mesh.vertices.shape

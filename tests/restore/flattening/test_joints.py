@@ -5,7 +5,8 @@ import pytest
 
 from restore.flattening.joints import parts
 from restore.flattening.methods import flatten_points
-from restore.mesh.network import edges_of, make_network
+from restore.mesh.network import make_network
+from restore.mesh.topology import Topology
 from restore.mesh.triangulate import compact
 from restore.scan import SurfaceMesh
 
@@ -33,9 +34,9 @@ def two_fans():
 
 def test_parts_hang_together_over_edges():
     flat, faces = two_fans()
-    edges = edges_of(faces)
+    edges = Topology(faces).edges
     lengths = np.arange(1.0, 1.0 + len(edges))
-    found = list(parts(make_network(flat, faces, lengths)))
+    found = list(parts(make_network(flat, Topology(faces), lengths)))
     assert [set(part.vertices) for part in found] == [{0, 1, 2, 3}, {2, 4, 5, 6}]
     for part in found:
         own = part.vertices[part.network.edges]
@@ -45,7 +46,7 @@ def test_parts_hang_together_over_edges():
 
 def test_a_whole_sheet_is_one_part(warped):
     page = warped("curl", count=100)
-    network = make_network(page.mesh.vertices, page.mesh.faces)
+    network = make_network(page.mesh.vertices, Topology(page.mesh.faces))
     (part,) = parts(network)
     assert part.network is network
 
@@ -63,7 +64,7 @@ def test_a_part_goes_on_the_way_the_surface_does(degrees):
 
 def test_a_sheet_cut_through_but_for_a_point_keeps_its_halves_in_line(hourglass):
     flat, mesh = hourglass
-    halves = list(parts(make_network(mesh.vertices, mesh.faces)))
+    halves = list(parts(make_network(mesh.vertices, Topology(mesh.faces))))
     assert len(halves) == 2
     assert len(np.intersect1d(*(half.vertices for half in halves))) == 1
     page = flatten_points(mesh)

@@ -14,8 +14,8 @@ from restore.errors import NotEnoughSurface
 from restore.flattening.ordered_grid import flatten_grid, node_step, points_on_grid, thinned, typical_links
 from restore.formats.segment import segment_mesh
 from restore.mesh.measures import edge_strain, signed_areas, straight_lengths
-from restore.mesh.network import edges_of
 from restore.mesh.ordered_grid import GridMesh
+from restore.mesh.topology import Topology
 
 RADIUS, PITCH, WINDINGS, STEP, ROWS = 60.0, 15.0, 2.0, 4.0, 30
 EXACT = 2e-4  # of the length: patches of five points at the innermost radius, where a link turns by 4°
@@ -68,7 +68,7 @@ def test_noise_does_not_lengthen_the_page():
     mesh = mesh_of(noisy)
     page = flatten(mesh)
     assert off(page, flat, mesh.places) < NOISY * np.ptp(flat)
-    edges = edges_of(mesh.faces)
+    edges = Topology(mesh.faces).edges
     naive = straight_lengths(noisy.reshape(-1, 3), edges).sum() / straight_lengths(flat.reshape(-1, 2), edges).sum()
     ours = page.lengths.sum() / straight_lengths(flat.reshape(-1, 2), edges).sum()
     assert abs(ours - 1.0) < 0.2 * abs(naive - 1.0)
@@ -84,7 +84,7 @@ def test_a_jump_to_the_next_winding_keeps_the_order_and_shows_in_the_strain():
     mesh = mesh_of(wrong)
     page = flatten(mesh)
     assert off(page, flat, mesh.places) < 5 * EXACT * np.ptp(flat)
-    edges = edges_of(mesh.faces)
+    edges = Topology(mesh.faces).edges
     over = jumped.ravel()[edges[:, 0]] != jumped.ravel()[edges[:, 1]]
     strain = np.abs(edge_strain(page.flat, edges, page.lengths))
     assert strain[over].min() > 0.5
@@ -112,7 +112,7 @@ def test_a_thinned_page_has_the_positions_of_the_whole_one():
     assert 300 < len(few.vertices) < 800
     np.testing.assert_array_equal(few.vertices, whole.vertices[np.searchsorted(mesh.places, chosen.places)])
     np.testing.assert_allclose(few.flat, whole.flat[np.searchsorted(mesh.places, chosen.places)])
-    assert len(few.lengths) == len(edges_of(few.faces))
+    assert len(few.lengths) == len(Topology(few.faces).edges)
 
 
 @pytest.mark.parametrize("facing", [1, -1], ids=["", "from behind"])
@@ -178,7 +178,7 @@ def test_a_grid_whose_points_lie_on_a_line_is_refused():
 def test_rows_that_are_stored_twice_leave_lengths_to_divide_by():
     points, _ = spiral()
     page = flatten(mesh_of(np.concatenate([points[:20], points[19:]])))
-    assert np.isfinite(edge_strain(page.flat, edges_of(page.faces), page.lengths)).all()
+    assert np.isfinite(edge_strain(page.flat, Topology(page.faces).edges, page.lengths)).all()
 
 
 def test_other_methods_take_a_grid_as_any_mesh():

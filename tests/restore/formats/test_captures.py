@@ -83,12 +83,12 @@ def test_pictures_of_two_sizes_are_refused_by_name(folder):
 def test_dark_pictures_are_refused(folder):
     for path in folder.glob("*.png"):
         Image.fromarray(np.zeros((180, 240, 3), np.uint8)).save(path)
-    with pytest.raises(NotEnoughSurface, match=r"0.0% of the picture"):
+    with pytest.raises(NotEnoughSurface, match=r"0.0% of the image"):
         load_scan(folder)
 
 
 def test_a_texture_of_its_own_is_refused(folder):
-    with pytest.raises(BadInput, match="own picture"):
+    with pytest.raises(BadInput, match="own image"):
         load_scan(folder, texture=folder / "capture_0.png")
 
 

@@ -171,7 +171,7 @@ def test_colours_of_faces_paint_the_page(tmp_path):
         "property uchar blue\n",
         corners=["3 0 1 2 200 10 10", "3 0 2 3 10 10 200"],
     )
-    assert mesh.provenance["picture"] == "colours of vertices"
+    assert mesh.provenance["texture_source"] == "colours of vertices"
 
 
 @pytest.mark.parametrize(("used", "holes"), [(False, False), (True, True)])

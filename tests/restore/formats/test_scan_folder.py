@@ -60,7 +60,7 @@ def test_places_may_be_unknown_where_nothing_was_measured(shot, tmp_path):
         (lambda scan: {"texture_xy": scan.texture_xy * np.nan}, "positions that cannot be"),
         (lambda scan: {"points": np.where(np.isnan(scan.points), np.inf, scan.points)}, "positions that cannot be"),
         (lambda scan: {"points": 1e6 * scan.points}, "positions that cannot be"),
-        (lambda scan: {"texture_xy": None}, "no arrays"),
+        (lambda scan: {"texture_xy": None}, "not arrays"),
         (lambda scan: {"texture_xy": scan.texture_xy[1:]}, "different grids"),
         (lambda scan: {"texture_xy": scan.texture_xy[..., :1]}, "no range grid"),
         (lambda scan: {"points": scan.points.astype(complex)}, "not of floats"),
@@ -191,7 +191,7 @@ def test_a_damaged_index_is_named(shot, tmp_path, text, fault):
 
 
 def test_a_folder_without_an_index_is_no_scan(tmp_path):
-    with pytest.raises(BadInput, match=r"is no scan folder: it has no scan\.json"):
+    with pytest.raises(BadInput, match=r"is not a scan folder: it has no scan\.json"):
         load_scan(tmp_path)
 
 
@@ -214,12 +214,12 @@ def test_an_array_of_negative_sides_is_refused(shot, tmp_path):
 @pytest.mark.parametrize(
     "provenance",
     [
-        {"super": 5},
-        {"super": {"factor": "many"}},
-        {"super": {"factor": 10**9}},
-        {"turn": [1]},
-        {"turn": {"deg": 30, "axis": {"point_mm": [0, 0], "direction": [0, 1, 0]}}},
-        {"turn": {"deg": 30, "axis": {"point_mm": [0, 0, 0], "direction": [0, 0, 0]}}},
+        {"super_resolution": 5},
+        {"super_resolution": {"factor": "many"}},
+        {"super_resolution": {"factor": 10**9}},
+        {"turntable": [1]},
+        {"turntable": {"deg": 30, "axis": {"point_mm": [0, 0], "direction": [0, 1, 0]}}},
+        {"turntable": {"deg": 30, "axis": {"point_mm": [0, 0, 0], "direction": [0, 0, 0]}}},
     ],
 )
 def test_provenance_that_is_read_is_checked(shot, tmp_path, provenance):

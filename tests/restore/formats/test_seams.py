@@ -10,8 +10,8 @@ from restore import Settings, restore
 from restore.formats import load_scan, write_obj
 from restore.formats.seams import without_seams
 from restore.mesh.adjacency import components
-from restore.mesh.network import edges_of
 from restore.mesh.raster import rasterise
+from restore.mesh.topology import Topology
 from restore.scan import SurfaceMesh
 
 COLS, ROWS, STEP_MM, PX_PER_MM = 25, 17, 8.0, 4.0
@@ -66,7 +66,7 @@ def test_every_place_shows_what_its_chart_showed(turned):
     mesh = atlas(vertices, faces[:, ::-1] if turned else faces, places)
     joined = without_seams(mesh)
     assert len(joined.vertices) == len(vertices)
-    assert components(edges_of(joined.faces), len(joined.vertices)).max() == 0
+    assert components(Topology(joined.faces).edges, len(joined.vertices)).max() == 0
     assert joined.provenance["charts"] == 2
     middles, of_charts = (part.texcoords[part.faces].mean(axis=1) for part in (joined, mesh))
     np.testing.assert_allclose(shown(joined, middles), shown(mesh, of_charts), atol=CODES)

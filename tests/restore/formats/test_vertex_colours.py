@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from restore import Settings, restore, turn_page
+from restore import Settings, restore, rotate_page
 from restore.camera.pinhole import pinhole_centre
 from restore.formats import load_scan
 from restore.formats.glb import read_glb
@@ -120,7 +120,7 @@ def test_the_page_shows_the_colours_of_the_vertices(tmp_path, shape, soup):
     expected = waves((x + 0.5) * INCH / DPI, (y + 0.5) * INCH / DPI)
     shown = page.image[y, x].astype(float)
     assert np.sqrt(((shown - expected) ** 2).mean()) < CODES
-    assert page.report["coverage"]["hidden"] == 0.0
+    assert page.report["coverage"]["occluded"] == 0.0
 
 
 @pytest.mark.parametrize("shape", [COARSE, DENSE])
@@ -128,14 +128,14 @@ def test_the_page_resolves_what_the_vertices_do(tmp_path, shape):
     report = restore(loaded(tmp_path, shape), Settings(dpi=DPI)).report
     vertices_per_inch = INCH * np.sqrt((shape[0] - 1) * (shape[1] - 1) / (WIDTH * HEIGHT))
     assert report["sampling_ppi"] == pytest.approx(vertices_per_inch, rel=FINENESS)
-    assert report["effective_ppi"] is None or report["effective_ppi"] <= report["sampling_ppi"]
+    assert report["resolved_ppi"] is None or report["resolved_ppi"] <= report["sampling_ppi"]
     assert report["findings"] == []
-    assert report["source"]["picture"] == "colours of vertices"
+    assert report["source"]["texture_source"] == "colours of vertices"
 
 
 def test_the_page_is_turned_and_its_colours_with_it(tmp_path):
     page = restore(loaded(tmp_path, COARSE), Settings(dpi=DPI))
-    np.testing.assert_array_equal(turn_page(page, 90).image, np.rot90(page.image, -1))
+    np.testing.assert_array_equal(rotate_page(page, 90).image, np.rot90(page.image, -1))
 
 
 def test_no_camera_is_found_in_a_painted_picture(tmp_path):
@@ -153,4 +153,4 @@ def test_colours_of_a_surface_that_cannot_be_laid_out_are_told_to_be_left_out(tm
     vertices = np.concatenate([ring, ring + [0, 0, 20]])
     mesh = load_scan(write(tmp_path / "band.ply", vertices, band, np.arange(3 * 48).reshape(-1, 3)))
     assert mesh.texture is None and len(mesh.vertices) == 48
-    assert mesh.findings[0].text.startswith("the colours of its vertices are left out, as its surface cannot")
+    assert mesh.findings[0].text.startswith("the vertex colours are not used, because the surface cannot")

@@ -10,7 +10,6 @@ from restore.mesh.adjacency import (
     _group,
     _join,
     adjacency,
-    border_of,
     components,
     faces_around,
     inner_vertices,
@@ -18,6 +17,7 @@ from restore.mesh.adjacency import (
     order_of_pairs,
     sides_of,
 )
+from restore.mesh.topology import Topology
 
 FACES = st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9), st.integers(0, 9)), min_size=1, max_size=20)
 PAIRS = st.lists(st.tuples(st.integers(0, 9), st.integers(0, 9)), max_size=60)
@@ -100,8 +100,8 @@ def test_components_are_numbered_by_their_first_node(pairs):
 
 def test_the_border_is_where_edges_have_one_face():
     fan = np.array([[0, 1 + k, 1 + (k + 1) % 6] for k in range(6)])
-    np.testing.assert_array_equal(border_of(fan), [1, 2, 3, 4, 5, 6])
-    np.testing.assert_array_equal(border_of(fan[:5]), np.arange(7))
+    np.testing.assert_array_equal(Topology(fan).border, [1, 2, 3, 4, 5, 6])
+    np.testing.assert_array_equal(Topology(fan[:5]).border, np.arange(7))
 
 
 @given(FACES)

@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 from restore.errors import NotEnoughSurface
 from restore.mesh.clean import MAX_PIECES, MIN_PIECE_SHARE, RAW_RATIO, clean, large_pieces, select, weld, without_debris
 from restore.mesh.network import make_network, pieces
+from restore.mesh.topology import Topology
 from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import validated
 from restore.scan import SurfaceMesh
@@ -27,7 +28,7 @@ def raw(camera, *, noisy=True, inside=None, seed=0):
 
 
 def count_pieces(mesh):
-    return len(list(pieces(make_network(mesh.vertices, mesh.faces))))
+    return len(list(pieces(make_network(mesh.vertices, Topology(mesh.faces)))))
 
 
 def test_a_coarse_mesh_is_returned_unchanged(camera):

@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial import cKDTree
 
 from restore.errors import NotEnoughSurface
-from restore.mesh.adjacency import border_of
 from restore.mesh.decimate import MAX_HOLE_EDGES, decimate, patch_and_smooth
 from restore.mesh.measures import signed_areas, surface_area
+from restore.mesh.topology import Topology
 from restore.mesh.triangulate import lattice, triangulate
 from restore.range_image.facets.sheet import depth_distance
 
@@ -49,7 +49,7 @@ def test_the_shape_and_the_border_are_preserved(curl, points):
     left, joined = decimate(vertices, faces, points)
     nodes = nodes_of(sheet, left)
     assert signed_areas(nodes[:, ::-1], joined).max() < 0  # rows run downwards: none is flipped over
-    border = nodes[border_of(joined)]
+    border = nodes[Topology(joined).border]
     sides = np.abs(border[:, [0, 0, 1, 1]] - [9.5, 149.5, 14.5, 184.5])
     assert sides.min(axis=1).max() < MAX_BORDER_SHIFT
     for corner in ([9.5, 14.5], [9.5, 184.5], [149.5, 14.5], [149.5, 184.5]):
@@ -97,7 +97,7 @@ def test_small_holes_are_closed_and_tears_are_not(camera):
     assert MAX_HOLE_EDGES < 2 * (3 + 79)
     _, faces = patch_and_smooth(mesh.vertices, mesh.faces)
     grid = np.stack(camera.rays.grid(mesh.vertices), axis=1).round()
-    border = grid[border_of(faces)]
+    border = grid[Topology(faces).border]
     inner = (border > 0).all(axis=1) & (border < np.array(camera.shape) - 1).all(axis=1)
     assert inner.sum() > 150
     assert (np.abs(border[inner] - [80, 105]) <= [2, 40]).all()

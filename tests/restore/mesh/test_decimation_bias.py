@@ -7,12 +7,11 @@ from oracles.exact import scatter_points
 from oracles.markers import rigid_residual
 from restore.flattening.methods import flatten_points
 from restore.mesh import surface_lengths as lengths_module
-from restore.mesh.adjacency import sides_of
 from restore.mesh.decimate import decimate
 from restore.mesh.decimation_bias import OUTSIDE, _neighbour_heights, correct_decimation_bias, stood_outside
 from restore.mesh.jets import fit_jets, rings_of
-from restore.mesh.network import edges_of
 from restore.mesh.surface_lengths import estimate_noise_sigma, surface_lengths
+from restore.mesh.topology import Topology
 from restore.scan import SurfaceMesh
 
 RADIUS_MM = 60.0
@@ -36,7 +35,7 @@ def unrolled(vertices, radius=RADIUS_MM):
 
 
 def lengths_along(vertices, faces):
-    return surface_lengths(vertices, faces, sides_of(faces))
+    return surface_lengths(vertices, Topology(faces))
 
 
 def length(points, edges):
@@ -49,7 +48,7 @@ def distance_outside(vertices, radius=RADIUS_MM):
 
 def fitted(vertices, faces):
     """Edges, jets, and whether the vertices are told to stand outside."""
-    edges, chosen = edges_of(faces), np.arange(len(vertices))
+    edges, chosen = Topology(faces).edges, np.arange(len(vertices))
     rings = rings_of(vertices, faces, edges)
     noise = estimate_noise_sigma(vertices, rings)
     jets = fit_jets(vertices, rings, chosen, noise, noise)
@@ -73,7 +72,7 @@ def decimated(seed, own_vertices, radius=RADIUS_MM):
 def test_lengths_through_the_vertices_of_a_decimated_mesh_are_those_of_the_surface(seed, radius, monkeypatch):
     vertices, faces = decimated(seed, own_vertices=False, radius=radius)
     assert np.median(distance_outside(vertices, radius)) > 0
-    edges = edges_of(faces)
+    edges = Topology(faces).edges
     true = length(unrolled(vertices, radius), edges)
     found = lengths_along(vertices, faces)
     monkeypatch.setattr(lengths_module, "stood_outside", lambda *_: False)

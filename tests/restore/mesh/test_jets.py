@@ -6,7 +6,7 @@ import pytest
 from oracles.exact import scatter_points
 from restore.mesh import jets as module
 from restore.mesh.jets import MOST_NEIGHBOURS, TERMS, fit_jets, rings_of, row_of
-from restore.mesh.network import edges_of
+from restore.mesh.topology import Topology
 
 PATCH_MM = (60.0, 40.0)
 INNER_MM = np.array([24.0, 14.0])  # two rings from the border: patches there have neighbours on all sides
@@ -28,7 +28,7 @@ NOISE_SHARE = (0.7, 1.0)
 @pytest.fixture(scope="module")
 def plane():
     flat, faces = scatter_points(600, PATCH_MM, np.random.default_rng(0))
-    return flat, faces, edges_of(faces)
+    return flat, faces, Topology(faces).edges
 
 
 def fit(flat, height, faces, edges, noise=STILL):
@@ -87,7 +87,7 @@ def test_only_the_chosen_vertices_get_a_patch(plane):
 def test_a_lone_triangle_gets_no_patch():
     triangle = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
     faces = np.array([[0, 1, 2]])
-    found = fit_jets(triangle, rings_of(triangle, faces, edges_of(faces)), np.arange(3), STILL)
+    found = fit_jets(triangle, rings_of(triangle, faces, Topology(faces).edges), np.arange(3), STILL)
     assert not found.normals.any()
     assert not found.offsets.any()
 
@@ -95,7 +95,7 @@ def test_a_lone_triangle_gets_no_patch():
 def test_compiled_and_plain_python_agree(plain):
     flat, faces = scatter_points(80, PATCH_MM, np.random.default_rng(2))
     vertices = np.column_stack([flat, 0.003 * flat[:, 0] ** 2 + 0.3 * np.abs(flat[:, 1])])
-    work = (vertices, rings_of(vertices, faces, edges_of(faces)), np.arange(len(flat)), 1e-3)
+    work = (vertices, rings_of(vertices, faces, Topology(faces).edges), np.arange(len(flat)), 1e-3)
     compiled = fit_jets(*work)
     assert "_fit_all" in plain(module)
     for one, other in zip(compiled, fit_jets(*work), strict=True):

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 
 from restore import SurfaceMesh, flatten
 from restore.mesh.measures import straight_lengths
-from restore.mesh.network import edges_of
 from restore.mesh.strain import average_at_vertices, face_strain, smooth_rms_strain
+from restore.mesh.topology import Topology
 from restore.mesh.triangulate import lattice
 from restore.report import NOT_DEVELOPABLE
 
@@ -49,7 +49,7 @@ def test_the_value_at_a_vertex_is_the_mean_of_its_faces():
 def sheet():
     """A lattice of 120 × 80 mm: flat (n, 2), faces, edges and their lengths."""
     nodes, faces = lattice(np.ones((81, 121), bool), 2)
-    flat, edges = nodes[:, ::-1].astype(float), edges_of(faces)
+    flat, edges = nodes[:, ::-1].astype(float), Topology(faces).edges
     return flat, faces, edges, straight_lengths(flat, edges)
 
 
@@ -73,7 +73,7 @@ def test_a_dome_is_strained_smoothly():
     flat, faces, _, _ = sheet()
     height = 20.0 * np.exp(-((flat - flat.mean(axis=0)) ** 2).sum(axis=1) / (2 * 30.0**2))
     page = flatten(SurfaceMesh(np.column_stack([flat, height]), faces))
-    assert smooth_rms_strain(page.flat, edges_of(page.faces), page.lengths) > NOT_DEVELOPABLE
+    assert smooth_rms_strain(page.flat, Topology(page.faces).edges, page.lengths) > NOT_DEVELOPABLE
 
 
 def test_a_page_that_has_collapsed_is_strained_wholly():

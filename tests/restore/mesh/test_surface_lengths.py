@@ -6,10 +6,9 @@ from scipy.spatial import Delaunay
 
 from oracles.exact import scatter_points
 from restore.mesh import surface_lengths as module
-from restore.mesh.adjacency import sides_of
 from restore.mesh.jets import MOST_NEIGHBOURS, Jets, fit_jets, rings_of
-from restore.mesh.network import edges_of
 from restore.mesh.surface_lengths import bent_lengths, estimate_noise_sigma, straight_and_along, surface_lengths
+from restore.mesh.topology import Topology
 
 PATCH_MM = (60.0, 40.0)
 RADIUS_MM = 60.0
@@ -43,12 +42,12 @@ REORDERED = 1e-9  # rounding of sums in another order
 @pytest.fixture(scope="module")
 def patch():
     flat, faces = scatter_points(600, PATCH_MM, np.random.default_rng(0))
-    edges = edges_of(faces)
+    edges = Topology(faces).edges
     return flat, faces, edges, length(flat, edges)
 
 
 def lengths_along(vertices, faces):
-    return surface_lengths(vertices, faces, sides_of(faces))
+    return surface_lengths(vertices, Topology(faces))
 
 
 def length(points, edges):
@@ -113,7 +112,7 @@ def test_noise_does_not_inflate_them_as_it_does_the_chords(patch):
     grown, chords = (np.mean(x / true - 1) for x in (lengths_along(vertices, faces), length(vertices, edges)))
     assert abs(estimate_noise_sigma(vertices, rings_of(vertices, faces, edges)) / NOISE_MM - 1) < NOISE_KNOWN
     assert 0 < grown < INFLATED * chords
-    straight = straight_and_along(vertices, faces, sides_of(faces))[0]
+    straight = straight_and_along(vertices, Topology(faces))[0]
     assert 0 < np.mean(straight / true - 1) <= grown
 
 
@@ -141,7 +140,7 @@ def test_compiled_and_plain_python_agree(plain):
 @pytest.fixture(scope="module")
 def dense():
     flat, faces = scatter_points(4000, PATCH_MM, np.random.default_rng(0))
-    edges = edges_of(faces)
+    edges = Topology(faces).edges
     return flat, faces, edges, length(flat, edges)
 
 
@@ -187,7 +186,7 @@ def steep_roll(noise_mm):
     noise = np.random.default_rng(1).normal(scale=noise_mm, size=len(flat))
     turn = flat[:, 0] / ROLL_MM * (1.0 + 0.3 * flat[:, 0] / PATCH_MM[0])
     vertices = np.column_stack([(ROLL_MM + noise) * np.sin(turn), flat[:, 1], (ROLL_MM + noise) * np.cos(turn)])
-    edges = edges_of(faces)
+    edges = Topology(faces).edges
     return vertices, edges, patches(vertices, faces, edges)
 
 
@@ -226,7 +225,7 @@ def test_lengths_at_a_vertex_with_many_neighbours_do_not_depend_on_their_numbers
     faces = Delaunay(flat).simplices
     height = 0.02 * flat[:, 0] ** 2 + random.normal(0.0, NOISE_MM, len(flat))
     vertices, order = np.column_stack([flat, height]), random.permutation(len(flat))
-    edges, renumbered = edges_of(faces), edges_of(np.argsort(order)[faces])
+    edges, renumbered = Topology(faces).edges, Topology(np.argsort(order)[faces]).edges
     assert np.bincount(edges.ravel()).max() > MOST_NEIGHBOURS
     there = lengths_along(vertices[order], np.argsort(order)[faces])
     found = dict(zip(map(tuple, np.sort(order[renumbered], axis=1).tolist()), there, strict=True))
@@ -243,5 +242,6 @@ def test_a_way_is_as_long_in_the_other_direction(patch, fold_deg):
     across = off[edges[:, 0]] * off[edges[:, 1]] < 0.0
     there = lengths_along(vertices, faces)
     assert (there[across] > length(vertices, edges)[across]).mean() > MOST
-    backwards = sides_of(faces)._replace(edges=edges[:, ::-1])
-    np.testing.assert_allclose(surface_lengths(vertices, faces, backwards), there, rtol=REORDERED)
+    backwards = Topology(faces)
+    vars(backwards)["sides"] = backwards.sides._replace(edges=edges[:, ::-1])
+    np.testing.assert_allclose(surface_lengths(vertices, backwards), there, rtol=REORDERED)

@@ -1,47 +1,40 @@
-"""One-sided surfaces and closed bands are refused; a sheet, one with a hole and a roll that is open are not."""
-
 import numpy as np
-import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
-from restore.errors import BadInput
-from restore.flattening.methods import flatten_points
 from restore.mesh.adjacency import sides_of
-from restore.mesh.topology import refuse_unflattenable
-from restore.scan import SurfaceMesh
+from restore.mesh.topology import Topology
 
-AROUND, ACROSS = 40, 5
-
-
-def strip(*, closed=True, twisted=False):
-    """A band of radius 60 mm, 20 mm wide, closed or open, twisted by half a turn or not."""
-    turns, widths = np.linspace(0, 2 * np.pi, AROUND, endpoint=False), np.linspace(-10, 10, ACROSS)
-    t, w = np.meshgrid(turns, widths, indexing="ij")
-    lean = t / 2 if twisted else np.full_like(t, np.pi / 2)
-    radius = 60 + w * np.cos(lean)
-    vertices = np.stack([radius * np.cos(t), w * np.sin(lean), radius * np.sin(t)], axis=-1).reshape(-1, 3)
-    rows = np.arange(AROUND * ACROSS).reshape(AROUND, ACROSS)
-    last = rows[0][::-1] if twisted else rows[0]
-    here, there = (rows, np.vstack([rows[1:], last])) if closed else (rows[:-1], rows[1:])
-    corners = here[:, :-1], there[:, :-1], there[:, 1:], here[:, 1:]
-    halves = np.stack([corners[0], corners[1], corners[2]], -1), np.stack([corners[0], corners[2], corners[3]], -1)
-    return vertices, np.concatenate([half.reshape(-1, 3) for half in halves])
+FACES = st.lists(st.tuples(*[st.integers(0, 8)] * 3).filter(lambda face: len(set(face)) == 3), min_size=1, max_size=12)
 
 
-@pytest.mark.parametrize(("twisted", "message"), [(True, "one side"), (False, "band")])
-def test_a_moebius_strip_and_a_closed_band_are_refused(twisted, message):
-    with pytest.raises(BadInput, match=message) as caught:
-        flatten_points(SurfaceMesh(*strip(twisted=twisted)))
-    assert "cut" in caught.value.hint
+@given(FACES)
+def test_tables_agree_with_counting_by_hand(faces):
+    topology = Topology(np.array(faces))
+    counts: dict[tuple[int, int], int] = {}
+    for face in faces:
+        for k in range(3):
+            edge = tuple(sorted((face[k], face[(k + 1) % 3])))
+            counts[edge] = counts.get(edge, 0) + 1
+    assert [tuple(edge) for edge in topology.edges.tolist()] == sorted(counts)
+    assert topology.face_counts.tolist() == [counts[edge] for edge in sorted(counts)]
+    assert topology.border.tolist() == sorted({end for edge, count in counts.items() if count == 1 for end in edge})
+    inside = {v for face in faces for v in face} - {v for edge, count in counts.items() if count != 2 for v in edge}
+    assert np.flatnonzero(topology.inner).tolist() == sorted(inside)
 
 
-def test_an_open_roll_is_a_page():
-    vertices, faces = strip(closed=False)
-    refuse_unflattenable(vertices, faces, sides_of(faces))
-    assert np.isfinite(flatten_points(SurfaceMesh(vertices, faces)).flat).all()
+def test_a_table_is_made_once():
+    topology = Topology(np.array([[0, 1, 2], [0, 2, 3]]))
+    assert topology.sides is topology.sides
+    for mine, computed in zip(topology.sides, sides_of(topology.faces), strict=True):
+        np.testing.assert_array_equal(mine, computed)
 
 
-def test_a_bent_sheet_with_a_hole_is_a_page(warped):
-    page = warped("curl", count=800)
-    kept = np.linalg.norm(page.flat[page.mesh.faces].mean(axis=1), axis=1) > 40
-    faces = page.mesh.faces[kept]
-    refuse_unflattenable(page.mesh.vertices, faces, sides_of(faces))
+def test_faces_that_share_a_vertex_are_of_one_piece():
+    assert Topology(np.array([[0, 1, 2], [3, 4, 5], [2, 6, 7]])).pieces.tolist() == [0, 1, 0]
+
+
+def test_a_ring_is_no_disc_and_a_strip_of_it_is_one():
+    ring = np.array([[[i, (i + 1) % 4, 4 + i], [(i + 1) % 4, 4 + (i + 1) % 4, 4 + i]] for i in range(4)]).reshape(-1, 3)
+    assert not Topology(ring).is_disc
+    assert Topology(ring[:-2]).is_disc

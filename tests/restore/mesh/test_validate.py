@@ -29,7 +29,7 @@ def test_a_valid_mesh_is_made_once():
 
 def test_it_carries_the_sides_and_the_normals_of_its_faces():
     mesh = validated(SurfaceMesh(QUAD, TWO))
-    for mine, computed in zip(mesh.sides, sides_of(TWO), strict=True):
+    for mine, computed in zip(mesh.topology.sides, sides_of(TWO), strict=True):
         np.testing.assert_array_equal(mine, computed)
     np.testing.assert_array_equal(mesh.normals, face_normals(QUAD, TWO))
 
@@ -84,7 +84,7 @@ def test_a_flap_with_two_sides_lies_where_it_does_in_space(fold_deg, down_first)
     mesh = validated(SurfaceMesh(np.vstack([page, tip]), np.concatenate([grid_faces(np.ones((6, 6), bool)), flap])))
     assert len(mesh.faces) == 51
     flat = np.vstack([page[:, :2], page[[left, right], :2].mean(axis=0) + [0.1, 0.8 * np.sign(np.cos(fold))]])
-    lengths = straight_lengths(flat, mesh.sides.edges)
+    lengths = straight_lengths(flat, mesh.topology.edges)
     rest, _ = rigid_residual(flatten(mesh, lengths=lengths).flat, flat)
     assert np.abs(rest).max() < EXACT_MM
 
@@ -137,8 +137,8 @@ def test_other_types_of_numbers_become_the_declared_ones(kind):
         (QUAD, TWO - 1, None, BadInput, "vertices it does not have"),
         (QUAD, TWO, np.zeros((3, 2)), BadInput, "no texture coordinate"),
         (QUAD * [1, 0, 0], TWO, None, NotEnoughSurface, "have no area"),
-        (QUAD[:, :2], TWO, None, BadInput, "no triangles in space"),
-        (QUAD, np.array([[0, 1, 2, 3]]), None, BadInput, "no triangles in space"),
+        (QUAD[:, :2], TWO, None, BadInput, "not triangles in space"),
+        (QUAD, np.array([[0, 1, 2, 3]]), None, BadInput, "not triangles in space"),
         (QUAD, TWO.astype(float), None, BadInput, "whole numbers of vertices"),
     ],
 )

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from restore.mesh.adjacency import border_of
+from restore.mesh.topology import Topology
 from restore.outline.rectangle import (
     CORNER_SHARE,
     MIN_TORN_FILL,
@@ -197,5 +197,5 @@ def test_the_border_is_the_ends_of_edges_with_one_face():
     grid = np.arange(12).reshape(3, 4)
     a, b, c, d = (part.ravel() for part in (grid[:-1, :-1], grid[:-1, 1:], grid[1:, :-1], grid[1:, 1:]))
     faces = np.vstack([np.column_stack([a, c, d]), np.column_stack([a, d, b])])
-    np.testing.assert_array_equal(border_of(faces), [0, 1, 2, 3, 4, 7, 8, 9, 10, 11])
-    np.testing.assert_array_equal(border_of(faces[:, ::-1]), border_of(faces))
+    np.testing.assert_array_equal(Topology(faces).border, [0, 1, 2, 3, 4, 7, 8, 9, 10, 11])
+    np.testing.assert_array_equal(Topology(faces[:, ::-1]).border, Topology(faces).border)

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from restore.mesh.adjacency import border_of
 from restore.mesh.measures import flipped_faces
+from restore.mesh.topology import Topology
 from restore.mesh.triangulate import lattice
 from restore.outline.sides import MAX_SHIFT, straighten
 from restore.range_image.facets.sheet import PageOnGrid, Sheet
@@ -83,7 +83,7 @@ def test_the_border_of_a_ragged_page_is_on_its_true_sides(camera, box, turn_deg,
     inside = (x > box[0]) & (x < box[2]) & (y > box[1]) & (y < box[3])
     page = cut(camera, gnawed(inside))
     turned = page.mesh.flat @ np.array([[cos, -sin], [sin, cos]])  # y of the page is up
-    straight = Page(page.sheet, page.mesh._replace(flat=turned)).straight()
+    straight = Page(page.sheet, replace(page.mesh, flat=turned)).straight()
     size = np.ptp(straight.mesh.flat, axis=0) / camera.pitch_mm
     np.testing.assert_allclose(size, [box[2] - box[0], box[3] - box[1]], atol=2 * SIDE_SAMPLES)
     assert flipped_faces(straight.mesh.flat, straight.mesh.faces) == 0
@@ -100,7 +100,7 @@ def test_turned_pages_have_their_true_size(camera):
         x, y = x * cos - y * sin, x * sin + y * cos
         page = cut(camera, (np.abs(x) < width / 2) & (np.abs(y) < height / 2))
         flat = page.mesh.flat @ np.array([[cos, -sin], [sin, cos]])
-        straight = straighten(page.sheet, page.mesh._replace(flat=flat))
+        straight = straighten(page.sheet, replace(page.mesh, flat=flat))
         off.append(np.ptp(straight.flat, axis=0) / camera.pitch_mm - [width, height])
     assert np.abs(np.mean(off, axis=0)).max() < MEAN_SAMPLES
     assert np.sqrt(np.mean(np.square(off))) < EACH_SAMPLES
@@ -111,7 +111,7 @@ def test_the_whole_outline_is_on_the_sides_and_reaches_the_corners(camera):
     straight = page.straight()
     np.testing.assert_allclose(straight.box, [LEFT, TOP, RIGHT, BOTTOM], atol=SIDE_SAMPLES + 0.5)  # no row is cut
     flat = straight.mesh.flat
-    outline = flat[border_of(straight.mesh.faces)]
+    outline = flat[Topology(straight.mesh.faces).border]
     low, high = flat.min(axis=0), flat.max(axis=0)
     off = np.minimum(np.abs(outline - low), np.abs(outline - high)).min(axis=1)
     assert (off < EXACT_MM).mean() > 0.95  # beside a corner, some stay where they were
@@ -203,7 +203,7 @@ def test_an_oblique_side_stays_oblique(camera):
     slope = 4 / (BOTTOM - TOP)
     page = cut(camera, gnawed(rectangle(camera, left=0) & (cols > LEFT + slope * (rows - TOP))))
     straight = page.straight()
-    side = straight.nodes[border_of(straight.mesh.faces)]
+    side = straight.nodes[Topology(straight.mesh.faces).border]
     side = side[(side[:, 1] < 25) & (side[:, 0] > TOP + STRIDE) & (side[:, 0] < BOTTOM - STRIDE)]
     off = np.abs(side[:, 1] - (LEFT + slope * (side[:, 0] - TOP)))
     assert len(side) > 20
@@ -212,7 +212,7 @@ def test_an_oblique_side_stays_oblique(camera):
 
 def test_the_border_moves_by_no_more_than_the_scanners_error(camera):
     page = cut(camera, gnawed(rectangle(camera)))
-    before, after = page.nodes[border_of(page.mesh.faces)], page.straight().nodes
+    before, after = page.nodes[Topology(page.mesh.faces).border], page.straight().nodes
     far = np.abs(before[:, None] - after[None]).max(axis=2).min(axis=1)
     assert np.sort(far)[-9] <= MAX_SHIFT  # two at a corner go farther, or are gone with what lay beyond
 

@@ -11,7 +11,7 @@ from scipy.ndimage import map_coordinates
 
 from oracles.simulation.camera import Exposure
 from oracles.studio import View
-from restore import Photograph, Seen, Settings, restore
+from restore import CoverageClass, Photograph, Settings, restore
 from restore.photo import Registered, paint_registered, register_photographs
 from restore.photo.paint import NOWHERE, _carry_to_edge
 from restore.texture.page import paint_page
@@ -37,28 +37,30 @@ def plain(text):
     return paint_page(text.page, DPI)
 
 
+@pytest.mark.slow
 def test_a_camera_that_is_known_is_taken_at_its_word(text):
     known = Photograph(np.full((30, 40, 3), 128, np.uint8), "blank", camera=text.camera())
     (one,) = register_photographs(text.page, [known])
     assert one.registration.camera is known.camera
 
 
+@pytest.mark.slow
 def test_what_a_photograph_of_a_known_camera_resolves_is_measured(text, painted):
     image = text.photograph()
     known = Photograph(image, "known", camera=text.registered().camera)
     _, (report,) = paint_registered(text.page, register_photographs(text.page, [known]), DPI)
-    assert "effective_ppi_unknown" not in report
-    assert report["effective_ppi"] == pytest.approx(painted[1][0]["effective_ppi"], rel=SAME_PPI)
+    assert "resolved_ppi_unknown" not in report
+    assert report["resolved_ppi"] == pytest.approx(painted[1][0]["resolved_ppi"], rel=SAME_PPI)
     blurred = replace(known, image=cv2.GaussianBlur(image, (0, 0), 2.0))
     _, (worse,) = paint_registered(text.page, register_photographs(text.page, [blurred]), DPI)
-    assert worse["effective_ppi"] < HALF * report["effective_ppi"]
+    assert worse["resolved_ppi"] < HALF * report["resolved_ppi"]
 
 
 def test_every_pixel_comes_from_where_its_map_says(text, painted, plain):
     painting, (report,) = painted
     from_photo = painting.page_source == 1
     assert from_photo.mean() > 0.95
-    assert report["painted_share"] > 0.95
+    assert report["textured_fraction"] > 0.95
     np.testing.assert_array_equal(painting.page_source == NOWHERE, ~painting.mask)
     # The scanner's pixel of the same place, its exact surface point, and that through the exact camera.
     rows, cols = np.nonzero(from_photo & plain.mask)
@@ -82,10 +84,11 @@ def close_up(figure):
     return paint_registered(figure.page, register_photographs(figure.page, [figure.photograph(near)]), DPI)
 
 
+@pytest.mark.slow
 def test_where_a_photograph_ends_the_scanner_goes_on_without_a_seam(close_up):
     painting, (report,) = close_up
     assert report["accepted"]
-    assert 0.2 < report["painted_share"] < 0.9
+    assert 0.2 < report["textured_fraction"] < 0.9
     seam = cv2.morphologyEx((painting.page_source == 1).astype(np.uint8), cv2.MORPH_GRADIENT, np.ones((3, 3)))
     inner = cv2.erode(painting.mask.astype(np.uint8), np.ones((41, 41)))
     calm = cv2.GaussianBlur(painting.image, (0, 0), 3.0).mean(axis=2)
@@ -112,7 +115,7 @@ def test_two_photographs_by_different_light_make_one_page(text):
     cold = Exposure(lamp=np.array([-0.5, 0.2, 0.8]), colour=(0.8, 0.9, 1.0), exposure=0.6)
     outcome = register_photographs(text.page, [text.photograph(left), text.photograph(right, cold)])
     painting, reports = paint_registered(text.page, outcome, DPI)
-    assert all(0.2 < report["painted_share"] < 0.8 for report in reports)
+    assert all(0.2 < report["textured_fraction"] < 0.8 for report in reports)
     paper = painting.image[painting.mask & (painting.image.min(axis=2) > 120)].astype(float)
     tint = np.percentile(paper[:, 0] / paper[:, 2], [5, 95])
     assert np.ptp(tint) < 0.12  # one light; those of the two photographs differ by 0.2
@@ -156,12 +159,12 @@ def test_what_covers_the_page_is_painted_from_the_scan_and_said(text, thumbed):
     (report,) = page.report["photos"]
     assert report["accepted"]
     assert painted_from(page.page_map, page.page_source, 1, hidden) == 0
-    assert report["covered_mm2"] > MM2
-    assert page.report["coverage"]["covered"] == pytest.approx(report["covered_share"], rel=0.1)
+    assert report["obstructed_mm2"] > MM2
+    assert page.report["coverage"]["obstructed"] == pytest.approx(report["obstructed_fraction"], rel=0.1)
     (found,) = page.report["findings"]
     assert found["text"].startswith("thumb.jpg: something covers the page")
-    assert (page.coverage == Seen.COVERED).sum() > 0
-    assert (page.page_source[page.coverage == Seen.COVERED] == 0).mean() > 0.9
+    assert (page.coverage == CoverageClass.OBSTRUCTED).sum() > 0
+    assert (page.page_source[page.coverage == CoverageClass.OBSTRUCTED] == 0).mean() > 0.9
 
 
 @pytest.mark.slow
@@ -183,8 +186,8 @@ def test_restore_counts_photographs_as_they_were_given_and_tells_why_one_is_refu
     assert found["text"].startswith("photograph 1 is not used: the photograph is blank; look at it")
     assert (used["name"], used["accepted"]) == ("window.jpg", True)
     assert used["residual_px"] < LIMIT_PX
-    assert page.report["effective_ppi"] == pytest.approx(used["effective_ppi"], rel=0.02)
-    assert used["effective_ppi"] < used["sampling_ppi"]
+    assert page.report["resolved_ppi"] == pytest.approx(used["resolved_ppi"], rel=0.02)
+    assert used["resolved_ppi"] < used["sampling_ppi"]
     assert page.report["seconds"]["register"] > 0
 
 

@@ -56,9 +56,10 @@ def spread(light):
     return (high - low) / middle
 
 
+@pytest.mark.slow
 def test_every_picture_loses_its_own_light(figure, close_up, truth, relief):
     painting, (told,) = paint_registered(figure.page, close_up, DPI)
-    assert 0.2 < told["painted_share"] < 0.9
+    assert 0.2 < told["textured_fraction"] < 0.9
     darkest = truth.min(axis=2)
     paper = painting.mask & (darkest > PAPER_SHARE * np.percentile(darkest[painting.mask], 80))
     paper = cv2.erode(paper.astype(np.uint8), np.ones((5, 5), np.uint8)) > 0
@@ -76,6 +77,7 @@ def test_every_picture_loses_its_own_light(figure, close_up, truth, relief):
     np.testing.assert_array_equal(evened.image[~painting.mask], painting.image[~painting.mask])
 
 
+@pytest.mark.slow
 def test_one_picture_alone_is_evened_as_it_is(figure, relief):
     plain = paint_page(figure.page, DPI)
     refused = Registered(Photograph(np.zeros((9, 9, 3), np.uint8)), None, "no")

@@ -25,6 +25,7 @@ def rms(off):
     return float(np.sqrt(np.mean(off**2)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("studio", "view"),
     [("text", "above"), ("text", "from the left"), ("text", "phone, held upright"), ("figure", "from the left")],

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from restore.camera.photo_camera import PhotoCamera
-from restore.photo.visible import clipped_share, glare_mask, visible_points
+from restore.photo.visible import clipped_fraction, glare_mask, visible_points
 
 SIZE = (400, 300)
 
@@ -80,8 +80,8 @@ def test_overexposed_paper_and_another_light_are_no_glare():
     assert not glare_mask((slanted >= 0.95).astype(float), slanted, expected, seen, 25.0).any()
 
 
-def test_clipped_share():
+def test_clipped_fraction():
     image = np.full((40, 40, 3), 200, np.uint8)
     image[:20] = 255
     image[20:, :, 0] = 255  # a red that is full is a colour
-    np.testing.assert_allclose(clipped_share(image, (2, 2)), [[1, 1], [0, 0]])
+    np.testing.assert_allclose(clipped_fraction(image, (2, 2)), [[1, 1], [0, 0]])

@@ -8,12 +8,12 @@ from restore.findings import Finding
 from restore.photogrammetry.reconstruct import _findings
 
 GOOD = {
-    "views": ["1.jpg", "2.jpg", "3.jpg", "4.jpg", "5.jpg"],
-    "scale": {"from": "card"},
-    "edge_measured": 0.97,
-    "surface_off_mm": 0.05,
-    "stretch": 1e-4,
-    "uncovered_paper": 0.0,
+    "photographs_used": ["1.jpg", "2.jpg", "3.jpg", "4.jpg", "5.jpg"],
+    "scale_source": {"from": "card"},
+    "edge_measured_fraction": 0.97,
+    "surface_residual_mm": 0.05,
+    "excess_area_fraction": 1e-4,
+    "paper_outside_fraction": 0.0,
 }
 
 
@@ -22,24 +22,24 @@ GOOD = {
     [
         ({}, []),
         (
-            {"left_out": {"IMG_7.jpg": Finding.of("not_joined", reason="no features")}},
-            ["IMG_7.jpg is left out: no features"],
+            {"rejected": {"IMG_7.jpg": Finding.of("not_joined", reason="no features")}},
+            ["IMG_7.jpg is skipped: no features"],
         ),
         (
-            {"left_out": {"7.jpg": Finding.of("zoomed", change=0.03)}},
-            ["7.jpg is left out", "photographs were zoomed"],
+            {"rejected": {"7.jpg": Finding.of("zoomed", change=0.03)}},
+            ["7.jpg is skipped", "photographs were zoomed"],
         ),
-        ({"views": ["1.jpg", "2.jpg", "3.jpg", "4.jpg"]}, ["the page is made of 4 photographs only"]),
-        ({"scale": {"from": "none"}}, ["the scale is not known"]),
-        ({"uncovered_paper": 0.03}, ["3% of the paper"]),
-        ({"edge_measured": 0.61}, ["only 61% of the page's edge"]),
-        ({"edge_measured": 0.61, "uncovered_paper": 0.03}, ["only 61%", "3% of the paper"]),
-        ({"surface_off_mm": 0.8}, ["the surface passes one in ten of the measured points 0.8 mm"]),
-        ({"stretch": 0.011}, ["the surface has +1.1% of area that paper cannot have"]),
-        ({"stretch": -0.02}, ["the surface has -2.0% of area that paper cannot have"]),
+        ({"photographs_used": ["1.jpg", "2.jpg", "3.jpg", "4.jpg"]}, ["the page is made of 4 photographs only"]),
+        ({"scale_source": {"from": "none"}}, ["the scale is not known"]),
+        ({"paper_outside_fraction": 0.03}, ["3% of the paper"]),
+        ({"edge_measured_fraction": 0.61}, ["only 61% of the page's edge"]),
+        ({"edge_measured_fraction": 0.61, "paper_outside_fraction": 0.03}, ["only 61%", "3% of the paper"]),
+        ({"surface_residual_mm": 0.8}, ["one in ten of the measured points is 0.8 mm"]),
+        ({"excess_area_fraction": 0.011}, ["the surface has +1.1% of area that paper cannot have"]),
+        ({"excess_area_fraction": -0.02}, ["the surface has -2.0% of area that paper cannot have"]),
     ],
 )
 def test_each_doubt_has_its_sentence(found, words):
-    findings = _findings(GOOD | found, found.get("left_out", {}))
+    findings = _findings(GOOD | found, found.get("rejected", {}))
     assert len(findings) == len(words)
     assert all(one.text.startswith(word) for one, word in zip(findings, words, strict=True))

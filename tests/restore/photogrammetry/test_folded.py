@@ -37,6 +37,7 @@ def folds() -> PageSurface:
     return folded(FOLDS)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "sheet"), [("spread", SPREAD), ("folds", FOLDS)])
 def test_no_length_is_lost_over_creases(name, sheet, request):
     surface = request.getfixturevalue(name)

@@ -28,6 +28,7 @@ def wavy() -> np.ndarray:
     return np.column_stack([100 * np.cos(turn) * (1 + 0.02 * np.sin(23 * turn)), 70 * np.sin(turn)])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("border", [outline(0.0), outline(0.1), outline(-0.25), wavy()])
 def test_the_area_is_that_of_the_outline(border):
     vertices, faces, places = mesh_within(PLANE, border)

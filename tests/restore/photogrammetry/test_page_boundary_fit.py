@@ -56,6 +56,7 @@ def gutter() -> tuple[FoldedSurface, Floats, Floats]:
     return refold(points, surface.feet(points, feet), surface), points, feet
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_the_gutter_between_two_printed_pages_is_as_wide_as_it_was(seed, gutter, monkeypatch):
     surface, points, feet = gutter

@@ -38,6 +38,7 @@ def off(surface, sheet, cloud: Cloud) -> np.ndarray:
     return np.linalg.norm(points - surface.points(surface.feet(points, start)), axis=1)
 
 
+@pytest.mark.slow
 def test_a_relief_follows_facets_to_their_creases(known):
     sheet, first, cloud, relief = known
     after = off(relief, sheet, cloud)
@@ -46,6 +47,7 @@ def test_a_relief_follows_facets_to_their_creases(known):
     assert np.sqrt((after**2).mean()) < 0.3 * np.sqrt((off(first.base, sheet, cloud) ** 2).mean())
 
 
+@pytest.mark.slow
 def test_a_rough_edge_does_not_bend_what_exact_points_tell(known):
     sheet, _, cloud, relief = known
     low, high = cloud.feet.min(axis=0) - 8, cloud.feet.max(axis=0) + 8

@@ -54,7 +54,7 @@ def played(seen, plan, off_mm: float):
 @pytest.mark.parametrize(("plan", "off_mm"), [(WIDE, 1.5), (FACET_ROUNDS[0], 0.2)])
 def test_a_round_finds_the_page(seen, plan, off_mm):
     model, (surface, points, feet, facts) = played(seen, plan, off_mm)
-    assert facts["points"] == len(points) == len(feet) > 200
+    assert facts["surface_points"] == len(points) == len(feet) > 200
     assert facts["reprojection_px"] < 0.3
     axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2]
     out_of_plane = (points - points.mean(axis=0)) @ axes[2]

@@ -15,7 +15,8 @@ from restore import BadInput, NotEnoughSurface, flatten
 from restore.flattening.methods import flatten_points
 from restore.flattening.published import springs
 from restore.mesh.measures import flipped_faces
-from restore.mesh.network import edges_of, make_network
+from restore.mesh.network import make_network
+from restore.mesh.topology import Topology
 from restore.page import FlatMesh
 from restore.prepared import flatten as flatten_mesh
 from restore.range_image.resample import MIN_VERTICES
@@ -56,7 +57,7 @@ def noisy(sheet: Sheet) -> ExactSheet:
 
 def chords(mesh: SurfaceMesh) -> float:
     """Sum of all edges, mm."""
-    return float(make_network(mesh.vertices, mesh.faces).lengths.sum())
+    return float(make_network(mesh.vertices, Topology(mesh.faces)).lengths.sum())
 
 
 def test_a_clean_mesh_comes_out_true_at_all_its_vertices(curl):
@@ -104,7 +105,7 @@ def test_a_small_piece_beside_a_large_one_settles_by_itself(seen):
     assert rms_mm(first, small.flat) < CLEAN_MM
     assert rms_mm(second, seen.flat) < NOISY_MM
     assert np.ptp(second[:, 1]) / 2 + 30 < first[:, 1].mean() - second[:, 1].mean() < 260  # above, as in space
-    assert both.lengths.shape == (len(edges_of(mesh.faces)),)
+    assert both.lengths.shape == (len(Topology(mesh.faces).edges),)
 
 
 def test_turned_over_scaled_and_shuffled_it_is_the_same_page(seen, page):
@@ -146,7 +147,7 @@ def test_what_is_wrong_is_told(curl):
     broken[7] = np.nan
     with pytest.raises(BadInput, match="finite"):
         flatten(replace(curl.mesh, vertices=broken))
-    with pytest.raises(BadInput, match="no flattening method"):
+    with pytest.raises(BadInput, match="the flattening method 'magic' does not exist"):
         flatten(curl.mesh, "magic")
     with pytest.raises(NotEnoughSurface):
         flatten(replace(curl.mesh, faces=curl.mesh.faces[:0]))

@@ -10,7 +10,7 @@ import pytest
 from restore.page import FlatMesh
 from restore.prepared.plain_mesh import InterpolatedPage, PlainMesh
 from restore.scan import InterpolatedMesh
-from restore.texture.coverage import Coverage, Seen
+from restore.texture.coverage import Coverage, CoverageClass
 from restore.texture.page import MM_PER_INCH
 
 DPI = 127.0
@@ -30,12 +30,12 @@ def test_what_lies_far_from_all_measured_points_is_filled_in():
     shown = np.ones((400, 400), bool)
     shown[:, :10] = False
     kinds = InterpolatedPage(PlainMesh(page), surface).kinds_on(page, shown, DPI)
-    rows, cols = np.nonzero(kinds == Seen.FILLED)
+    rows, cols = np.nonzero(kinds == CoverageClass.INTERPOLATED)
     wide = 2 * (half - reach) * DPI / MM_PER_INCH  # chords are shorter than arcs by a twentieth of a millimetre
     assert np.ptp(rows) + 1 == pytest.approx(wide, abs=2)
     assert np.ptp(cols) + 1 == pytest.approx(wide, abs=2)
     assert len(rows) == pytest.approx(wide**2, rel=0.03)
-    assert Coverage(kinds).shares()["filled"] == pytest.approx(len(rows) / (400 * 390))
-    assert (kinds[:, :10] == Seen.OUTSIDE).all()
+    assert Coverage(kinds).fractions()["interpolated"] == pytest.approx(len(rows) / (400 * 390))
+    assert (kinds[:, :10] == CoverageClass.OUTSIDE).all()
     nowhere = replace(surface, measured=np.empty((0, 3)))
-    assert not (InterpolatedPage(PlainMesh(page), nowhere).kinds_on(page, shown, DPI) == Seen.MEASURED).any()
+    assert not (InterpolatedPage(PlainMesh(page), nowhere).kinds_on(page, shown, DPI) == CoverageClass.MEASURED).any()

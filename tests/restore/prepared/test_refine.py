@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from oracles.markers import rigid_residual
-from restore.mesh.network import edges_of
+from restore.mesh.topology import Topology
 from restore.mesh.triangulate import lattice
 from restore.page import FlatMesh
 from restore.prepared.refine import interpolate_flat_positions, refine
@@ -61,7 +61,7 @@ def test_a_plane_is_refined_to_its_own_lengths(camera):
     right = np.cross([0.0, 1.0, 0.0], normal)
     right /= np.linalg.norm(right)
     axes = np.stack([right, np.cross(normal, right)])
-    coarse = FlatMesh(vertices, faces, flat=vertices @ axes.T, lengths=sheet.lengths(nodes, edges_of(faces)))
+    coarse = FlatMesh(vertices, faces, flat=vertices @ axes.T, lengths=sheet.lengths(nodes, Topology(faces).edges))
     fine, fine_nodes = refine(sheet, coarse, nodes)
     assert len(fine.vertices) > 10 * len(vertices)
     np.testing.assert_allclose(fine.vertices, sheet.points(fine_nodes))

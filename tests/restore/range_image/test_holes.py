@@ -50,6 +50,7 @@ def holed():
     return shot(holed=True)[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", [lambda scan: scan, as_mesh], ids=["range image", "mesh"])
 def test_the_page_ends_at_a_hole(holed, form):
     page = restore(form(holed), Settings(dpi=DPI))
@@ -84,6 +85,7 @@ def test_what_lies_deeper_and_is_no_table_is_no_hole():
     assert not prepare(replace(scan, points=np.where(island(truth), deeper, scan.points))).sheet.holes.any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.0, 0.15])
 def test_what_lies_between_page_and_table_is_no_hole(share):
     """Samples beside dark ink may be off by millimetres, nearer to the table than to the paper."""

@@ -81,11 +81,11 @@ def test_lists_are_as_good_as_arrays_and_missing_arguments_are_told_by_python():
         restore.restore,
         restore.flatten,
         restore.separate_sheets,
-        restore.finer_scan,
+        restore.super_resolve,
         restore.load_capture,
         lambda wrong: restore.fit_axis([wrong, wrong], [0.0, 90.0]),
         lambda wrong: restore.read_photographs([wrong]),
-        lambda wrong: restore.turn_page(wrong, 90),
+        lambda wrong: restore.rotate_page(wrong, 90),
         lambda wrong: restore.save_scan(wrong, "nowhere"),
         lambda wrong: restore.restore(MESH, [wrong]),
         lambda wrong: restore.restore(MESH, photos=[[wrong]]),
@@ -104,7 +104,7 @@ def test_the_name_of_a_file_is_no_scan():
 
 
 @pytest.mark.parametrize("path", [None, 3, b"page.obj", ["page.obj"]])
-@pytest.mark.parametrize("call", [restore.load_scan, restore.load_capture, formats.read_picture, formats.scan_stem])
+@pytest.mark.parametrize("call", [restore.load_scan, restore.load_capture, formats.read_image, formats.scan_stem])
 def test_what_is_no_path_is_told(call, path):
     with pytest.raises(TypeError, match="as path, not"):
         call(path)
@@ -114,7 +114,7 @@ GRIDS = {
     "points": (None, "a", POINTS.tolist(), POINTS.astype(object), POINTS.astype(int), POINTS[0]),
     "texture": ("a", PICTURE.tolist(), PICTURE[..., 0], PICTURE.astype(float)),
     "texture_xy": (None, "a", POINTS[..., :2].astype(int), POINTS[..., :2].astype(complex), POINTS),
-    "provenance": (None, "a", [1], {"super": 3}, {"oversampling": "x"}),
+    "provenance": (None, "a", [1], {"super_resolution": 3}, {"oversampling": "x"}),
 }
 MESHES = {
     "vertices": (None, "a", POINTS, MESH.vertices.astype(complex)),

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from restore.runtime.threads import EQUAL_BANDS, MAX_THREADS, VARIABLE, in_bands, in_threads, thread_count
+from restore.runtime.threads import BANDS_A_THREAD, MAX_THREADS, VARIABLE, in_bands, in_threads, thread_count
 
 
 @given(rows=st.integers(0, 200), height=st.none() | st.integers(1, 50))
@@ -30,8 +30,8 @@ def test_bands_have_the_height_that_is_asked_for_but_the_last():
 
 def test_without_a_height_the_bands_are_equal_to_a_row():
     heights = []
-    in_bands(lambda band: heights.append(band.stop - band.start), 8 * EQUAL_BANDS + 3)
-    assert len(heights) == EQUAL_BANDS
+    in_bands(lambda band: heights.append(band.stop - band.start), 8 * BANDS_A_THREAD * thread_count() + 3)
+    assert len(heights) == BANDS_A_THREAD * thread_count()
     assert max(heights) - min(heights) <= 1
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from oracles.warped import make_warped
-from restore.flattening.methods import flatten_points
+from restore.flattening.methods import flatten_with_lengths
 from restore.prepared.facet_sheet import FacetSheet, unroll
 from restore.prepared.plain_mesh import PlainMesh
 from restore.prepared.prepare import prepare
@@ -84,7 +84,7 @@ def test_a_cylinder_has_the_normals_of_its_radii(camera, on_page):
 
 def test_a_mesh_without_a_grid_has_unit_normals_on_its_printed_side():
     warped = make_warped("oblique wave", count=600)
-    fine = flatten_points(warped.mesh, "conformal", lengths=warped.lengths)
+    fine = flatten_with_lengths(warped.mesh, warped.lengths, "conformal")
     relief = relief_of(fine, PlainMesh(warped.mesh).normals_on, DPI)
     _, normals = in_scanner(relief)
     np.testing.assert_allclose(np.linalg.norm(normals, axis=1), 1.0, atol=SINGLE)

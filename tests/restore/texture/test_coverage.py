@@ -10,10 +10,10 @@ from drivers.simulated.imaging.raycast import RayCaster
 from restore.camera.pinhole import pinhole_centre
 from restore.page import FlatMesh
 from restore.texture.coverage import (
-    Seen,
+    CoverageClass,
     cover,
+    cropped_fraction,
     cut_findings,
-    cut_share,
     filled_findings,
 )
 from restore.texture.inpaint import blank_hidden
@@ -58,7 +58,7 @@ def covered(page):
 
 
 def kinds_of(mask):
-    return np.where(mask, Seen.MEASURED, Seen.OUTSIDE).astype(np.uint8)
+    return np.where(mask, CoverageClass.MEASURED, CoverageClass.OUTSIDE).astype(np.uint8)
 
 
 def seen_by_rays(page):
@@ -77,11 +77,11 @@ def test_surfaces_under_a_pleat_are_hidden_as_by_ray_casting():
     found, _ = covered(page)
     rays = seen_by_rays(page)
     assert 0.25 < 1 - rays.mean() < 0.35
-    assert "hidden from the camera" in found.findings()[0].text
+    assert "hidden from the camera" in found.findings(DPI)[0].text
     sure = binary_erosion(rays, iterations=EDGE_PX), binary_erosion(~rays, iterations=EDGE_PX)
     assert found.mask[sure[0]].all()
-    assert (found.seen[sure[1]] == Seen.HIDDEN).all()
-    assert found.shares()["hidden"] == pytest.approx(1 - rays.mean(), abs=0.02)
+    assert (found.seen[sure[1]] == CoverageClass.OCCLUDED).all()
+    assert found.fractions()["occluded"] == pytest.approx(1 - rays.mean(), abs=0.02)
 
 
 def test_a_curved_page_without_occlusion_is_wholly_visible():
@@ -89,8 +89,14 @@ def test_a_curved_page_without_occlusion_is_wholly_visible():
     steps = np.interp(page.flat[:, 0], [0, 60, 120], [0, 30.0, 0])
     vertices = np.column_stack([page.flat[:, 0] * 0.87, page.flat[:, 1], steps])
     found, _ = covered(replace(page, vertices=vertices, texcoords=pinhole(vertices)))
-    assert found.findings() == []
-    assert found.shares() == {"measured": 1.0, "filled": 0.0, "hidden": 0.0, "invented": 0.0, "covered": 0.0}
+    assert found.findings(DPI) == []
+    assert found.fractions() == {
+        "measured": 1.0,
+        "interpolated": 0.0,
+        "occluded": 0.0,
+        "inpainted": 0.0,
+        "obstructed": 0.0,
+    }
 
 
 def test_the_camera_centre_is_fitted_to_texture_coordinates():
@@ -116,7 +122,7 @@ def test_a_camera_at_infinity_is_on_the_side_that_the_page_is_turned_to(seed, no
     found, _ = covered(replace(page, texcoords=parallel))
     from_behind, _ = covered(replace(page, texcoords=parallel, faces=page.faces[:, ::-1]))
     for one in (found, from_behind):
-        assert one.shares()["hidden"] == pytest.approx(HIDDEN_SHARE, abs=SHARE_ROUNDING)
+        assert one.fractions()["occluded"] == pytest.approx(HIDDEN_SHARE, abs=SHARE_ROUNDING)
 
 
 def test_hidden_pixels_are_white_and_a_hole_in_the_surface_is_hidden():
@@ -125,22 +131,42 @@ def test_hidden_pixels_are_white_and_a_hole_in_the_surface_is_hidden():
     hole = np.linalg.norm(middle - [100.0, 40.0], axis=1) < 6.0
     found, painting = covered(replace(page, faces=page.faces[~hole]))
     y, x = round(40.0 * DPI / MM_PER_INCH), round(100.0 * DPI / MM_PER_INCH)
-    assert found.seen[y, x] == Seen.HIDDEN
+    assert found.seen[y, x] == CoverageClass.OCCLUDED
     image = blank_hidden(painting.image, found)
-    assert (image[found.seen == Seen.HIDDEN] == 255).all()
+    assert (image[found.seen == CoverageClass.OCCLUDED] == 255).all()
     np.testing.assert_array_equal(image[found.mask], painting.image[found.mask])
+
+
+@pytest.mark.parametrize(("radius", "codes"), [(6.0, []), (30.0, ["gap"])])
+def test_a_broad_hole_in_the_surface_is_reported_and_hidden_by_nothing(radius, codes):
+    page = replace(folded(), texcoords=folded().flat)  # no camera
+    middle = page.flat[page.faces].mean(axis=1)
+    found, _ = covered(replace(page, faces=page.faces[np.linalg.norm(middle - [60.0, 40.0], axis=1) > radius]))
+    assert [one.code for one in found.findings(DPI)] == codes
+    if codes:
+        across = float(found.findings(DPI)[0].text.split(" mm across")[0].split()[-1])
+        assert across == pytest.approx(2 * radius, abs=4.0)  # a face of 2 mm on either side
+
+
+def test_a_chart_may_fill_its_picture():
+    page = folded()
+    filled = replace(page, texcoords=page.flat / page.flat.max(axis=0) * [639.0, 479.0])
+    painting = paint_page(filled, DPI)
+    kinds = kinds_of(painting.mask)
+    assert cover(filled, painting, kinds, None, DPI).cut > 0.9
+    assert cover(filled, painting, kinds, None, DPI, may_be_cut=False).cut is None
 
 
 def test_the_share_of_the_outline_at_the_edge_of_the_picture():
     rows, cols = np.indices((20, 40)).astype(np.float32)
     inside = np.dstack([cols + 100, rows + 100]).astype(np.float32)
     page = np.ones((20, 40), bool)
-    assert cut_share(page, inside, (480, 640)) == 0.0
+    assert cropped_fraction(page, inside, (480, 640)) == 0.0
     cut = np.dstack([cols, rows + 100]).astype(np.float32)  # its left side, 20 of 116 pixels, and the next columns
-    assert cut_share(page, cut, (480, 640)) == pytest.approx((20 + 2 * 3) / 116)
+    assert cropped_fraction(page, cut, (480, 640)) == pytest.approx((20 + 2 * 3) / 116)
     assert cut_findings(0.0) == []
-    (found,) = cut_findings(cut_share(page, cut, (480, 640)))
-    assert found.text.startswith("22% of the page's outline is at the edge of the picture")
+    (found,) = cut_findings(cropped_fraction(page, cut, (480, 640)))
+    assert found.text.startswith("22% of the page's outline is at the edge of the image")
 
 
 def test_a_picture_that_mirrors_its_surface_is_told_and_hides_as_much():
@@ -155,11 +181,11 @@ def test_a_picture_that_mirrors_its_surface_is_told_and_hides_as_much():
 @pytest.mark.parametrize(("across_mm", "told"), [(16.0, False), (26.0, True)])
 def test_a_broad_area_without_range_is_told(across_mm, told):
     """And its width; dots and lines of any length are no area."""
-    seen = np.full((400, 500), Seen.MEASURED, np.uint8)
-    seen[::7] = Seen.FILLED
+    seen = np.full((400, 500), CoverageClass.MEASURED, np.uint8)
+    seen[::7] = CoverageClass.INTERPOLATED
     radius = 0.5 * across_mm * DPI / MM_PER_INCH
     rows, cols = np.indices(seen.shape)
-    seen[np.hypot(rows - 200, cols - 250) < radius] = Seen.FILLED
+    seen[np.hypot(rows - 200, cols - 250) < radius] = CoverageClass.INTERPOLATED
     findings = filled_findings(seen, DPI)
     assert len(findings) == told
     if told:

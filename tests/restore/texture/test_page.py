@@ -153,7 +153,7 @@ def test_a_page_without_texture_shows_its_relief(without):
     page.vertices[:, 2] -= 0.5 * np.abs(page.flat[:, 0] - middle)
     painting = paint_page(page, DPI)
     assert painting.image.shape == (40, 60, 3)
-    assert painting.resolution.effective_ppi == 0.0
+    assert painting.resolution.resolved_ppi == 0.0
     assert np.isnan(painting.source).all()
     assert painting.mask.all()
     np.testing.assert_array_equal(painting.image[..., 0], painting.image[..., 2])

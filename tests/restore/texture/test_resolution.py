@@ -12,8 +12,8 @@ from restore.texture.resolution import (
     NO_PICTURE,
     Resolution,
     edge_mtf50,
-    effective_share,
     print_or_outline_mtf50,
+    resolved_fraction,
 )
 
 FINE = 6  # subpixels to a pixel's side: sharp pictures are drawn so much finer and averaged
@@ -61,7 +61,7 @@ def test_wide_edges_are_measured_in_smaller_copies(blur_px):
 
 
 def test_a_picture_of_ideal_pixels_has_no_more_than_its_pixels():
-    assert effective_share(mtf50_of_picture(drawn(0.0))) == 1.0
+    assert resolved_fraction(mtf50_of_picture(drawn(0.0))) == 1.0
 
 
 @settings(max_examples=8, deadline=None)
@@ -113,8 +113,8 @@ def test_a_picture_without_isolated_edges_tells_nothing(picture):
 
 
 def test_a_period_takes_two_pixels_and_no_picture_has_more_than_its_own():
-    assert effective_share(0.2) == pytest.approx(0.4)
-    assert effective_share(0.6) == effective_share(None) == 1.0
+    assert resolved_fraction(0.2) == pytest.approx(0.4)
+    assert resolved_fraction(0.6) == resolved_fraction(None) == 1.0
 
 
 def test_print_counts_before_the_outline_and_the_outline_where_there_is_no_print():
@@ -132,11 +132,11 @@ def test_print_counts_before_the_outline_and_the_outline_where_there_is_no_print
 def test_what_a_report_says():
     known, unknown, none = Resolution(100.0, 0.3), Resolution(100.0), Resolution(0.0)
     assert known.described() == {
-        "effective_ppi": pytest.approx(60.0),
+        "resolved_ppi": pytest.approx(60.0),
         "sampling_ppi": 100.0,
         "mtf50_per_mm": pytest.approx(0.3 * 100 / 25.4),
     }
-    assert unknown.described()["effective_ppi"] is None
-    assert unknown.described()["effective_ppi_unknown"] == NO_EDGES
-    assert none.described()["effective_ppi"] == 0.0
-    assert none.described()["effective_ppi_unknown"] == NO_PICTURE
+    assert unknown.described()["resolved_ppi"] is None
+    assert unknown.described()["resolved_ppi_unknown"] == NO_EDGES
+    assert none.described()["resolved_ppi"] == 0.0
+    assert none.described()["resolved_ppi_unknown"] == NO_PICTURE

@@ -9,7 +9,7 @@ import pytest
 from drivers.simulated.scene.artwork import Text
 from restore.errors import BadInput
 from restore.scan import RangeScan
-from restore.texture.super_resolution import FACTOR, LENS_BLUR_PX, finer_scan, registration, super_resolve
+from restore.texture.super_resolution import FACTOR, LENS_BLUR_PX, registration, super_resolve, super_resolve_images
 
 FINE = 8  # pixels of the known picture to one of an image
 SIZE = 96, 128  # rows, columns of the images
@@ -56,14 +56,14 @@ def test_shifts_are_registered_to_a_twentieth_of_a_pixel(known, images, shift):
 def test_super_resolution_is_nearer_to_the_truth_than_one_enlarged_image(known, images):
     truth = cv2.resize(known, ((SIZE[1] + 4) * FACTOR, (SIZE[0] + 4) * FACTOR), interpolation=cv2.INTER_AREA)
     truth = truth[2 * FACTOR : -2 * FACTOR, 2 * FACTOR : -2 * FACTOR]
-    found = super_resolve(images).image
+    found = super_resolve_images(images).image
     enlarged = cv2.resize(images[0], found.shape[1::-1], interpolation=cv2.INTER_CUBIC)
     assert found.shape == truth.shape
     assert rms(found, truth) < MAX_ERROR_RATIO * rms(enlarged, truth)
 
 
 def test_the_super_resolved_picture_is_aligned_with_the_first_image(images):
-    found = super_resolve(images).image
+    found = super_resolve_images(images).image
     again = cv2.resize(found, SIZE[::-1], interpolation=cv2.INTER_AREA)
     moved = registration(images[0], again)
     middle = np.array([SIZE[1] / 2, SIZE[0] / 2, 1])
@@ -73,7 +73,7 @@ def test_the_super_resolved_picture_is_aligned_with_the_first_image(images):
 def test_ink_has_no_halo(known, images):
     darker = [(image * 0.8).astype(np.uint8) for image in images]  # paper at 204: what is brighter can be seen
     paper = int(np.mean([np.percentile(image, 90) for image in darker]))
-    assert np.percentile(super_resolve(darker).image, 99) <= paper + MAX_OVERSHOOT
+    assert np.percentile(super_resolve_images(darker).image, 99) <= paper + MAX_OVERSHOOT
 
 
 def test_a_uniform_picture_stays_uniform():
@@ -81,17 +81,17 @@ def test_a_uniform_picture_stays_uniform():
     texture = cv2.GaussianBlur(rng.normal(0, 40, (*SIZE, 3)), (0, 0), 6) * 5  # something to register by
     images = [np.clip(120 + np.roll(texture, k, axis=(0, 1)), 0, 255).astype(np.uint8) for k in (0, 0, 0, 0)]
     with pytest.raises(BadInput, match="on each other"):
-        super_resolve(images)
+        super_resolve_images(images)
 
 
 def test_too_few_shots_are_rejected(images):
     with pytest.raises(BadInput, match="too few"):
-        super_resolve(images[:3])
+        super_resolve_images(images[:3])
 
 
 def test_shots_of_different_sizes_are_rejected(images):
     with pytest.raises(BadInput, match="sizes"):
-        super_resolve([*images[:4], images[4][:-1]])
+        super_resolve_images([*images[:4], images[4][:-1]])
 
 
 @pytest.mark.parametrize("other", ["another page", "black", "mirrored"])
@@ -103,13 +103,13 @@ def test_a_shot_of_another_page_is_rejected(images, other):
         "mirrored": np.ascontiguousarray(images[0][:, ::-1]),
     }
     with pytest.raises(BadInput, match="shot 5 does not show the same page"):
-        super_resolve([*images[:4], pictures[other]])
+        super_resolve_images([*images[:4], pictures[other]])
 
 
 def test_a_shot_with_a_large_shift_is_rejected(images, known):
     far = [seen(known, 0, 0), *images[1:4], np.roll(images[0], 5, axis=1)]
     with pytest.raises(BadInput, match="moved by"):
-        super_resolve(far)
+        super_resolve_images(far)
 
 
 def test_texture_positions_of_a_scan_are_scaled_to_the_super_resolved_picture(images):
@@ -117,11 +117,11 @@ def test_texture_positions_of_a_scan_are_scaled_to_the_super_resolved_picture(im
     points = np.zeros((rows, cols, 3))
     grid = np.stack(np.meshgrid(np.arange(cols), np.arange(rows)), axis=-1).astype(float)
     shots = [RangeScan(points, image, grid, {"lens": "MIDDLE"}) for image in images]
-    scan = finer_scan(shots)
+    scan = super_resolve(shots)
     assert scan.points is points
     assert scan.texture.shape == (rows * FACTOR, cols * FACTOR, 3)
     np.testing.assert_array_equal(scan.texture_xy[0, 0], [(FACTOR - 1) / 2] * 2)  # the middle of its finer pixels
     assert scan.provenance["lens"] == "MIDDLE"
-    assert scan.provenance["super"]["shots"] == len(images)
+    assert scan.provenance["super_resolution"]["captures"] == len(images)
     with pytest.raises(BadInput, match="no colour"):
-        finer_scan([*shots, RangeScan(points, None, grid)])
+        super_resolve([*shots, RangeScan(points, None, grid)])

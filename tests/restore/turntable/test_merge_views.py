@@ -32,6 +32,7 @@ def missed(book):
     return on_page & ~book.scans[0].measured
 
 
+@pytest.mark.slow
 def test_measured_samples_of_the_reference_are_unchanged(book, merged) -> None:
     seen = book.scans[0].measured
     np.testing.assert_array_equal(merged.scan.points[seen], book.scans[0].points[seen])
@@ -57,7 +58,7 @@ def test_every_view_is_reported(book, merged) -> None:
     assert other.filled >= (missed(book) & merged.scan.measured).sum()
     assert other.residual_mm < 0.1
     assert other.moved_mm == pytest.approx(2 * np.linalg.norm(AXIS_ERROR_MM[:2]), abs=REGISTERED_MM + 0.3)
-    assert merged.scan.provenance["views"][1]["residual_mm"] == other.residual_mm
+    assert merged.scan.provenance["view_registrations"][1]["residual_mm"] == other.residual_mm
 
 
 def test_a_page_divided_by_a_shadow_is_connected_after_merging(book, merged) -> None:

@@ -67,11 +67,11 @@ def test_the_command_prints_what_became_of_each_page(scans, tmp_path, capsys) ->
 
 @pytest.mark.usefixtures("in_process")
 def test_a_batch_with_pages_set_aside_ends_with_a_code_of_its_own(scans, tmp_path, capsys) -> None:
-    words = ["batch", str(scans), "-o", str(tmp_path / "out"), "-w", "1", "--json", *OPTIONS]
+    words = ["batch", str(scans), "-o", str(tmp_path / "out"), "-j", "1", "--json", *OPTIONS]
     for restored in (4, 0):  # and again when nothing was left to do
         assert main(words) == 7
-        told = json.loads(capsys.readouterr().out)
-        assert (told["restored"], told["pages"]) == (restored, 5)
+        told = json.loads(capsys.readouterr().out.splitlines()[-1])
+        assert (told["counts"].get("restored", 0), told["pages"]) == (restored, 5)
         assert [page["name"] for page in told["set_aside"]] == ["broken.ply"]
         assert told["set_aside"][0]["reasons"]
     (scans / "broken.ply").unlink()
@@ -93,8 +93,13 @@ def test_options_are_checked_before_anything_else(scans, tmp_path, capsys) -> No
     out = str(tmp_path / "out")
     assert main(["batch", str(scans), "-o", out, "--dpi", "1"]) == 2
     assert main(["batch", str(tmp_path / "nothing"), "-o", out]) == 2
-    assert main(["batch", str(scans), "-o", out, "--workers", "2", "--scheduler", "tcp://127.0.0.1:1"]) == 2
-    for option in ("--page-limit", "inf"), ("--page-limit", "nan"), ("--memory", "1"), ("--memory", "9" * 20):
+    assert main(["batch", str(scans), "-o", out, "--jobs", "2", "--scheduler", "tcp://127.0.0.1:1"]) == 2
+    for option in (
+        ("--page-timeout", "inf"),
+        ("--page-timeout", "nan"),
+        ("--memory-limit", "1"),
+        ("--memory-limit", "9" * 20),
+    ):
         assert main(["batch", str(scans), "-o", out, *option]) == 2
     assert not (tmp_path / "out").exists()
 
@@ -152,4 +157,4 @@ def reports(out: Path) -> dict[Path, bytes]:
 def test_a_report_names_its_scan(scans, tmp_path) -> None:
     folders(scans, tmp_path / "out", [])
     report = json.loads((tmp_path / "out/sub/c/c.json").read_text())
-    assert report["arrival"]["source"] == "sub/c.ply"
+    assert report["arrival"]["scan"] == "sub/c.ply"

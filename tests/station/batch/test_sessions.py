@@ -31,7 +31,7 @@ from tests.station.conftest import fault
 def session(tmp_path):
     """A session of three small scans and one that is damaged."""
     preset = Preset(settings={"points": 100, "dpi": 40}).model_dump(mode="json", exclude_none=True)
-    create_session(tmp_path / "book", Volume(title="A book", settings=preset))
+    create_session(tmp_path / "book", Volume(title="A book", preset_values=preset))
     with open_session(tmp_path / "book") as writer:
         for seed in range(3):
             add_original(writer, small_scan(tmp_path / f"scans/{seed}.ply", seed))
@@ -148,7 +148,7 @@ def test_a_session_in_a_folder_of_scans_is_left_out_and_named(session, tmp_path,
     assert restored(tmp_path / "all/a book") == []
     assert main(["batch", str(tmp_path / "all/a book/data"), *out]) == 2
     message, hint = fault(capsys.readouterr().err)
-    assert "is no folder of scans" in message
+    assert "is not a folder of scans" in message
     assert f"planish batch '{tmp_path}/all/a book' -o OUT" in hint
 
 

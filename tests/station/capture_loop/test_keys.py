@@ -16,7 +16,7 @@ from station.errors import UsageError
 def test_a_pipe_gives_its_characters_then_its_end():
     got: SimpleQueue[str] = SimpleQueue()
     keys.read_keys(io.StringIO(" \nq"), got.put).join()
-    assert [keys.ACTIONS.get(got.get()) for _ in range(4)] == ["shoot", "accept", "quit", "quit"]
+    assert [keys.ACTIONS.get(got.get()) for _ in range(4)] == ["capture", "accept", "quit", "quit"]
 
 
 def test_a_terminal_gives_single_keys_and_is_put_back():

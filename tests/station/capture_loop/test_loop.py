@@ -22,14 +22,14 @@ from station.session.verify import verify
 from station.verdict.same_page import fingerprint
 
 GOOD = {
-    "covered_share": 0.99,
+    "measured_fraction": 0.99,
     "hole_mm": 1.0,
-    "cut_share": 0.0,
-    "depth_share": 0.5,
-    "strain_rms": 0.001,
-    "effective_ppi": 60.0,
+    "cropped_fraction": 0.0,
+    "depth_window_fraction": 0.5,
+    "smooth_strain_rms": 0.001,
+    "sampling_ppi": 60.0,
     "blur_px": 0.8,
-    "clipped_share": 0.0,
+    "clipped_fraction": 0.0,
 }
 
 
@@ -71,7 +71,7 @@ class Restorer:
 @pytest.fixture
 def book(tmp_path: Path) -> Path:
     settings = load_preset("leaflet").model_dump(mode="json", exclude_none=True)
-    create_session(tmp_path / "book", Volume(title="A book", settings=settings))
+    create_session(tmp_path / "book", Volume(title="A book", preset_values=settings))
     return tmp_path / "book"
 
 
@@ -132,8 +132,8 @@ def test_the_next_page_is_shot_while_the_last_is_restored(book, tiny_scan):
     restorer = Restorer()
     restorer.hold = True
     with loop_of(book, tiny_scan, restorer) as (loop, lines):
-        loop.press("shoot")
-        loop.press("shoot")
+        loop.press("capture")
+        loop.press("capture")
         assert [len(page.runs) for page in loop.writer.history.pages()] == [0, 0]
         loop.press("again")
         restorer.release()
@@ -149,7 +149,7 @@ def test_a_shift_is_taken_up_where_it_was(book, tiny_scan):
     restorer = Restorer()
     restorer.hold = True
     with loop_of(book, tiny_scan, restorer) as (loop, _):
-        loop.press("shoot")  # and the power fails
+        loop.press("capture")  # and the power fails
     lines = work(book, tiny_scan, Restorer(), "\n ")
     assert lines[0].startswith("A book: 1 pages.")
     assert [(state_of(page), sorted(page.runs)) for page in pages(book)] == [
@@ -190,10 +190,10 @@ def test_a_fault_of_the_program_costs_one_page(book, tiny_scan):
 
     with loop_of(book, tiny_scan, restorer) as (loop, lines):
         loop.submit = faulty
-        loop.press("shoot")
+        loop.press("capture")
         loop.finish(loop.inbox.get())
         loop.submit = restorer.submit
-        loop.press("shoot")
+        loop.press("capture")
         loop.finish(loop.inbox.get())
     assert any("RED  not restored: unexpected fault: ZeroDivisionError: no such page" in line for line in lines)
     first, second = pages(book)
@@ -206,7 +206,7 @@ def test_a_full_disk_ends_the_shift(book, tiny_scan):
         future: Future[Run] = Future()
         future.set_exception(OSError(28, "No space left on device"))
         loop.submit = lambda *_: future
-        loop.press("shoot")
+        loop.press("capture")
         with pytest.raises(OSError, match="No space"):
             loop.finish(loop.inbox.get())
 
@@ -218,12 +218,12 @@ def test_a_scanner_that_fails_ends_no_shift(book, tiny_scan):
             raise ScannerError("the barrier is on", "take it off")
 
         loop.shoot = fail
-        loop.press("shoot")
+        loop.press("capture")
         loop.shoot = None
-        loop.press("shoot")
+        loop.press("capture")
         loop.press("accept")
     assert lines == [
         "not shot: the barrier is on (take it off)",
-        "there is no scanner: name its configuration with --config",
-        "there is no page yet: space shoots the first",
+        "no scanner is configured: name its configuration with --config",
+        "no page has been captured yet: space captures the first",
     ]

@@ -39,6 +39,7 @@ def error_mm(calibration) -> float:
     return float(np.linalg.norm(off, axis=-1).max())
 
 
+@pytest.mark.slow
 def test_a_body_is_calibrated_from_its_scans(scans, tmp_path, capsys) -> None:
     output = tmp_path / "body.toml"
     assert main(["calibrate", f"{scans[0]}@750", *scans[1:], "-o", str(output), "--json"]) == 0
@@ -68,7 +69,7 @@ def test_nothing_is_overwritten_unasked(scans, tmp_path, capsys) -> None:
         (["nowhere.scan@610"], 3, "nowhere.scan"),
         (["mesh.stl"], 3, "is a mesh"),
         (["{scan}", "--columns", "50", "--rows", "50"], 2, "250 markers"),
-        (["{scan}", "--marker", "30"], 2, "overlap"),
+        (["{scan}", "--marker-size", "30"], 2, "overlap"),
     ],
 )
 def test_what_cannot_be_calibrated_from_is_refused(scans, tmp_path, monkeypatch, capsys, arguments, code, told) -> None:
@@ -91,7 +92,7 @@ def test_a_name_of_another_format_is_refused(tmp_path, capsys, command, name) ->
 
 def test_the_board_prints_true_to_scale(tmp_path) -> None:
     output = tmp_path / "board.png"
-    size = ["--columns", "5", "--rows", "4", "--marker", "20", "--pitch", "30"]
+    size = ["--columns", "5", "--rows", "4", "--marker-size", "20", "--marker-pitch", "30"]
     assert main(["board", "-o", str(output), *size]) == 0
     with Image.open(output) as picture:
         assert picture.info["dpi"] == pytest.approx((300, 300), abs=0.02)

@@ -1,4 +1,4 @@
-"""`planish shoot` as it is typed."""
+"""`planish capture` as it is typed."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_what_was_shot_is_stored_restored_and_listed(place, monkeypatch, capsys)
     monkeypatch.setattr(drivers, "open_scanner", lambda _config: scanner)
     scanner.capture = lambda settings: StandInScanner.capture(scanner, settings, lambda *_: None)
     typed(monkeypatch, " \n")
-    assert main(["shoot", str(place / "book"), "--config", "simulated"]) == 0
+    assert main(["capture", str(place / "book"), "--config", "simulated"]) == 0
     out = capsys.readouterr().out
     assert "page 1 [1]: stored" in out
     assert "page 1 [1]: accepted" in out
@@ -46,18 +46,18 @@ def test_the_station_of_the_session_is_used(place, monkeypatch, capsys):
     opened = []
     monkeypatch.setattr(drivers, "open_scanner", lambda config: opened.append(config["driver"]) or StandInScanner())
     typed(monkeypatch, "?")
-    assert main(["shoot", "known"]) == 0
+    assert main(["capture", "known"]) == 0
     assert opened == ["simulated"]
     assert main(["session", "new", str(place / "other"), "--config", "gone.toml"]) == 2
-    assert "there is no configuration 'gone.toml'" in capsys.readouterr().err
+    assert "the configuration 'gone.toml' does not exist" in capsys.readouterr().err
 
 
 def test_without_a_scanner_what_is_left_is_done(place, monkeypatch, capsys):
     typed(monkeypatch, " ")
-    assert main(["shoot", "Missale"]) == 0
-    assert "there is no scanner" in capsys.readouterr().out
+    assert main(["capture", "Missale"]) == 0
+    assert "no scanner is configured" in capsys.readouterr().out
 
 
 def test_a_session_that_is_not_there(place, capsys):
-    assert main(["shoot", "gone", "--config", "simulated"]) == 3
+    assert main(["capture", "gone", "--config", "simulated"]) == 3
     assert "no session" in capsys.readouterr().err

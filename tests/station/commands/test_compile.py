@@ -9,7 +9,7 @@ import pytest
 
 from restore import Settings, load_scan, restore
 from station.cli import main
-from station.commands import compile as warm_up
+from station.commands import compile as command
 from station.run import one_page
 from station.run.small_page import DISTANCE_MM, PITCH, RADIUS_MM, ROWS, small_page
 
@@ -29,7 +29,7 @@ def test_the_page_is_a_cylinder_seen_along_lines_of_sight():
 def test_it_is_restored_whole_without_libraries_of_the_system(monkeypatch):
     for name in ("open3d", "pymeshlab"):
         monkeypatch.setitem(sys.modules, name, None)
-    page = restore(small_page(), Settings(points=warm_up.POINTS))
+    page = restore(small_page(), Settings(points=command.POINTS))
     width = 2 * RADIUS_MM * np.arcsin(np.ptp(small_page().points[..., 0]) / 2 / RADIUS_MM)
     sample = PITCH * DISTANCE_MM
     assert page.report["page_mm"][0] == pytest.approx(width, abs=2 * sample)  # the border may be one beyond each side
@@ -45,12 +45,12 @@ def test_the_page_is_restored_as_a_scan_and_as_the_mesh_that_it_leaves(monkeypat
             assert "mesh" in options.outputs
 
     monkeypatch.setattr(one_page, "restore_file", restore_file)
-    assert warm_up.compile_kernels() == 0
+    assert command.compile_kernels() == 0
     assert runs == [("isometric", "page.scan"), ("isometric", "page-warped.obj")]
 
 
 @pytest.mark.parametrize(("count", "told"), [(0, "compiled already"), (7, "7 functions compiled")])
 def test_the_command_says_what_it_did(monkeypatch, capsys, count, told):
-    monkeypatch.setattr(warm_up, "compile_kernels", lambda: count)
-    assert main(["warm-up"]) == 0
+    monkeypatch.setattr(command, "compile_kernels", lambda: count)
+    assert main(["compile"]) == 0
     assert told in capsys.readouterr().out

@@ -1,4 +1,4 @@
-"""`planish ask`: a profile in progress asks, and nothing is written before its owner trusts it."""
+"""`planish query`: a profile in progress asks, and nothing is written before its owner trusts it."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def sent(device) -> set[str]:
 
 
 def test_blocks_are_shown_with_their_bytes_and_fields(station, device, capsys):
-    assert main(["ask", "--config", station(SIMULATED)]) == 0
+    assert main(["query", "--config", station(SIMULATED)]) == 0
     told = capsys.readouterr().out.splitlines()
     assert told[:2] == ["PLANISH SIM VIVID 900 0.9", f"profile {SIMULATED}: trusted"]
     assert "  lens = 2 (MIDDLE)" in told
@@ -70,11 +70,11 @@ def test_blocks_are_shown_with_their_bytes_and_fields(station, device, capsys):
 
 
 def test_a_draft_asks_and_says_what_is_missing(station, draft, device, capsys):
-    assert main(["ask", "--config", station(str(draft))]) == 0
+    assert main(["query", "--config", station(str(draft))]) == 0
     told = capsys.readouterr().out
     assert "not trusted" in told
     assert "has to be found out: commands.write_parameters, commands.read_pitch" in told
-    assert "TEST UNIT READY tells: ready" in told
+    assert "TEST UNIT READY reports: ready" in told
     assert "distance_mm = 1000" in told
     assert sent(device) <= {"read_parameters", "12 00 00 00 24 00", "00 00 00 00 00 00", "03 00 00 00 12 00"}
 
@@ -95,16 +95,16 @@ def test_nothing_is_written_with_a_profile_that_is_not_trusted(command, code, st
 def test_a_block_that_cannot_be_read_is_shown_with_the_reason(station, tmp_path, draft, capsys):
     text = draft.read_text().replace("length = 16", 'length = 16\nchecksum = { kind = "sum8", at = 15 }')
     draft.write_text(text)
-    assert main(["ask", "--config", station(str(draft))]) == 0
+    assert main(["query", "--config", station(str(draft))]) == 0
     assert "checksum" in capsys.readouterr().out
     draft.write_text(DRAFT.replace("C0 00", "CF 00"))
-    assert main(["ask", "--config", station(str(draft))]) == 0
+    assert main(["query", "--config", station(str(draft))]) == 0
     assert "does not know" in capsys.readouterr().out
 
 
 def test_another_scanner_is_not_asked(station, draft, device, capsys):
     draft.write_text(DRAFT.replace("SIM VIVID", "VIVID"))
-    assert main(["ask", "--config", station(str(draft))]) == 4
+    assert main(["query", "--config", station(str(draft))]) == 4
     assert "is for PLANISH VIVID 900" in capsys.readouterr().err
     assert "read_parameters" not in sent(device)
 
@@ -112,7 +112,7 @@ def test_another_scanner_is_not_asked(station, draft, device, capsys):
 def test_the_simulated_station_answers_too(tmp_path, capsys):
     config = tmp_path / "simulated.toml"
     config.write_text('[scanner]\ndriver = "simulated"\nprofile = "variants/no-status"\n')
-    assert main(["ask", "--config", str(config)]) == 0
+    assert main(["query", "--config", str(config)]) == 0
     told = capsys.readouterr().out
     assert "profile no-status: trusted" in told
     assert "without commands.status: TEST UNIT READY is polled" in told

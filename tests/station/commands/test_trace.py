@@ -50,20 +50,20 @@ def test_as_json(capture, capsys):
 
 def test_a_draft_is_written_and_not_overwritten(capture, tmp_path, capsys):
     draft = tmp_path / "my-vivid900.toml"
-    assert main(["trace", str(capture), "--profile", str(draft)]) == 0
+    assert main(["trace", str(capture), "--draft", str(draft)]) == 0
     told = tomllib.loads(draft.read_text("utf-8"))
     assert told["name"] == "my-vivid900"
     assert told["firmware"] == {"vendor": "MINOLTA", "product": "VIVID 900", "revisions": ["1.00"]}
     draft.write_text("worked on for days")
-    assert main(["trace", str(capture), "--profile", str(draft)]) == 2
+    assert main(["trace", str(capture), "--draft", str(draft)]) == 2
     assert draft.read_text() == "worked on for days"
-    assert main(["trace", str(capture), "--profile", str(draft), "--force"]) == 0
+    assert main(["trace", str(capture), "--draft", str(draft), "--force"]) == 0
     assert draft.read_text() != "worked on for days"
 
 
 def test_a_damaged_capture_is_bad_input(capture, tmp_path, capsys):
     capture.write_bytes(capture.read_bytes()[:60])
-    assert main(["trace", str(capture), "--profile", str(tmp_path / "draft.toml")]) == 3
+    assert main(["trace", str(capture), "--draft", str(tmp_path / "draft.toml")]) == 3
     told, hint = capsys.readouterr().err.splitlines()
     assert told.startswith("planish: ")
     assert "capture" in hint
@@ -106,7 +106,7 @@ def test_comparisons_that_cannot_be_say_what_to_do(series, arguments, code, hint
 
 def test_a_draft_of_several_captures_has_the_evidence_of_all(series, tmp_path, capsys):
     draft = tmp_path / "mine.toml"
-    assert main(["trace", *series[:2], "--profile", str(draft)]) == 0
+    assert main(["trace", *series[:2], "--draft", str(draft)]) == 0
     assert draft.read_text("utf-8").count("# seen: 01") == 2
 
 

@@ -39,7 +39,7 @@ def test_scans_are_restored_with_their_settings_and_the_report_names_the_origina
     assert (out / "book/book.tif").exists()
     report = json.loads((out / "fine/map/map.json").read_text())
     assert report["scan"] == str(scans / "fine/map.ply")
-    assert report["arrival"]["source"] == "fine/map.ply"
+    assert report["arrival"]["scan"] == "fine/map.ply"
     assert len(report["arrival"]["sha256"]) == 64
     assert capsys.readouterr().out.splitlines() == [
         f"restored   book.wrl: {out / 'book'}",

@@ -34,14 +34,14 @@ from tests.station.conftest import curl_scan
 WAIT_S = 90.0  # for what the server does in its threads: milliseconds, on a machine with time
 TAB = "a" * 16
 GOOD = {
-    "covered_share": 0.99,
+    "measured_fraction": 0.99,
     "hole_mm": 1.0,
-    "cut_share": 0.0,
-    "depth_share": 0.5,
-    "strain_rms": 0.001,
-    "effective_ppi": 60.0,
+    "cropped_fraction": 0.0,
+    "depth_window_fraction": 0.5,
+    "smooth_strain_rms": 0.001,
+    "sampling_ppi": 60.0,
     "blur_px": 0.8,
-    "clipped_share": 0.0,
+    "clipped_fraction": 0.0,
 }
 
 
@@ -210,7 +210,7 @@ def serving(
 def root(tmp_path: Path) -> Path:
     """A folder with one session, `missale`."""
     settings = load_preset("book").model_dump(mode="json", exclude_none=True)
-    create_session(tmp_path / "missale", Volume(title="Missale", project="P 12", settings=settings))
+    create_session(tmp_path / "missale", Volume(title="Missale", project="P 12", preset_values=settings))
     return tmp_path
 
 

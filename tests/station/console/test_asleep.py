@@ -70,7 +70,7 @@ def station(root: Path, port: int, tmp_path: Path) -> Iterator[tuple[subprocess.
 
 
 def shoot(browser: httpx.Client) -> None:
-    assert browser.post("/api/press", json={"action": "shoot"}).status_code == 202
+    assert browser.post("/api/press", json={"action": "capture"}).status_code == 202
 
 
 def is_stored(browser: httpx.Client, pages: int) -> dict[str, Any] | None:
@@ -79,6 +79,7 @@ def is_stored(browser: httpx.Client, pages: int) -> dict[str, Any] | None:
     return state if state["session"]["pages"] == pages and state["scanner"]["busy"] is None else None
 
 
+@pytest.mark.slow
 def test_a_laptop_that_sleeps_in_a_shot_keeps_the_frame_and_the_laser_is_off(station, device, root):
     process, browser = station
     shoot(browser)

@@ -43,10 +43,10 @@ def test_the_link_opens_the_console_and_a_signal_ends_it(root):
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        (["--listen", "192.0.2.1"], "others can read along"),
-        (["--listen", "192.0.2.1", "--cert", "a"], "--cert and --key go together"),
-        (["--kiosk"], "--kiosk shows the link to other devices"),
-        (["--config", "gone.toml"], "there is no configuration 'gone.toml'"),
+        (["--host", "192.0.2.1"], "others can read along"),
+        (["--host", "192.0.2.1", "--cert", "a"], "--cert and --key go together"),
+        (["--qr"], "--qr shows the link to other devices"),
+        (["--config", "gone.toml"], "the configuration 'gone.toml' does not exist"),
     ],
 )
 def test_what_cannot_be_served_is_refused_before_any_work(root, capsys, options, text):
@@ -64,7 +64,7 @@ def test_every_address_is_none_however_it_is_written(host):
 
 def test_a_folder_that_is_not_there(tmp_path, capsys):
     assert main(["serve", str(tmp_path / "gone")]) == 2
-    assert "is no folder" in capsys.readouterr().err
+    assert "is not a folder" in capsys.readouterr().err
 
 
 def test_without_its_packages_the_command_names_what_to_install(root, capsys, monkeypatch):

@@ -1,4 +1,4 @@
-"""`planish serve --listen` over a real socket: TLS by a certificate that the browser knows, and nothing without it."""
+"""`planish serve --host` over a real socket: TLS by a certificate that the browser knows, and nothing without it."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Files:
 @contextmanager
 def served(root: Path, files: Files, *options: str) -> Iterator[tuple[str, list[str]]]:
     """A server at ADDRESS: its link, and the lines that it printed before it."""
-    command = [sys.executable, "-m", "station", "serve", str(root), "--listen", ADDRESS, "--port", "0", *options]
+    command = [sys.executable, "-m", "station", "serve", str(root), "--host", ADDRESS, "--port", "0", *options]
     command += ["--cert", str(files.cert), "--key", str(files.key), "--index", str(root / "index")]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as process:
         assert process.stdout is not None
@@ -90,7 +90,7 @@ def served(root: Path, files: Files, *options: str) -> Iterator[tuple[str, list[
 
 
 def test_a_tablet_comes_in_by_the_pinned_certificate(root: Path, files: Files) -> None:
-    with served(root, files, "--kiosk") as (link, code):
+    with served(root, files, "--qr") as (link, code):
         assert len(code) > 15
         assert set("".join(code)) & CODE
         base = link.partition("/enter")[0]
@@ -107,7 +107,7 @@ def test_a_tablet_comes_in_by_the_pinned_certificate(root: Path, files: Files) -
 
 def test_nothing_is_said_without_tls_or_elsewhere(root: Path, files: Files) -> None:
     with served(root, files) as (link, before):
-        assert before == []  # no code without --kiosk
+        assert before == []  # no code without --qr
         base = link.partition("/enter")[0]
         port = int(base.rpartition(":")[2])
         with socket.create_connection((ADDRESS, port), WAIT_S) as line:

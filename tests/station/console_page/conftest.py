@@ -55,7 +55,7 @@ def show(browser: Browser) -> Iterator[Open]:
     """Shows a screen of a canned station in a new window."""
     with ExitStack() as stack:
 
-        def opened(station: CannedStation, screen: str = "shoot", **look: object) -> Page:
+        def opened(station: CannedStation, screen: str = "capture", **look: object) -> Page:
             page = stack.enter_context(window(browser, f"{stack.enter_context(serving(station))}/#/{screen}", **look))
             page.locator(CONNECTED).wait_for(timeout=READY_MS)  # keys that come before do nothing
             page.wait_for_timeout(200)  # until it has loaded what came before

@@ -84,7 +84,9 @@ def look(request: pytest.FixtureRequest) -> Look:
     return Look(*request.param)
 
 
-@pytest.mark.parametrize(("screen", "ready"), [("shoot", ".light"), ("sessions", ".session"), ("settings", ".setting")])
+@pytest.mark.parametrize(
+    ("screen", "ready"), [("capture", ".light"), ("sessions", ".session"), ("settings", ".setting")]
+)
 def test_axe_finds_nothing(show, canned, axe, look, screen, ready):
     page = show(canned, screen, **look.options)
     page.wait_for_selector(ready)
@@ -107,7 +109,7 @@ def test_axe_finds_nothing_on_a_page_with_any_tool(show, canned, axe, look):
 
 def test_axe_finds_nothing_on_a_page_without_a_model_and_on_one_that_was_not_restored(show, canned, axe, look):
     canned.unrecorded.add("mesh")
-    canned.rows[8] = {"failed": {"text": "no page is in sight", "hint": "shoot it again"}, "restore": None}
+    canned.rows[8] = {"failed": {"text": "no page is in sight", "hint": "capture it again"}, "restore": None}
     page = show(canned, "page/7", **look.options)
     page.wait_for_selector(".light")
     page.get_by_role("group", name=look.text("tools")).get_by_role("button", name=look.text("tool.model")).click()
@@ -131,9 +133,9 @@ def test_axe_finds_nothing_on_jobs(show, canned, axe, look):
 
 def test_axe_finds_nothing_when_things_go_wrong(show, canned, axe, look):
     canned.preview = preview()
-    page = show(canned, "shoot", **look.options)
+    page = show(canned, "capture", **look.options)
     page.get_by_role("button", name=look.text("view.preview")).first.click()
-    canned.change(scanner={"busy": "shoot", "laser": "on", "step": "scan", "done": 0.4})
+    canned.change(scanner={"busy": "capture", "laser": "on", "step": "scan", "done": 0.4})
     page.wait_for_selector("[data-laser=on]")
     page.wait_for_load_state("networkidle")
     assert violations(page, axe) == []
@@ -154,7 +156,7 @@ def test_axe_finds_nothing_while_the_first_page_is_restored_and_after_a_break(sh
     canned.pages = 1
     canned.rows[1] = {"busy": True, "restore": None, "level": ""}
     canned.state["session"]["current"] = 1
-    page = show(canned, "shoot", **look.options)
+    page = show(canned, "capture", **look.options)
     page.get_by_text(look.text("shot.restoring", page=look.text("page.name", n=1))).wait_for()
     page.context.set_offline(True)
     page.get_by_text(look.text("offline.title")).first.wait_for()
@@ -168,15 +170,16 @@ def test_axe_finds_nothing_while_the_first_page_is_restored_and_after_a_break(sh
 def test_axe_finds_nothing_where_there_is_nothing_yet(show, canned, axe, look):
     canned.pages, canned.sessions = 0, []
     canned.state["session"] = None
-    page = show(canned, "shoot", **look.options)
+    page = show(canned, "capture", **look.options)
     for screen, sign in {"sessions": "session.none", "batch": "batch.none", "export": "export.none"}.items():
         page.evaluate(f"location.hash = '#/{screen}'")
         page.get_by_role("heading", name=look.text(sign)).wait_for()
         assert violations(page, axe) == [], screen
 
 
+@pytest.mark.slow
 def test_axe_finds_nothing_on_dialogs(show, canned, axe, look):
-    page = show(canned, "shoot", **look.options)
+    page = show(canned, "capture", **look.options)
     for key, sign in {"?": ".light", "n": "[data-action=note]:not([aria-disabled])"}.items():
         page.wait_for_selector(sign)  # a station that was not heard for seconds, on a busy machine, is asked first
         page.keyboard.press(key)
@@ -191,7 +194,7 @@ def test_axe_finds_nothing_on_dialogs(show, canned, axe, look):
 
 
 def test_a_fault_is_said_in_the_language_of_the_reader_with_the_facts_of_the_server(show, canned):
-    page = show(canned, "shoot", language="de")
+    page = show(canned, "capture", language="de")
     canned.change(scanner={"laser": "off", "problem": ERROR}, session={"missing": ["between 2 and 5"]})
     notice = page.locator(".notice", has_text="Der Scanner meldet:")
     notice.wait_for()
@@ -203,7 +206,7 @@ def test_a_fault_is_said_in_the_language_of_the_reader_with_the_facts_of_the_ser
 
 
 def test_axe_can_find_something(show, canned, axe):
-    page = show(canned, "shoot")
+    page = show(canned, "capture")
     page.evaluate("document.querySelector('.brand-name').style.color = '#333'")
     page.evaluate("document.querySelector('#main').append(document.createElement('button'))")
     found = " ".join(violations(page, axe))

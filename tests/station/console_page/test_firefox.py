@@ -53,7 +53,7 @@ def test_the_smoke_path(browser: Firefox, console: Console) -> None:
     browser.wait_for("document.documentElement.dataset.ready")
     browser.evaluate("window.faults = []; addEventListener('error', (event) => faults.push(event.message)); null")
     assert browser.evaluate(NEW_SESSION) == "201 200"
-    show(browser, "shoot", "[data-action=shoot]:not([aria-disabled])")
+    show(browser, "capture", "[data-action=capture]:not([aria-disabled])")
     browser.press(" ")
     browser.wait_for(there("[data-laser=on]"))
     browser.wait_for(there("[data-laser=off]"))

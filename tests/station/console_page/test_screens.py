@@ -45,7 +45,7 @@ def pressed(page, canned, act, count=1):
 
 
 KEYS = {
-    " ": {"action": "shoot"},
+    " ": {"action": "capture"},
     "Enter": {"action": "accept", "page": 10},
     "r": {"action": "again", "page": 10},
     "u": {"action": "undo"},
@@ -67,7 +67,7 @@ def test_the_foot_switch_shoots_after_a_button_was_clicked(show, canned):
     """A blank would press the button once more if that kept the focus."""
     page = show(canned)
     page.locator("[data-action=mark]").click()
-    assert pressed(page, canned, lambda: page.keyboard.press(" "), count=2)[1] == {"action": "shoot"}
+    assert pressed(page, canned, lambda: page.keyboard.press(" "), count=2)[1] == {"action": "capture"}
 
 
 def test_a_note_is_written_in_a_dialog_where_keys_are_letters(show, canned):
@@ -87,17 +87,17 @@ def test_single_letters_can_be_switched_off(show, canned):
     page.keyboard.press("Escape")
     page.wait_for_selector("dialog", state="detached")  # it closes after the key: a blank before would go to its field
     page.keyboard.press("u")
-    assert pressed(page, canned, lambda: page.keyboard.press(" ")) == [{"action": "shoot"}]
+    assert pressed(page, canned, lambda: page.keyboard.press(" ")) == [{"action": "capture"}]
 
 
 def test_nothing_is_asked_for_while_the_scanner_works(show, canned):
     page = show(canned)
-    canned.change(scanner={"busy": "shoot", "laser": "on", "step": "scan", "done": 0.4})
+    canned.change(scanner={"busy": "capture", "laser": "on", "step": "scan", "done": 0.4})
     page.wait_for_selector("[data-laser=on]")
     assert page.locator(".laser").inner_text() == "LASER ON"
     assert "scanning · 40 %" in page.locator(".shot-progress").inner_text()
     page.keyboard.press(" ")
-    page.locator("[data-action=shoot]").click(force=True)
+    page.locator("[data-action=capture]").click(force=True)
     canned.change(scanner={"busy": None, "laser": "off"})
     page.wait_for_selector("[data-laser=off]")
     assert pressed(page, canned, lambda: page.keyboard.press("m")) == [{"action": "mark", "page": 10}]
@@ -113,7 +113,8 @@ def test_a_page_of_the_strip_is_the_one_that_keys_act_on(show, canned):
     assert pressed(page, canned, lambda: page.keyboard.press("r")) == [{"action": "again", "page": 7}]
 
 
-@pytest.mark.parametrize("screen", ["shoot", "page/10"])
+@pytest.mark.slow
+@pytest.mark.parametrize("screen", ["capture", "page/10"])
 def test_no_lights_are_shown_until_those_of_the_page_are_known(show, canned, screen):
     page, held = show(canned, screen), []
     page.wait_for_selector(".light")
@@ -162,7 +163,7 @@ def test_the_preview_shows_what_it_is_for(show, canned):
     page = show(canned)
     page.get_by_role("button", name="Preview").first.click()
     told = page.locator(".aids").inner_text()
-    for text in ("White 0.21 %", "842 mm", "962 mm", "Seen from 861 to 931 mm", "Focus 0.82 px", "clipped 0.25 %"):
+    for text in ("White 0.21 %", "842 mm", "962 mm", "Measured from 861 to 931 mm", "Focus 0.82 px", "clipped 0.25 %"):
         assert text in told
     overlay = page.locator(".overlay")
     assert overlay.is_visible()
@@ -250,9 +251,9 @@ def test_a_second_window_watches_and_is_told_why(show, canned):
     canned.change(control={"tab": "x" * 32, "since": "2026-03-02T09:00:00Z", "agent": "Firefox on Linux"})
     page.get_by_text("This window only watches.").wait_for()
     assert "Firefox on Linux has acted since" in page.locator(".notice").inner_text()
-    button = page.locator("[data-action=shoot]")
+    button = page.locator("[data-action=capture]")
     assert button.get_attribute("aria-disabled") == "true"
-    assert button.get_attribute("title") == "Another window acts; this one watches"
+    assert button.get_attribute("title") == "Another window has control; this one is read-only"
     page.keyboard.press(" ")
     page.get_by_role("button", name="Take control").click()
     page.wait_for_timeout(100)
@@ -284,7 +285,7 @@ def test_every_control_of_the_shoot_screen_is_in_sight_and_large_enough(show, ca
     page.wait_for_selector(".light")
     for width, height in SIZES:
         page.set_viewport_size({"width": width, "height": height})
-        for button in page.locator(".shoot-screen button:visible, .top button:visible, .rail a").all():
+        for button in page.locator(".capture-screen button:visible, .top button:visible, .rail a").all():
             box, name = button.bounding_box(), (width, button.inner_text())
             assert box["x"] >= 0 and box["x"] + box["width"] <= width, name
             assert box["y"] >= 0 and box["y"] + box["height"] <= height, name
@@ -329,6 +330,7 @@ def test_a_row_that_comes_while_all_are_loaded_is_not_undone_by_them(show, canne
     assert page.locator("#strip-4").get_attribute("data-level") == "amber"
 
 
+@pytest.mark.slow
 def test_a_state_that_comes_while_it_is_asked_for_is_not_undone_by_the_answer(show, canned):
     """The answer was made before the laser went on, and comes after that was told: a lit laser never shows as off."""
     page, held = show(canned), []
@@ -338,7 +340,7 @@ def test_a_state_that_comes_while_it_is_asked_for_is_not_undone_by_the_answer(sh
     canned.send("reset", {})
     page.wait_for_timeout(200)
     assert held
-    canned.change(scanner={"busy": "shoot", "laser": "on", "step": "scan", "done": 0.4})
+    canned.change(scanner={"busy": "capture", "laser": "on", "step": "scan", "done": 0.4})
     page.wait_for_selector("[data-laser=on]")
     held[0].fulfill(json=old)
     page.wait_for_timeout(300)

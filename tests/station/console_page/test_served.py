@@ -47,13 +47,13 @@ def begin(page: Page, title: str = "Missale Romanum") -> None:
     page.get_by_label("Title of the volume").fill(title)
     page.get_by_role("button", name="Begin").click()
     page.get_by_text("Ready for the first page").wait_for()
-    page.locator("[data-action=shoot]:not([aria-disabled])").wait_for()
+    page.locator("[data-action=capture]:not([aria-disabled])").wait_for()
 
 
 def shoot(page: Page, number: int, key: str = " ") -> None:
     """Shoot, and wait until the page is stored."""
     before = page.locator(f"#strip-{number}").count()
-    page.locator("[data-action=shoot]:not([aria-disabled])").wait_for()
+    page.locator("[data-action=capture]:not([aria-disabled])").wait_for()
     page.keyboard.press(key)
     page.wait_for_selector("[data-laser=on]")
     page.wait_for_selector("[data-laser=off]", timeout=WAIT_MS)
@@ -67,14 +67,15 @@ def test_a_second_window_watches_until_it_takes_over(browser: Any, console: Cons
         second = first.context.new_page()
         second.goto(first.url)
         second.get_by_text("This window only watches.").wait_for()
-        assert second.locator("[data-action=shoot]").get_attribute("aria-disabled") == "true"
+        assert second.locator("[data-action=capture]").get_attribute("aria-disabled") == "true"
         shoot(first, 1)
         second.wait_for_selector("#strip-1", timeout=WAIT_MS)
         second.get_by_role("button", name="Take control").click()
         first.get_by_text("This window only watches.").wait_for()
-        assert first.locator("[data-action=shoot]").get_attribute("aria-disabled") == "true"
+        assert first.locator("[data-action=capture]").get_attribute("aria-disabled") == "true"
 
 
+@pytest.mark.slow
 def test_the_first_shot_is_on_the_screen_at_once(browser: Any, console: Console) -> None:
     """The scanner's picture, and what is done with it, while the page is restored."""
     with window(browser, console.start()) as page:
@@ -114,7 +115,7 @@ def test_a_shot_is_kept_whatever_becomes_of_the_window(browser: Any, console: Co
                 time.sleep(ASLEEP_S)
             back(page)
         page.wait_for_selector("[data-laser=off]", timeout=READY_MS)
-        page.evaluate("location.hash = '#/shoot'")
+        page.evaluate("location.hash = '#/capture'")
         page.wait_for_selector("#strip-1[data-level=green]", timeout=WAIT_MS)
     assert [page.capture is not None for page in stored_pages(console)] == [True]
     console.kill(signal.SIGTERM)
@@ -158,6 +159,7 @@ def standing_still(processes: list[int]) -> Iterator[None]:
             os.kill(number, signal.SIGCONT)
 
 
+@pytest.mark.slow
 def test_the_link_of_an_earlier_start_does_not_open(browser: Any, console: Console) -> None:
     old = console.start()
     console.kill(signal.SIGTERM)

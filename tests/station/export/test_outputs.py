@@ -15,7 +15,7 @@ from PIL import Image
 from restore import Finding, SurfaceMesh
 from station.export import outputs
 from station.export.mesh import encode_flat, encode_warped
-from station.export.report import ASSURANCES, encode_report, finite, summary
+from station.export.report import INTEGRITY, encode_report, finite, summary
 from station.images.coverage import encode_coverage
 from station.images.png import encode_png
 from station.images.tiff import encode_map, encode_tiff
@@ -130,7 +130,7 @@ def test_report_holds_any_file_name():
 
 
 def test_summary_without_colour_and_with_a_warning(page, tmp_path):
-    report = dict(page.report) | {"effective_ppi": 0.0, "sampling_ppi": 0.0, "peak_memory_mb": 512.3}
+    report = dict(page.report) | {"resolved_ppi": 0.0, "sampling_ppi": 0.0, "peak_memory_mb": 512.3}
     report["findings"] = [Finding.of("hidden", 0.2).as_json()]
     text = summary(report, [tmp_path / "page.png"])
     assert "no colour image" in text
@@ -140,19 +140,19 @@ def test_summary_without_colour_and_with_a_warning(page, tmp_path):
 
 
 def test_summary_of_a_page_without_edges_says_that_its_resolution_cannot_be_measured(page):
-    text = summary({**page.report, "effective_ppi": None, "sampling_ppi": 53.4, "peak_memory_mb": 512.0}, [])
+    text = summary({**page.report, "resolved_ppi": None, "sampling_ppi": 53.4, "peak_memory_mb": 512.0}, [])
     assert "53 pixels per inch; what they resolve cannot be measured" in text
 
 
-@pytest.mark.parametrize(("assurance", "told"), [*ASSURANCES.items(), ("unknown", "")])
-def test_summary_tells_how_sure_the_samples_are(page, assurance, told):
-    text = summary({**page.report, "source": {"assurance": assurance}, "peak_memory_mb": 512.0}, [])
+@pytest.mark.parametrize(("integrity", "told"), [*INTEGRITY.items(), ("unknown", "")])
+def test_summary_tells_how_sure_the_samples_are(page, integrity, told):
+    text = summary({**page.report, "source": {"integrity": integrity}, "peak_memory_mb": 512.0}, [])
     assert ("samples" in text) == bool(told)
     assert told in text
 
 
 def test_summary_tells_what_a_photograph_gave(page):
-    used = {"accepted": True, "painted_share": 0.98, "effective_ppi": 486.2, "residual_px": 0.62}
+    used = {"accepted": True, "textured_fraction": 0.98, "resolved_ppi": 486.2, "residual_px": 0.62}
     photos = [{"name": "window.jpg", **used}, {"name": "other.jpg", "accepted": False, "reason": "it is blank"}]
     said = {
         "photos": photos,

@@ -1,4 +1,4 @@
-"""`--white`: the page in other colours, the master in those of its pictures."""
+"""`--white-balance`: the page in other colours, the master in those of its pictures."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_greys_under_the_lamp_of_the_profile_become_neutral(page):
     np.testing.assert_allclose(converted.image[1:], np.repeat(expected[1:, :, None], 3, axis=2), atol=2 * ROUNDED)
     np.testing.assert_array_equal(converted.image[0], image[0])
     assert converted.master is page.master
-    assert converted.report["white"] == {"mode": "profile", "profile": "warm lamp"}
+    assert converted.report["white_balance"] == {"setting": "profile", "icc_profile": "warm lamp"}
 
 
 def test_a_page_in_srgb_stays_as_it_is(page):
@@ -52,7 +52,9 @@ def test_a_profile_without_its_colours_is_refused(page):
 def test_the_page_is_srgb_and_the_master_keeps_codes_and_profile(library, scan_file, tmp_path):
     (tmp_path / "warm.icc").write_bytes(WARM)
     out = tmp_path / "out"
-    assert main(["restore", str(scan_file), "-o", str(out), "--white", str(tmp_path / "warm.icc"), "--tiff"]) == 0
+    assert (
+        main(["restore", str(scan_file), "-o", str(out), "--white-balance", str(tmp_path / "warm.icc"), "--tiff"]) == 0
+    )
     profiles = {}
     for name in ("book.png", "book.tif", "book-master.png"):
         with Image.open(out / name) as file:
@@ -60,19 +62,21 @@ def test_the_page_is_srgb_and_the_master_keeps_codes_and_profile(library, scan_f
     assert profiles == {"book.png": SRGB, "book.tif": SRGB, "book-master.png": WARM}
     page, master = (np.asarray(Image.open(out / name)) for name in ("book.png", "book-master.png"))
     assert (page != master).any()
-    assert json.loads((out / "book.json").read_text())["white"]["mode"] == "profile"
+    assert json.loads((out / "book.json").read_text())["white_balance"]["setting"] == "profile"
 
 
 def test_the_setting_reaches_the_library_and_implies_a_master(library, scan_file, tmp_path):
-    assert main(["restore", str(scan_file), "-o", str(tmp_path / "out"), "--white", "paper"]) == 0
+    assert main(["restore", str(scan_file), "-o", str(tmp_path / "out"), "--white-balance", "paper"]) == 0
     assert (tmp_path / "out" / "book-master.png").exists()
-    assert library.calls[0].white == "paper"
+    assert library.calls[0].white_balance == "paper"
 
 
-@pytest.mark.parametrize("options", [["--white", "papper"], ["--white", "warm.icc", "--profile", "warm.icc"]])
+@pytest.mark.parametrize(
+    "options", [["--white-balance", "papper"], ["--white-balance", "warm.icc", "--icc-profile", "warm.icc"]]
+)
 def test_what_is_no_white_is_refused_before_any_work(library, scan_file, tmp_path, monkeypatch, options, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "warm.icc").write_bytes(WARM)
     assert main(["restore", str(scan_file), "-o", str(tmp_path / "out"), *options]) == 2
-    assert "--white" in capsys.readouterr().err
+    assert "--white-balance" in capsys.readouterr().err
     assert library.calls == []

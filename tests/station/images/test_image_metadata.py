@@ -76,7 +76,7 @@ def test_xmp_escapes_what_xml_would_misread():
 
 def test_a_profile_reaches_every_file_of_the_page(library, scan_file, tmp_path):
     (tmp_path / "camera.icc").write_bytes(OTHER)
-    options = ["--profile", str(tmp_path / "camera.icc"), "--tiff"]
+    options = ["--icc-profile", str(tmp_path / "camera.icc"), "--tiff"]
     assert main(["restore", str(scan_file), "-o", str(tmp_path / "out"), *options]) == 0
     for name in ("book.png", "book.tif"):
         with Image.open(tmp_path / "out" / name) as file:
@@ -90,7 +90,7 @@ def test_what_is_no_profile_is_refused_before_any_work(library, scan_file, tmp_p
     (tmp_path / "camera.icc").write_bytes(data)
     with pytest.raises(BadInput):
         read_profile(tmp_path / "camera.icc")
-    options = ["-o", str(tmp_path / "out"), "--profile", str(tmp_path / "camera.icc")]
+    options = ["-o", str(tmp_path / "out"), "--icc-profile", str(tmp_path / "camera.icc")]
     assert main(["restore", str(scan_file), *options]) == 3
     assert "camera.icc" in capsys.readouterr().err
     assert library.calls == []
@@ -104,7 +104,7 @@ def test_the_pdf_shows_its_picture_in_the_colours_of_its_profile(page):
     with pikepdf.new() as pdf:
         pdf.add_blank_page(page_size=(100, 100))
         pdf.save(layer)
-    words = Words("", b"", b"", (), layer.getvalue(), "en")
+    words = Words("", b"", b"", (), layer.getvalue(), "en", 96.0)
     made = encode_pdf(page.image, 150.0, words, title="page", profile=OTHER)
     with pikepdf.open(io.BytesIO(made)) as pdf:
         assert pdf.pages[0].Resources.XObject.Page.ColorSpace[1].read_bytes() == OTHER

@@ -31,7 +31,7 @@ def test_all_files_are_copied_under_the_names_that_the_scan_knows(folder: Path, 
     assert (tmp_path / "copy/tex/page.png").read_bytes() == b"picture"
     assert arrival.stem == "page"
     data = arrival.as_data(digest)
-    assert (data["source"], data["sha256"]) == ("sub/page.obj", digest)
+    assert (data["scan"], data["sha256"]) == ("sub/page.obj", digest)
     assert [size for size, _ in data["files"].values()] == [4, 7]
 
 

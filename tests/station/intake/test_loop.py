@@ -328,7 +328,7 @@ def test_a_session_in_the_folder_is_named_once_and_left_alone(station) -> None:
 def test_a_session_is_no_folder_to_watch(station) -> None:
     create_session(station.folder / "book", Volume(title="A book"))
     station.folder = station.folder / "book/data"
-    with pytest.raises(UsageError, match="no folder of scans"):
+    with pytest.raises(UsageError, match="not a folder of scans"):
         station.run()
 
 

@@ -14,8 +14,8 @@ TIFF = frozenset({"tiff"})
         (RunOptions(outputs=TIFF), set()),
         (RunOptions(Settings(shading="remove"), TIFF), {"master"}),
         (RunOptions(outputs=TIFF, to_srgb=True), {"master"}),
-        (RunOptions(Settings(fill_hidden_mm=2.0), TIFF), {"coverage"}),
-        (RunOptions(Settings(white="paper", fill_hidden_mm=2.0), TIFF), {"master", "coverage"}),
+        (RunOptions(Settings(inpaint_mm=2.0), TIFF), {"coverage"}),
+        (RunOptions(Settings(white_balance="paper", inpaint_mm=2.0), TIFF), {"master", "coverage"}),
     ],
 )
 def test_options_imply_outputs(options, implied):

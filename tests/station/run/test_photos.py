@@ -61,13 +61,14 @@ def layout(folder, report, taken) -> tuple[np.ndarray, float]:
     return rest, scale
 
 
+@pytest.mark.slow
 def test_a_page_is_restored_true_to_scale(photographs, tmp_path, capsys):
     pytest.importorskip("pycolmap")
     taken, paths = photographs
     assert main(["photos", *map(str, paths), "-o", str(tmp_path), "--map", "--json", *QUICK]) == 0
     report = json.loads(capsys.readouterr().out)
-    assert report["photogrammetry"]["scale"]["from"] == "card"
-    assert report["photogrammetry"]["left_out"] == {}
+    assert report["photogrammetry"]["scale_source"]["from"] == "card"
+    assert report["photogrammetry"]["rejected"] == {}
     assert [photo["accepted"] for photo in report["photos"]] == [True] * VIEWS
     np.testing.assert_allclose(report["page_mm"], PAGE_MM, atol=SIZE_MM)
     rest, scale = layout(tmp_path, report, taken)
@@ -155,7 +156,7 @@ def test_a_card_in_two_photographs_gives_no_scale_and_says_so(photographs, tmp_p
     given = [tmp_path / path.name if number in (1, 2, 4) else path for number, path in enumerate(paths)]
     assert main(["photos", *map(str, given), "-o", str(tmp_path / "out"), "--json", *QUICK]) == 0
     report = json.loads(capsys.readouterr().out)
-    assert report["photogrammetry"]["scale"] == {"from": "none"}
+    assert report["photogrammetry"]["scale_source"] == {"from": "none"}
     assert any("fewer than three photographs show the scale card" in one["text"] for one in report["findings"])
     assert any("guesses" in one["text"] for one in report["findings"])
 
@@ -167,7 +168,7 @@ def test_the_scale_comes_from_the_size_of_the_page(photographs, tmp_path, capsys
     size = f"{PAGE_MM[1]:g}x{PAGE_MM[0]:g}"  # either way round
     assert main(["photos", *map(str, paths), "-o", str(tmp_path / "out"), "--scale", size, "--json", *QUICK]) == 0
     report = json.loads(capsys.readouterr().out)
-    assert report["photogrammetry"]["scale"]["from"] == "page"
+    assert report["photogrammetry"]["scale_source"]["from"] == "page"
     assert sorted(report["page_mm"]) == pytest.approx(sorted(PAGE_MM), abs=SIZE_MM)
     assert not any("scale" in one["text"] for one in report["findings"])
 
@@ -191,7 +192,7 @@ def test_a_page_is_restored_from_a_video(photographs, tmp_path, capsys):
     video.release()
     assert main(["photos", str(tmp_path / "page.avi"), "-o", str(tmp_path / "out"), "--json", *QUICK]) == 0
     report = json.loads(capsys.readouterr().out)
-    numbers = [int(name.split()[-1]) for name in report["photogrammetry"]["views"]]
+    numbers = [int(name.split()[-1]) for name in report["photogrammetry"]["photographs_used"]]
     assert numbers == [3 * k + 2 for k in range(VIEWS)]  # the sharp ones
     np.testing.assert_allclose(report["page_mm"], PAGE_MM, atol=SIZE_MM)
 

@@ -11,7 +11,7 @@ import trimesh
 from restore.errors import BadInput
 from restore.formats import write_obj
 from restore.scan import RangeScan, SurfaceMesh
-from station.choices import Pieces
+from station.choices import Sheets
 from station.cli import main
 from station.run.pieces import select_sheets
 
@@ -44,24 +44,24 @@ def restored(path, out, *options):
     return {file.stem: json.loads(file.read_text()) for file in sorted(out.glob("*.json"))}
 
 
-@pytest.mark.parametrize("options", [[], ["--pieces", "each"]])
+@pytest.mark.parametrize("options", [[], ["--sheets", "separate"]])
 def test_every_sheet_is_a_page_left_to_right(two_sheets, tmp_path, options):
     reports = restored(two_sheets, tmp_path / "out", *options)
     assert sorted(path.name for path in (tmp_path / "out").glob("*.png")) == ["page-1.png", "page-2.png"]
     np.testing.assert_allclose(reports["page-1"]["page_mm"], LEFT_MM, atol=CHORDS_MM)
     np.testing.assert_allclose(reports["page-2"]["page_mm"], RIGHT_MM, atol=CHORDS_MM)
-    assert reports["page-2"]["piece"] == {"number": 2, "of": 2}
+    assert reports["page-2"]["sheet"] == {"number": 2, "of": 2}
     assert reports["page-2"]["files"] == ["page-2.png", "page-2.json"]
 
 
 def test_the_largest_is_the_page_with_a_warning(two_sheets, tmp_path):
-    reports = restored(two_sheets, tmp_path / "out", "--pieces", "largest")
+    reports = restored(two_sheets, tmp_path / "out", "--sheets", "largest")
     np.testing.assert_allclose(reports["page"]["page_mm"], LEFT_MM, atol=CHORDS_MM)
-    assert any("80% as large; --pieces each" in one["text"] for one in reports["page"]["findings"])
+    assert any("80% as large. Use --sheets separate" in one["text"] for one in reports["page"]["findings"])
 
 
 def test_together_they_are_one_picture_with_a_warning(two_sheets, tmp_path):
-    reports = restored(two_sheets, tmp_path / "out", "--pieces", "together")
+    reports = restored(two_sheets, tmp_path / "out", "--sheets", "together")
     assert reports["page"]["page_mm"][0] > LEFT_MM[0] + RIGHT_MM[0]
     assert any("2 pieces" in one["text"] for one in reports["page"]["findings"])
 
@@ -70,9 +70,9 @@ def test_results_of_an_earlier_choice_go_with_the_new_ones(two_sheets, tmp_path)
     """Those of another scan of such a name stay."""
     out = tmp_path / "out"
     restored(two_sheets, out, "--tiff")
-    (out / "page-3.json").write_text(json.dumps({"scan": "elsewhere", "piece": {}, "files": ["page-3.png"]}))
+    (out / "page-3.json").write_text(json.dumps({"scan": "elsewhere", "sheet": {}, "files": ["page-3.png"]}))
     (out / "page-3.png").write_bytes(b"mine")
-    restored(two_sheets, out, "--pieces", "largest", "--force")
+    restored(two_sheets, out, "--sheets", "largest", "--force")
     assert sorted(path.name for path in out.iterdir()) == ["page-3.json", "page-3.png", "page.json", "page.png"]
     restored(two_sheets, out, "--force")
     names = sorted(path.name for path in out.iterdir())
@@ -90,7 +90,7 @@ def test_a_page_that_is_there_is_not_overwritten(two_sheets, tmp_path, capsys):
 def test_json_lists_the_report_of_every_page(two_sheets, tmp_path, capsys):
     restored(two_sheets, tmp_path / "out", "--json")
     printed = json.loads(capsys.readouterr().out)
-    assert [report["piece"]["number"] for report in printed["pieces"]] == [1, 2]
+    assert [report["sheet"]["number"] for report in printed["sheets"]] == [1, 2]
 
 
 def shot_of_two():
@@ -102,15 +102,15 @@ def shot_of_two():
 
 
 def test_of_a_shot_the_largest_is_the_page_with_a_warning():
-    (page,) = select_sheets(shot_of_two(), Pieces.AUTO)
+    (page,) = select_sheets(shot_of_two(), Sheets.AUTO)
     assert page.scan.measured.sum() == 60 * 30
     assert "67% as large" in page.findings[0].text
-    assert [sheet.suffix for sheet in select_sheets(shot_of_two(), Pieces.EACH)] == ["-1", "-2"]
+    assert [sheet.suffix for sheet in select_sheets(shot_of_two(), Sheets.SEPARATE)] == ["-1", "-2"]
 
 
 def test_pieces_of_a_shot_cannot_be_laid_out_together():
-    with pytest.raises(BadInput, match="2 pieces cannot be laid out"):
-        select_sheets(shot_of_two(), Pieces.TOGETHER)
+    with pytest.raises(BadInput, match="2 pieces cannot be packed"):
+        select_sheets(shot_of_two(), Sheets.TOGETHER)
 
 
 def test_a_piece_that_is_no_page_is_left_out_with_its_reason(two_sheets, tmp_path, capsys):
@@ -119,11 +119,11 @@ def test_a_piece_that_is_no_page_is_left_out_with_its_reason(two_sheets, tmp_pat
     (right, faces), closed = curl(*RIGHT_MM, 400.0), ball.vertices + (100.0, 60.0, -800.0)
     path = tmp_path / "weighted.obj"
     write_obj(SurfaceMesh(np.concatenate([closed, right]), np.concatenate([ball.faces, faces + len(closed)])), path)
-    reports = restored(path, tmp_path / "out", "--pieces", "each")
+    reports = restored(path, tmp_path / "out", "--sheets", "separate")
     assert list(reports) == ["weighted-2"]
-    assert "piece 1 of 2 is left out: the surface is closed" in capsys.readouterr().out
-    restored(path, tmp_path / "again", "--pieces", "each", "--json")
-    (left_out,) = json.loads(capsys.readouterr().out)["left_out"]
+    assert "piece 1 of 2 is skipped: the surface is closed" in capsys.readouterr().out
+    restored(path, tmp_path / "again", "--sheets", "separate", "--json")
+    (left_out,) = json.loads(capsys.readouterr().out)["rejected"]
     assert (left_out["number"], left_out["of"]) == (1, 2)
 
 
@@ -132,6 +132,6 @@ def test_pieces_of_which_none_is_a_page_are_an_error(tmp_path, capsys):
     vertices = np.concatenate([ball.vertices, ball.vertices + (200.0, 0.0, 0.0)])
     path = tmp_path / "balls.obj"
     write_obj(SurfaceMesh(vertices, np.concatenate([ball.faces, ball.faces + len(ball.vertices)])), path)
-    assert main(["restore", str(path), "-o", str(tmp_path / "out"), "--pieces", "each"]) == 5
+    assert main(["restore", str(path), "-o", str(tmp_path / "out"), "--sheets", "separate"]) == 5
     assert "closed" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()

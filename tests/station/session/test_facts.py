@@ -34,9 +34,9 @@ def events(**changed: Any) -> list[Event]:
     """A page that is scanned, restored, judged and labelled. changed: name of an event → its facts."""
     facts: dict[str, Any] = {
         "session": {"id": "an-id", "volume": Volume(title="A volume").model_dump(mode="json")},
-        "capture": {"source": "original/scan"},
+        "capture": {"scan": "original/scan"},
         "restore": {"result": {"page_mm": [120.0, 80], "dpi": 150.0, "measures": {"fingerprint": PRINT, "blur_px": 1}}},
-        "verdict": {"result": {"level": "green", "findings": [CHECK]}},
+        "verdict": {"result": {"level": "green", "checks": [CHECK]}},
         "label": {"value": "1r"},
     } | changed
     kinds = {"session": "session", "capture": "capture", "restore": "stage", "verdict": "stage"}
@@ -57,15 +57,17 @@ BOMB = base64.b64encode(zlib.compress(bytes(2**24), 1)).decode()
 WRONG: dict[str, dict[str, Any]] = {
     "no identifier": {"session": {"volume": {}}},
     "no title": {"session": {"id": "x", "volume": {}}},
-    "a preset that is none": {"session": {"id": "x", "volume": {"title": "x", "settings": {"settings": {"dpi": "x"}}}}},
-    "a source elsewhere": {"capture": {"source": "../../../etc"}},
-    "an absolute source": {"capture": {"source": "/etc/passwd"}},
+    "a preset that is none": {
+        "session": {"id": "x", "volume": {"title": "x", "preset_values": {"settings": {"dpi": "x"}}}}
+    },
+    "a source elsewhere": {"capture": {"scan": "../../../etc"}},
+    "an absolute source": {"capture": {"scan": "/etc/passwd"}},
     "no source": {"capture": {}},
-    "a level that is none": {"verdict": {"result": {"level": "purple", "findings": []}}},
-    "a level that is a list": {"verdict": {"result": {"level": [], "findings": []}}},
+    "a level that is none": {"verdict": {"result": {"level": "purple", "checks": []}}},
+    "a level that is a list": {"verdict": {"result": {"level": [], "checks": []}}},
     "no findings": {"verdict": {"result": {"level": "red"}}},
-    "one limit": {"verdict": {"result": {"level": "red", "findings": [CHECK | {"limits": [1.0]}]}}},
-    "a value that is text": {"verdict": {"result": {"level": "red", "findings": [CHECK | {"value": "x"}]}}},
+    "one limit": {"verdict": {"result": {"level": "red", "checks": [CHECK | {"limits": [1.0]}]}}},
+    "a value that is text": {"verdict": {"result": {"level": "red", "checks": [CHECK | {"value": "x"}]}}},
     "no result": {"restore": {}},
     "a result that is a list": {"restore": {"result": [1]}},
     "a size without height": {"restore": {"result": {"page_mm": [120.0]}}},

@@ -13,13 +13,13 @@ from station.session.stages import RESTORE
 from station.verdict.same_page import fingerprint
 from station.verdict.thresholds import Thresholds
 
-LIMITS = Thresholds(strain_rms=(0.01, 0.02), similarity=(0.84, 0.92))
+LIMITS = Thresholds(smooth_strain_rms=(0.01, 0.02), similarity=(0.84, 0.92))
 
 
 @pytest.fixture
 def writer(tmp_path):
     settings = Preset(thresholds=LIMITS).model_dump(mode="json", exclude_none=True)
-    create_session(tmp_path / "book", Volume(title="A book", settings=settings))
+    create_session(tmp_path / "book", Volume(title="A book", preset_values=settings))
     with open_session(tmp_path / "book") as opened:
         yield opened
 
@@ -27,7 +27,7 @@ def writer(tmp_path):
 def restored(writer: Writer, seed: int, strain: float):
     capture = add_scan(writer, tiny_scan(seed), facts={})
     print_of = fingerprint(np.random.default_rng(seed).integers(0, 256, (200, 200, 3), np.uint8))
-    result = {"measures": {"strain_rms": strain, "fingerprint": print_of}}
+    result = {"measures": {"smooth_strain_rms": strain, "fingerprint": print_of}}
     return record_run(writer, RESTORE, capture, parameters={}, result=result)
 
 
@@ -46,7 +46,7 @@ def test_the_same_print_on_another_page_is_red_and_the_pages_compared_are_inputs
     runs = [restored(writer, 1, 0.0), restored(writer, 2, 0.0), restored(writer, 1, 0.0)]
     verdict = record_verdict(writer, runs[2])
     assert verdict.facts["result"]["level"] == "red"
-    assert "same page as page 1" in verdict.facts["result"]["findings"][0]["text"]
+    assert "same page as page 1" in verdict.facts["result"]["checks"][0]["text"]
     assert [one.event for one in verdict.inputs] == [runs[2].number, runs[0].number, runs[1].number]
     assert record_verdict(writer, runs[1]).facts["result"]["level"] == "green"
 

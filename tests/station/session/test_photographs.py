@@ -14,7 +14,7 @@ from station.errors import UsageError
 from station.session import open_session, scan_path
 from station.session.photographs import add_photographs, first_picture, is_set, pictures_in
 from station.session.presets import Preset
-from station.session.replay import replay
+from station.session.reproduce import reproduce
 from station.session.stages import RESTORE, run_restore
 from station.session.steps import record_run
 
@@ -43,7 +43,7 @@ def test_photographs_are_stored_unchanged_as_one_page(volume, pictures):
     assert [path.name for path in pictures_in(stored)] == ["a.jpg", "b.jpg", "c.jpg"]
     for path in pictures.iterdir():
         assert (stored / path.name).read_bytes() == path.read_bytes()
-    assert event.facts["provenance"]["pictures"] == {"a.jpg": [120, 90], "b.jpg": [120, 90], "c.jpg": [120, 90]}
+    assert event.facts["provenance"]["image_sizes_px"] == {"a.jpg": [120, 90], "b.jpg": [120, 90], "c.jpg": [120, 90]}
     assert first_picture(stored).name == "a.jpg"
     assert Preset().parameters(event.facts)["scale"] == "148x210"
     assert "scale" not in Preset().parameters()
@@ -97,5 +97,5 @@ def test_a_page_of_photographs_is_replayed_to_the_byte(volume, tmp_path):
         record_run(writer, RESTORE, capture, parameters=parameters, result=run.result, files=folder, facts=run.facts)
     assert "error" not in run.result, run.result
     np.testing.assert_allclose(run.result["page_mm"], PAGE_MM, atol=SIZE_MM)
-    (again,) = replay(writer.session, tmp_path / "scratch")
+    (again,) = reproduce(writer.session, tmp_path / "scratch")
     assert again.differing == ()

@@ -43,18 +43,18 @@ def test_labels_and_sides():
 
 def test_a_preset_of_ones_own(tmp_path):
     path = tmp_path / "mine.toml"
-    path.write_text('outputs = ["tiff"]\n[settings]\ndpi = 300\n[thresholds]\nstrain_rms = [0.1, 0.2]\n')
+    path.write_text('outputs = ["tiff"]\n[settings]\ndpi = 300\n[thresholds]\nsmooth_strain_rms = [0.1, 0.2]\n')
     preset = load_preset(str(path))
     assert preset.parameters()["outputs"] == ["coverage", "tiff"]
     assert preset.parameters()["settings"]["dpi"] == 300
-    assert (preset.thresholds.strain_rms, preset.thresholds.hole_mm) == ((0.1, 0.2), None)
+    assert (preset.thresholds.smooth_strain_rms, preset.thresholds.hole_mm) == ((0.1, 0.2), None)
 
 
 def test_a_preset_that_is_not_there_names_the_file_that_was_meant_and_those_that_are(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     shipped = "one that comes along: book, crumpled, leaflet, map"
     for name in ("mine", "mine.toml", "./mine", ""):
-        with pytest.raises(UsageError, match=f"^there is no preset '{name}'$") as caught:
+        with pytest.raises(UsageError, match=f"^the preset '{name}' does not exist$") as caught:
             load_preset(name)
         assert caught.value.hint == f"give the path of a TOML file, or {shipped}"
     (tmp_path / "mine.toml").write_text("first = 1\n")
@@ -85,8 +85,8 @@ def test_a_preset_may_begin_with_a_byte_order_mark(tmp_path):
         ("foliation = 1", "foliation"),
         ("[thresholds]\nhole_mm = 1", "hole_mm"),
         ("[thresholds]\nblur_px = [2.0, 1.2]", r"thresholds\.blur_px: .*more is worse"),
-        ("[thresholds]\ncovered_share = [0.9, 0.97]", r"thresholds\.covered_share: .*less is worse"),
-        ("[thresholds]\ncovered_share = [0.9, 0.9]", r"thresholds\.covered_share: .*less is worse"),
+        ("[thresholds]\nmeasured_fraction = [0.9, 0.97]", r"thresholds\.measured_fraction: .*less is worse"),
+        ("[thresholds]\nmeasured_fraction = [0.9, 0.9]", r"thresholds\.measured_fraction: .*less is worse"),
         ("x = 1", "x"),
         ("x =", "is not a TOML file"),
     ],

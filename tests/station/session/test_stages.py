@@ -7,7 +7,7 @@ import json
 import pytest
 
 from restore import Settings, save_scan
-from station.choices import Pieces, Turn
+from station.choices import Rotation, Sheets
 from station.run.options import RunOptions
 from station.run.small_page import small_page
 from station.session.stages import RestoreParameters, run_restore
@@ -35,15 +35,15 @@ def test_unknown_parameters_are_refused():
 
 
 def test_recorded_parameters_are_those_of_a_run():
-    recorded = {"settings": {"dpi": 60}, "outputs": ["tiff"], "language": "lat", "unit": "cm", "turn": "90"}
-    recorded |= {"scale": "148x210", "anyway": True}
+    recorded = {"settings": {"dpi": 60}, "outputs": ["tiff"], "language": "lat", "unit": "cm", "rotate": "90"}
+    recorded |= {"scale": "148x210", "allow_distorted": True}
     assert RestoreParameters.model_validate(recorded).options() == RunOptions(
         Settings(dpi=60),
         frozenset({"coverage", "tiff"}),
         "lat",
         unit="cm",
         scale="148x210",
-        pieces=Pieces.LARGEST,
-        turn=Turn.QUARTER,
-        anyway=True,
+        sheets=Sheets.LARGEST,
+        rotate=Rotation.QUARTER,
+        allow_distorted=True,
     )

@@ -68,7 +68,7 @@ def test_a_session_is_read_as_it_was_written(volume, tiny_scan):
     session = read_session(volume)
     assert (session.identifier, session.volume.title, session.volume.project) == ("an-id", "A volume", "tests")
     (page,) = session.history.pages()
-    assert page.capture.facts == {"source": "original/scan", "by": "a test"}
+    assert page.capture.facts == {"scan": "original/scan", "by": "a test"}
     loaded = load_scan(scan_path(session, page.capture))
     assert np.array_equal(loaded.points, tiny_scan.points)
     run = page.runs["restore"]
@@ -136,9 +136,9 @@ def test_a_session_is_never_created_over_anything(volume):
 
 
 def test_a_folder_that_is_no_session(tmp_path):
-    with pytest.raises(BadInput, match="is no session"):
+    with pytest.raises(BadInput, match="is not a session"):
         read_session(tmp_path)
-    with pytest.raises(BadInput, match="is no session"), open_session(tmp_path):
+    with pytest.raises(BadInput, match="is not a session"), open_session(tmp_path):
         pass
     assert list(tmp_path.iterdir()) == []
 

@@ -14,7 +14,7 @@ from station.errors import FolderInUse
 from station.session import VOLUME, add_scan, bag, decide, open_session, record_run
 from station.session.reconcile import reconcile
 from station.session.repair import repair
-from station.session.replay import replay
+from station.session.reproduce import reproduce
 from station.session.stages import Run
 from station.session.store import read_session
 from station.session.verify import Problem, page_of, verify
@@ -172,9 +172,9 @@ def test_two_records_of_an_event_lost_are_told_as_such(session):
     assert reconcile(session, list(contents(session))).disputed == ("0001-000003-restore",)
 
 
-def test_a_replay_compares_files_and_results(session, tmp_path):
+def test_reproduce_compares_files_and_results(session, tmp_path):
     stored = read_session(session)
-    done = list(replay(stored, tmp_path / "scratch", derivers=DERIVERS))
+    done = list(reproduce(stored, tmp_path / "scratch", derivers=DERIVERS))
     assert [one.differing for one in done] == [(), ()]
 
     def other(session, event, folder):
@@ -183,11 +183,11 @@ def test_a_replay_compares_files_and_results(session, tmp_path):
         (folder / "new").write_text("x")
         return Run({"length": run.result["length"] + 1})
 
-    assert [one.differing for one in replay(stored, tmp_path / "scratch", derivers={"restore": other})] == [
-        ("new", TEXT, "result")
+    assert [one.differing for one in reproduce(stored, tmp_path / "scratch", derivers={"restore": other})] == [
+        ("new", TEXT, "result.length")
     ] * 2
     with pytest.raises(BadInput, match="no stage"):
-        list(replay(stored, tmp_path / "scratch", derivers={}))
+        list(reproduce(stored, tmp_path / "scratch", derivers={}))
 
 
 def test_the_text_of_a_problem():

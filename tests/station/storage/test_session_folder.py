@@ -55,7 +55,7 @@ OUTPUTS = [
     ["calibrate", "SCAN", "-o", "book/a.toml"],
     ["card", "-o", "book/a.pdf"],
     ["patterns", "--projector", "64x64", "-o", "book/out"],
-    ["trace", "SCAN", "--profile", "book/a.toml"],
+    ["trace", "SCAN", "--draft", "book/a.toml"],
     ["watch", "scans", "-o", "book/out"],
     ["batch", "scans", "-o", "book/out"],
     ["export", "book", "--to", "tiff", "-o", "book/out"],

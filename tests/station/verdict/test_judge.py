@@ -34,12 +34,18 @@ def test_every_check_of_a_preset_has_words():
 
 
 def test_the_worst_finding_decides_and_comes_first():
-    limits = Thresholds(strain_rms=(0.1, 0.2), blur_px=(1.0, 2.0), hole_mm=(1.0, 2.0), similarity=(0.6, 0.8))
-    measures = {"strain_rms": 0.3, "blur_px": 1.5, "hole_mm": None, "covered_share": 0.0, "fingerprint": picture(1)}
+    limits = Thresholds(smooth_strain_rms=(0.1, 0.2), blur_px=(1.0, 2.0), hole_mm=(1.0, 2.0), similarity=(0.6, 0.8))
+    measures = {
+        "smooth_strain_rms": 0.3,
+        "blur_px": 1.5,
+        "hole_mm": None,
+        "measured_fraction": 0.0,
+        "fingerprint": picture(1),
+    }
     level, findings = judge(measures, limits, {4: picture(2), 7: picture(1)})
     assert (level, [(one.name, one.level) for one in findings]) == (
         "red",
-        [("strain_rms", "red"), ("similarity", "red"), ("blur_px", "amber")],
+        [("smooth_strain_rms", "red"), ("similarity", "red"), ("blur_px", "amber")],
     )
     assert findings[1].text.startswith("same page as page 7 1.00 (amber > 0.60, red > 0.80)")
     assert as_result(level, findings)["findings"][0]["limits"] == [0.1, 0.2]

@@ -6,8 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from restore import FlatMesh, RangeScan, RestoredPage, Seen
-from station.verdict.measures import blur_px, clipped_share, depth_share, measure, seen_in, widest_place
+from restore import CoverageClass, FlatMesh, RangeScan, RestoredPage
+from station.verdict.measures import blur_px, clipped_fraction, depth_window_fraction, measure, seen_in, widest_place
 
 BLUR_ERROR = 0.15  # relative: an edge ends within the window that its height is taken from
 SHARP_PX = 0.45  # what a step between two pixels measures: the pixel itself is an average
@@ -52,23 +52,23 @@ def test_the_depth_window_is_symmetric_in_inverse_depth(offset, share):
     inverse = (1 / near + 1 / far) / 2 + offset * (1 / near - 1 / far) / 2
     points = np.full((2, 2, 3), -1.0 / inverse)
     facts = {"lens": "MIDDLE", "mode": "fine", "distance_mm": 900}
-    assert depth_share(RangeScan(points, None, np.zeros((2, 2, 2)), facts)) == pytest.approx(share)
-    assert depth_share(RangeScan(points, None, np.zeros((2, 2, 2)), {})) is None
+    assert depth_window_fraction(RangeScan(points, None, np.zeros((2, 2, 2)), facts)) == pytest.approx(share)
+    assert depth_window_fraction(RangeScan(points, None, np.zeros((2, 2, 2)), {})) is None
 
 
 def test_clipped_pixels():
     image = np.full((10, 10, 3), 128, np.uint8)
     image[0] = 0
     image[1, :, 0] = 255
-    assert clipped_share(image, np.ones((10, 10), bool)) == pytest.approx(0.2)
-    assert clipped_share(image, np.zeros((10, 10), bool)) == 0.0
+    assert clipped_fraction(image, np.ones((10, 10), bool)) == pytest.approx(0.2)
+    assert clipped_fraction(image, np.zeros((10, 10), bool)) == 0.0
 
 
 def restored_page(image, master):
     """A page of 256 × 256 pixels, 256 mm wide, that shows the picture of its scan pixel by pixel."""
     rows, cols = np.indices((256, 256)).astype(np.float32)
-    coverage = np.full((256, 256), Seen.MEASURED, np.uint8)
-    coverage[100:110, 100:110] = Seen.HIDDEN
+    coverage = np.full((256, 256), CoverageClass.MEASURED, np.uint8)
+    coverage[100:110, 100:110] = CoverageClass.OCCLUDED
     flat = FlatMesh(np.empty((0, 3)), np.empty((0, 3), int))
     report = {"strain": {"rms": 0.02, "smooth_rms": 0.001}, "coverage": {"cut": 0.125}, **PPI}
     return RestoredPage(
@@ -80,11 +80,11 @@ def test_a_burnt_page_is_clipped_whatever_its_light_is_divided_by():
     burnt, divided = np.full((2, 256, 256, 3), 255, np.uint8)
     divided[:] = 230
     scan = RangeScan(np.zeros((4, 4, 3)) - 900.0, burnt, np.zeros((4, 4, 2)), {})
-    assert measure(restored_page(divided, burnt), scan)["clipped_share"] == 1.0
-    assert measure(restored_page(burnt, divided), scan)["clipped_share"] == 0.0
+    assert measure(restored_page(divided, burnt), scan)["clipped_fraction"] == 1.0
+    assert measure(restored_page(burnt, divided), scan)["clipped_fraction"] == 0.0
 
 
-PPI = {"effective_ppi": 19.0, "sampling_ppi": 25.4}
+PPI = {"resolved_ppi": 19.0, "sampling_ppi": 25.4}
 
 
 def test_all_measures_of_a_page():
@@ -93,10 +93,14 @@ def test_all_measures_of_a_page():
     scan = RangeScan(points, page, np.zeros((4, 4, 2)), {})
     restored = restored_page(page, page)
     measured = measure(restored, scan)
-    assert measured["covered_share"] == pytest.approx(1 - 100 / 256**2)
+    assert measured["measured_fraction"] == pytest.approx(1 - 100 / 256**2)
     assert measured["hole_mm"] == pytest.approx(9.0, abs=1.0)
-    assert (measured["strain_rms"], measured["effective_ppi"], measured["depth_share"]) == (0.001, 25.4, None)
+    assert (measured["smooth_strain_rms"], measured["sampling_ppi"], measured["depth_window_fraction"]) == (
+        0.001,
+        25.4,
+        None,
+    )
     bare = measure(restored, RangeScan(points, None, np.zeros((4, 4, 2)), {}))
-    assert [bare[name] for name in ("effective_ppi", "blur_px", "clipped_share")] == [None] * 3
-    assert measured["cut_share"] == 0.125
+    assert [bare[name] for name in ("sampling_ppi", "blur_px", "clipped_fraction")] == [None] * 3
+    assert measured["cropped_fraction"] == 0.125
     assert seen_in(restored.page_map, (256, 256)).all()

@@ -7,7 +7,7 @@ import { current, hindrance, on, press, select, store } from "./store.js";
 import { t } from "./strings.js";
 
 const PARTS = { // icon, key, and what must be there
-  shoot: ["camera", "␣", "scanner"], again: ["repeat-2", "r", "scanner page"], accept: ["check", "↵", "page"],
+  capture: ["camera", "␣", "scanner"], again: ["repeat-2", "r", "scanner page"], accept: ["check", "↵", "page"],
   insert: ["between-vertical-start", "i", "scanner page"], mark: ["bookmark", "m", "page"], note: ["sticky-note", "n", "page"],
   undo: ["undo-2", "u", "undo"], redo: ["redo-2", "U", "redo"], preview: ["eye", "p", "scanner"], label: ["pencil", "", "page"],
 };
@@ -47,7 +47,7 @@ const plain = (name) => () => { if (!reason(name)) press(name); };
 
 /** Each action by its name, to be called without arguments. */
 export const actions = {
-  shoot: () => { if (!reason("shoot")) { select(null); press("shoot"); } },
+  capture: () => { if (!reason("capture")) { select(null); press("capture"); } },
   preview: plain("preview"), undo: plain("undo"), redo: plain("redo"),
   again: onPage("again"), accept: onPage("accept"), mark: onPage("mark"), insert: onPage("insert"),
   note: ask("note", (page) => page.note), label: ask("label", (page) => page.label),

@@ -41,7 +41,7 @@ export function day(iso) {
 /** A measure of the verdict with its unit. */
 export function measure(value, unit) {
   if (value === null || value === undefined) return "–";
-  if (unit === "share") return percent(value);
+  if (unit === "fraction") return percent(value);
   return `${number(value, Math.abs(value) < 10 ? 2 : 0)}${unit ? ` ${unit}` : ""}`;
 }
 

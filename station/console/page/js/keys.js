@@ -5,8 +5,8 @@ import { openDialog } from "./dialog.js";
 import { actions } from "./actions.js";
 import { t } from "./strings.js";
 
-const KEYS = { " ": "shoot", Enter: "accept", r: "again", u: "undo", U: "redo", m: "mark", n: "note", i: "insert", p: "preview" };
-const SCREENS = new Set(["shoot", "page"]); // elsewhere a key is for the fields
+const KEYS = { " ": "capture", Enter: "accept", r: "again", u: "undo", U: "redo", m: "mark", n: "note", i: "insert", p: "preview" };
+const SCREENS = new Set(["capture", "page"]); // elsewhere a key is for the fields
 const OFF = "planish-keys-off";
 
 /** Act on keys outside of fields and dialogs. Single letters can be switched off (WCAG 2.1.4). */

@@ -8,9 +8,9 @@ import { statusBar } from "./status.js";
 import { follow, on, store } from "./store.js";
 import { chooseLanguage, language, loadStrings, t } from "./strings.js";
 
-const SCREENS = [["shoot", "camera"], ["page", "scan-eye"], ["sessions", "library-big"], ["settings", "settings-2"],
+const SCREENS = [["capture", "camera"], ["page", "scan-eye"], ["sessions", "library-big"], ["settings", "settings-2"],
   ["batch", "list-checks"], ["export", "package-check"]];
-const OF_A_SESSION = new Set(["shoot", "page", "settings"]);
+const OF_A_SESSION = new Set(["capture", "page", "settings"]);
 const shown = new Map(); // screens made so far
 let main;
 let links;
@@ -46,7 +46,7 @@ function frame() {
 /** The name of the screen and its argument out of the address. */
 function address() {
   const [name, argument] = location.hash.replace(/^#\//, "").split("/");
-  const wanted = SCREENS.some(([one]) => one === name) ? name : "shoot";
+  const wanted = SCREENS.some(([one]) => one === name) ? name : "capture";
   return store.state && !store.state.session && OF_A_SESSION.has(wanted) ? ["sessions", ""] : [wanted, argument];
 }
 

@@ -60,7 +60,7 @@ function showScanner(chips, scanner) {
   chips.stage.show(scanner.stage ? scanner.stage.model : t("stage.none"));
 }
 
-function showDisk(disk, { free_bytes: free, shots_left: shots }) {
+function showDisk(disk, { free_bytes: free, captures_left: shots }) {
   const low = shots !== null && shots < LOW_SHOTS;
   const text = shots === null ? t("disk.free", { free: bytes(free) })
     : t("disk.shots", { free: bytes(free), shots: number(shots) });

@@ -89,7 +89,7 @@ export function setState(state) {
   const before = store.state;
   store.state = state;
   const another = before?.session?.name !== state.session?.name;
-  const shooting = state.scanner?.busy === "shoot" && before?.scanner?.busy !== "shoot";
+  const shooting = state.scanner?.busy === "capture" && before?.scanner?.busy !== "capture";
   if (another || shooting) store.selected = null; // what was chosen stays chosen until then: a key acts on it
   emit("state", state);
   if (before?.session?.current !== state.session?.current) emit("selected", store.selected);

@@ -53,6 +53,7 @@ def edge_offsets(image: Bytes, middles: np.ndarray) -> np.ndarray:
     return reach[np.argmax(profile > half[:, None], axis=1)].reshape(middles.shape[:2])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sheet", [Flat(), Binding(slope_deg=40.0), Miura()], ids=lambda sheet: sheet.name)
 def test_ink_is_seen_where_the_truth_projects_to(sheet: Sheet) -> None:
     scan, truth = shoot(sheet, Markers(), seed=2, mode="fast")
@@ -100,6 +101,7 @@ def test_every_pixel_is_the_mean_over_its_area(picture: Callable[..., Bytes]) ->
     assert PAPER[1] - seen == pytest.approx(PAPER[1] - page[rows, cols].mean(), rel=INK)
 
 
+@pytest.mark.slow
 def test_brightness_of_paper_void_and_tables(picture: Callable[..., Bytes]) -> None:
     level = {
         table: picture(Flat(), White(), table=table, noise=False).astype(int)

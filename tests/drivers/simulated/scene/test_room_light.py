@@ -51,6 +51,7 @@ def test_coloured_lamps_and_room_add_up():
     np.testing.assert_allclose(light.level, expected)
 
 
+@pytest.mark.slow
 def test_a_wall_throws_its_shadow_and_hollows_are_dim():
     low = Lamp((-FAR_MM, 0.0, 0.6 * FAR_MM), share=0.3)
     book, spine = Spread(slope_deg=66.0), 320
@@ -62,6 +63,7 @@ def test_a_wall_throws_its_shadow_and_hollows_are_dim():
     assert shadowed[120] == pytest.approx(bare[120], rel=0.03)  # far from the gutter the page is open to all sides
 
 
+@pytest.mark.slow
 def test_a_large_lamp_has_a_half_shadow():
     book = Spread(slope_deg=66.0)
     at = (-500.0, 0.0, -750.0)

@@ -118,6 +118,7 @@ def test_no_part_covers_another(sheet: Sheet) -> None:
     assert np.logical_and.reduce(left).sum(axis=1).max() == 1
 
 
+@pytest.mark.slow
 @given(
     slope=st.floats(5, 75),
     wavelength=st.floats(40, 400),

@@ -67,7 +67,9 @@ def test_many_shots_have_the_time_that_they_need() -> None:
         CaptureSettings(deadline_s=0.5)
 
 
-@pytest.mark.parametrize("change", [{"distance_mm": 1100}, {"mode": ShotMode.FINE_COLOUR}])
+@pytest.mark.parametrize(
+    "change", [{"distance_mm": 1100}, {"mode": ShotMode.FINE_COLOUR}, {"laser_power": 90}, {"gain": 3}]
+)
 def test_a_change_at_the_scanner_during_the_shot_makes_the_capture_fail(stand, change) -> None:
     camera = stand.camera()
     release = stand.device._release
@@ -78,10 +80,22 @@ def test_a_change_at_the_scanner_during_the_shot_makes_the_capture_fail(stand, c
         return answer
 
     stand.device._release = released
-    with pytest.raises(Interrupted, match="changed at the scanner"):
+    with pytest.raises(Interrupted, match=f"{next(iter(change)).replace('_', ' ')} was changed at the scanner"):
         camera.capture(SET)
     stand.device._release = release
     assert camera.capture(SET).measured.all()
+
+
+def test_what_the_scanner_was_to_choose_may_be_shown_as_chosen(stand) -> None:
+    release = stand.device._release
+
+    def released(data: bytes) -> bytes:
+        answer = release(data)
+        stand.device.parameters = replace(stand.device.parameters, colour=4, threshold=30)
+        return answer
+
+    stand.device._release = released
+    assert stand.camera().capture(SET).measured.all()
 
 
 class Dark(PlateSensor):
@@ -116,15 +130,15 @@ def test_damage_without_checksums_is_found_by_reading_twice(bare_rig: FaultRig) 
 def test_the_assurance_is_in_the_provenance(make_stand, large_chunks) -> None:
     bare = without_checksums(large_chunks)
     once = bare.model_copy(update={"reads_once": True})
-    for profile, assurance in ((large_chunks, "checksummed"), (bare, "doubled"), (once, "single")):
+    for profile, integrity in ((large_chunks, "checksum"), (bare, "read_twice"), (once, "read_once")):
         stand = make_stand(profile=profile)
         with stand.camera() as camera:
             reads = len(list(stand.device.log.named("command")))
             scan = camera.capture(SET)
-        assert scan.provenance["assurance"] == assurance
+        assert scan.provenance["integrity"] == integrity
         assert scan.measured.all()
         images = [event.detail for event in stand.device.log.named("command")][reads:]
-        assert images.count("read_pitch") == (2 if assurance == "doubled" else 1)
+        assert images.count("read_pitch") == (2 if integrity == "read_twice" else 1)
 
 
 def test_a_block_that_never_repeats_is_refused(make_stand, large_chunks) -> None:

@@ -10,11 +10,12 @@ from restore.flattening.isometric.fan_orientation import MOST_WAYS, closing_sign
 from restore.mesh.adjacency import sides_of
 from restore.mesh.measures import signed_areas, straight_lengths
 from restore.mesh.network import make_network
+from restore.mesh.topology import Topology
 
 
 def closed(flat, faces, lengths, signs):
     """The likeliest signs of faces, of a page whose normals tell of all that no fan does."""
-    network = make_network(flat, faces, lengths)
+    network = make_network(flat, Topology(faces), lengths)
     return next(closing_signs(np.column_stack([flat, np.zeros(len(flat))]), network, signs))
 
 
@@ -107,7 +108,7 @@ def test_a_wrong_sign_is_told_round_a_vertex_of_many_faces(count, rng):
 
 def test_signs_are_offered_by_the_normals_then_upright_in_groups_and_then_all_upright(warped):
     flat, faces, true, sides = folded_over(warped)
-    network = make_network(flat, faces, straight_lengths(flat, sides.edges))
+    network = make_network(flat, Topology(faces), straight_lengths(flat, sides.edges))
     offered = list(closing_signs(np.column_stack([flat, np.zeros(len(flat))]), network, np.ones(len(faces))))
     np.testing.assert_array_equal(offered, [true, true, np.ones(len(faces))])
 

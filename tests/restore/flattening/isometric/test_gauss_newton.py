@@ -12,16 +12,15 @@ from restore.flattening.isometric.gauss_newton import (
     edge_areas,
     least_absolute_strain,
     minimise_strain,
-    rest_areas,
 )
-from restore.mesh.adjacency import border_of
 from restore.mesh.measures import edge_strain
 from restore.mesh.network import make_network
+from restore.mesh.topology import Topology
 from restore.scan import SurfaceMesh
 
 SQUARE = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]])
 FACES = np.array([[0, 1, 2], [0, 2, 3]])
-NETWORK = make_network(SQUARE, FACES)
+NETWORK = make_network(SQUARE, Topology(FACES))
 CONVERGED = 1e-4  # strain: a thousandth of the tenth that the square is pushed askew
 PARITY = 1e-9
 LEAST_MM = 1e-3  # the third iteration moves no node farther
@@ -31,7 +30,7 @@ SAME_MM = 1e-3  # with weights that may change the iteration stops earlier
 
 
 def network_of(page, lengths=None):
-    return make_network(page.mesh.vertices, page.mesh.faces, page.lengths if lengths is None else lengths)
+    return make_network(page.mesh.vertices, Topology(page.mesh.faces), page.lengths if lengths is None else lengths)
 
 
 def test_a_square_pushed_askew_gets_its_lengths_back():
@@ -66,7 +65,7 @@ def test_no_page_near_by_has_less_strain(warped):
     page = warped("gutter", count=300)
     rng = np.random.default_rng(1)
     network = network_of(page, page.lengths * rng.uniform(0.97, 1.03, len(page.lengths)))  # they contradict each other
-    areas = edge_areas(network.sides, network.lengths)
+    areas = edge_areas(network)
 
     def energy(flat):
         return (areas * edge_strain(flat, network.edges, network.lengths) ** 2).sum()
@@ -105,7 +104,7 @@ def test_between_two_lengths_of_its_edges_a_page_may_be_as_it_likes(warped):
 
 
 def test_rest_areas_are_those_of_the_faces():
-    np.testing.assert_allclose(rest_areas(NETWORK.sides, NETWORK.lengths), [50.0, 50.0])
+    np.testing.assert_allclose(NETWORK.areas, [50.0, 50.0])
 
 
 def test_it_tells_its_residual_and_whether_it_converged(warped):
@@ -122,14 +121,14 @@ def test_it_tells_its_residual_and_whether_it_converged(warped):
 
 def test_vertices_without_an_edge_stay():
     loose = np.vstack([SQUARE, [[30.0, 40.0]]])
-    stretched = make_network(SQUARE, FACES, 1.01 * NETWORK.lengths)
+    stretched = make_network(SQUARE, Topology(FACES), 1.01 * NETWORK.lengths)
     np.testing.assert_array_equal(minimise_strain(loose, stretched).flat[-1], loose[-1])
 
 
 def test_edges_weigh_as_the_areas_of_their_faces():
     vertices = np.array([[0, 0, 0], [4, 0, 0], [0, 3, 0], [0, -30, 0], [4.0, 0, 0]], float)
-    network = make_network(vertices, np.array([[0, 1, 2], [0, 3, 1], [1, 2, 4]]))
-    areas = dict(zip(map(tuple, network.edges), edge_areas(network.sides, network.lengths), strict=True))
+    network = make_network(vertices, Topology(np.array([[0, 1, 2], [0, 3, 1], [1, 2, 4]])))
+    areas = dict(zip(map(tuple, network.edges), edge_areas(network), strict=True))
     assert areas[0, 1] / areas[0, 2] == pytest.approx(66 / 6, rel=EXACT)
     assert areas[2, 4] == SHORTEST  # of a face without area
     assert np.mean([areas[edge] for edge in areas]) == pytest.approx(1.0, rel=SHORTEST)
@@ -153,10 +152,10 @@ def with_sliver(page, edge, shares, off_mm, seed):
     beside = page.flat[one] + 0.4 * across + off_mm * np.array([-across[1], across[0]])
     flat = np.vstack([page.flat, beside])
     faces = np.vstack([page.mesh.faces, [[one, other, len(page.flat)]]])
-    network = make_network(flat, faces)
+    network = make_network(flat, Topology(faces))
     lengths = network.lengths * np.random.default_rng(seed).uniform(0.99, 1.01, len(network.lengths))
     lengths[(network.edges == len(page.flat)).any(axis=1)] = np.linalg.norm(across) * np.array(shares)
-    return flat, make_network(flat, faces, lengths)
+    return flat, make_network(flat, Topology(faces), lengths)
 
 
 @pytest.mark.parametrize("shares", [(0.5, 0.4), (0.5, 0.45), (0.6, 0.37), (0.7, 0.7 - 1e-9)])
@@ -164,7 +163,7 @@ def with_sliver(page, edge, shares, off_mm, seed):
 def test_a_vertex_that_only_a_sliver_holds_is_not_thrown_off(warped, shares, off_mm):
     """Its two edges are shorter together than the one across, or hardly longer, and it lies beside that or on it."""
     page = warped("gutter", count=300)
-    border, inside = border_of(page.mesh.faces), make_network(page.flat, page.mesh.faces)
+    border, inside = Topology(page.mesh.faces).border, make_network(page.flat, Topology(page.mesh.faces))
     on_border = [edge for edge in inside.edges if np.isin(edge, border).all()]
     for seed, edge in enumerate(on_border[::4]):
         flat, network = with_sliver(page, edge, shares, off_mm, seed)

@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from oracles.warped import scattered
-from restore.flattening.isometric.least_distortion import embedded, is_disc, least_distorted_page
+from restore.flattening.isometric.least_distortion import embedded, least_distorted_page
 from restore.flattening.methods import flatten_points
 from restore.mesh.measures import face_shapes, flipped_faces, signed_areas, straight_lengths, surface_area
 from restore.mesh.network import make_network
 from restore.mesh.strain import stretches
+from restore.mesh.topology import Topology
 from restore.scan import SurfaceMesh
 
 RADIUS_MM = 60.0
@@ -40,7 +41,7 @@ def cap():
 def test_a_hemisphere_is_flattened_without_inverted_faces(cap):
     vertices, faces = cap
     page = flatten_points(SurfaceMesh(vertices, faces))
-    network = make_network(vertices, page.faces)
+    network = make_network(vertices, Topology(page.faces))
     assert flipped_faces(page.flat, page.faces) == 0
     assert symmetric_dirichlet(page.flat, page.faces, network.edges, network.lengths) < HEMISPHERE
     area = float(signed_areas(page.flat, page.faces).sum())
@@ -57,7 +58,7 @@ def test_a_monkey_saddle_does_not_hide_its_strain_in_inverted_faces():
 
 def test_a_page_that_keeps_its_shape_has_an_energy_of_four(warped):
     page = warped(count=100)
-    network = make_network(page.mesh.vertices, page.mesh.faces)
+    network = make_network(page.mesh.vertices, Topology(page.mesh.faces))
     energies = [
         symmetric_dirichlet(flat, network.faces, network.edges, network.lengths)
         for flat in (page.flat, 2.0 * page.flat)
@@ -67,7 +68,7 @@ def test_a_page_that_keeps_its_shape_has_an_energy_of_four(warped):
 
 def test_it_tells_when_it_has_not_converged(cap, monkeypatch):
     vertices, faces = cap
-    network = make_network(vertices, faces)
+    network = make_network(vertices, Topology(faces))
     monkeypatch.setattr("restore.flattening.isometric.least_distortion.MOST_ITERATIONS", 5)
     assert not least_distorted_page(vertices, network).converged
 
@@ -77,7 +78,7 @@ def test_the_embedding_of_a_disc_inverts_no_face(warped):
     border = np.flatnonzero((np.abs(page.flat) > 0.4999 * np.array([280.0, 200.0])).any(axis=1))
     angles = np.arctan2(page.flat[border, 1], page.flat[border, 0])
     places = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-    network = make_network(page.mesh.vertices, page.mesh.faces)
+    network = make_network(page.mesh.vertices, Topology(page.mesh.faces))
     found = embedded(network.edges, len(page.flat), border, places)
     assert (signed_areas(found, page.mesh.faces) > 0).all()
     assert straight_lengths(found, network.edges).max() < 2.0
@@ -85,7 +86,7 @@ def test_the_embedding_of_a_disc_inverts_no_face(warped):
 
 def test_what_is_no_disc_is_told(cap):
     vertices, faces = cap
-    assert is_disc(make_network(vertices, faces))
+    assert Topology(faces).is_disc
     middle = int(np.argmax(vertices[:, 2]))
     holed = faces[(faces != middle).all(axis=1)]
-    assert not is_disc(make_network(vertices, holed))
+    assert not Topology(holed).is_disc

@@ -9,8 +9,9 @@ from restore import SurfaceMesh, flatten
 from restore.flattening.isometric import page as isometric
 from restore.flattening.isometric.page import flatten_isometric
 from restore.mesh.measures import face_signs, signed_areas, straight_lengths
-from restore.mesh.network import edges_of, make_network
+from restore.mesh.network import make_network
 from restore.mesh.pose import pose_on_table
+from restore.mesh.topology import Topology
 
 TRUE_MM = 0.01
 WRONG = 0.02  # of the signs
@@ -18,7 +19,7 @@ ROUNDING = 1e-9
 
 
 def solved(page, **changes):
-    network = make_network(page.mesh.vertices, page.mesh.faces, page.lengths)
+    network = make_network(page.mesh.vertices, Topology(page.mesh.faces), page.lengths)
     return flatten_isometric(pose_on_table(page.mesh.vertices, page.mesh.faces), network, **changes)
 
 
@@ -40,7 +41,7 @@ def test_a_sheet_without_folds_comes_out_whole_however_its_normals_mislead(seed)
     faces = np.concatenate([corner[:, None] + [0, 1, 41], corner[:, None] + [0, 41, 40]])
     across, along = (flat + np.random.default_rng(seed).normal(0.0, 1.6, flat.shape)).T
     rough = np.stack([100.0 * np.sin(across / 100.0), along, 100.0 * np.cos(across / 100.0)], axis=1)
-    page = Warped(SurfaceMesh(rough, faces), flat, straight_lengths(flat, edges_of(faces)))
+    page = Warped(SurfaceMesh(rough, faces), flat, straight_lengths(flat, Topology(faces).edges))
     assert (face_signs(rough, faces) < 0.0).mean() > 0.03
     assert page.error(solved(page).flat) < TRUE_MM
 
@@ -53,7 +54,7 @@ def test_a_flap_lies_as_the_faces_beside_it_tell_once_their_signs_are_right(warp
     lift = 0.5 * (page.mesh.vertices[[a, b]].mean(axis=0) + page.mesh.vertices[c])
     flat = np.vstack([page.flat, 0.5 * (page.flat[[a, b]].mean(axis=0) + page.flat[c])])
     mesh = SurfaceMesh(np.vstack([page.mesh.vertices, lift]), np.vstack([page.mesh.faces, [b, a, len(page.flat)]]))
-    torn = Warped(mesh, flat, straight_lengths(flat, edges_of(mesh.faces)))
+    torn = Warped(mesh, flat, straight_lengths(flat, Topology(mesh.faces).edges))
     true = np.sign(signed_areas(flat, mesh.faces))
     assert (true < 0).sum() == 1
     misled = np.where(np.isin(mesh.faces, [a, b]).any(axis=1), -true, true)

@@ -23,7 +23,7 @@ from restore.flattening.isometric.preconditioner import (
     rim_first,
     substitute,
 )
-from restore.mesh.network import edges_of
+from restore.mesh.topology import Topology
 
 EXACT = 1e-4  # of the largest way: the stiffening of 1e-6 is felt where the page as a whole may move
 PARITY = 1e-9
@@ -70,7 +70,7 @@ def askew(request, warped):
     """A page of several sizes with its sticks out of balance."""
     page = warped("gutter", count=request.param)
     flat = page.flat + np.random.default_rng(0).normal(0, 0.05, page.flat.shape)
-    return system(flat, edges_of(page.mesh.faces), page.lengths)
+    return system(flat, Topology(page.mesh.faces).edges, page.lengths)
 
 
 def rigid_motions(aggregates):
@@ -132,7 +132,7 @@ def _blocks(matrix):
 
 def test_vertices_go_from_the_rim_inwards_and_edges_by_the_end_that_goes_last(warped):
     page = warped("gutter", count=60)
-    edges = edges_of(page.mesh.faces)
+    edges = Topology(page.mesh.faces).edges
     vertices, order, ordered = rim_first(page.flat, edges)
     middle = page.flat.mean(axis=0)
     np.testing.assert_array_equal(
@@ -158,7 +158,7 @@ def test_it_never_pushes_back(flat, thin):
 
 def test_a_page_that_is_turned_mirrored_or_renumbered_has_the_same_order_and_aggregates(warped, rng):
     page = warped("gutter", count=500)
-    edges, angle, numbers = edges_of(page.mesh.faces), np.deg2rad(140.0), rng.permutation(len(page.flat))
+    edges, angle, numbers = Topology(page.mesh.faces).edges, np.deg2rad(140.0), rng.permutation(len(page.flat))
     turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     moved = np.empty_like(page.flat)
     moved[numbers] = page.flat @ turn * [1.0, -1.0] + 70.0
@@ -192,7 +192,7 @@ def test_particles_that_only_rounding_holds_are_not_thrown_off(rng):
 def test_a_page_of_any_size_is_balanced_in_as_many_passes(warped, count):
     page = warped("curl", count=count)
     bent = page.flat + 2.0 * np.sin(page.flat / 60.0)  # along the whole page
-    assert system(bent, edges_of(page.mesh.faces), page.lengths).solved_in(PRECISELY) < PASSES
+    assert system(bent, Topology(page.mesh.faces).edges, page.lengths).solved_in(PRECISELY) < PASSES
 
 
 @pytest.mark.parametrize("needle", [1e-2, 1e-3, 1e-4])
@@ -202,7 +202,7 @@ def test_slivers_cost_hardly_a_pass(warped, needle):
     split = page.mesh.faces[::10]
     own = len(page.flat) + np.arange(len(split))
     flat = np.vstack([page.flat, np.einsum("fck,c->fk", page.flat[split], [1.0 - needle, 0.6 * needle, 0.4 * needle])])
-    edges = np.vstack([edges_of(page.mesh.faces), *(np.stack([split[:, k], own], axis=1) for k in range(3))])
+    edges = np.vstack([Topology(page.mesh.faces).edges, *(np.stack([split[:, k], own], axis=1) for k in range(3))])
     lengths = np.linalg.norm(flat[edges[:, 0]] - flat[edges[:, 1]], axis=1)
     bent = flat + 2.0 * np.sin(flat / 60.0)
     assert system(bent, edges, lengths).solved_in(PRECISELY) < PASSES
@@ -211,7 +211,7 @@ def test_slivers_cost_hardly_a_pass(warped, needle):
 def test_compiled_and_plain_python_agree(warped, plain):
     page = warped("fold", count=200)
     askew = page.flat + np.random.default_rng(0).normal(0, 0.5, page.flat.shape)
-    net = system(askew, edges_of(page.mesh.faces), page.lengths)
+    net = system(askew, Topology(page.mesh.faces).edges, page.lengths)
     compiled, way = np.zeros_like(net.force), np.zeros_like(net.force)
     module = import_module("restore.flattening.isometric.preconditioner")
     work = precondition(net.prepared, net.edges, net.gradients, net.force, compiled)

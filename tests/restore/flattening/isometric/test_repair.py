@@ -9,7 +9,8 @@ from restore.flattening.isometric.page import least_absolute_page, least_strain_
 from restore.flattening.isometric.repair import inverted_count, opened, uninverted
 from restore.flattening.isometric.repair import repaired as repaired_page
 from restore.mesh.measures import edge_strain, flipped_faces, signed_areas, straight_lengths
-from restore.mesh.network import edges_of, make_network
+from restore.mesh.network import make_network
+from restore.mesh.topology import Topology
 
 EXACT = 1e-12
 KNOT_MM = 25.0  # two spacings: the point comes to lie beyond its neighbours
@@ -20,31 +21,31 @@ SLIVER_MM = 0.01  # ten times the sliver's height
 
 
 def repaired(page, flat):
-    network = make_network(page.mesh.vertices, page.mesh.faces, page.lengths)
+    network = make_network(page.mesh.vertices, Topology(page.mesh.faces), page.lengths)
     return uninverted(flat, network, np.ones(len(page.mesh.faces)))
 
 
 def network_of(page, flat):
     """The network of a page that lies flat (n, 2) without strain."""
-    lengths = straight_lengths(flat, edges_of(page.mesh.faces))
-    return make_network(page.mesh.vertices, page.mesh.faces, lengths)
+    lengths = straight_lengths(flat, Topology(page.mesh.faces).edges)
+    return make_network(page.mesh.vertices, Topology(page.mesh.faces), lengths)
 
 
 def unknotted(page, flat):
-    return least_strain_page(flat, make_network(page.mesh.vertices, page.mesh.faces, page.lengths)).flat
+    return least_strain_page(flat, make_network(page.mesh.vertices, Topology(page.mesh.faces), page.lengths)).flat
 
 
 def test_a_knot_inside_the_page_comes_undone(warped):
     page = warped(count=400)
     inner = np.argmin(np.linalg.norm(page.flat, axis=1))
-    knotd = page.flat.copy()
-    knotd[inner] += [40.0, 25.0]  # over its neighbours and theirs
-    assert flipped_faces(knotd, page.mesh.faces) > 0
-    flat = repaired(page, knotd)
+    knotted = page.flat.copy()
+    knotted[inner] += [40.0, 25.0]  # over its neighbours and theirs
+    assert flipped_faces(knotted, page.mesh.faces) > 0
+    flat = repaired(page, knotted)
     assert flipped_faces(flat, page.mesh.faces) == 0
-    assert flipped_faces(unknotted(page, knotd), page.mesh.faces) == 0
+    assert flipped_faces(unknotted(page, knotted), page.mesh.faces) == 0
     far = np.linalg.norm(page.flat, axis=1) > 100.0
-    np.testing.assert_array_equal(flat[far], knotd[far])
+    np.testing.assert_array_equal(flat[far], knotted[far])
 
 
 def test_a_page_without_a_knot_stays_as_it_is(warped):
@@ -52,13 +53,13 @@ def test_a_page_without_a_knot_stays_as_it_is(warped):
     np.testing.assert_array_equal(repaired(page, page.flat), page.flat)
 
 
-def test_a_page_that_was_knotd_is_hardly_stretched(warped):
+def test_a_page_that_was_knotted_is_hardly_stretched(warped):
     page = warped(count=400)
-    edges = edges_of(page.mesh.faces)
+    edges = Topology(page.mesh.faces).edges
     middle = int(np.argmin(np.linalg.norm(page.flat, axis=1)))
-    knotd = page.flat.copy()
-    knotd[middle] += KNOT_MM
-    flat = unknotted(page, knotd)
+    knotted = page.flat.copy()
+    knotted[middle] += KNOT_MM
+    flat = unknotted(page, knotted)
     assert np.abs(edge_strain(flat, edges, page.lengths)).max() < EASED
 
 
@@ -68,7 +69,7 @@ def test_an_inverted_sliver_is_opened_without_moving_the_rest():
     vertices = np.column_stack([flat, np.zeros(5)])
     turned = flat.copy()
     turned[4, 1] = 0.001
-    found = uninverted(turned, make_network(vertices, faces), np.ones(3))
+    found = uninverted(turned, make_network(vertices, Topology(faces)), np.ones(3))
     assert flipped_faces(found, faces) == 0
     assert np.abs(found - flat).max() < SLIVER_MM
 
@@ -76,7 +77,7 @@ def test_an_inverted_sliver_is_opened_without_moving_the_rest():
 def test_mirrored_corners_of_the_border_come_back(warped):
     page = warped(count=100)
     faces = page.mesh.faces
-    network = make_network(page.mesh.vertices, faces, page.lengths)
+    network = make_network(page.mesh.vertices, Topology(faces), page.lengths)
     corners = np.flatnonzero(np.bincount(faces.ravel()) == 1)  # of one face
     assert len(corners) > 0
     for corner in corners:
@@ -117,7 +118,7 @@ def test_a_face_that_is_folded_in_space_stays_inverted(warped):
 def test_a_few_wrong_lengths_hardly_move_a_page_of_least_absolute_strain(warped):
     page = warped("gutter", count=300)
     wrong = np.random.default_rng(2).random(len(page.lengths)) < FEW
-    network = make_network(page.mesh.vertices, page.mesh.faces, np.where(wrong, WRONG, 1.0) * page.lengths)
+    network = make_network(page.mesh.vertices, Topology(page.mesh.faces), np.where(wrong, WRONG, 1.0) * page.lengths)
     squares, absolute = (
         float(np.median(np.linalg.norm(solve(page.flat, network).flat - page.flat, axis=1)))
         for solve in (least_strain_page, least_absolute_page)
@@ -127,8 +128,8 @@ def test_a_few_wrong_lengths_hardly_move_a_page_of_least_absolute_strain(warped)
 
 def test_compiled_and_plain_python_agree(warped, plain):
     page = warped(count=60)
-    knotd = page.flat.copy()
-    knotd[int(np.argmin(np.linalg.norm(page.flat, axis=1)))] += 2 * KNOT_MM
-    compiled = repaired(page, knotd)
+    knotted = page.flat.copy()
+    knotted[int(np.argmin(np.linalg.norm(page.flat, axis=1)))] += 2 * KNOT_MM
+    compiled = repaired(page, knotted)
     assert "_open" in plain(import_module("restore.flattening.isometric.repair"))
-    np.testing.assert_allclose(compiled, repaired(page, knotd), atol=PARITY)
+    np.testing.assert_allclose(compiled, repaired(page, knotted), atol=PARITY)

@@ -17,6 +17,7 @@ from restore.flattening.published.applicable import MARGIN, flatten_applicable, 
 from restore.mesh.measures import flipped_faces, straight_lengths
 from restore.mesh.network import make_network
 from restore.mesh.pose import pose_on_table
+from restore.mesh.topology import Topology
 
 POINTS = 400
 ROUNDING_MM = 1e-6  # rms: a plane needs no step, its feet are those of the conformal map
@@ -73,7 +74,7 @@ def test_moved_and_scaled_sheets_give_the_same_page(turn, shift, scale):
     mesh = exact_sheet(ROLL, 200).mesh
     moved = scale * mesh.vertices @ Rotation.from_rotvec(turn).as_matrix().T + shift
     pages = [
-        flatten_applicable(pose_on_table(vertices, mesh.faces), make_network(vertices, mesh.faces)).flat
+        flatten_applicable(pose_on_table(vertices, mesh.faces), make_network(vertices, Topology(mesh.faces))).flat
         for vertices in (mesh.vertices, moved)
     ]
     assert np.abs(rigid_residual(pages[1] / scale, pages[0])[0]).max() < SAME * STEP_MM
@@ -121,7 +122,7 @@ def test_sheets_that_meet_in_a_single_point_are_refused():
     vertices = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0.0]])
     faces = np.array([[0, 1, 2], [0, 3, 4]])
     with pytest.raises(BadInput, match="single points"):
-        flatten_applicable(pose_on_table(vertices, faces), make_network(vertices, faces))
+        flatten_applicable(pose_on_table(vertices, faces), make_network(vertices, Topology(faces)))
 
 
 def test_a_dome_ends_in_finite_positions():
@@ -129,7 +130,7 @@ def test_a_dome_ends_in_finite_positions():
     dome = 100.0 * np.stack([x, y, np.sqrt(np.maximum(2.1 - x**2 - y**2, 0.0))], axis=2).reshape(-1, 3)
     k = np.arange(14 * 15).reshape(14, 15)[:, :-1].ravel()
     faces = np.concatenate([np.stack([k, k + 1, k + 15], 1), np.stack([k + 1, k + 16, k + 15], 1)])
-    found = flatten_applicable(pose_on_table(dome, faces), make_network(dome, faces))
+    found = flatten_applicable(pose_on_table(dome, faces), make_network(dome, Topology(faces)))
     assert np.isfinite(found.flat).all()
 
 

@@ -6,6 +6,7 @@ import pytest
 from restore.flattening.published import stick_kernels as kernels
 from restore.flattening.published.hinges import hinges_of
 from restore.mesh.network import make_network
+from restore.mesh.topology import Topology
 
 PARITY = 1e-9  # mm: compiled sums may be taken in another order
 EXACT = 1e-12
@@ -15,7 +16,7 @@ EXACT = 1e-12
 def sheet(warped):
     page = warped("curl", count=60)
     now = page.mesh.vertices + [0.0, 0.0, 900.0]
-    return now, now - 0.1, make_network(page.mesh.vertices, page.mesh.faces, page.lengths)
+    return now, now - 0.1, make_network(page.mesh.vertices, Topology(page.mesh.faces), page.lengths)
 
 
 def advance(run, now, before, network):

@@ -11,6 +11,7 @@ from restore.flattening.published.sticks import MAX_STEPS, flatten_sticks
 from restore.mesh.measures import edge_strain, flipped_faces
 from restore.mesh.network import make_network
 from restore.mesh.pose import pose_on_table
+from restore.mesh.topology import Topology
 
 RMS_MM = 0.05  # lengths are exact and the shape developable, so only the stop of the relaxation is left
 STRAIN = 1e-4  # rms: a tenth of what the paper's drag leaves at 1,000 points
@@ -18,7 +19,7 @@ SCALED = 1e-6  # relative: steps are taken on a page scaled to one size, so only
 
 
 def flattened(mesh, lengths, follow=None):
-    network = make_network(mesh.vertices, mesh.faces, lengths)
+    network = make_network(mesh.vertices, Topology(mesh.faces), lengths)
     solution = flatten_sticks(pose_on_table(mesh.vertices, mesh.faces), network, follow)
     return solution.flat, solution.iterations, network
 
@@ -52,7 +53,7 @@ def test_every_step_is_followed_and_no_particle_is_below_the_table():
 def test_a_page_of_another_size_comes_out_alike(scale):
     warped = make_warped("gutter", count=300)
     flat, steps, _ = flattened(warped.mesh, warped.lengths)
-    network = make_network(warped.mesh.vertices * scale, warped.mesh.faces, warped.lengths * scale)
+    network = make_network(warped.mesh.vertices * scale, Topology(warped.mesh.faces), warped.lengths * scale)
     other = flatten_sticks(pose_on_table(warped.mesh.vertices * scale, warped.mesh.faces), network)
     assert other.iterations == steps
     np.testing.assert_allclose(other.flat / scale, flat, atol=SCALED * 280)
@@ -74,7 +75,7 @@ def test_rest_lengths_rule_over_distances():
 def test_lengths_far_from_those_of_the_sheet_are_refused_when_the_particles_diverge(factor):
     page = make_warped("curl", count=100)
     lengths = page.lengths * np.where(np.arange(len(page.lengths)) == 9, factor, 1.0)
-    network = make_network(page.mesh.vertices, page.mesh.faces, lengths)
+    network = make_network(page.mesh.vertices, Topology(page.mesh.faces), lengths)
     try:
         found = flatten_sticks(pose_on_table(page.mesh.vertices, page.mesh.faces), network)
     except BadInput as error:

@@ -23,7 +23,7 @@ def rows(browser):
     return browser.get("/api/pages").json()["pages"]
 
 
-def shoot(browser, action="shoot", **further):
+def shoot(browser, action="capture", **further):
     """Shoot, and wait for the verdict; the row of the page."""
     before = browser.get("/api/state").json()["session"]["events"]
     assert press(browser, action, **further).status_code == 202
@@ -87,10 +87,10 @@ def test_a_page_shows_its_findings_beside_their_limits(served, opened):
     assert row["level"] == "red"
     assert row["rank"] > 2.0
     detail = opened.get("/api/pages/1").json()
-    worst = detail["findings"][0]
+    worst = detail["checks"][0]
     assert (worst["name"], worst["level"], worst["value"], worst["limits"]) == ("blur_px", "red", 2.5, [1.2, 2.0])
     assert (worst["unit"], worst["less_is_worse"]) == ("px", False)
-    covered = next(one for one in detail["findings"] if one["name"] == "covered_share")
+    covered = next(one for one in detail["checks"] if one["name"] == "measured_fraction")
     assert covered["less_is_worse"]
     assert "fingerprint" not in json.dumps(detail)
     assert [event["name"] for event in detail["events"]] == ["capture", "restore", "verdict"]
@@ -100,11 +100,11 @@ def test_a_page_shows_its_findings_beside_their_limits(served, opened):
 
 def test_a_shot_under_way_takes_no_second_one_and_shows_its_laser(served, opened):
     served.scanner.gate.clear()
-    assert press(opened, "shoot").status_code == 202
+    assert press(opened, "capture").status_code == 202
     assert served.scanner.in_shot.wait(10)
     state = opened.get("/api/state").json()["scanner"]
-    assert (state["busy"], state["laser"], state["step"]) == ("shoot", "on", "scan")
-    for action in ("shoot", "preview"):
+    assert (state["busy"], state["laser"], state["step"]) == ("capture", "on", "scan")
+    for action in ("capture", "preview"):
         refused = press(opened, action)
         assert (refused.status_code, refused.json()["error"]["key"]) == (409, "busy")
     assert opened.post("/api/close").json()["error"]["key"] == "session_open"
@@ -121,7 +121,7 @@ def test_a_browser_that_goes_in_the_middle_of_a_shot_interrupts_nothing(served):
         with browser.stream("GET", f"/api/events?tab={TAB}") as events:
             next(events.iter_lines())
             served.scanner.gate.clear()
-            press(browser, "shoot")
+            press(browser, "capture")
             assert served.scanner.in_shot.wait(10)
     wait_for(lambda: served.app_state.event_stream.count == 0)
     served.scanner.gate.set()
@@ -139,7 +139,7 @@ def test_a_server_that_ends_in_the_middle_of_a_shot_keeps_the_frame(root):
         with served.client() as browser:
             browser.post("/api/sessions/missale/open")
             scanner.gate.clear()
-            press(browser, "shoot")
+            press(browser, "capture")
             assert scanner.in_shot.wait(10)
         threading.Timer(0.3, scanner.gate.set).start()
         served.app_state.end()
@@ -155,7 +155,7 @@ def test_what_a_crash_left_is_taken_up(root):
     with serving(root, scanner, restorer) as served, served.client() as browser:
         browser.post("/api/sessions/missale/open")
         restorer.gate.clear()
-        press(browser, "shoot")
+        press(browser, "capture")
         wait_for(lambda: rows(browser))
     with serving(root, scanner, restorer) as served, served.client() as browser:
         restorer.gate.clear()
@@ -175,7 +175,7 @@ def test_a_fault_of_the_scanner_is_shown_and_the_next_shot_works(served, opened,
     if laser == "unknown":
         fault.add_note(LASER_MAY_BE_ON)
     served.scanner.fault = fault
-    press(opened, "shoot")
+    press(opened, "capture")
     state = wait_for(
         lambda: (state := opened.get("/api/state").json()["scanner"])["problem"] and not state["busy"] and state
     )
@@ -188,7 +188,7 @@ def test_a_fault_of_the_scanner_is_shown_and_the_next_shot_works(served, opened,
 
 def test_a_restoration_that_fails_costs_its_page(served, opened):
     served.restorer.fault = ValueError("a fault of the program")
-    press(opened, "shoot")
+    press(opened, "capture")
     wait_for(lambda: rows(opened) and rows(opened)[0]["failed"])
     served.restorer.fault = None
     shoot(opened)
@@ -199,7 +199,7 @@ def test_a_full_disk_ends_the_shift_and_says_so(served, opened, monkeypatch):
     monkeypatch.setattr(
         "station.capture_loop.loop.add_scan", lambda *_a, **_k: (_ for _ in ()).throw(OSError(28, "full", "x"))
     )
-    press(opened, "shoot")
+    press(opened, "capture")
     failed = wait_for(lambda: opened.get("/api/state").json()["failed"])
     assert "full" in failed["text"]
     assert opened.get("/api/pages").json()["error"]["key"] == "no_session_open"
@@ -214,7 +214,7 @@ def test_every_line_and_row_is_told_to_every_tab(served, opened):
         lines = events.iter_lines()
         seen: dict[str, list] = {}
         served.scanner.gate.clear()
-        press(opened, "shoot")
+        press(opened, "capture")
         name = ""
         for line in lines:
             if line.startswith("event: "):
@@ -232,7 +232,7 @@ def test_every_line_and_row_is_told_to_every_tab(served, opened):
 
 def test_a_second_tab_watches_until_it_takes_control(served, opened):
     with served.client("b" * 16) as second:
-        refused = press(second, "shoot")
+        refused = press(second, "capture")
         assert (refused.status_code, refused.json()["error"]["key"]) == (409, "read_only")
         assert refused.json()["error"]["data"]["held_by"]["tab"] == TAB
         assert second.get("/api/pages").status_code == 200
@@ -251,12 +251,12 @@ def test_a_session_that_another_process_has_is_named_and_can_be_watched(served, 
         state = client.post("/api/sessions/missale/open", json={"read_only": True}).json()
         assert state["session"]["read_only"]
         assert "of" in state["session"]["held_by"]
-        assert press(client, "shoot").json()["error"]["key"] == "in_use"
+        assert press(client, "capture").json()["error"]["key"] == "in_use"
     assert client.get("/api/sessions").json()["sessions"][0]["held_by"] is None
 
 
 def test_what_cannot_be_done_says_why(served, client, root):
-    assert press(client, "shoot").json()["error"]["key"] == "no_session_open"
+    assert press(client, "capture").json()["error"]["key"] == "no_session_open"
     assert client.get("/api/pages").json()["error"]["key"] == "no_session_open"
     assert client.post("/api/sessions/gone/open").json()["error"]["key"] == "no_session"
     client.post("/api/sessions/missale/open")
@@ -273,5 +273,5 @@ def test_without_a_configuration_pages_are_looked_at_and_none_is_shot(root):
         served.client() as browser,
     ):
         browser.post("/api/sessions/missale/open")
-        assert press(browser, "shoot").json()["error"]["key"] == "no_scanner"
+        assert press(browser, "capture").json()["error"]["key"] == "no_scanner"
         assert browser.get("/api/state").json()["scanner"]["configured"] is False

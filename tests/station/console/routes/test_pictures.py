@@ -35,7 +35,7 @@ def restored(tmp_path_factory) -> tuple[Path, RangeScan]:
     """A session with one page, restored by a method that moves through space."""
     root = tmp_path_factory.mktemp("restored")
     scan, _ = shoot(Curl(radius_mm=RADIUS_MM), Text(), mode="fast", page_mm=PAGE_MM)
-    create_session(root / "curl", Volume(title="Curl", settings={}))
+    create_session(root / "curl", Volume(title="Curl", preset_values={}))
     with open_session(root / "curl") as writer:
         capture = add_scan(writer, scan, facts={"by": "a test"})
         folder = writer.staging("restore")
@@ -104,7 +104,7 @@ def test_layers_of_a_page_register(viewed):
     assert 0 < scale["stretch"]["rms"] <= scale["end"]
     legend = {one["key"]: one for one in browser.get(f"/api/pictures/{row['restore']}/coverage/legend").json()["kinds"]}
     assert legend["measured"]["colour"] is None
-    assert sum(one["share"] for one in legend.values()) == pytest.approx(1.0)
+    assert sum(one["fraction"] for one in legend.values()) == pytest.approx(1.0)
 
 
 def test_models_hold_every_point_and_the_steps_between(viewed, restored):

@@ -49,7 +49,7 @@ def test_a_way_on_the_sheet_is_no_shorter_than_through_space_and_the_same_back(x
 
 @pytest.mark.parametrize("point", [(-5, 40), (125, 40), (60, -5), (60, 85)])
 def test_beside_the_page_there_is_nothing_to_measure(ruler, point):
-    with pytest.raises(ConsoleFault, match="beside the page"):
+    with pytest.raises(ConsoleFault, match="next to the page"):
         ruler.measure((60, 40), point)
 
 

@@ -28,7 +28,7 @@ def page(result=None, verdict=None) -> Page:
 
 def judged(level: str, value: float, limits=(1.0, 2.0)) -> Page:
     findings = [{"name": "blur_px", "level": level, "value": value, "limits": list(limits)}]
-    return page({}, {"level": level, "findings": findings})
+    return page({}, {"level": level, "checks": findings})
 
 
 def test_worse_pages_rank_higher():
@@ -49,7 +49,7 @@ def test_worse_pages_rank_higher():
 
 
 def test_a_finding_says_its_unit_and_its_direction():
-    assert finding_of({"name": "covered_share", "limits": [0.97, 0.9]})["less_is_worse"]
+    assert finding_of({"name": "measured_fraction", "limits": [0.97, 0.9]})["less_is_worse"]
     assert set(UNITS) == set(Thresholds.model_fields)
 
 
@@ -75,7 +75,7 @@ def test_every_error_has_a_key_and_a_status(error, key, status):
 
 
 @pytest.mark.parametrize(
-    "values", [{"action": "shoot", "page": 0}, {"action": "x"}, {"action": "note", "text": "x" * 2001}]
+    "values", [{"action": "capture", "page": 0}, {"action": "x"}, {"action": "note", "text": "x" * 2001}]
 )
 def test_requests_have_limits(values):
     with pytest.raises(ValueError):

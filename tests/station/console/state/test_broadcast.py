@@ -9,7 +9,7 @@ from types import SimpleNamespace
 from station.capture_loop.loop import Line
 from station.console.state.broadcast import Broadcast
 from station.console.state.event_stream import EventStream
-from station.console.state.shown import shots_left, stamp
+from station.console.state.shown import captures_left, stamp
 from station.storage.disk import free_folder
 from tests.station.console.state.test_event_stream import events_of
 
@@ -71,8 +71,8 @@ def test_after_the_end_nothing_is_sent():
 
 def test_what_is_left_of_the_disk_is_told_in_pages():
     opened = SimpleNamespace(page_sizes=lambda: [10, 30])
-    assert shots_left(opened, 100) == 5
-    assert shots_left(SimpleNamespace(page_sizes=list), 100) is None
+    assert captures_left(opened, 100) == 5
+    assert captures_left(SimpleNamespace(page_sizes=list), 100) is None
     assert stamp(datetime(2026, 1, 2, 3, 4, 5, 678_901, UTC)) == "2026-01-02T03:04:05.678Z"
 
 

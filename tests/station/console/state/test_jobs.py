@@ -40,6 +40,7 @@ def filled(root: Path) -> Path:
     return root
 
 
+@pytest.mark.slow
 def test_an_export_is_written_checked_and_downloaded(filled, served, client):
     client.post("/api/sessions/missale/open", json={"read_only": True})
     begun = client.post("/api/export", json={"format": "bagit"})
@@ -74,6 +75,7 @@ def test_what_cannot_be_exported_says_why(served, client):
     assert client.get("/api/jobs/77").status_code == 404
 
 
+@pytest.mark.slow
 def test_a_session_is_checked_and_a_changed_file_is_named(filled, served, client):
     assert ended(client, client.post("/api/sessions/missale/verify").json()["id"])["result"]["problems"] == []
     stored = next((filled / "missale").rglob("scan.obj"))
@@ -86,6 +88,7 @@ def test_a_session_is_checked_and_a_changed_file_is_named(filled, served, client
     assert client.post("/api/batch", json={"sessions": ["missale"]}).json()["error"]["key"] == "session_open"
 
 
+@pytest.mark.slow
 def test_a_batch_sets_a_page_aside_and_lists_it(filled, served, client):
     begun = client.post("/api/batch", json={"sessions": ["missale"], "workers": 1}).json()
     job = ended(client, begun["id"])
@@ -150,7 +153,7 @@ def test_a_fault_of_the_work_is_told(root):
     told = []
     work.run({"kind": "verify", "session": str(root / "gone")}, told.append)
     work.run({"kind": "magic"}, told.append)
-    assert "is no session" in told[0]["error"]["text"]
+    assert "is not a session" in told[0]["error"]["text"]
     assert "magic" in told[1]["error"]["text"]
 
 

@@ -45,7 +45,7 @@ def test_tasks_are_done_between_keys_and_closing_waits_for_them(root):
         root / "missale", lambda: curl_scan(), listener(lines, ended), restorations=StandInRestorer()
     )
     writable.start()
-    writable.do(lambda: writable.loop.press("shoot"))
+    writable.do(lambda: writable.loop.press("capture"))
     wait_for(lambda: [row["level"] for row in writable.rows()] == ["green"])
     assert (writable.page, writable.restoring, writable.recovery) == (1, [], None)
     assert writable.page_sizes() > [0]
@@ -64,7 +64,7 @@ def test_a_fault_in_the_shift_ends_it_and_is_told(root):
 
     writable = WritableSession(root / "missale", no_disk, listener(ended=ended), restorations=StandInRestorer())
     writable.start()
-    writable.do(lambda: writable.loop.press("shoot"))
+    writable.do(lambda: writable.loop.press("capture"))
     assert writable.join(10)
     assert isinstance(ended[0], OSError)
 
@@ -91,7 +91,7 @@ def test_the_scanner_is_free_after_a_shot_that_came_too_late(opened, served, mon
         raise ConsoleFault("no_session_open", "it is being closed")
 
     monkeypatch.setattr(served.app_state.open_session, "do", refuse)
-    assert opened.post("/api/press", json={"action": "shoot"}).status_code == 409
+    assert opened.post("/api/press", json={"action": "capture"}).status_code == 409
     assert opened.get("/api/state").json()["scanner"]["busy"] is None
 
 
@@ -99,7 +99,7 @@ def test_the_scanner_is_free_after_a_shot_that_came_too_late(opened, served, mon
     ("action", "text", "status"), [("label", "1\x1b[2J", 422), ("note", "a\nb", 202), ("side", "a\nb", 422)]
 )
 def test_texts_hold_no_control_characters(opened, served, action, text, status):
-    assert opened.post("/api/press", json={"action": "shoot"}).status_code == 202
+    assert opened.post("/api/press", json={"action": "capture"}).status_code == 202
     wait_for(lambda: [row["level"] for row in served.app_state.open_session.rows()] == ["green"])
     answer = opened.post("/api/press", json={"action": action, "page": 1, "text": text})
     assert answer.status_code == status

@@ -35,12 +35,12 @@ def test_the_depth_window_is_that_of_the_lens():
     facts = look_at(replace(scan, provenance=FACTS), Thresholds()).facts
     depths = -scan.points[..., 2]
     assert facts["depth"]["min"] == depths.min()
-    assert facts["depth"]["inside_share"] == ((depths >= near) & (depths <= far)).mean()
+    assert facts["depth"]["inside_fraction"] == ((depths >= near) & (depths <= far)).mean()
     points = scan.points.copy()
     points[:, :8, 2] = -(near - 1)
     points[0, -1] = np.nan
     facts = look_at(replace(scan, points=points, provenance=FACTS), Thresholds()).facts
-    shares = {one["key"]: one["share"] for one in facts["legend"]}
+    shares = {one["key"]: one["fraction"] for one in facts["legend"]}
     assert shares["too_near"] > 0.2
     assert shares["too_far"] == 0
     assert 0 < shares["unmeasured"] < 0.1

@@ -111,7 +111,7 @@ def test_a_lock_that_a_killed_process_left_is_nobodys(root):
 
 @pytest.mark.parametrize("read_only", [True, False])
 def test_a_session_that_cannot_be_shown_is_not_open_and_says_why(client, root, read_only):
-    wrong = {"verdict": {"result": {"level": "purple", "findings": []}}}
+    wrong = {"verdict": {"result": {"level": "purple", "checks": []}}}
     written(root / "foreign", events(**wrong))
     refused = client.post("/api/sessions/foreign/open", json={"read_only": read_only})
     assert (refused.status_code, refused.json()["error"]["key"]) == (422, "damaged")

@@ -35,7 +35,7 @@ def test_a_change_holds_for_what_is_shot_from_now_on_and_undo_takes_it_back(serv
     assert changed.status_code == 200
     found = settings_of(opened)
     assert (found["restore.dpi"]["value"], found["restore.dpi"]["changed"]) == (300, True)
-    opened.post("/api/press", json={"action": "shoot"})
+    opened.post("/api/press", json={"action": "capture"})
     row = wait_for(lambda: (rows := opened.get("/api/pages").json()["pages"]) and rows[0]["level"] and rows[0])
     assert served.scanner.shots[-1].mode == "fast"
     assert served.restorer.calls[-1]["settings"]["dpi"] == 300
@@ -77,7 +77,7 @@ def test_changes_are_there_at_the_next_opening_and_null_brings_the_preset_back(o
         ("verdict.blur_px", [1]),
         ("verdict.blur_px", {"a": 1}),
         ("verdict.blur_px", [2.0, 1.2]),
-        ("verdict.effective_ppi", [35, 50]),
+        ("verdict.sampling_ppi", [35, 50]),
         ("verdict.magic", [1, 2]),
         ("magic.dpi", 1),
         ("dpi", 1),

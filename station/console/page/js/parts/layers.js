@@ -24,11 +24,11 @@ function strainScale(told) {
 }
 
 function coverageLegend(told) {
-  return h("ul", { class: "legend" }, told.kinds.map(({ key, colour, share }) => {
+  return h("ul", { class: "legend" }, told.kinds.map(({ key, colour, fraction }) => {
     const swatch = h("rect", { width: 12, height: 12, rx: 2, class: colour ? "" : "no-colour" });
     if (colour) swatch.style.fill = colour;
     return h("li", {}, h("svg", { viewBox: "0 0 12 12", class: "swatch", "aria-hidden": "true" }, swatch),
-      h("span", { text: `${t(`coverage.${key}`)} ${percent(share)}` }));
+      h("span", { text: `${t(`coverage.${key}`)} ${percent(fraction)}` }));
   }));
 }
 

@@ -33,14 +33,14 @@ function depthGauge({ depth, distance_mm: distance }) {
   const [low, high] = [Math.min(depth.near, depth.min), Math.max(depth.far, depth.max)];
   const at = (value) => ((value - low) / (high - low || 1)) * 100;
   const bar = (class_, from, to) => h("rect", { class: class_, x: at(from), width: Math.max(at(to) - at(from), 1), y: class_ === "window" ? 6 : 3, height: class_ === "window" ? 8 : 14, rx: 2 });
-  const inside = depth.inside_share >= 0.999;
+  const inside = depth.inside_fraction >= 0.999;
   return h("figure", { class: "aid depth" },
     h("figcaption", { text: t("depth") }),
     h("svg", { viewBox: "0 0 100 20", preserveAspectRatio: "none", "aria-hidden": "true" },
       bar("window", depth.near, depth.far), bar(inside ? "reach" : "reach out", depth.min, depth.max)),
     h("p", { class: "ends" }, h("span", { text: `${number(depth.near)} ${depth.unit}` }),
       distance ? h("span", { text: t("depth.at", { mm: number(distance) }) }) : null, h("span", { text: `${number(depth.far)} ${depth.unit}` })),
-    h("p", { text: t("depth.page", { min: number(depth.min), max: number(depth.max), share: percent(depth.inside_share) }) }));
+    h("p", { text: t("depth.page", { min: number(depth.min), max: number(depth.max), share: percent(depth.inside_fraction) }) }));
 }
 
 function sharpness({ sharpness: found }) {
@@ -50,11 +50,11 @@ function sharpness({ sharpness: found }) {
 }
 
 function legend(preview) {
-  return h("ul", { class: "legend" }, preview.legend.filter((entry) => entry.share > 0).map((entry) => {
+  return h("ul", { class: "legend" }, preview.legend.filter((entry) => entry.fraction > 0).map((entry) => {
     const swatch = h("rect", { width: 12, height: 12, rx: 2 });
     swatch.style.fill = entry.colour;
     return h("li", {}, h("svg", { viewBox: "0 0 12 12", class: "swatch", "aria-hidden": "true" }, swatch),
-      h("span", { text: `${t(`legend.${entry.key}`)} ${percent(entry.share)}` }));
+      h("span", { text: `${t(`legend.${entry.key}`)} ${percent(entry.fraction)}` }));
   }));
 }
 

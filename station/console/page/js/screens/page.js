@@ -15,7 +15,7 @@ import { PageViewer } from "../parts/viewer.js";
 import { Words } from "../parts/words.js";
 import { current, on, select, store } from "../store.js";
 import { firstOf, t } from "../strings.js";
-import { facts } from "./shoot.js";
+import { facts } from "./capture.js";
 
 const TOOLS = [["look", "hand"], ["compare", "columns-2"], ["ruler", "ruler"], ["words", "text-search"], ["model", "rotate-3d"]];
 
@@ -65,7 +65,7 @@ class PageScreen {
 
   async update() {
     const row = current();
-    setText(this.title, row ? pageName(row) : t("shoot.none"));
+    setText(this.title, row ? pageName(row) : t("capture.none"));
     setText(this.sub, row ? facts(row) : "");
     this.sign.replaceChildren(row ? levelSign(row) : "");
     if (this.row?.page !== row?.page) this.lights.show(null, null); // those of the page before would be taken for its own
@@ -73,7 +73,7 @@ class PageScreen {
     if (current()?.page !== row?.page) return;
     this.row = row;
     this.details = found;
-    this.lights.show(row, found?.findings);
+    this.lights.show(row, found?.checks);
     this.more.replaceChildren(...(found ? [...history(found)] : []));
     await this.use(this.tool);
   }

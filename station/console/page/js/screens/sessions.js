@@ -21,7 +21,7 @@ async function open(name, more = {}) {
   const state = await attempt(() => post(`/api/sessions/${encodeURIComponent(name)}/open`, more));
   if (!state) return;
   setState(state);
-  if (!state.recovery) goTo("shoot");
+  if (!state.recovery) goTo("capture");
 }
 
 async function close() {
@@ -66,7 +66,7 @@ async function newSession(reload) {
 function row(session, reload) {
   const done = session.pages ? session.accepted / session.pages : 0;
   const actions = session.open
-    ? [button(t("session.go"), { icon: "camera", kind: "primary", click: () => goTo("shoot") }), button(t("session.close"), { icon: "x", click: async () => { await close(); reload(); } })]
+    ? [button(t("session.go"), { icon: "camera", kind: "primary", click: () => goTo("capture") }), button(t("session.close"), { icon: "x", click: async () => { await close(); reload(); } })]
     : session.problem ? [button(t("session.verify"), { icon: "list-checks", click: () => attempt(() => post(`/api/sessions/${encodeURIComponent(session.name)}/verify`)) })]
       : session.held_by ? [button(t("session.watch"), { icon: "eye", click: () => open(session.name, { read_only: true }) })]
         : [button(t("session.open"), { icon: "folder-open", click: () => open(session.name) }),
@@ -102,7 +102,7 @@ function recovery(told, dismiss) {
     h("div", {}, h("h2", { text: t("recovery.title") }), h("p", { class: "soft", text: t("recovery.text") }),
       h("ul", {}, lines.map(([picture, text]) => h("li", {}, icon(picture), h("span", { text }))), problem),
       told.resumed.length ? h("progress", { max: told.resumed.length, value: told.resumed.length - told.left, "aria-label": t("recovery.progress") }) : null,
-      h("div", { class: "row" }, button(t("recovery.go"), { icon: "camera", kind: "primary", click: () => { dismiss(); goTo("shoot"); } }))));
+      h("div", { class: "row" }, button(t("recovery.go"), { icon: "camera", kind: "primary", click: () => { dismiss(); goTo("capture"); } }))));
 }
 
 /** The screen, made once. */

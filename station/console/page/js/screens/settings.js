@@ -10,7 +10,7 @@ import { firstOf, known, t } from "../strings.js";
 const NOTHING = ""; // of a field: the preset's value, or none
 
 function range({ min, max, unit }) {
-  const name = unit === "share" ? t("unit.share") : unit;
+  const name = unit === "fraction" ? t("unit.fraction") : unit;
   const mark = name ? ` ${name}` : "";
   if (min === null && max === null || min === undefined && max === undefined) return name ?? "";
   if (max === null || max === undefined) return t("range.from", { min: number(min, 4), unit: mark });

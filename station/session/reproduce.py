@@ -1,4 +1,4 @@
-"""`replay`: derives every derivative of a session again from the originals, and compares digests."""
+"""`reproduce`: derives every derivative of a session again from the originals, and compares digests."""
 
 from __future__ import annotations
 
@@ -10,26 +10,37 @@ from typing import Any
 
 from restore import BadInput
 from station.export.report import finite
-from station.session.events import Event
+from station.session.events import FORMAT, Event
 from station.session.stages import RESTORE, VERDICT, Run, run_restore, run_verdict
 from station.session.steps import scan_path
 from station.session.store import Session, file_digests
+from station.version import software_version
+
+ABSENT = object()  # equal to no value that JSON has
 
 Derive = Callable[[Session, Event, Path], Run]
 
 
 @dataclass(frozen=True)
-class Replayed:
+class Reproduced:
     """A run of a stage that was derived again.
 
-    differing  names of its files that came out otherwise, are missing or new, and `result` when that did.
+    differing  names of its files that came out otherwise, are missing or new, and `result.KEY` for keys of its result.
     """
 
     event: Event
     differing: tuple[str, ...]
 
+    @property
+    def reason(self) -> str:
+        """Why it may differ: the program that wrote the record beside this one; empty when it is the same."""
+        now = software_version()
+        if (self.event.format, self.event.software) == (FORMAT, now):
+            return ""
+        return f"recorded by {self.event.software}, record format {self.event.format}; this is {now}, format {FORMAT}"
 
-def replay(session: Session, scratch: Path, *, derivers: Mapping[str, Derive] | None = None) -> Iterator[Replayed]:
+
+def reproduce(session: Session, scratch: Path, *, derivers: Mapping[str, Derive] | None = None) -> Iterator[Reproduced]:
     """Derive every run of a stage again, in the order of the session, and compare. Writes only below `scratch`.
 
     Raises BadInput for a stage that this program does not know, what the stages raise, OSError.
@@ -39,7 +50,7 @@ def replay(session: Session, scratch: Path, *, derivers: Mapping[str, Derive] | 
             folder = scratch / event.folder
             try:
                 run = derive(session, event, folder, derivers=derivers)
-                yield Replayed(event, tuple(_differences(event, run, folder)))
+                yield Reproduced(event, tuple(_differences(event, run, folder)))
             finally:
                 shutil.rmtree(folder, ignore_errors=True)
 
@@ -59,8 +70,9 @@ def derive(session: Session, event: Event, folder: Path, *, derivers: Mapping[st
 def _differences(event: Event, run: Run, folder: Path) -> Iterator[str]:
     files = file_digests(folder)
     yield from sorted(name for name in {*files, *event.files} if files.get(name) != event.files.get(name))
-    if finite(run.result) != finite(event.facts["result"]):
-        yield "result"
+    made, recorded = finite(run.result), finite(event.facts["result"])
+    keys = sorted({*made, *recorded})
+    yield from (f"result.{key}" for key in keys if made.get(key, ABSENT) != recorded.get(key, ABSENT))
 
 
 def _restore(session: Session, event: Event, folder: Path) -> Run:

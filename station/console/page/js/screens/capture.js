@@ -25,7 +25,7 @@ function pagePane() {
     if (key === drawn && element.firstChild) return;
     drawn = key;
     if (!row) {
-      element.replaceChildren(placeholder("first-page", t("shoot.first"), t("shoot.first.text")));
+      element.replaceChildren(placeholder("first-page", t("capture.first"), t("capture.first.text")));
       return;
     }
     const flat = row.restore && !row.failed;
@@ -68,8 +68,8 @@ export default function shootScreen() {
   };
   const update = async () => {
     const row = current();
-    setText(title, row ? pageName(row) : t("shoot.none"));
-    setText(sub, row ? facts(row) : t("shoot.none.text"));
+    setText(title, row ? pageName(row) : t("capture.none"));
+    setText(sub, row ? facts(row) : t("capture.none.text"));
     sign.replaceChildren(row ? levelSign(row) : "");
     page.show(row);
     // While its findings are fetched a page has none: those of the page before would be taken for its own.
@@ -77,19 +77,19 @@ export default function shootScreen() {
     judged = row?.page;
     if (!row) return;
     const found = row.level || row.failed ? await details(row) : null;
-    if (current()?.page === row.page) lights.show(row, found?.findings);
+    if (current()?.page === row.page) lights.show(row, found?.checks);
   };
   for (const event of ["rows", "row", "selected"]) on(event, update);
   on("state", (state) => { steps.show(state.scanner); if (title.textContent === "") update(); });
-  on("preview", (told) => { preview.show(told); if (told && store.state?.scanner.busy !== "shoot") showView("preview"); });
+  on("preview", (told) => { preview.show(told); if (told && store.state?.scanner.busy !== "capture") showView("preview"); });
   on("message", (message) => { if (message.key === "stored" || message.key === "verdict") showView("page"); });
-  const shoot = actionButton("shoot", "shoot");
+  const shoot = actionButton("capture", "capture");
   on("state", (state) => set(shoot, "data-busy", state.scanner.busy));
   showView(view);
   preview.show(store.preview);
   if (store.state) steps.show(store.state.scanner);
   update();
-  return { element: h("div", { class: "screen shoot-screen" },
+  return { element: h("div", { class: "screen capture-screen" },
     h("section", { class: "viewer", "aria-label": t("picture") },
       h("div", { class: "viewer-head" }, views.element, steps.element), page.element, preview.element),
     h("section", { class: "panel", "aria-label": t("page") },

@@ -1,4 +1,4 @@
-"""`python -m bench.replay`: a session of twenty small pages is restored, judged, and replayed from its originals."""
+"""`python -m bench.reproduce`: twenty small pages are restored, judged, and reproduced from their originals."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from station.capture_loop.loop import CaptureLoop
 from station.run.small_page import small_page
 from station.session import Volume, create_session, open_session, read_session
 from station.session.presets import Preset
-from station.session.replay import replay
+from station.session.reproduce import reproduce
 from station.session.stages import Run, run_restore
 from station.verdict.thresholds import Thresholds
 
 SETTINGS = {"points": 300, "dpi": 60}
-THRESHOLDS = Thresholds(strain_rms=(0.003, 0.01), similarity=(0.84, 0.92), hole_mm=(5.0, 15.0))
+THRESHOLDS = Thresholds(smooth_strain_rms=(0.003, 0.01), similarity=(0.84, 0.92), hole_mm=(5.0, 15.0))
 
 
 def main(pages: int) -> int:
@@ -31,14 +31,15 @@ def main(pages: int) -> int:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "volume"
         preset = Preset(settings=SETTINGS, outputs=("coverage", "mesh", "tiff"), thresholds=THRESHOLDS)
-        create_session(folder, Volume(title="Replayed", settings=preset.model_dump(mode="json", exclude_none=True)))
+        values = preset.model_dump(mode="json", exclude_none=True)
+        create_session(folder, Volume(title="Reproduced", preset_values=values))
         scans = (_scan(number) for number in range(pages))
         with open_session(folder) as writer:
             loop = CaptureLoop(writer, lambda: next(scans), restore_now, lambda _line: None)
             for key in (*" " * pages, "q"):
                 loop.inbox.put(key)
             loop.run()
-        done = list(replay(read_session(folder), Path(name) / "scratch"))
+        done = list(reproduce(read_session(folder), Path(name) / "scratch"))
     differing = [one for one in done if one.differing]
     for one in differing:
         print(f"page {one.event.page}, {one.event.name}: {', '.join(one.differing)} differ")
