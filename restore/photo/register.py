@@ -245,8 +245,8 @@ def _insist(found: Registration, reference: Reference) -> None:
     if found.uncertainty_px > MAX_UNCERTAIN * found.scale:
         mm = found.uncertainty_px / found.scale * reference.pixel_mm
         raise Refused(
-            "the photograph and the scan have too little print in common, or all of it in one corner, to locate the rest of "
-            f"the page lies: {_off(mm)}",
+            "the photograph and the scan have too little print in common, or all of it in one corner, to locate the "
+            f"rest of the page lies: {_off(mm)}",
             AGAIN,
         )
     if found.coverage < MIN_COVERAGE:
