@@ -254,7 +254,7 @@ class CaptureLoop:
         """One more character of a note; enter ends it, an empty note is none."""
         typed, page = self._typed or "", self._current()
         if key not in "\r\n":
-            self._typed = typed[:-1] if key in ERASE else typed + key
+            self._typed = typed[:-1] if key in ERASE else typed + key * key.isprintable()
             return
         self._typed = None
         if page is not None and typed.strip():

@@ -20,6 +20,7 @@ from station.progress import Verbosity, verbosity
 
 # Sent by a service manager, and by a terminal that closes: both leave time to let the scanner go.
 ENDING_SIGNALS = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
+CONTROLS = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")  # all but line feed and tab
 READER_GONE = SIGNAL_BASE + signal.SIGPIPE  # as a shell reports a program that writes to a pipe without a reader
 
 # The sentences of typer and pydantic about the value of an option: `--rotate: '45' is not one of '0', '90'`.
@@ -93,13 +94,13 @@ def _print_error(text: str) -> None:
     if sys.stderr is None:  # print would write on stdout
         return
     try:
-        print(text, file=sys.stderr, flush=True)
+        print(_escaped(text, sys.stderr), file=sys.stderr, flush=True)
     except OSError:
         sys.stderr = None  # the interpreter would try again at exit, and change the exit code
 
 
 def print_result(text: str) -> None:
-    """Print on stdout, with escapes for characters outside its encoding.
+    """Print on stdout, with escapes for control characters and those outside its encoding.
 
     Raises typer.Exit when nobody reads it any more, OSError when the disk is full.
     """
@@ -121,7 +122,9 @@ def print_note(text: str) -> None:
 
 
 def _escaped(text: str, stream: TextIO | None) -> str:
+    """The text with escapes for what the stream cannot hold, and for control characters, which a terminal obeys."""
     encoding = getattr(stream, "encoding", None) or "utf-8"
+    text = CONTROLS.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
     return text.encode(encoding, "backslashreplace").decode(encoding)
 
 

@@ -142,7 +142,11 @@ def decode(line: bytes) -> Event:
     if problem:
         raise EventDamaged(problem)
     if event.format == OLDER_FORMAT:
-        return OlderEvent(**{**vars(event), "facts": current_facts(event.facts)}, written=line)
+        try:
+            facts = current_facts(event.facts)
+        except (LookupError, TypeError, ValueError, AttributeError) as error:
+            raise EventDamaged(f"its facts are not those of a record of format {OLDER_FORMAT}") from error
+        return OlderEvent(**{**vars(event), "facts": facts}, written=line)
     return event
 
 

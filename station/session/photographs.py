@@ -52,7 +52,9 @@ def pictures_in(folder: Path) -> list[Path]:
 
 def first_picture(folder: Path) -> Photograph:
     """The first photograph of a stored set. Raises BadInput when it is damaged, or the set is a video."""
-    first = pictures_in(folder)[0]
+    first = next(iter(pictures_in(folder)), None)
+    if first is None:
+        raise BadInput(f"{folder} holds no photographs", "planish verify tells more")
     if _is_video(first):
         raise BadInput(f"{first.name} is a video, which is not shown", "look at the restored page")
     return read_photographs([first])[0]

@@ -100,6 +100,14 @@ class Preset(BaseModel):
         return ("left", "right")[(position - 1 + (self.sides == "right")) % 2]
 
 
+def changed_preset(preset: Preset, changed: Mapping[str, Any]) -> Preset:
+    """A preset with other `settings` and `thresholds`, where they are named. Raises ValidationError."""
+    values = preset.model_dump(mode="json", exclude_none=True)
+    for name in ("settings", "thresholds"):
+        values[name] = {**values[name], **changed.get(name, {})}
+    return Preset.model_validate(values)
+
+
 def load_preset(name: str) -> Preset:
     """A preset that comes along, by its name, or of one's own: the path of a TOML file.
 

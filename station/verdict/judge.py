@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import Any
 
 from station.verdict.same_page import similarity
-from station.verdict.thresholds import Limits, Thresholds
-
-Level = Literal["green", "amber", "red"]
-LEVELS: tuple[Level, ...] = ("green", "amber", "red")
+from station.verdict.thresholds import LEVELS, Level, Limits, Thresholds
 
 # name → what it is, how it is printed, what to do when it is not green.
 CHECKS = {

@@ -17,8 +17,8 @@ from restore import Settings
 from station.console.faults import ConsoleFault
 from station.console.shown_pages.units import UNITS
 from station.session import VOLUME, Session
-from station.session.overview import SETTINGS, changed_preset
-from station.session.presets import Preset
+from station.session.facts import SETTINGS
+from station.session.presets import Preset, changed_preset
 from station.verdict.thresholds import Thresholds, check_limits
 
 CAPTURE, RESTORE, VERDICT = "capture", "restore", "verdict"

@@ -49,7 +49,7 @@ def test_tiff_tells_of_its_making(page):
         tags = {tag.name: tag.value for tag in file.pages[0].tags}
         np.testing.assert_array_equal(file.asarray(), page.image)
     assert tags["InterColorProfile"] == OTHER
-    assert tags["Model"] == "Vivid 900"
+    assert (tags["Make"], tags["Model"], tags["Orientation"]) == ("Minolta", "Vivid 900", 1)
     assert tags["Software"] == software()
     assert tags["DateTime"] == "2026:05:04 03:02:01"
     assert xmp_of(bytes(tags["XMP"])) == {

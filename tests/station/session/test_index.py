@@ -23,7 +23,7 @@ def test_rebuilt_it_is_equal_to_the_one_that_grew(volume, tiny_scan, tmp_path):
         for number in (1, 2, 3):
             capture = add_scan(writer, tiny_scan, facts={})
             run = record_run(writer, "restore", capture, parameters={}, result={})
-            record_run(writer, "verdict", run, parameters={}, result={"level": "amber"})
+            record_run(writer, "verdict", run, parameters={}, result={"level": "amber", "checks": []})
             decide(writer, "accept", number == 1, page=number, on=capture)
             update(index, writer.session)
         decide(writer, "position", 0.5, page=3)
