@@ -225,7 +225,9 @@ def test_help_names_the_defaults_of_the_library(capsys):
     shown = " ".join(capsys.readouterr().out.split())
     defaults = Settings()
     for default in (defaults.points, defaults.dpi, defaults.method, defaults.shading):
-        assert f"({default:g})." in shown if isinstance(default, float) else f"({default})." in shown
+        assert (
+            f"[default: ({default:g})]" in shown if isinstance(default, float) else f"[default: ({default})]" in shown
+        )
 
 
 def run(*arguments: object, **options) -> subprocess.CompletedProcess[str]:

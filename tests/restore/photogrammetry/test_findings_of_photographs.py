@@ -27,7 +27,7 @@ GOOD = {
         ),
         (
             {"rejected": {"7.jpg": Finding.of("zoomed", change=0.03)}},
-            ["7.jpg is not used", "photographs were zoomed"],
+            ["7.jpg is not used", "some photographs were zoomed"],
         ),
         ({"photographs_used": ["1.jpg", "2.jpg", "3.jpg", "4.jpg"]}, ["the page is made of 4 photographs only"]),
         ({"scale_source": {"from": "none"}}, ["the scale is not known"]),
