@@ -6,6 +6,9 @@ from .errors import (
 )
 from .findings import Finding as Finding
 from .formats import load_scan as load_scan, save_scan as save_scan
+from .layout.find import find_layout as find_layout
+from .layout.finding import BookPrior as BookPrior, LayoutFinding as LayoutFinding
+from .layout.leaves import find_leaves as find_leaves
 from .mirror import mirror_page as mirror_page
 from .page import FlatMesh as FlatMesh, RestoredPage as RestoredPage
 from .phones.load import load_capture as load_capture
@@ -14,6 +17,7 @@ from .photogrammetry import ScaleCard as ScaleCard, reconstruct_page as reconstr
 from .pipeline import restore as restore
 from .prepared.flatten import flatten as flatten
 from .prepared.separate import separate_sheets as separate_sheets
+from .restore_leaves import restore_leaves as restore_leaves
 from .scan import RangeScan as RangeScan, SurfaceMesh as SurfaceMesh
 from .settings import Settings as Settings
 from .structured_light import Projector as Projector

@@ -290,6 +290,36 @@ CODES: Mapping[str, Code] = {
         "Use --sheets separate for a page of each",
         "largest piece",
     ),
+    "large_sheet_left_out": Code(
+        "doubt",
+        "a sheet {share:.0%} as large as the page is not restored: half of an opened book, or another page; --sheets "
+        "separate restores all {count} sheets of the scan",
+        "largest piece",
+    ),
+    # Leaves of a book
+    "layout_unsure": Code(
+        "warning",
+        "it is not clear whether this is an opened book, and the whole is one page: {reason}; --layout split cuts it "
+        "at the spine, --layout whole keeps it",
+    ),
+    "facing_strip": Code("note", "a strip of the facing page, {width_mm:.0f} mm wide, is not restored"),
+    "print_over_spine": Code(
+        "note", "print runs over the spine along {share:.1%} of its height: the whole is one page", "height"
+    ),
+    "print_cut": Code(
+        "warning",
+        "the page is split as requested although print runs over the spine along {share:.1%} of its height: each leaf "
+        "keeps {overlap_mm:g} mm of the other",
+        "height",
+    ),
+    # Corrections by hand
+    "removed_by_hand": Code("note", "{share:.1%} of the page was removed by hand", "page"),
+    "points_clipped": Code(
+        "warning", "{count} points of the corrections are outside the image and were moved to its edge: check them"
+    ),
+    "corrections_dropped": Code(
+        "warning", "the corrections of the earlier capture do not fit this one: {reason}; make them again"
+    ),
     "turn_undecided": Code(
         "warning",
         "the text does not show which side of the page is up: it stays as the scanner saw it. Rotate it with "

@@ -94,6 +94,7 @@ def restore(
     ]
     report |= {"coverage": coverage.described(), "source": dict(source.provenance), "seconds": clock.seconds}
     report |= {"photos": photo_report} if photos else {}
+    report |= leaf_fields(report)
     report["findings"] = [one.as_json() for one in found]
     return RestoredPage(
         image,
@@ -108,6 +109,13 @@ def restore(
         painting.page_source,
         findings=tuple(found),
     )
+
+
+def leaf_fields(report: Mapping[str, Any]) -> dict[str, Any]:
+    """The size of a leaf of an opened book without the strip of the facing page; empty for any other page."""
+    facing = report["coverage"]["facing"]
+    width, height = report["page_mm"]
+    return {"leaf_mm": [width * (1.0 - facing), height]} if facing else {}
 
 
 class Shaded(NamedTuple):

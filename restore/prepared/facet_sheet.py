@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -14,7 +14,7 @@ from restore.flattening.methods import OnStep, flatten_with_lengths
 from restore.mesh.decimate import decimate
 from restore.mesh.topology import Topology
 from restore.mesh.triangulate import lattice
-from restore.outline.sides import straighten
+from restore.outline.sides import Line, Side, straighten
 from restore.page import FlatMesh
 from restore.prepared.prepared import Clock, Prepared, Unrolled, square_to_picture, upright_as_textured
 from restore.prepared.refine import interpolate_flat_positions, refine, subdivide
@@ -99,10 +99,23 @@ class FacetSheet(Prepared):
         return self.sheet.cut
 
 
-def unroll(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
+def no_sides(_page: PageOnGrid) -> Mapping[Side, Line]:
+    """No side is known before it is fitted."""
+    return {}
+
+
+def unroll(
+    sheet: Sheet,
+    settings: Settings,
+    clock: Clock,
+    on_step: OnStep | None = None,
+    *,
+    given: Callable[[PageOnGrid], Mapping[Side, Line]] = no_sides,
+) -> Unrolled:
     """Flatten a prepared sheet with about `settings.points` points; clock(stage) times the stages.
 
-    Beyond MAX_SOLVED_POINTS points the flat positions are interpolated.
+    given: the sides of the flat page that are known already. Beyond MAX_SOLVED_POINTS points the flat positions are
+    interpolated.
     """
     requested = settings.points or int(sheet.inside.sum())
     with clock("decimate"):
@@ -114,7 +127,8 @@ def unroll(sheet: Sheet, settings: Settings, clock: Clock, on_step: OnStep | Non
     with clock("refine"):
         fine, fine_nodes = refine(sheet, coarse, nodes)
         fine = square_to_picture(fine)
-        page = subdivide(sheet, straighten(sheet, PageOnGrid(fine.flat, fine.faces, fine_nodes)))
+        page = PageOnGrid(fine.flat, fine.faces, fine_nodes)
+        page = subdivide(sheet, straighten(sheet, page, given(page)))
         fine = _on_sheet(sheet, fine, page)
         if requested > MAX_SOLVED_POINTS:
             mesh, nodes = decimate_sheet(sheet, requested)

@@ -15,6 +15,7 @@ from restore.mesh.page_below import without_page_below
 from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import ValidMesh, validated
 from restore.prepared.facet_sheet import FacetSheet
+from restore.prepared.leaf_sheet import leaf_of
 from restore.prepared.ordered_grid import OrderedGrid
 from restore.prepared.plain_mesh import InterpolatedPage, PlainMesh
 from restore.prepared.prepared import Prepared
@@ -61,7 +62,12 @@ def of_segmented(segmented: SegmentedScan) -> FacetSheet:
 
 def of_sheet(sheet: SeparateSheet) -> Prepared:
     """A sheet of a scan; what was found of it in its range image need not be looked for again."""
-    return prepare(sheet.scan) if sheet.segmented is None else of_segmented(sheet.segmented)
+    if sheet.prepared is not None:
+        return sheet.prepared
+    if sheet.segmented is None:
+        return prepare(sheet.scan)
+    whole = of_view(sheet.segmented) if sheet.of_mesh else of_segmented(sheet.segmented)
+    return whole if sheet.spine is None else leaf_of(whole, sheet.segmented.rays, sheet.spine, sheet.part)
 
 
 def of_mesh(scan: SurfaceMesh) -> FacetSheet | PlainMesh:
@@ -77,8 +83,13 @@ def of_mesh(scan: SurfaceMesh) -> FacetSheet | PlainMesh:
     if view is None:
         alone = page if table is None else select(page, page.faces[max(large_pieces(page), key=len)])
         return PlainMesh(alone)
-    sheet = fit_sheet(largest_surface(*view, view[0].measured), precision=MESH_PRECISION, cut_out=True)
-    return FacetSheet(sheet if table is None else replace(sheet, holes=holes_to_mesh(sheet, table)))
+    seen = of_view(largest_surface(*view, view[0].measured))
+    return seen if table is None else replace(seen, sheet=replace(seen.sheet, holes=holes_to_mesh(seen.sheet, table)))
+
+
+def of_view(view: SegmentedScan) -> FacetSheet:
+    """The sheet of a view of a mesh, whose points are without a scanner's noise and end where the mesh was cut."""
+    return FacetSheet(fit_sheet(view, precision=MESH_PRECISION, cut_out=True))
 
 
 def of_interpolated(scan: InterpolatedMesh) -> InterpolatedPage:

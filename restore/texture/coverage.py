@@ -44,6 +44,8 @@ class CoverageClass(IntEnum):
     OCCLUDED = 3  # on the page and not seen by the camera
     INPAINTED = 4  # hidden, and inpainted from its neighbourhood
     OBSTRUCTED = 5  # seen, but covered by something in a photograph, and painted from another picture
+    FACING = 6  # seen, of the facing page: a strip beside the spine of an opened book
+    REMOVED = 7  # on the page, and removed by hand
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,9 +65,10 @@ class Coverage:
     def mask(self) -> Mask:
         """(h, w) True where the camera saw the page."""
         return np.asarray(
-            (self.seen == CoverageClass.MEASURED)
-            | (self.seen == CoverageClass.INTERPOLATED)
-            | (self.seen == CoverageClass.OBSTRUCTED)
+            np.isin(
+                self.seen,
+                (CoverageClass.MEASURED, CoverageClass.INTERPOLATED, CoverageClass.OBSTRUCTED, CoverageClass.FACING),
+            )
         )
 
     def fractions(self) -> dict[str, float]:
@@ -125,7 +128,7 @@ def seen_part(painting: Painting, coverage: Coverage) -> Painting:
     """The painted page with what the camera did not see blank; in holes it ends, and has no source."""
     holes = painting.mask & (coverage.seen == CoverageClass.OUTSIDE)
     image, source, page_source = painting.image.copy(), painting.source, painting.page_source
-    image[holes | (coverage.seen == CoverageClass.OCCLUDED)] = PAPER
+    image[holes | np.isin(coverage.seen, (CoverageClass.OCCLUDED, CoverageClass.REMOVED))] = PAPER
     if holes.any():
         source = np.where(holes[..., None], np.float32(np.nan), source)
         page_source = None if page_source is None else np.where(holes, np.uint8(NO_PICTURE), page_source)

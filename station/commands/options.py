@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any, get_type_hints
 
 import typer
 
-from station.choices import FLAGS, Method, Rotation, Shading, Sheets
+from station.choices import FLAGS, Layout, Method, Rotation, Shading, Sheets
 from station.errors import UsageError
 from station.storage.session_folder import refuse_session, session_around
 
@@ -243,6 +243,10 @@ class Reading:
             help="Several sheets in one scan: a page each, the largest only, or all in one image; auto: by their shape."
         ),
     ] = Sheets.AUTO
+    layout: Annotated[
+        Layout,
+        typer.Option(help="An opened book: one page; two leaves where a spine is certain (auto); two; never two."),
+    ] = Layout.SINGLE
 
 
 @dataclass(frozen=True)

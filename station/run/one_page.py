@@ -28,7 +28,7 @@ from restore import (
     super_resolve,
 )
 from restore.formats import referenced_files, scan_stem
-from station.choices import Rotation
+from station.choices import Layout, Rotation
 from station.config import StationConfig
 from station.errors import UsageError
 from station.export import outputs
@@ -40,7 +40,7 @@ from station.run.destination import Clock, Destination, Outcome, SourceRecord
 from station.run.options import RunOptions
 from station.run.overwrite_check import check_outputs, superseded, superseded_pieces
 from station.run.peak_memory import peak_memory_mib
-from station.run.pieces import Selected, select_sheets
+from station.run.pieces import Selected, select_leaves, select_sheets
 from station.run.plausibility import check_plausible_page
 from station.run.scale import page_size_of, scaled_to
 from station.storage.atomic import lock_output_folder, new_folder, refuse_captured, refuse_existing, write_all
@@ -265,7 +265,10 @@ def restore_scan(
 ) -> Outcome:
     """Restore the sheets of a scan and write them, with the photographs that they are painted from."""
     start = clock()
-    sheets = select_sheets(scan, options.sheets)
+    if options.layout == Layout.SINGLE:
+        sheets = select_sheets(scan, options.sheets)
+    else:
+        sheets = select_leaves(scan, options.layout, options.settings)
     source_record = replace(source_record, seconds={**source_record.seconds, "separate": clock() - start})
     if len(sheets) > 1:
         planned = [path for sheet in sheets for path in destination.files(stem + sheet.suffix, options)]
@@ -304,8 +307,14 @@ def restore_scan(
     written = tuple(write_all(contents(), force=destination.force, lock=lock, superseded=gone))
     if len(sheets) == 1:
         return replace(pages[0], files=written)
-    left_out = [{**sheet.report_fields["sheet"], "reason": str(error)} for sheet, error in failures]
+    left_out = [{**_name_of(sheet), "reason": str(error)} for sheet, error in failures]
     return Outcome({"sheets": [page.report for page in pages], "rejected": left_out}, written, tuple(pages))
+
+
+def _name_of(sheet: Selected) -> dict[str, Any]:
+    """What the report calls a sheet that is not a page: its number, or the side of the gutter that it is on."""
+    fields = sheet.report_fields
+    return dict(fields["sheet"]) if "sheet" in fields else {"part": fields["part"]}
 
 
 def _restore_sheet(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 
 from restore import Settings
-from station.choices import Rotation, Sheets
+from station.choices import Layout, Rotation, Sheets
 
 AUTO = "auto"
 
@@ -22,8 +22,9 @@ class RunOptions:
     unit      of a mesh's coordinates, as for `load_scan`; range images have their own.
     scale     of photographs, as `planish photos` has it, or the size of the page of a mesh; None for that of the scan.
     sheets    what becomes of several sheets in one scan.
+    layout    what becomes of an opened book.
     mirror    mirror the page from left to right, before it is turned.
-    rotate      right angles by which the page is turned.
+    rotate    right angles by which the page is turned.
     allow_distorted    write a page whose surface is no page's, too.
     """
 
@@ -35,6 +36,7 @@ class RunOptions:
     unit: str = AUTO
     scale: str | None = None
     sheets: Sheets = Sheets.AUTO
+    layout: Layout = Layout.SINGLE
     mirror: bool = False
     rotate: Rotation = Rotation.NONE
     allow_distorted: bool = False

@@ -34,6 +34,11 @@ CHECKS = {
     "sampling_ppi": ("resolution", "{:.0f} ppi", "go nearer, or take the lens of longer focal length"),
     "blur_px": ("focus", "{:.1f} px", "focus again; did the page move?"),
     "clipped_fraction": ("clipped", "{:.1%}", "change the exposure: light or gain"),
+    "left_out_fraction": (
+        "not restored",
+        "{:.0%} of the page's size",
+        "remove the other sheet, or restore both with planish restore --sheets separate",
+    ),
     "similarity": ("same page", "{:.2f}", "it looks like a page that was captured already: did the leaf turn?"),
 }
 

@@ -17,6 +17,7 @@ WORSE: Mapping[str, Literal["less", "more"]] = {
     "sampling_ppi": "less",
     "blur_px": "more",
     "clipped_fraction": "more",
+    "left_out_fraction": "more",
     "similarity": "more",
 }
 """The direction in which each measure is worse."""
@@ -38,6 +39,7 @@ class Thresholds(BaseModel):
     sampling_ppi: Limits | None = None
     blur_px: Limits | None = None
     clipped_fraction: Limits | None = None
+    left_out_fraction: Limits | None = None
     similarity: Limits | None = None
 
 
