@@ -54,7 +54,7 @@ def first_picture(folder: Path) -> Photograph:
     """The first photograph of a stored set. Raises BadInput when it is damaged, or the set is a video."""
     first = next(iter(pictures_in(folder)), None)
     if first is None:
-        raise BadInput(f"{folder} holds no photographs", "planish verify tells more")
+        raise BadInput(f"{folder} holds no photographs", "planish verify shows more")
     if _is_video(first):
         raise BadInput(f"{first.name} is a video, which is not shown", "look at the restored page")
     return read_photographs([first])[0]

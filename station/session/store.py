@@ -37,7 +37,7 @@ Now = Callable[[], datetime]
 READ_ONLY = 0o444
 STAGED = "event"
 TAKEN = "choose another name"
-FOREIGN = "take it from a copy, or have it repaired by who changed it: planish verify tells which files differ"
+FOREIGN = "take it from a copy, or have it repaired by who changed it: planish verify shows which files differ"
 
 
 def utc() -> datetime:
