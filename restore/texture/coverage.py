@@ -81,8 +81,10 @@ class Coverage:
 
     def findings(self) -> list[Finding]:
         """What is to be reported of a page that is white in large part."""
-        hidden = self.fractions()["occluded"]
-        return [Finding.of("hidden", hidden)] if hidden > MAX_HIDDEN else []
+        fractions = self.fractions()
+        hidden, erased = fractions["occluded"], fractions["erased"]
+        found = [Finding.of("hidden", hidden)] if hidden > MAX_HIDDEN else []
+        return [*found, Finding.of("removed_by_hand", erased)] if erased else found
 
 
 def cover(fine: FlatMesh, painting: Painting, kinds: Bytes, camera_centre: Floats | None, dpi: float) -> Coverage:

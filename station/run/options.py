@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from restore import Settings
+from restore import PageEdits, Settings
 from station.choices import Layout, Rotation, Sheets
 
 AUTO = "auto"
@@ -23,6 +23,7 @@ class RunOptions:
     scale     of photographs, as `planish photos` has it; None for a scan.
     sheets    what becomes of several sheets in one scan.
     layout    what becomes of an opened book.
+    edits     corrections by hand; their layout takes the place of `layout`.
     rotate    right angles by which the page is turned.
     allow_distorted    write a page whose surface is no page's, too.
     """
@@ -36,6 +37,7 @@ class RunOptions:
     scale: str | None = None
     sheets: Sheets = Sheets.AUTO
     layout: Layout = Layout.SINGLE
+    edits: PageEdits | None = None
     rotate: Rotation = Rotation.NONE
     allow_distorted: bool = False
 
