@@ -96,6 +96,7 @@ KEYS: Mapping[str, Key] = {
     "layout": Key(
         "table|text", "", "layout of a scan as it was found, or as it is requested", "restore/layout/leaves.py"
     ),
+    "edits": Key("table", "", "corrections by hand of the page", "restore/edits/model.py"),
     "leaf_mm": Key("[number]", "mm", "size of a leaf without the strip of the facing page", "restore/pipeline.py"),
     "advice": Key("text", "", "split, whole, left, right or ask", LAYOUT),
     "is_spine": Key("text", "", "whether a valley is a spine: sure, unsure or no", LAYOUT),

@@ -1,4 +1,7 @@
 # The names of the public door and where they come from. They are imported when they are first used.
+from .edits.apply import correct_leaves as correct_leaves
+from .edits.finish import finish_page as finish_page
+from .edits.model import PageEdits as PageEdits, PartEdits as PartEdits, parse_edits as parse_edits
 from .errors import (
     BadInput as BadInput,
     NotEnoughSurface as NotEnoughSurface,

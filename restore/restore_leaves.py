@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
+from restore.edits.apply import correct_leaves
+from restore.edits.finish import finish_page
+from restore.edits.model import PageEdits, PartEdits
 from restore.layout.finding import BookPrior, LayoutFinding
 from restore.layout.leaves import Layout, Leaves, find_leaves
 from restore.page import RestoredPage
@@ -32,13 +35,15 @@ def restore_leaves(
     settings: Settings | None = None,
     *,
     layout: Layout = "auto",
+    edits: PageEdits | None = None,
     prior: BookPrior | None = None,
     progress: Progress | None = None,
 ) -> RestoredLeaves:
     """Restore the leaves of an opened book as two pages, and any other scan as one.
 
-    layout, prior: as for `find_leaves`. progress: as for `restore`, for each part.
-    Raises NotEnoughSurface without a page, BadInput for a split without a valley.
+    layout, prior: as for `find_leaves`. edits: corrections by hand; their layout takes the place of `layout`.
+    progress: as for `restore`, for each part.
+    Raises NotEnoughSurface without a page, BadInput for a split without a valley and for corrections that do not fit.
 
     >>> from drivers.simulated import Facing, Opening, shoot
     >>> scan, truth = shoot(Opening(), Facing(left_mm=100.0), mode="fast", page_mm=(200.0, 140.0))
@@ -47,9 +52,16 @@ def restore_leaves(
     [('left', 100.0), ('right', 100.0)]
     """
     settings = settings or Settings()
-    leaves = find_leaves(scan, layout, settings, prior=prior)
-    pages = {part: restore(sheet, settings, progress=progress) for part, sheet in leaves.parts.items()}
-    return RestoredLeaves(leaves.finding, {part: _reported(page, leaves, part) for part, page in pages.items()})
+    if edits is None:
+        leaves = find_leaves(scan, layout, settings, prior=prior)
+    else:
+        leaves = correct_leaves(scan, edits, settings, prior=prior)
+    pages = {}
+    for part, sheet in leaves.parts.items():
+        by_hand = PartEdits() if edits is None else edits.part(part)
+        page = restore(sheet, by_hand.settings_of(settings), progress=progress)
+        pages[part] = _reported(page if edits is None else finish_page(page, by_hand), leaves, part)
+    return RestoredLeaves(leaves.finding, pages)
 
 
 def _reported(page: RestoredPage, leaves: Leaves, part: str) -> RestoredPage:

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from restore.errors import BadInput
 from restore.findings import Finding
 from restore.layout.decide import PRINT
-from restore.layout.find import Inspected, inspect
+from restore.layout.find import Inspected, inspect, untimed
 from restore.layout.finding import Advice, BookPrior, LayoutFinding
 from restore.layout.split import OVERLAP_MM, split_at_crease
 from restore.runtime.arguments import checks_types
@@ -62,7 +61,11 @@ def find_leaves(
     >>> leaves.finding.advice, list(leaves.parts)
     ('whole', ['page'])
     """
-    inspected = inspect(scan, settings or Settings(), _untimed, prior)
+    return leaves_of(inspect(scan, settings or Settings(), untimed, prior), layout, overlap_mm)
+
+
+def leaves_of(inspected: Inspected, layout: Layout, overlap_mm: float = OVERLAP_MM) -> Leaves:
+    """The sheets that become pages of a scan whose layout was found; arguments and errors as of `find_leaves`."""
     finding = inspected.finding
     advice: Advice = finding.advice if layout == "auto" else layout
     if finding.gutter_hidden_mm:
@@ -106,8 +109,3 @@ def _notes(finding: LayoutFinding) -> tuple[Finding, ...]:
     if finding.is_spine != "no" and finding.crossing is not None and finding.crossing > PRINT:
         return (Finding.of("print_over_spine", finding.crossing),)
     return ()
-
-
-@contextmanager
-def _untimed(_stage: str) -> Iterator[None]:
-    yield

@@ -31,11 +31,8 @@ def split_at_crease(inspected: Inspected, overlap_mm: float = OVERLAP_MM) -> dic
     if flattened is None or crease is None:
         raise BadInput("the scan has no valley at which it could be split", "restore it whole: --layout whole")
     whole = inspected.largest
-    segmented = whole.segmented if isinstance(whole, SeparateSheet) else None
-    of_mesh = segmented is None
-    if segmented is None:
-        sheet = flattened.sheet
-        segmented = SegmentedScan(sheet.scan, sheet.rays, sheet.measured, sheet.inside)
+    of_mesh = not isinstance(whole, SeparateSheet) or whole.segmented is None
+    segmented = range_image_of(inspected)
     cols = _cols_on(segmented, flattened.sheet, crease)
     beyond = _distance(segmented, flattened, cols)
     overlap = max(overlap_mm, SIGMAS * (inspected.finding.sigma_mm or 0.0))
@@ -50,11 +47,29 @@ def split_at_crease(inspected: Inspected, overlap_mm: float = OVERLAP_MM) -> dic
     return parts
 
 
+def range_image_of(inspected: Inspected) -> SegmentedScan:
+    """The range image in which the largest sheet of a scan lies: the scanner's own, or the view of a mesh.
+
+    Raises BadInput for a mesh that no single view shows.
+    """
+    whole = inspected.largest
+    if isinstance(whole, SeparateSheet) and whole.segmented is not None:
+        return whole.segmented
+    if inspected.flattened is None:
+        raise BadInput("no single view shows this mesh", "restore it whole: --layout whole")
+    sheet = inspected.flattened.sheet
+    scan = replace(sheet.scan, texture_xy=sheet.pixels)
+    return SegmentedScan(scan, sheet.rays, sheet.measured, sheet.inside)
+
+
 def _cols_on(segmented: SegmentedScan, sheet: Sheet, crease: Crease) -> Floats:
     """(rows,) column of the crease of a sheet in each row of the range image that it was cut out of."""
     down, right = _offset(segmented, sheet)
     rows = np.arange(segmented.inside.shape[0])
-    return np.asarray(np.polyval(np.polyfit(crease.nodes[:, 0] + down, crease.nodes[:, 1] + right, 2), rows))
+    row, col = crease.nodes.T + [[down], [right]]
+    ends = [(col[1] - col[0]) / (row[1] - row[0]), (col[-1] - col[-2]) / (row[-1] - row[-2])]
+    before, after = col[0] + ends[0] * (rows - row[0]), col[-1] + ends[1] * (rows - row[-1])
+    return np.where(rows < row[0], before, np.where(rows > row[-1], after, np.interp(rows, row, col)))
 
 
 def _distance(segmented: SegmentedScan, flattened: FlattenedSheet, cols: Floats) -> Floats:

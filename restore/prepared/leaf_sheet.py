@@ -18,7 +18,7 @@ from restore.mesh.measures import straight_lengths
 from restore.mesh.topology import Topology
 from restore.outline.sides import Line, Side
 from restore.page import FlatMesh
-from restore.prepared.facet_sheet import FacetSheet, unroll
+from restore.prepared.facet_sheet import FacetSheet, rotated, unroll
 from restore.prepared.prepared import Clock, Unrolled
 from restore.prepared.refine import interpolate_flat_positions
 from restore.prepared.separate import LeafSpine
@@ -45,7 +45,8 @@ class LeafSheet(FacetSheet):
 
     def unroll(self, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
         """The flat leaf, its side at the spine given, with the strip of the facing page."""
-        return self._with_strip(unroll(self.sheet, settings, clock, on_step, given=self._spine_side))
+        page = self._with_strip(unroll(self.sheet, settings, clock, on_step, given=self._spine_side))
+        return rotated(page, self.rotate_deg)
 
     @property
     def sign(self) -> int:
@@ -125,4 +126,5 @@ def leaf_of(whole: FacetSheet, rays: Rays, spine: LeafSpine, side: Part) -> Leaf
     down, right = (sheet.rays.y0 - rays.y0) / rays.dy, (sheet.rays.x0 - rays.x0) / rays.dx
     rows = np.clip(np.arange(sheet.inside.shape[0]) + round(down), 0, len(spine.cols) - 1)
     own = LeafSpine(spine.cols[rows] - right, spine.facing[rows] - right, spine.overlap_mm)
-    return LeafSheet(sheet, whole.is_one_shot, spine=own, side=side)
+    leaf = LeafSheet(sheet, whole.is_one_shot, spine=own, side=side)
+    return replace(leaf, erased=whole.erased, rotate_deg=whole.rotate_deg)

@@ -67,7 +67,11 @@ def of_sheet(sheet: SeparateSheet) -> Prepared:
     if sheet.segmented is None:
         return prepare(sheet.scan)
     whole = of_view(sheet.segmented) if sheet.of_mesh else of_segmented(sheet.segmented)
-    return whole if sheet.spine is None else leaf_of(whole, sheet.segmented.rays, sheet.spine, sheet.part)
+    rays = sheet.segmented.rays
+    if sheet.erased is not None or sheet.rotate_deg:
+        erased = None if sheet.erased is None else whole.on_own_grid(rays, sheet.erased)
+        whole = replace(whole, erased=erased, rotate_deg=sheet.rotate_deg)
+    return whole if sheet.spine is None else leaf_of(whole, rays, sheet.spine, sheet.part)
 
 
 def of_mesh(scan: SurfaceMesh) -> FacetSheet | PlainMesh:

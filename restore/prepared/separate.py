@@ -54,12 +54,16 @@ class SeparateSheet(ScannedSheet):
     prepared    the sheet as it was prepared already; None where it was not.
     spine       of one leaf of an opened book.
     of_mesh     whether that image is the view of a mesh.
+    erased      (rows, cols) of the range image, True where paper is removed by hand.
+    rotate_deg  clockwise, by which the flat page is turned by hand.
     """
 
     segmented: SegmentedScan | None = None
     prepared: Prepared | None = None
     spine: LeafSpine | None = None
     of_mesh: bool = False
+    erased: Mask | None = None
+    rotate_deg: float = 0.0
 
     @cached_property
     def is_rectangular(self) -> bool:

@@ -83,12 +83,13 @@ class Coverage:
 
     def findings(self, dpi: float) -> list[Finding]:
         """What is to be reported of a page that is white in large part, or has a broad hole."""
-        missing = self.seen == CoverageClass.OCCLUDED
+        missing, erased = self.seen == CoverageClass.OCCLUDED, self.fractions()["erased"]
         gaps = np.zeros_like(missing) if self.gaps is None else self.gaps & missing
         hidden = float((missing & ~gaps).sum() / max((self.seen != CoverageClass.OUTSIDE).sum(), 1))
         across = _across_mm(gaps, dpi)
         found = [Finding.of("hidden", hidden)] if hidden > MAX_HIDDEN else []
-        return [*found, Finding.of("gap", across_mm=across)] if across > MAX_FILLED_MM else found
+        found += [Finding.of("gap", across_mm=across)] if across > MAX_FILLED_MM else []
+        return [*found, Finding.of("removed_by_hand", erased)] if erased else found
 
 
 def cover(

@@ -247,6 +247,11 @@ class Reading:
         Layout,
         typer.Option(help="An opened book: one page; two leaves where a spine is certain (auto); two; never two."),
     ] = Layout.SINGLE
+    edits: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Corrections by hand; <stem>.edits.json next to the scan by default."),
+    ] = None
+    no_edits: Annotated[bool, typer.Option("--no-edits", help="Ignore corrections by hand.")] = False
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ from restore import (
     RestoredPage,
     RestoreError,
     SurfaceMesh,
+    finish_page,
     load_capture,
     load_scan,
     mirror_page,
@@ -265,10 +266,10 @@ def restore_scan(
 ) -> Outcome:
     """Restore the sheets of a scan and write them, with the photographs that they are painted from."""
     start = clock()
-    if options.layout == Layout.SINGLE:
+    if options.layout == Layout.SINGLE and options.edits is None:
         sheets = select_sheets(scan, options.sheets)
     else:
-        sheets = select_leaves(scan, options.layout, options.settings)
+        sheets = select_leaves(scan, options.layout, options.settings, options.edits)
     source_record = replace(source_record, seconds={**source_record.seconds, "separate": clock() - start})
     if len(sheets) > 1:
         planned = [path for sheet in sheets for path in destination.files(stem + sheet.suffix, options)]
@@ -332,7 +333,9 @@ def _restore_sheet(
     """One sheet restored, its words read when they are asked for, with its report."""
     recorder = Recorder() if options.outputs & {"frames", "model"} else None
     start, stem = clock(), stem + sheet.suffix
-    page = restore(sheet.sheet or sheet.scan, options.settings, photos=photos, progress=progress, on_step=recorder)
+    settings = options.settings if sheet.edits is None else sheet.edits.settings_of(options.settings)
+    page = restore(sheet.sheet or sheet.scan, settings, photos=photos, progress=progress, on_step=recorder)
+    page = finish_page(page, sheet.edits) if sheet.edits else page
     if not options.allow_distorted:
         check_plausible_page(page.report, len(page.fine.faces))
     if options.to_srgb and options.colours is not None and page.flat.texture is not None:

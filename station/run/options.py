@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-from restore import Settings
+from restore import PageEdits, Settings
 from station.choices import Layout, Rotation, Sheets
 
 AUTO = "auto"
@@ -24,6 +24,7 @@ class RunOptions:
     sheets    what becomes of several sheets in one scan.
     layout    what becomes of an opened book.
     mirror    mirror the page from left to right, before it is turned.
+    edits     corrections by hand; their layout takes the place of `layout`.
     rotate    right angles by which the page is turned.
     allow_distorted    write a page whose surface is no page's, too.
     """
@@ -38,6 +39,7 @@ class RunOptions:
     sheets: Sheets = Sheets.AUTO
     layout: Layout = Layout.SINGLE
     mirror: bool = False
+    edits: PageEdits | None = None
     rotate: Rotation = Rotation.NONE
     allow_distorted: bool = False
 

@@ -6,7 +6,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from restore import BadInput, Finding, RangeScan, Settings, SurfaceMesh, find_leaves, separate_sheets
+from restore import (
+    BadInput,
+    Finding,
+    PageEdits,
+    PartEdits,
+    RangeScan,
+    Settings,
+    SurfaceMesh,
+    correct_leaves,
+    find_leaves,
+    separate_sheets,
+)
 from restore.scan import ScannedSheet
 from station.choices import Layout, Sheets
 
@@ -26,6 +37,7 @@ class Selected:
     sheet          as it was found in the scan; None for a scan that is restored as a whole.
     suffix         of its results' stem.
     report_fields  that it adds to the report.
+    edits          corrections of its page by hand.
     """
 
     scan: RangeScan | SurfaceMesh
@@ -33,6 +45,7 @@ class Selected:
     suffix: str = ""
     report_fields: Mapping[str, Any] = field(default_factory=dict)
     findings: tuple[Finding, ...] = ()
+    edits: PartEdits | None = None
 
 
 def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Sheets) -> list[Selected]:
@@ -60,17 +73,26 @@ def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Sheets) -> list[Selecte
     return [_largest(sheets)] if pieces == Sheets.LARGEST else _each(sheets)
 
 
-def select_leaves(scan: RangeScan | SurfaceMesh, layout: Layout, settings: Settings) -> list[Selected]:
-    """The leaves of an opened book, or the page that any other scan holds.
+def select_leaves(
+    scan: RangeScan | SurfaceMesh, layout: Layout, settings: Settings, edits: PageEdits | None = None
+) -> list[Selected]:
+    """The leaves of an opened book, or the page that any other scan holds, corrected by hand where there are edits.
 
-    Raises NotEnoughSurface without any surface, BadInput for a split without a valley.
+    Raises NotEnoughSurface without any surface, BadInput for a split without a valley and edits that do not fit.
     """
-    leaves = find_leaves(scan, LAYOUTS[layout], settings)
+    leaves = correct_leaves(scan, edits, settings) if edits else find_leaves(scan, LAYOUTS[layout], settings)
     sizes = [sheet.size for sheet in leaves.parts.values()]
     others = [sheet for sheet in leaves.left_out if not sheet.part]
     found = leaves.findings + (_left_out(others, max(sizes), len(others) + 1) if others else ())
     return [
-        Selected(sheet.scan, sheet, "" if len(sizes) == 1 or part == "page" else f"-{part}", leaves.fields(part), found)
+        Selected(
+            sheet.scan,
+            sheet,
+            "" if len(sizes) == 1 or part == "page" else f"-{part}",
+            leaves.fields(part),
+            found,
+            None if edits is None else edits.part(part),
+        )
         for part, sheet in leaves.parts.items()
     ]
 
