@@ -27,6 +27,7 @@ def main(count: int, seed: int, mode: Literal["fast", "fine"]) -> None:
     counts: dict[str, Counter[str]] = {kind: Counter() for kind in ("opening", "plate", "other")}
     spines: list[float] = []
     widths: list[float] = []
+    cut = 0
     for number in range(seed, seed + count):
         plate = number % PLATES == PLATES - 1
         for kind, drawn in (
@@ -47,11 +48,12 @@ def main(count: int, seed: int, mode: Literal["fast", "fine"]) -> None:
                 line += f" spine {spines[-1]:+.2f} mm"
             if finding.advice == "split" and drawn.spine_mm is not None:
                 widths += _width_errors(scan, drawn)
+                cut += _words_cut(truth, drawn.spine_mm + spines[-1])
                 line += f" widths {widths[-2]:+.2f} {widths[-1]:+.2f} mm"
             print(line, flush=True)
     for kind, advice in counts.items():
         print(f"{kind:8} {dict(advice)}")
-    print(f"cuts through print: {counts['plate']['split']}, other sheets cut: {counts['other']['split']}")
+    print(f"words cut: {cut}, other sheets cut: {counts['other']['split']}")
     for name, errors in (("spine", spines), ("width", widths)):
         if errors:
             size = np.abs(errors)
@@ -74,6 +76,12 @@ def _spine_error(finding: LayoutFinding, scan: RangeScan, truth: Truth, spine_mm
         known = np.flatnonzero(np.isfinite(across))
         errors.append(float(np.interp(col, known, across[known])) - spine_mm)
     return float(np.median(errors))
+
+
+def _words_cut(truth: Truth, place_mm: float) -> int:
+    """How many words, or fields of a picture, a cut at a place of the page goes through."""
+    boxes = [*(word.box for word in truth.words), *truth.printed.patches.values()]
+    return sum(box[0] < place_mm < box[2] for box in boxes)
 
 
 def _width_errors(scan: RangeScan, drawn: Drawn) -> list[float]:
