@@ -76,6 +76,7 @@ KEYS: Mapping[str, Key] = {
     "samples": Key("number", "", "measured samples on the page", SHEET),
     "interpolated_fraction": Key("number", "1", "fraction of the surface without range", SHEET),
     "rotation_deg": Key("number", "degrees", "clockwise rotation of the page", "restore/turn.py"),
+    "mirrored": Key("flag", "", "whether the page was mirrored", "restore/mirror.py"),
     "findings": Key("[table]", "", "notes, warnings and doubts about the page", "restore/findings.py"),
     "code": Key("text", "", "which finding it is: a key of its table of codes", "restore/findings.py"),
     "severity": Key("text", "", "note, warning or doubt", "restore/findings.py"),
@@ -194,7 +195,7 @@ KEYS: Mapping[str, Key] = {
     "rotate": Key("text", "degrees", "rotation that is requested, or auto", "station/session/stages.py"),
     "allow_distorted": Key("flag", "", "write a page whose surface is too distorted", "station/session/stages.py"),
     "unit": Key("text", "", "unit of mesh coordinates", "station/session/stages.py"),
-    "scale": Key("text|null", "", "scale of photographs: card, none or width x height", "station/session/stages.py"),
+    "scale": Key("text|null", "", "where the scale is from: card, none or width x height", "station/session/stages.py"),
     # Events of a session
     "number": Key("number", "", "running number of an event, or of a sheet", EVENTS),
     "page": Key("number", "", "running number of the page, 0 for the volume", EVENTS),

@@ -12,6 +12,7 @@ from .formats import load_scan as load_scan, save_scan as save_scan
 from .layout.find import find_layout as find_layout
 from .layout.finding import BookPrior as BookPrior, LayoutFinding as LayoutFinding
 from .layout.leaves import find_leaves as find_leaves
+from .mirror import mirror_page as mirror_page
 from .page import FlatMesh as FlatMesh, RestoredPage as RestoredPage
 from .phones.load import load_capture as load_capture
 from .photo import Photograph as Photograph, read_photographs as read_photographs

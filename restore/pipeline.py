@@ -74,7 +74,8 @@ def restore(
     with clock("texture"):
         painted, photo_report = paint_registered(fine, registered, dpi)
         kinds = prepared.kinds_on(fine, painted.mask, dpi)
-        coverage = cover(fine, painted, kinds, prepared.camera_centre(fine), dpi)
+        camera_centre, one_shot = prepared.camera_centre(fine), prepared.is_one_shot
+        coverage = cover(fine, painted, kinds, camera_centre, dpi, may_be_cut=one_shot)
         painting = seen_part(painted, coverage)
     with clock("shade"):
         shaded = shade(fine, painting, registered, prepared.normals_on, settings)
@@ -87,7 +88,7 @@ def restore(
         *mirror_findings(fine),
         *hole_findings(painted.mask, kinds, dpi),
         *shaded.findings,
-        *coverage.findings(),
+        *coverage.findings(dpi),
         *prepared.findings_on(painting, coverage, dpi),
         *photo_findings(registered, photo_report),
     ]

@@ -17,7 +17,7 @@ from restore.mesh.topology import Topology
 from restore.mesh.triangulate import lattice
 from restore.outline.sides import Line, Side, straighten
 from restore.page import FlatMesh
-from restore.prepared.prepared import Clock, Prepared, Unrolled, square_to_picture
+from restore.prepared.prepared import Clock, Prepared, Unrolled, square_to_picture, upright_as_textured
 from restore.prepared.refine import interpolate_flat_positions, refine, subdivide
 from restore.range_image.facets.normals import facet_normals
 from restore.range_image.facets.sheet import PageOnGrid, Sheet, depth_distance
@@ -54,7 +54,8 @@ class FacetSheet(Prepared):
 
     def unroll(self, settings: Settings, clock: Clock, on_step: OnStep | None = None) -> Unrolled:
         """The flat page: decimated, flattened by the lengths of the facets, refined and made straight."""
-        return rotated(unroll(self.sheet, settings, clock, on_step), self.rotate_deg)
+        unrolled = unroll(self.sheet, settings, clock, on_step)
+        return rotated(unrolled if self.is_one_shot else upright_as_textured(unrolled), self.rotate_deg)
 
     def on_own_grid(self, rays: Rays, mask: Mask) -> Mask:
         """(rows, cols) of the sheet's grid: a mask (rows, cols) on the grid of rays that it was cut out of."""

@@ -11,6 +11,7 @@ from restore.mesh.clean import large_pieces, select, weld, without_debris
 from restore.mesh.non_manifold import without_fins
 from restore.mesh.ordered_grid import GridMesh
 from restore.mesh.orient import map_runs_back
+from restore.mesh.page_below import without_page_below
 from restore.mesh.triangulate import triangulate
 from restore.mesh.validate import ValidMesh, validated
 from restore.prepared.facet_sheet import FacetSheet
@@ -80,9 +81,11 @@ def of_mesh(scan: SurfaceMesh) -> FacetSheet | PlainMesh:
     if scan.texcoords is not None and map_runs_back(scan.faces, scan.texcoords):
         mesh = replace(mesh, provenance={**mesh.provenance, "mirrored": True})
     page, table = page_and_table(mesh)
+    page, below = without_page_below(page)
+    page = with_findings(page, *below)
     view = resample(page)
     if view is None:
-        alone = mesh if page is mesh else select(page, page.faces[max(large_pieces(page), key=len)])
+        alone = page if table is None else select(page, page.faces[max(large_pieces(page), key=len)])
         return PlainMesh(alone)
     seen = of_view(largest_surface(*view, view[0].measured))
     return seen if table is None else replace(seen, sheet=replace(seen.sheet, holes=holes_to_mesh(seen.sheet, table)))

@@ -56,11 +56,13 @@ class Coverage:
     """The kinds of the pixels of a page.
 
     seen  (h, w) uint8, values of `CoverageClass`.
-    cut   fraction of the page's outline that is at the edge of the source's picture; None without a picture.
+    cut   fraction of the page's outline that is at the edge of the source's picture; None where the page may fill that.
+    gaps  (h, w) True in the holes that the page encloses, which are OCCLUDED or INPAINTED; None for none.
     """
 
     seen: Bytes
     cut: float | None = None
+    gaps: Mask | None = None
 
     @property
     def mask(self) -> Mask:
@@ -79,34 +81,46 @@ class Coverage:
         """The coverage as the report has it: the shares of the kinds, and `cut`."""
         return {**self.fractions(), "cropped_fraction": self.cut}
 
-    def findings(self) -> list[Finding]:
-        """What is to be reported of a page that is white in large part."""
-        fractions = self.fractions()
-        hidden, erased = fractions["occluded"], fractions["erased"]
+    def findings(self, dpi: float) -> list[Finding]:
+        """What is to be reported of a page that is white in large part, or has a broad hole."""
+        missing, erased = self.seen == CoverageClass.OCCLUDED, self.fractions()["erased"]
+        gaps = np.zeros_like(missing) if self.gaps is None else self.gaps & missing
+        hidden = float((missing & ~gaps).sum() / max((self.seen != CoverageClass.OUTSIDE).sum(), 1))
+        across = _across_mm(gaps, dpi)
         found = [Finding.of("hidden", hidden)] if hidden > MAX_HIDDEN else []
+        found += [Finding.of("gap", across_mm=across)] if across > MAX_FILLED_MM else []
         return [*found, Finding.of("removed_by_hand", erased)] if erased else found
 
 
-def cover(fine: FlatMesh, painting: Painting, kinds: Bytes, camera_centre: Floats | None, dpi: float) -> Coverage:
+def cover(
+    fine: FlatMesh,
+    painting: Painting,
+    kinds: Bytes,
+    camera_centre: Floats | None,
+    dpi: float,
+    *,
+    may_be_cut: bool = True,
+) -> Coverage:
     """The coverage of a painted page at a resolution of dpi.
 
     kinds (h, w) are how the shape of its pixels is known: MEASURED, INTERPOLATED, or OUTSIDE in holes and off the page.
     camera_centre (3,) mm: of the camera that took the texture; None where it is not one camera's picture.
+    may_be_cut: whether the edge of the texture can cut the page off, as it does in a scanner's picture; a chart ends
+    there by rights.
     """
     seen, on_page = kinds.copy(), painting.mask & (kinds != CoverageClass.OUTSIDE)
-    seen[_enclosed_holes(painting.mask)] = CoverageClass.OCCLUDED
+    gaps = _enclosed_holes(painting.mask)
+    seen[gaps] = CoverageClass.OCCLUDED
     if painting.covered is not None:
         seen[painting.covered & on_page] = CoverageClass.OBSTRUCTED
     if camera_centre is not None and fine.texcoords is not None and fine.texture is not None:
         hidden = on_page & occluded(fine, camera_centre, on_page.shape, dpi)
         # Pixels painted from a photograph need not be visible to the scanner's camera.
         seen[hidden if painting.page_source is None else hidden & (painting.page_source == 0)] = CoverageClass.OCCLUDED
-    cut = (
-        None
-        if fine.texture is None
-        else cropped_fraction(seen != CoverageClass.OUTSIDE, painting.source, fine.texture.shape[:2])
-    )
-    return Coverage(seen, cut)
+    cut = None
+    if fine.texture is not None and may_be_cut:
+        cut = cropped_fraction(seen != CoverageClass.OUTSIDE, painting.source, fine.texture.shape[:2])
+    return Coverage(seen, cut, gaps)
 
 
 def seen_part(painting: Painting, coverage: Coverage) -> Painting:
@@ -157,6 +171,11 @@ def cut_findings(share: float) -> list[Finding]:
 
 def filled_findings(seen: Bytes, dpi: float) -> list[Finding]:
     """What is to be reported of a page (h, w), values of `CoverageClass`, that gave no range over a broad area."""
-    filled = np.pad(seen == CoverageClass.INTERPOLATED, 1).astype(np.uint8)
-    across = 2.0 * float(cv2.distanceTransform(filled, cv2.DIST_L2, cv2.DIST_MASK_5).max()) * MM_PER_INCH / dpi
+    across = _across_mm(seen == CoverageClass.INTERPOLATED, dpi)
     return [Finding.of("filled", across_mm=across)] if across > MAX_FILLED_MM else []
+
+
+def _across_mm(places: Mask, dpi: float) -> float:
+    """The diameter in mm of the largest circle within places (h, w) of a page."""
+    padded = np.pad(places, 1).astype(np.uint8)
+    return 2.0 * float(cv2.distanceTransform(padded, cv2.DIST_L2, cv2.DIST_MASK_5).max()) * MM_PER_INCH / dpi

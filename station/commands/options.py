@@ -211,7 +211,9 @@ def _colours(kinds: Kinds, chosen: Restoration) -> dict[str, Any]:
             "give one: --white-balance to convert, --icc-profile to keep",
         )
     if not path.is_file():
-        raise UsageError(f"--white-balance: there is no file {path}", "give keep, paper, or the ICC profile of a chart")
+        raise UsageError(
+            f"--white-balance: the file {path} does not exist", "give keep, paper, or the ICC profile of a chart"
+        )
     return {"colours": read_profile(path), "to_srgb": True}
 
 
@@ -230,6 +232,11 @@ class Reading:
     """How a scan file is read, and which of its sheets become pages."""
 
     unit: Unit = "auto"
+    scale: Annotated[
+        str | None,
+        typer.Option(metavar="WxH", help="Size of a mesh's page in mm, either way round; it replaces the unit."),
+    ] = None
+    mirror: Annotated[bool, typer.Option("--mirror", help="Mirror the page: its file is a mirror image.")] = False
     sheets: Annotated[
         Sheets,
         typer.Option(

@@ -120,7 +120,7 @@ def restore(
         from station.run.one_page import restore_file
 
         edits = None if reading.no_edits else edits_of(scan, reading.edits)
-        read = {"unit": reading.unit, "sheets": reading.sheets, "layout": reading.layout, "edits": edits}
+        read = {name: value for name, value in vars(reading).items() if name != "no_edits"} | {"edits": edits}
         outcome = restore_file(
             scan,
             Destination(output, run.force),

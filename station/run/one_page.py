@@ -22,6 +22,7 @@ from restore import (
     finish_page,
     load_capture,
     load_scan,
+    mirror_page,
     read_photographs,
     restore,
     save_scan,
@@ -42,10 +43,11 @@ from station.run.overwrite_check import check_outputs, superseded, superseded_pi
 from station.run.peak_memory import peak_memory_mib
 from station.run.pieces import Selected, select_leaves, select_sheets
 from station.run.plausibility import check_plausible_page
+from station.run.scale import page_size_of, scaled_to
 from station.storage.atomic import lock_output_folder, new_folder, refuse_captured, refuse_existing, write_all
 from station.storage.folder_lock import FolderLock, recover
 from station.words.orientation import turned
-from station.words.words import check_language, find_tesseract, recognise
+from station.words.words import check_language, find_tesseract, findings_of_words, recognise
 
 SCAN_SUFFIX = ".scan"
 
@@ -81,6 +83,7 @@ def restore_file(
     Raises OverwriteError or UsageError before any work, BadInput, NotEnoughSurface, OSError when the disk refuses.
     """
     _check_programs(options)
+    page_mm = None if options.scale is None else page_size_of(options.scale)
     recover(destination.folder)
     stem, options = stem or stem_of(source), options.with_implied_outputs()
     input_files = [source, *([] if texture is None else [texture]), *photos, *shots]
@@ -93,12 +96,17 @@ def restore_file(
         capture = load_capture(source, texture, unit=options.unit)
         if shots and capture.photographs:
             raise UsageError(f"{source} has its own photographs", "leave --extra-scan out; --photo adds another")
+        if page_mm is not None and capture.photographs:
+            raise UsageError(f"{source} has its own scale", "leave --scale out")
         scan = _combined_shots([capture.scan, *(load_scan(shot) for shot in shots)])
     except OSError as error:
         raise BadInput(f"cannot read {error.filename or source}: {error.strerror}", "check the path") from error
     report_fields: dict[str, Any] = {"scan": str(source)} | ({} if texture is None else {"texture": str(texture)})
     report_fields |= {"extra_scans": [str(shot) for shot in shots]} if shots else {}
     report_fields |= facts or {}
+    if page_mm is not None:
+        scan = scaled_to(scan, page_mm, options.sheets)
+        report_fields["scale"] = options.scale
     source_record = SourceRecord(report_fields, {"load": clock() - start})
     with lock_output_folder(destination.folder) as lock:
         return restore_scan(
@@ -227,7 +235,9 @@ def _combined_shots(shots: Sequence[RangeScan | SurfaceMesh]) -> RangeScan | Sur
         return shots[0]
     scans = [shot for shot in shots if isinstance(shot, RangeScan)]
     if len(scans) < len(shots):
-        raise BadInput("a mesh is no shot of the scanner", "give scans as the scanner made them with --extra-scan")
+        raise BadInput(
+            "a mesh is not a capture of the scanner", "give scans as the scanner made them with --extra-scan"
+        )
     return super_resolve(scans)
 
 
@@ -330,17 +340,19 @@ def _restore_sheet(
         check_plausible_page(page.report, len(page.fine.faces))
     if options.to_srgb and options.colours is not None and page.flat.texture is not None:
         page = convert_to_srgb(page, options.colours)
-    page, turn_findings = turned(page, options.rotate)
+    page = mirror_page(page) if options.mirror else page
+    page, word_findings = turned(page, options.rotate, language=options.language)
     seconds = {**source_record.seconds, **page.report["seconds"]}
     words = None
     if "ocr" in options.outputs:
         before = clock()
         words = recognise(page.image, page.dpi, name=f"{stem}.png", language=options.language)
+        word_findings += findings_of_words(words)
         seconds["ocr"] = clock() - before
     seconds["total"] = sum(source_record.seconds.values()) + clock() - start
     names = [path.name for path in destination.files(stem, options, colour=page.flat.texture is not None)]
     run_fields = {"seconds": seconds, "peak_memory_mb": peak_memory_mib(), "files": names, **sheet.report_fields}
-    found = [*page.findings, *source_record.findings, *sheet.findings, *turn_findings]
+    found = [*page.findings, *source_record.findings, *sheet.findings, *word_findings]
     run_fields["findings"] = [one.as_json() for one in found]
     fields = {**page.report, **source_record.report_fields, **run_fields, **examine(page, sheet.scan)}
     report = finite(fields)

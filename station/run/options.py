@@ -20,9 +20,10 @@ class RunOptions:
     colours   ICC profile of the colour image, as `planish colour` writes it; None for sRGB.
     to_srgb   convert the page from that profile to sRGB; the master keeps codes and profile.
     unit      of a mesh's coordinates, as for `load_scan`; range images have their own.
-    scale     of photographs, as `planish photos` has it; None for a scan.
+    scale     of photographs, as `planish photos` has it, or the size of the page of a mesh; None for that of the scan.
     sheets    what becomes of several sheets in one scan.
     layout    what becomes of an opened book.
+    mirror    mirror the page from left to right, before it is turned.
     edits     corrections by hand; their layout takes the place of `layout`.
     rotate    right angles by which the page is turned.
     allow_distorted    write a page whose surface is no page's, too.
@@ -37,6 +38,7 @@ class RunOptions:
     scale: str | None = None
     sheets: Sheets = Sheets.AUTO
     layout: Layout = Layout.SINGLE
+    mirror: bool = False
     edits: PageEdits | None = None
     rotate: Rotation = Rotation.NONE
     allow_distorted: bool = False

@@ -80,7 +80,7 @@ def _is_same_file(a: Path, b: Path) -> bool:
 def _refuse_unreported(files: Sequence[Path], reported: frozenset[str]) -> None:
     for path in files:
         if os.path.lexists(path) and path.name not in reported:
-            raise OverwriteError(f"{path} lies beside the original and no earlier run wrote it", HINT)
+            raise OverwriteError(f"{path} lies next to the original and no earlier run wrote it", HINT)
 
 
 def _reported_files(report: Path) -> frozenset[str]:

@@ -61,7 +61,7 @@ def select_sheets(scan: RangeScan | SurfaceMesh, pieces: Sheets) -> list[Selecte
         return [Selected(scan, sheet) for sheet in sheets]
     if pieces == Sheets.TOGETHER:
         raise BadInput(
-            f"a range image of {len(sheets)} pieces cannot be laid out in one picture",
+            f"a range image of {len(sheets)} pieces cannot be packed in one image",
             "use --sheets separate or largest",
         )
     if pieces == Sheets.AUTO:

@@ -8,6 +8,8 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict
 
 Limits = tuple[float, float]
+Level = Literal["green", "amber", "red"]
+LEVELS: tuple[Level, ...] = ("green", "amber", "red")
 WORSE: Mapping[str, Literal["less", "more"]] = {
     "measured_fraction": "less",
     "hole_mm": "more",

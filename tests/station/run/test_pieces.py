@@ -144,7 +144,7 @@ def test_of_a_shot_the_largest_is_the_page_with_a_warning():
 
 
 def test_pieces_of_a_shot_cannot_be_laid_out_together():
-    with pytest.raises(BadInput, match="2 pieces cannot be laid out"):
+    with pytest.raises(BadInput, match="2 pieces cannot be packed"):
         select_sheets(shot_of_two(), Sheets.TOGETHER)
 
 
@@ -156,7 +156,7 @@ def test_a_piece_that_is_no_page_is_left_out_with_its_reason(two_sheets, tmp_pat
     write_obj(SurfaceMesh(np.concatenate([closed, right]), np.concatenate([ball.faces, faces + len(closed)])), path)
     reports = restored(path, tmp_path / "out", "--sheets", "separate")
     assert list(reports) == ["weighted-2"]
-    assert "piece 1 of 2 is left out: the surface is closed" in capsys.readouterr().out
+    assert "piece 1 of 2 is skipped: the surface is closed" in capsys.readouterr().out
     restored(path, tmp_path / "again", "--sheets", "separate", "--json")
     (left_out,) = json.loads(capsys.readouterr().out)["rejected"]
     assert (left_out["number"], left_out["of"]) == (1, 2)
