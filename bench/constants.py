@@ -8,7 +8,7 @@ from pathlib import Path
 
 from oracles.constants import ENGINE, ROOT, constants_of
 
-PAGE = ROOT / "docs" / "flattening.md"
+PAGE = ROOT / "docs" / "explanation" / "flattening.md"
 ASKED = 32  # a third of the 97 of the method before
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from bench import growth, paper, paper_meshes, peers, random_sheets, same_strain
 
-PAGE = Path(__file__).parent.parent / "docs" / "flattening-tables.md"
+PAGE = Path(__file__).parent.parent / "bench" / "results" / "flattening.md"
 # Name of the table in the page, between <!-- name --> and <!-- end -->, and what prints it.
 TABLES: dict[str, Callable[[], object]] = {
     "paper": paper.main,

@@ -27,7 +27,7 @@ from station.pictures.frames import Recorder, frames_sheet
 from station.pictures.panels import Panel, resize_to_fit, side_by_side
 from station.pictures.review import hatch_unseen
 
-DOCS = Path(__file__).parent.parent / "docs"
+DOCS = Path(__file__).parent.parent / "docs" / "images"
 HEIGHT, WIDTH = 280, 390  # of a panel
 STEP = 4  # codes: noise that nobody sees takes most of the bytes
 FOLDED_MM, GAP_MM, BACK_MM = 40.0, 4.0, 1.5  # where the pleat starts, how high it stands, how far it runs back

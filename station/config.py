@@ -52,9 +52,9 @@ class AxisSettings(BaseModel):
 class TurntableSettings(BaseModel):
     """The rotary stage.
 
-    model     of its controller, from the table in docs/rotary-stage.md.
+    model     of its controller, from the table in docs/how-to/turntable.md.
     port      its serial port.
-    relative  True when the controller takes rotations relative to its position: see docs/rotary-stage.md.
+    relative  True when the controller takes rotations relative to its position: see docs/how-to/turntable.md.
     arc_deg   angle that the views cover: a full turn, or less for a page that stands upright.
     axis      axis of rotation; not needed to calibrate it.
     """

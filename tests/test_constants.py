@@ -4,7 +4,7 @@ import pytest
 
 from oracles.constants import ENGINE, ROOT, constants_of
 
-PAGE = (ROOT / "docs" / "flattening.md").read_text("utf-8")
+PAGE = (ROOT / "docs" / "explanation" / "flattening.md").read_text("utf-8")
 
 
 @pytest.mark.parametrize("module", ENGINE)

@@ -197,7 +197,7 @@ class Profile(BaseModel):
             mine = f"{self.firmware.vendor} {self.firmware.product} {' or '.join(self.firmware.revisions)}"
             raise ProfileMismatch(
                 f"the command profile {self.name!r} is for {mine}, and the scanner is {identity}",
-                "name a profile that was made for this firmware; docs/operators-guide.md tells how to get one",
+                "name a profile that was made for this firmware: see docs/how-to/connect-a-vivid-900.md",
             )
 
     def require_trust(self, what: str) -> None:
