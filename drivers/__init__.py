@@ -1,4 +1,4 @@
-"""Range scanners: `open_scanner(config)` opens one, `open_turntable` one with a rotary stage in front of it."""
+"""Range scanners: `open_scanner(config)` opens one, `open_turntable` one with a turntable in front of it."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def _driver(config: Mapping[str, Any]) -> ModuleType:
 def open_turntable(
     config: Mapping[str, Any], *, model: str, port: str, relative: bool = False
 ) -> Iterator[tuple[Scanner, RotaryStage]]:
-    """A scanner and its rotary stage as a context manager; on exit the laser is off, the stage stopped, both closed.
+    """A scanner and its turntable as a context manager; on exit the laser is off, the stage stopped, both closed.
 
     config           the table `[scanner]`, as for `open_scanner`.
     model, relative  of the stage's controller, as for `open_stage`.

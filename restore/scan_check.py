@@ -88,7 +88,7 @@ class SuperRecord(BaseModel):
 
 
 class AxisRecord(BaseModel):
-    """Record of the axis of the rotary stage: a point on it, mm, and its direction."""
+    """Record of the axis of the turntable: a point on it, mm, and its direction."""
 
     model_config = ConfigDict(allow_inf_nan=False)
     point_mm: tuple[float, float, float]

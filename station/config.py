@@ -31,7 +31,7 @@ Millimetres = tuple[float, float, float]
 
 
 class AxisSettings(BaseModel):
-    """The axis of the rotary stage in the scanner's frame, as `planish axis` finds it.
+    """The axis of the turntable in the scanner's frame, as `planish axis` finds it.
 
     point_mm   any point on it.
     direction  of any length; the stage turns counter-clockwise seen against it.
@@ -50,11 +50,11 @@ class AxisSettings(BaseModel):
 
 
 class TurntableSettings(BaseModel):
-    """The rotary stage.
+    """The turntable.
 
-    model     of its controller, from the table in docs/how-to/turntable.md.
+    model     of its controller, from the table in docs/reference/turntable-controllers.md.
     port      its serial port.
-    relative  True when the controller takes rotations relative to its position: see docs/how-to/turntable.md.
+    relative  True when the controller takes rotations relative to its position.
     arc_deg   angle that the views cover: a full turn, or less for a page that stands upright.
     axis      axis of rotation; not needed to calibrate it.
     """

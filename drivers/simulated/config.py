@@ -23,7 +23,7 @@ class SceneConfig(BaseModel):
     """The table `[scanner.scene]`.
 
     sheet, artwork  a name, or a table of a name and its parameters.
-    axle            about which a simulated rotary stage turns all of it.
+    axle            about which a simulated turntable turns all of it.
     """
 
     model_config = ConfigDict(extra="forbid", frozen=True)

@@ -56,7 +56,7 @@ def rig(
     """The device that the `[scanner]` table of a station configuration describes, with no driver above it.
 
     clock  the device's time; a virtual one by default.
-    angle  gives the position of the rotary stage, degrees.
+    angle  gives the position of the turntable, degrees.
     Raises SettingsError when a setting is not known or not possible.
     """
     wanted = settings_table.read(config)
@@ -119,7 +119,7 @@ def open_link(config: Mapping[str, Any]) -> tuple[Link, Profile]:
 def connect_turntable(
     config: Mapping[str, Any], model: str, *, relative: bool = False, now: Callable[[], datetime] = _utc
 ) -> Iterator[tuple[Vivid900, RotaryStage]]:
-    """That scanner, and a simulated rotary stage that turns the scene in front of it.
+    """That scanner, and a simulated turntable that turns the scene in front of it.
 
     model, relative  as in `open_stage`; the simulated controller is of that model and counts in that way.
     Raises SettingsError for an unknown model as well.

@@ -26,7 +26,7 @@ def controller_named(model: str, *, relative: bool = False) -> Controller:
 
 
 def open_stage(model: str, port: str, *, relative: bool = False) -> RotaryStage:
-    """Open the controller of a rotary stage; nothing is sent yet.
+    """Open the controller of a turntable; nothing is sent yet.
 
     model     a model of the table.
     port      serial port, such as /dev/ttyUSB0.

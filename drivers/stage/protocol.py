@@ -114,7 +114,7 @@ class Answer:
                 self._skip(byte)
             elif byte not in self._exchange.ignored:
                 raise DeviceError(
-                    f"the rotary stage answered {_quoted(self._got + data)} to {_quoted(self._exchange.sent)}",
+                    f"the turntable answered {_quoted(self._got + data)} to {_quoted(self._exchange.sent)}",
                     "check that `model` in [turntable] names the controller, switch it off and on, and start again",
                 )
 
@@ -123,7 +123,7 @@ class Answer:
         self._preamble_bytes += 1
         if self._preamble_bytes > MAX_PREAMBLE:
             raise DeviceError(
-                f"the rotary stage sends without end: {_quoted(self._got)} …",
+                f"the turntable sends without end: {_quoted(self._got)} …",
                 "check `port` in [turntable]: something else may be connected there",
             )
         seen, answer = self._got + byte, self._exchange.answer

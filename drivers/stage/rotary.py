@@ -1,4 +1,4 @@
-"""The rotary stage: runs its controller's protocol over a serial port."""
+"""The turntable: runs its controller's protocol over a serial port."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ class Port(Protocol):
 
 
 class RotaryStage(DeviceContext):
-    """A rotary stage. Leaving the context stops it.
+    """A turntable. Leaving the context stops it.
 
     controller  the row of the table.
     relative    whether the controller takes the number of `rotate` relative to its present position, not to home.
     clock       monotonic seconds; `sleep` waits on that clock.
     """
 
-    close_failure = "the rotary stage could not be stopped"
+    close_failure = "the turntable could not be stopped"
 
     def __init__(
         self,
@@ -92,7 +92,7 @@ class RotaryStage(DeviceContext):
         Raises as `start`, and DeviceError when it is not known where the stage stands.
         """
         if self._pulses is None:
-            raise DeviceError("the rotary stage's position is not known", "start it again: it then goes home")
+            raise DeviceError("the turntable's position is not known", "start it again: it then goes home")
         here, there = self._pulses, protocol.position(self.controller, angle_deg)
         way = (there - here) % self.controller.pulses if self._relative else there - here
         if way and self._relative:
@@ -178,7 +178,7 @@ class RotaryStage(DeviceContext):
                 answer.feed(self._port.read(self._port.in_waiting))
                 if not answer.complete and self._clock() > deadline:
                     raise DeviceError(
-                        f"the rotary stage answered {answer.got} within {exchange.timeout_s:g} s",
+                        f"the turntable answered {answer.got} within {exchange.timeout_s:g} s",
                         "check its power, its cable, and `model` and `port` in [turntable]",
                     )
                 self._sleep(POLL_S)
@@ -196,17 +196,17 @@ class RotaryStage(DeviceContext):
                 answer.feed(self._port.read(self._port.in_waiting))
                 self._sleep(POLL_S)
         if not answer.complete:
-            raise DeviceError("the rotary stage may still be turning", "switch it off")
+            raise DeviceError("the turntable may still be turning", "switch it off")
 
     def _reject_unsolicited(self, exchange: Exchange) -> None:
         """Raise DeviceError for unread bytes: unsolicited or late, they would put all later answers out of step."""
         waiting = self._port.read(self._port.in_waiting)
         if waiting.strip(exchange.ignored) if exchange.ignored else waiting:
-            raise DeviceError(f"the rotary stage said {waiting!r} unasked", "start it again")
+            raise DeviceError(f"the turntable said {waiting!r} unasked", "start it again")
 
     @contextmanager
     def _translated(self) -> Iterator[None]:
         try:
             yield
         except (OSError, termios.error) as error:  # pyserial's own errors are OSErrors, but it does not wrap all
-            raise TransportError(f"the way to the rotary stage broke: {error}", UNPLUGGED) from error
+            raise TransportError(f"the way to the turntable broke: {error}", UNPLUGGED) from error

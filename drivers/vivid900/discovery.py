@@ -72,7 +72,7 @@ class UsbBridge:
 
 @dataclass(frozen=True)
 class SerialPort:
-    """A serial port, for a rotary stage. usable: whether we may open it."""
+    """A serial port, for a turntable. usable: whether we may open it."""
 
     node: Path
     description: str

@@ -148,9 +148,9 @@ def _serial_ports(connected: ConnectedDevices) -> Iterator[Check]:
         else:
             group = _group_of(port.node)
             hint = f"sudo usermod -aG {group} $USER, then log out and in again"
-            yield Check("serial port", "optional", f"you may not open {port.node}: only a rotary stage needs it", hint)
+            yield Check("serial port", "optional", f"you may not open {port.node}: only a turntable needs it", hint)
     if not connected.serial:
-        yield Check("serial port", "optional", "no serial port: only a rotary stage needs one")
+        yield Check("serial port", "optional", "no serial port: only a turntable needs one")
 
 
 def _tesseract(languages: Sequence[str] | None) -> Check:

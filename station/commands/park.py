@@ -1,4 +1,4 @@
-"""`planish park`: the laser off and the rotary stage stopped, whatever an earlier run left behind."""
+"""`planish park`: the laser off and the turntable stopped, whatever an earlier run left behind."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ def park_station(config: StationConfig, *, report: Callable[[str], None]) -> Non
         errors.append(error)
     try:
         if _park_stage(config):
-            report("rotary stage: stopped")
+            report("turntable: stopped")
     except ScannerError as error:
         errors.append(error)
     if errors:
         for other in errors[1:]:
-            errors[0].add_note(f"and the rotary stage could not be stopped: {other}")
+            errors[0].add_note(f"and the turntable could not be stopped: {other}")
         raise errors[0]
 
 

@@ -10,7 +10,6 @@ from station.commands.options import Config, Debug, Json
 from station.commands.terminal import print_result, report_faults
 
 if TYPE_CHECKING:
-    from drivers.scsi.commands import Identity
     from drivers.vivid900.profile.profile import Profile
     from drivers.vivid900.query import Answer
 
@@ -39,7 +38,7 @@ def query(config: Config, as_json: Json = False, debug: Debug = False) -> None:
         print_result("\n".join([*_profile_lines(profile), *(line for answer in answers for line in _lines(answer))]))
 
 
-def _as_data(identity: Identity, profile: Profile, answers: Sequence[Answer]) -> dict[str, Any]:
+def _as_data(identity: object, profile: Profile, answers: Sequence[Answer]) -> dict[str, Any]:
     """The answers as JSON values; bytes in hexadecimal."""
     blocks = [
         {"name": one.name, "data": one.data.hex(), "values": dict(one.values), "problem": one.problem}

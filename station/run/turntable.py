@@ -1,4 +1,4 @@
-"""Several views of one page on a rotary stage: rotate → capture → store each → merge → restore."""
+"""Several views of one page on a turntable: rotate → capture → store each → merge → restore."""
 
 from __future__ import annotations
 
@@ -210,7 +210,7 @@ def _merge_and_restore(
 
 def _require_stage(config: StationConfig) -> TurntableSettings:
     if config.turntable is None:
-        raise UsageError("the configuration has no rotary stage", NO_STAGE)
+        raise UsageError("the configuration has no turntable", NO_STAGE)
     return config.turntable
 
 
@@ -233,7 +233,7 @@ def _rotation_record(angle_deg: float, axis: AxisSettings | None) -> dict[str, A
 def _stored_view(folder: Path) -> RangeScan:
     scan = load_scan(folder)
     if not isinstance(scan, RangeScan) or not (scan.provenance.get("turntable") or {}).get("axis"):
-        raise BadInput(f"{folder} is not a view that was taken on a rotary stage", "give folders named *-view-*.scan")
+        raise BadInput(f"{folder} is not a view that was taken on a turntable", "give folders named *-view-*.scan")
     return scan
 
 

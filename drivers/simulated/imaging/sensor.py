@@ -29,7 +29,7 @@ NUDGE_STREAM = 0  # random stream of the page's displacements; shots are counted
 
 @dataclass(frozen=True)
 class Displacement:
-    """Displacement of a scene: rotation by a rotary stage, degrees, then a shift right and up, mm."""
+    """Displacement of a scene: rotation by a turntable, degrees, then a shift right and up, mm."""
 
     turned_deg: float = 0.0
     moved_mm: tuple[float, float] = (0.0, 0.0)

@@ -66,7 +66,7 @@ def test_laser_and_stage_of_a_killed_run(tmp_path, killed, turning, capsys) -> N
     assert main(["park", "--config", config]) == 0
     assert device.is_parked
     assert stands(turning)
-    assert capsys.readouterr().out.splitlines() == ["scanner: the laser is off", "rotary stage: stopped"]
+    assert capsys.readouterr().out.splitlines() == ["scanner: the laser is off", "turntable: stopped"]
 
 
 def test_the_stage_is_stopped_when_the_scanner_does_not_answer(tmp_path, turning, capsys) -> None:

@@ -1,4 +1,4 @@
-"""A scene on a rotary stage: it turns rigidly about the axle, and the scanner sees it as the stage stands."""
+"""A scene on a turntable: it turns rigidly about the axle, and the scanner sees it as the stage stands."""
 
 import numpy as np
 import pytest

@@ -1,0 +1,89 @@
+"""No public name means two things: the table of keys beside real reports, presets, events and configurations."""
+
+import json
+import re
+import tarfile
+import tomllib
+from dataclasses import fields
+
+import numpy as np
+import pytest
+
+from bench.reference import PAGE, reference
+from drivers import CaptureSettings
+from oracles.constants import ROOT
+from oracles.keys import GENERIC, KEYS, OPEN, keys_of, type_of
+from restore import Settings, SurfaceMesh, restore
+from station.config import StationConfig, TurntableSettings
+from station.session import Volume, create_session, decide, open_session, read_session
+from station.session.presets import PRESETS, Preset, load_preset
+from station.session.stages import RestoreParameters
+from station.verdict.thresholds import Thresholds
+
+CORNERS = np.array([[0.0, 0.0, 0.0], [100.0, 0.0, 0.0], [100.0, 50.0, 0.0], [0.0, 50.0, 0.0]])
+MODELS = (Settings, Preset, Thresholds, RestoreParameters, StationConfig, TurntableSettings, Volume)
+
+
+def wrong_in(value):
+    """The keys that the table lacks, or of another type than it says."""
+    for key, item in keys_of(value):
+        if key in GENERIC:
+            continue
+        types = KEYS[key].type.split("|") if key in KEYS else ()
+        found = type_of(item)
+        if found not in types and not (found == "[]" and types and types[0].startswith("[")) and found != "null":
+            yield key, found
+
+
+def test_a_report_has_the_keys_of_the_table():
+    page = restore(SurfaceMesh(CORNERS, np.array([[0, 1, 2], [0, 2, 3]])), Settings(dpi=30))
+    assert dict(wrong_in(json.loads(json.dumps(page.report)))) == {}
+
+
+def test_events_have_the_keys_of_the_table(tmp_path):
+    """Those of an older program, with a report, verdicts and decisions, and those of today."""
+    with tarfile.open(ROOT / "tests" / "station" / "session" / "format_1.tar.gz") as archive:
+        archive.extractall(tmp_path, filter="data")
+    older = [dict(event.facts) for event in read_session(tmp_path / "old-volume").history.events]
+    create_session(tmp_path / "new", Volume(title="A", preset_values=load_preset("book").model_dump(mode="json")))
+    with open_session(tmp_path / "new") as writer:
+        decide(writer, "title", "B")
+    records = [json.loads(line) for line in (tmp_path / "new" / "events.jsonl").read_bytes().splitlines()]
+    earlier = {"warnings"}  # sentences of reports that had no codes
+    wrong = {key: found for key, found in wrong_in([*older, *records]) if key not in earlier}
+    assert wrong == {}
+
+
+@pytest.mark.parametrize("path", [*PRESETS.glob("*.toml"), *(ROOT / "configs").glob("*.toml")], ids=lambda p: p.stem)
+def test_presets_and_configurations_have_the_keys_of_the_table(path):
+    assert dict(wrong_in(tomllib.loads(path.read_text("utf-8")))) == {}
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.__name__)
+def test_every_field_that_can_be_set_is_in_the_table(model):
+    assert set(model.model_fields) <= set(KEYS)
+
+
+def test_every_setting_of_a_capture_is_in_the_table():
+    assert {one.name for one in fields(CaptureSettings)} <= set(KEYS)
+
+
+@pytest.mark.parametrize("name", KEYS)
+def test_a_key_has_a_meaning_and_is_where_the_table_says(name):
+    key = KEYS[name]
+    assert key.meaning
+    assert name not in GENERIC
+    assert re.search(rf"\b{name}\b", (ROOT / key.made).read_text("utf-8"), re.IGNORECASE)
+
+
+def test_open_tables_are_keys():
+    assert set(KEYS) >= OPEN
+
+
+def test_the_page_is_what_the_code_says():
+    assert PAGE.read_text("utf-8") == reference()
+
+
+def test_a_second_meaning_is_found():
+    assert dict(wrong_in({"strain": {"rms": 0.1}, "points": "12"})) == {"points": "text"}
+    assert dict(wrong_in({"covered_share": 0.1})) == {"covered_share": "number"}
