@@ -32,8 +32,11 @@ lint: .venv/.extra-test
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-# The API reference of the public doors, from their docstrings.
+# The documents as a site in out/site, and the API reference in out/docs. A broken link ends it.
 docs: .venv/.extra-docs
+	rm -rf out/docs-source out/site && mkdir -p out/docs-source
+	cp -r --parents *.md CITATION.cff LICENSE docs bench/results tests/schemas configs/60-planish.rules examples out/docs-source
+	$(BIN)/mkdocs build --quiet --strict
 	$(BIN)/python -m pdoc -o out/docs restore drivers '!drivers.simulated' '!drivers.vivid900' '!drivers.scsi' '!drivers.stage' \
 		'!drivers.safety' '!drivers.trace'
 

@@ -183,9 +183,7 @@ def test_a_simulated_stage_stands_before_a_simulated_scanner_only(repository) ->
 
 
 @pytest.mark.slow
-@pytest.mark.xfail(
-    strict=True, reason="two merged views of a gutter are strained by 1.6 % rms"
-)
+@pytest.mark.xfail(strict=True, reason="two merged views of a gutter are strained by 1.6 % rms")
 def test_a_book_that_shadows_itself_is_restored_whole(tmp_path, repository) -> None:
     config = str(repository / "configs/simulated-turntable.toml")
     assert main(["scan", "--config", config, "--views", "2", "-o", str(tmp_path)]) == 0
