@@ -1,4 +1,4 @@
-"""`python -m bench.pictures shading|hidden|flattening [OUT]`: the pictures of docs/, before and after.
+"""`python -m bench.pictures shading|hidden|flattening [OUT]`: images of docs/, before and after.
 
 shading  a bound figure and a crumpled letter under a desk lamp, as painted and with the light divided out.
 hidden   a page pleated over itself: as the scanner saw it, what it could not see, and small holes filled on request.
@@ -65,10 +65,10 @@ def hidden() -> Bytes:
         Panel(
             resize_to_fit(mesh.texture, height=HEIGHT, width=WIDTH),
             "As the camera saw it",
-            "a pleat lies over the page",
+            "a pleat covers a strip",
         ),
-        _panel(hatch_unseen(unfilled), unfilled, "Not seen is said to be so", "hidden"),
-        _panel(filled.image, filled, "Filled on request, and noted", "invented"),
+        _panel(hatch_unseen(unfilled), unfilled, "Occluded places are marked", "occluded"),
+        _panel(filled.image, filled, "Inpainted on request", "inpainted"),
     ]
     return side_by_side(panels)
 
