@@ -46,12 +46,16 @@ def test_the_wheel_has_its_data_and_no_more(built: Path) -> None:
 
 
 def test_the_wheel_works_in_an_empty_folder(built: Path, tmp_path: Path) -> None:
-    """With the libraries of this environment: the packages alone come from the wheel."""
+    """With the libraries of this environment, and the packages, configurations and profiles of the wheel."""
     (wheel,) = built.glob("*.whl")
     installed, work = tmp_path / "installed", tmp_path / "work"
     zipfile.ZipFile(wheel).extractall(installed)
     work.mkdir()
-    run = [sys.executable, "-c", ENTRY, "demo", "-o", "OUT", "--json"]
-    subprocess.run(run, check=True, cwd=work, capture_output=True, env=os.environ | {"PYTHONPATH": str(installed)})
-    assert (work / "OUT" / "page.png").is_file()
-    assert next(installed.rglob("*.nbi"), None) is not None  # the kernels of the wheel were compiled, none of ours
+    for arguments in (["--version"], ["query", "--config", "simulated"], ["card", "-o", "card.pdf"]):
+        run = [sys.executable, "-c", ENTRY, *arguments]
+        environment = os.environ | {"PYTHONPATH": str(installed)}
+        subprocess.run(run, check=True, cwd=work, capture_output=True, env=environment)
+    assert (work / "card.pdf").read_bytes().startswith(b"%PDF")
+    where = [sys.executable, "-c", "import station; print(station.__file__)"]
+    printed = subprocess.run(where, check=True, cwd=work, capture_output=True, text=True, env=environment)
+    assert Path(printed.stdout.strip()).is_relative_to(installed)
